@@ -1,0 +1,68 @@
+# Needs Python 3.11 or later, make and git; everything else goes into a virtual environment of its own.
+PYTHON ?= python3
+VENV ?= .venv
+WORKERS ?= 2
+
+PY := $(VENV)/bin/python
+RUNTIME := $(VENV)/.runtime-installed
+TEST := $(VENV)/.test-installed
+PIP := $(PY) -m pip --disable-pip-version-check install --quiet
+TYPED := $(wildcard geometry estimation rti_mpcc examples benchmarks tests)
+
+# One thread a process: the matrices are small, and test workers share the cores.
+export OMP_NUM_THREADS = 1
+export OPENBLAS_NUM_THREADS = 1
+export MKL_NUM_THREADS = 1
+# Pictures are written, never shown.
+export MPLBACKEND = Agg
+
+.DEFAULT_GOAL := help
+.PHONY: help test lint types unit demo acceptance clean
+
+help:
+	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
+	@echo "make test        set up $(VENV) and run lint, types and tests (lint, types, unit: one of them)"
+	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
+	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
+
+test: lint types unit
+
+lint: $(TEST)
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+
+types: $(TEST)
+	$(PY) -m mypy $(TYPED)
+
+unit: $(TEST)
+	$(PY) -m pytest -q -n $(WORKERS)
+
+demo: $(RUNTIME)
+	$(VENV)/bin/rti-mpcc run docking_behind
+
+# The directory is named so that its conftest is loaded in the process that collects the workers' figures.
+acceptance: $(TEST)
+	$(PY) -m pytest -m acceptance -n $(WORKERS) tests/acceptance
+	@echo "figures: runs/acceptance.json"
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Some systems ship venv without ensurepip: then the machine's own pip puts pip into the environment.
+$(PY):
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo "$(PYTHON) is older than 3.11 or missing: name a later one, as in make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) >/dev/null 2>&1 \
+		|| { rm -rf $(VENV) && $(PYTHON) -m venv --without-pip $(VENV) \
+			&& $(PYTHON) -m pip --python $(PY) install --quiet pip; } \
+		|| { rm -rf $(VENV); echo "$(PYTHON) cannot create a virtual environment: install its venv module" >&2; exit 1; }
+
+$(RUNTIME): pyproject.toml | $(PY)
+	$(PIP) -e .
+	@touch $@
+
+# The test environment holds the runtime one, so the demo need not install again.
+$(TEST): pyproject.toml | $(PY)
+	$(PIP) -e '.[test]'
+	@touch $(RUNTIME) $@

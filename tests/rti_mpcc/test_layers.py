@@ -1,0 +1,177 @@
+"""Imports run one way: the layers of the design, read from the syntax trees of all source files."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("geometry", "estimation", "rti_mpcc")
+
+# Each layer may import itself and those before it.
+LAYERS = (
+    "model",
+    "ocp",
+    "qp",
+    "controller",
+    "planning",
+    "safety",
+    "docking",
+    "recording",
+    "simulation",
+    "report",
+    "cli",
+)
+# Every layer may import these; they import geometry and one another only.
+FOUNDATION = ("config", "types", "errors", "_shadow")
+RANK = (
+    {"geometry": 0}
+    | dict.fromkeys(FOUNDATION, 1)
+    | {name: 2 + place for place, name in enumerate(LAYERS)}
+    # The package itself re-exports what a control loop needs, up to docking.
+    | {"rti_mpcc": 2 + LAYERS.index("docking"), "__main__": 2 + LAYERS.index("cli")}
+)
+
+
+def sources(root: Path) -> Iterator[Path]:
+    for package in PACKAGES:
+        yield from sorted((root / package).rglob("*.py"))
+
+
+def module_name(file: Path, root: Path) -> str:
+    parts = file.relative_to(root).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported(file: Path, root: Path) -> set[str]:
+    """Full names of all that a file imports, at whatever place and for whatever purpose."""
+    name = module_name(file, root)
+    package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            names.update(f"{base}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if called in ("import_module", "__import__"):
+                names.add(str(node.args[0].value))
+    return names
+
+
+def layer(name: str) -> str:
+    """Layer of a full name: 'rti_mpcc.qp.pattern' -> 'qp', 'rti_mpcc.RtiMpcc' -> 'rti_mpcc'."""
+    package, _, rest = name.partition(".")
+    if package != "rti_mpcc":
+        return package
+    head = rest.partition(".")[0]
+    return head if head in RANK else "rti_mpcc"
+
+
+def may_import(importer: str, target: str) -> bool:
+    if importer == target or target == "geometry":
+        return True
+    if importer == "geometry" or importer == "estimation":
+        return False
+    if target == "estimation":
+        return RANK[importer] >= RANK["docking"]
+    if importer in FOUNDATION:
+        return target in FOUNDATION
+    return RANK[target] <= RANK[importer]
+
+
+def violations(root: Path) -> list[str]:
+    found = []
+    for file in sources(root):
+        name = module_name(file, root)
+        importer = layer(name)
+        if importer == "rti_mpcc" and name != "rti_mpcc":
+            found.append(f"{name} belongs to no layer")
+            continue
+        for target in sorted(imported(file, root)):
+            if target.partition(".")[0] in PACKAGES and not may_import(importer, layer(target)):
+                found.append(f"{name} imports {target}")
+    return found
+
+
+def importers(root: Path, library: str) -> list[str]:
+    return [
+        file.relative_to(root).as_posix()
+        for file in sources(root)
+        if any(name.partition(".")[0] == library for name in imported(file, root))
+    ]
+
+
+def test_imports_run_one_way() -> None:
+    assert violations(ROOT) == []
+
+
+def test_matplotlib_is_imported_in_report_only() -> None:
+    assert [file for file in importers(ROOT, "matplotlib") if not file.startswith("rti_mpcc/report/")] == []
+
+
+def test_osqp_is_imported_in_one_file_of_qp() -> None:
+    files = importers(ROOT, "osqp")
+    assert len(files) == 1
+    assert files[0].startswith("rti_mpcc/qp/")
+
+
+def test_filterpy_is_imported_in_one_file_of_estimation_at_most() -> None:
+    files = importers(ROOT, "filterpy")
+    assert len(files) <= 1
+    assert all(file.startswith("estimation/") for file in files)
+
+
+@pytest.mark.parametrize(
+    ("file", "statement"),
+    [
+        ("geometry/pose.py", "import rti_mpcc"),
+        ("geometry/pose.py", "import estimation"),
+        ("estimation/filter.py", "from rti_mpcc.types import Command"),
+        ("rti_mpcc/config.py", "from rti_mpcc.model import bicycle"),
+        ("rti_mpcc/types.py", "import estimation"),
+        ("rti_mpcc/model/bicycle.py", "from rti_mpcc import ocp"),
+        ("rti_mpcc/model/bicycle.py", "from ..ocp.layout import X"),
+        ("rti_mpcc/model/bicycle.py", "from rti_mpcc import RtiMpcc"),
+        ("rti_mpcc/qp/door.py", "def late():\n    import rti_mpcc.controller"),
+        (
+            "rti_mpcc/planning/route.py",
+            "from importlib import import_module\nimport_module('rti_mpcc.docking')",
+        ),
+        ("rti_mpcc/safety/accept.py", "from estimation import GoalFilter"),
+        ("rti_mpcc/__init__.py", "from .simulation import simulate"),
+        ("rti_mpcc/simulation/plant.py", "from ..report import table"),
+        ("rti_mpcc/stray.py", ""),
+    ],
+)
+def test_the_wrong_way_is_found(tmp_path: Path, file: str, statement: str) -> None:
+    path = tmp_path / file
+    path.parent.mkdir(parents=True)
+    path.write_text(statement, encoding="utf-8")
+    assert len(violations(tmp_path)) == 1
+
+
+@pytest.mark.parametrize(
+    ("file", "statement"),
+    [
+        ("geometry/path.py", "from .pose import Pose2"),
+        ("estimation/filter.py", "from geometry import Pose2"),
+        ("rti_mpcc/config.py", "from rti_mpcc.errors import ConfigError"),
+        ("rti_mpcc/model/bicycle.py", "from rti_mpcc import config, types"),
+        ("rti_mpcc/docking.py", "from estimation import GoalFilter\nfrom .safety import accept"),
+        ("rti_mpcc/__init__.py", "from .docking import DockingController"),
+        ("rti_mpcc/cli.py", "from rti_mpcc import __version__\nfrom rti_mpcc.report import table"),
+        ("rti_mpcc/__main__.py", "from rti_mpcc.cli import main"),
+    ],
+)
+def test_the_right_way_passes(tmp_path: Path, file: str, statement: str) -> None:
+    path = tmp_path / file
+    path.parent.mkdir(parents=True)
+    path.write_text(statement, encoding="utf-8")
+    assert violations(tmp_path) == []

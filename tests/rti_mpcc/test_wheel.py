@@ -1,0 +1,111 @@
+"""The built wheel, installed outside the checkout, is complete: the snippet of the README runs from it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("geometry", "estimation", "rti_mpcc")
+
+# Design, section 3.3; then what the test wants to know.
+SNIPPET = """
+from math import isfinite, pi
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, DockingController, VehicleState
+
+path = ReferencePath.from_segments(
+    start=Pose2(0.0, 0.0, pi / 2),
+    segments=[(-1, -0.2, 10.0), (-1, 0.2, 10.0), (-1, 0.0, 5.0), (-1, 0.2, 5.0)],
+)
+corridor = Corridor.from_offsets(path, left=5.0, right=-5.0, narrowings=[])
+controller = DockingController(path, corridor, ControllerConfig(cycle=0.05))
+command = controller.step(
+    VehicleState(x=0.0, y=0.0, phi=pi / 2, v=0.0, delta=0.0), now=0.0, goal=Pose2(11.08, -15.24, 1.171)
+)
+assert all(map(isfinite, (command.acceleration, command.steering_rate, command.speed, command.steering)))
+assert command.trajectory.times.shape == (71,), command.trajectory.times.shape
+assert command.trajectory.states.shape == (71, 6), command.trajectory.states.shape
+assert command.trajectory.controls.shape == (70, 3), command.trajectory.controls.shape
+assert command.docked is False
+
+import geometry, rti_mpcc
+print(geometry.__file__)
+print(rti_mpcc.__file__)
+"""
+
+
+def run(arguments: Sequence[str | Path], directory: Path, search: Path | None = None) -> str:
+    """Standard output of this interpreter run in `directory`, with only `search` as PYTHONPATH."""
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    if search is not None:
+        environment["PYTHONPATH"] = str(search)
+    done = subprocess.run(
+        [sys.executable, *map(str, arguments)], cwd=directory, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built from a copy: a build leaves files in the tree, and left-over ones would get into the wheel."""
+    tree = tmp_path_factory.mktemp("tree")
+    for name in ("pyproject.toml", "LICENSE", "README.md"):
+        if (ROOT / name).is_file():
+            shutil.copy(ROOT / name, tree)
+    for name in PACKAGES:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+    run(["-m", "build", "--wheel", "--no-isolation", "--outdir", tree / "dist"], tree)
+    (built,) = (tree / "dist").glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("installed") / "site"
+    pip = ["-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-deps", "--no-index"]
+    run([*pip, "--target", directory, wheel], directory.parent)
+    return directory
+
+
+def test_wheel_holds_the_packages_their_data_and_nothing_else(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    present = {name for name in PACKAGES if (ROOT / name / "__init__.py").is_file()}
+    assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == present
+    for package in present:
+        expected = {
+            file.relative_to(ROOT).as_posix()
+            for file in (ROOT / package).rglob("*")
+            if file.suffix in (".py", ".toml") or file.name == "py.typed"
+        }
+        assert f"{package}/py.typed" in expected
+        assert expected <= names
+
+
+def test_snippet_runs_outside_the_checkout(site: Path, tmp_path: Path) -> None:
+    script = tmp_path / "snippet.py"
+    script.write_text(SNIPPET, encoding="utf-8")
+    files = run([script], tmp_path, search=site).splitlines()
+    assert files == [str(site / name / "__init__.py") for name in ("geometry", "rti_mpcc")]
+
+
+def test_console_script_finds_the_built_in_scenarios(site: Path, tmp_path: Path) -> None:
+    listing = run([site / "bin" / "rti-mpcc", "scenarios"], tmp_path, search=site)
+    for name in (
+        "docking_inside",
+        "docking_behind",
+        "path_following",
+        "docking_full_course",
+        "long_approach",
+    ):
+        assert name in listing
