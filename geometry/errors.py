@@ -1,0 +1,19 @@
+"""Exceptions raised on purpose by this project, all with one base."""
+
+from __future__ import annotations
+
+
+class RtiMpccError(Exception):
+    """Base of every exception this project raises on purpose."""
+
+
+class InputError(RtiMpccError, ValueError):
+    """A value given by the user is not usable; the message names field, value and allowed range."""
+
+
+class PathError(InputError):
+    """A reference path cannot be built from what was given."""
+
+
+class CorridorError(InputError):
+    """A corridor cannot be built from what was given."""

@@ -1,0 +1,189 @@
+"""Smooth chains of arcs through given poses or points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from geometry.angles import lift, wrap
+from geometry.errors import PathError
+
+Array = NDArray[np.float64]
+Directions = NDArray[np.int64]
+_SAME_POINT = 1e-6  # [m]
+_SAME_HEADING = 1e-3  # [rad] two rows of one cusp
+_SPACING = 0.25  # [m] between the samples of a spline
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pieces:
+    """m arcs: directions (m,), curvatures (m,) [1/m], lengths (m,) [m]."""
+
+    directions: Directions
+    curvatures: Array
+    lengths: Array
+
+
+def biarcs(poses: Array, directions: Directions) -> Pieces:
+    """Return two arcs for each interval that meet with a common tangent and take the poses as they are.
+
+    With unit tangents t_1, t_2 of the travel and v from the first point to the second, both control legs being d long:
+
+        |v - d (t_1 + t_2)| = 2 d,   so   d = v.v/(b + sqrt(b² + 2 (1 - t_1.t_2) v.v)),  b = v.(t_1 + t_2)     (1)
+
+    and the arcs meet at the mean of p_1 + d t_1 and p_2 - d t_2. An arc that leaves its chord of length c by the
+    angle a turns by 2 a, has the curvature 2 sin(a)/c and the length c/sinc(a).
+
+    Args:
+        poses: (n, 3) x, y [m], vehicle heading [rad].
+        directions: (n-1,) of the intervals.
+
+    Raises:
+        PathError: a heading is more than 90 deg away from the chord beside it.
+    """
+    travel = poses[:, 2, None] + np.where(directions > 0, 0.0, np.pi)[None, :]
+    n = len(directions)
+    angle_1, angle_2 = travel[np.arange(n), np.arange(n)], travel[np.arange(1, n + 1), np.arange(n)]
+    t_1, t_2 = _unit(angle_1), _unit(angle_2)
+    p_1, p_2 = poses[:-1, :2], poses[1:, :2]
+    v = p_2 - p_1
+    _check_chords(v, t_1, t_2)
+    vv, b = (v * v).sum(1), (v * (t_1 + t_2)).sum(1)
+    d = (vv / (b + np.sqrt(b * b + 2.0 * (1.0 - (t_1 * t_2).sum(1)) * vv)))[:, None]
+    middle = 0.5 * (p_1 + p_2 + d * (t_1 - t_2))
+    first, second = middle - p_1, p_2 - middle
+    a_1 = wrap(np.arctan2(first[:, 1], first[:, 0]) - angle_1)
+    a_2 = wrap(angle_2 - np.arctan2(second[:, 1], second[:, 0]))
+    chords = np.stack([np.hypot(*first.T), np.hypot(*second.T)], axis=1)
+    a = np.stack([a_1, a_2], axis=1)
+    return Pieces(
+        directions=np.repeat(directions, 2),
+        curvatures=(directions[:, None] * 2.0 * np.sin(a) / chords).ravel(),
+        lengths=(chords / np.sinc(a / np.pi)).ravel(),
+    )
+
+
+def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directions]:
+    """Return poses (k, 3) without doubled cusp rows and the directions (k-1,) of the intervals between them.
+
+    Raises:
+        PathError: repeated points, or the two rows of a cusp differ in heading.
+    """
+    v = np.diff(poses[:, :2], axis=0)
+    same = np.hypot(*v.T) < _SAME_POINT
+    if len(directions) == len(poses):
+        before, after = directions[:-1], directions[1:]
+        along = (v * (_unit(poses[:-1, 2]) + _unit(poses[1:, 2]))).sum(1)
+        intervals = np.where(before == after, before, np.where(along >= 0.0, 1, -1))
+        doubled = same & (before != after)
+    else:
+        intervals, doubled = directions, np.zeros(len(v), dtype=np.bool_)
+    _check_repeated(same & ~doubled)
+    turned = doubled & (np.abs(wrap(np.diff(poses[:, 2]))) > _SAME_HEADING)
+    if turned.any():
+        i = int(np.argmax(turned)) + 1
+        raise PathError(f"row {i}: the two rows of a cusp must have the same heading.")
+    kept = poses[np.concatenate(([True], ~doubled))]
+    if len(kept) < 2:
+        raise PathError("poses has one point only, a path needs at least 2.")
+    return kept, intervals[~doubled]
+
+
+def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directions]:
+    """Return poses (k, 3) on a chord-length cubic spline per direction and the directions (k-1,) between them.
+
+    At a cusp both ways must have one tangent: it is the mean of those of the splines with free ends.
+
+    Raises:
+        PathError: repeated points, or a cusp at which the way does not turn back.
+    """
+    points, intervals = _point_intervals(points, directions)
+    cuts = [0, *(np.flatnonzero(np.diff(intervals)) + 1).tolist(), len(intervals)]
+    runs = [(points[a : b + 1], int(intervals[a])) for a, b in pairwise(cuts)]
+    free = [_spline(run, None, None) for run, _ in runs]
+    tangents: list[Array | None] = [None]
+    for i, ((_, d_before), (_, d_after)) in enumerate(pairwise(runs)):
+        before, after = d_before * _slope(free[i], -1), d_after * _slope(free[i + 1], 0)
+        if before @ after <= 0.0:
+            raise PathError(f"points[{cuts[i + 1]}]: the way does not turn back where the direction changes.")
+        tangents.append((before + after) / np.hypot(*(before + after)))
+    tangents.append(None)
+    poses, kinds = [], []
+    for i, (run, d) in enumerate(runs):
+        ends = [None if tangent is None else d * tangent for tangent in tangents[i : i + 2]]
+        rows = _sampled(_spline(run, ends[0], ends[1]), d)
+        poses.append(rows if i == 0 else rows[1:])
+        kinds.append(np.full(len(rows) - 1, d))
+    return np.concatenate(poses), np.concatenate(kinds)
+
+
+def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Directions]:
+    """As `pose_intervals`, for points: the cusp is the row at which the way turns back more sharply."""
+    v = np.diff(points, axis=0)
+    length = np.hypot(*v.T)
+    same = length < _SAME_POINT
+    if len(directions) == len(v):
+        _check_repeated(same)
+        return points, directions
+    before, after = directions[:-1], directions[1:]
+    doubled = same & (before != after)
+    _check_repeated(same & ~doubled)
+    unit = v / np.where(same, 1.0, length)[:, None]
+    turn = np.concatenate(([1.0], (unit[:-1] * unit[1:]).sum(1), [1.0]))  # cosine at each row, 1 at both ends
+    intervals = np.where((before == after) | (turn[1:] <= turn[:-1]), before, after)
+    kept = points[np.concatenate(([True], ~doubled))]
+    if len(kept) < 2:
+        raise PathError("points has one point only, a path needs at least 2.")
+    return kept, intervals[~doubled]
+
+
+def _spline(points: Array, first: Array | None, last: Array | None) -> CubicSpline[np.float64]:
+    """Chord-length spline through (k, 2), unit tangents given or free at its ends."""
+    lengths = np.hypot(*np.diff(points, axis=0).T)
+    ends: list[tuple[int, Array] | Literal["not-a-knot"]] = [
+        "not-a-knot" if tangent is None else (1, tangent) for tangent in (first, last)
+    ]
+    return CubicSpline(np.concatenate(([0.0], np.cumsum(lengths))), points, bc_type=(ends[0], ends[1]))
+
+
+def _slope(spline: CubicSpline[np.float64], end: int) -> Array:
+    value = np.asarray(spline(spline.x[end], 1), dtype=np.float64)
+    return value / np.hypot(*value)
+
+
+def _sampled(spline: CubicSpline[np.float64], direction: int) -> Array:
+    """Vehicle poses (k, 3) on a spline, at its points and at most _SPACING apart; heading continuous."""
+    counts = np.maximum(np.ceil(np.diff(spline.x) / _SPACING).astype(np.int64), 1)
+    steps = [
+        np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(spline.x), counts, strict=True)
+    ]
+    at = np.concatenate([*steps, spline.x[-1:]])
+    slope = direction * spline(at, 1)
+    return np.column_stack([spline(at), np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))])
+
+
+def _check_repeated(same: NDArray[np.bool_]) -> None:
+    if same.any():
+        i = int(np.argmax(same))
+        raise PathError(f"row {i + 1} repeats the point of row {i}, points must differ.")
+
+
+def _check_chords(v: Array, t_1: Array, t_2: Array) -> None:
+    """Both tangents of each interval must point along its chord."""
+    for rows, tangent in ((0, t_1), (1, t_2)):
+        against = (v * tangent).sum(1) <= 1e-9 * np.hypot(*v.T)
+        if against.any():
+            i = int(np.argmax(against))
+            raise PathError(
+                f"row {i + rows}: its heading is 90 deg or more away from the way between rows {i} and {i + 1} "
+                "in the given direction, it must be less."
+            )
+
+
+def _unit(angle: Array) -> Array:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)

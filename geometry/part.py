@@ -1,0 +1,170 @@
+"""One direction of motion of a route: a chain of exact constant-curvature pieces.
+
+Kinematics in the arc length theta, d the direction of motion and phi the heading of the vehicle:
+
+    dx/dtheta = d cos(phi),   dy/dtheta = d sin(phi),   dphi/dtheta = d kappa               (1)
+
+so kappa = tan(steering)/wheelbase of a vehicle on the path, whichever way it drives. Over a piece of length s
+the heading turns by 2 h = d kappa s and the chord is s sin(h)/h long in the direction phi + h:
+
+    x(s) = x_0 + d s sinc(h) cos(phi_0 + h)                                                 (2)
+
+exact on arcs and straights alike (Drake's PiecewiseConstantCurvatureTrajectory states the same chain).
+Theta counts along the whole route. At a knot the following piece speaks, at the end of the part the last.
+Behind both ends a part goes on straight along the tangent of that end (curvature 0).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from geometry.errors import InputError
+from geometry.pose import Pose2
+from geometry.projection import closest_on_pieces
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PathReference:
+    """Path poses at n arc lengths.
+
+    Attributes:
+        x: (n,) position [m].
+        y: (n,) position [m].
+        phi: (n,) heading of the vehicle, continuous over the whole route, not wrapped [rad].
+        slope: (n,) dphi/dtheta = d kappa [rad/m].
+    """
+
+    x: Array
+    y: Array
+    phi: Array
+    slope: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PathPart:
+    """A part of a route that is driven in one direction.
+
+    Attributes:
+        direction: +1 forward, -1 reverse.
+        knots: (m+1,) theta where pieces meet, strictly increasing [m].
+        curvatures: (m,) kappa of each piece, positive = steered to the left [1/m].
+        x, y: (m+1,) position at the knots [m].
+        phi: (m+1,) heading of the vehicle at the knots [rad].
+    """
+
+    direction: int
+    knots: Array
+    curvatures: Array
+    x: Array
+    y: Array
+    phi: Array
+
+    def __post_init__(self) -> None:
+        for values in (self.knots, self.curvatures, self.x, self.y, self.phi):
+            values.setflags(write=False)
+
+    @property
+    def start(self) -> float:
+        """Theta of the first pose [m]."""
+        return float(self.knots[0])
+
+    @property
+    def end(self) -> float:
+        """Theta of the last pose [m]."""
+        return float(self.knots[-1])
+
+    @property
+    def first(self) -> Pose2:
+        """Vehicle pose at `start`."""
+        return Pose2(self.x[0], self.y[0], self.phi[0])
+
+    @property
+    def last(self) -> Pose2:
+        """Vehicle pose at `end`."""
+        return Pose2(self.x[-1], self.y[-1], self.phi[-1])
+
+    def reference(self, theta: ArrayLike) -> PathReference:
+        """Return the path poses at theta (n,) [m]: exact within, straight behind both ends.
+
+        Equations (1), (2) of this module.
+        """
+        theta = np.atleast_1d(np.asarray(theta, dtype=np.float64))
+        i = self._piece(theta)
+        inside = np.minimum(np.maximum(theta, self.knots[0]), self.knots[-1])
+        s, beyond = inside - self.knots[i], theta - inside
+        slope = self.direction * self.curvatures[i]
+        h = 0.5 * slope * s
+        chord = self.direction * s * np.sinc(h / np.pi)
+        phi = self.phi[i] + 2.0 * h
+        return PathReference(
+            x=self.x[i] + chord * np.cos(self.phi[i] + h) + self.direction * beyond * np.cos(phi),
+            y=self.y[i] + chord * np.sin(self.phi[i] + h) + self.direction * beyond * np.sin(phi),
+            phi=phi,
+            slope=np.where(beyond == 0.0, slope, 0.0),
+        )
+
+    def curvature(self, theta: ArrayLike) -> Array:
+        """Return kappa (n,) [1/m] at theta (n,) [m]; 0 behind both ends."""
+        theta = np.atleast_1d(np.asarray(theta, dtype=np.float64))
+        inside = (theta >= self.knots[0]) & (theta <= self.knots[-1])
+        return np.where(inside, self.curvatures[self._piece(theta)], 0.0)
+
+    def pose(self, theta: float) -> Pose2:
+        """Return the vehicle pose at theta [m]."""
+        at = self.reference(theta)
+        return Pose2(at.x[0], at.y[0], at.phi[0])
+
+    def project(
+        self,
+        x: float,
+        y: float,
+        *,
+        near: float | None = None,
+        reach: float = 2.0,
+        heading: float | None = None,
+    ) -> float:
+        """Return the theta in [start, end] of the path point closest to (x, y) [m].
+
+        Args:
+            x, y: the point [m].
+            near: theta of the last projection [m]; then only [near - reach, near + reach] is searched, so that
+                progress cannot jump where the path comes near itself. Without it the whole part is searched.
+            reach: half length of that window [m], >= 0.
+            heading: vehicle heading [rad]; then only path points within 90 deg of it count, unless there are none.
+
+        Raises:
+            InputError: a number is not finite or reach is negative.
+        """
+        for name, value in (("x", x), ("y", y), ("near", near), ("reach", reach), ("heading", heading)):
+            if value is not None and not isfinite(value):
+                raise InputError(f"{name} = {value}: a projection needs finite numbers.")
+        if reach < 0.0:
+            raise InputError(f"reach = {reach}: must be >= 0 m.")
+        low, high = self.start, self.end
+        if near is not None:
+            low, high = (min(max(edge, self.start), self.end) for edge in (near - reach, near + reach))
+        first = max(int(np.searchsorted(self.knots, low, side="right")) - 1, 0)
+        first = min(first, self.curvatures.size - 1)
+        stop = max(int(np.searchsorted(self.knots, high, side="left")), first + 1)
+        pieces = slice(first, stop)
+        return closest_on_pieces(
+            x - self.x[pieces],
+            y - self.y[pieces],
+            heading=self.phi[pieces],
+            slope=self.direction * self.curvatures[pieces],
+            direction=self.direction,
+            knots=self.knots[first : stop + 1],
+            window=(low, high),
+            wanted=heading,
+        )
+
+    def _piece(self, theta: Array) -> NDArray[np.intp]:
+        """Index (n,) of the piece that speaks at theta (n,)."""
+        i = np.searchsorted(self.knots, theta, side="right") - 1
+        return np.minimum(np.maximum(i, 0), self.curvatures.size - 1)

@@ -1,0 +1,217 @@
+"""A route: one-direction parts that meet at cusps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import isfinite
+from os import PathLike
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from geometry import csv_path, interpolation
+from geometry.errors import PathError
+from geometry.part import PathPart, PathReference
+from geometry.pose import Pose2
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ReferencePath:
+    """A route, cut at its cusps into parts of one direction.
+
+    Theta [m] counts along the whole route and grows over cusps. Position and vehicle heading are continuous.
+
+    Attributes:
+        parts: in the order in which they are driven; part i ends at the theta where part i + 1 starts.
+    """
+
+    parts: tuple[PathPart, ...]
+
+    @property
+    def length(self) -> float:
+        """Theta of the last pose [m]."""
+        return self.parts[-1].end
+
+    @property
+    def start(self) -> Pose2:
+        """First vehicle pose."""
+        return self.parts[0].first
+
+    @property
+    def end(self) -> Pose2:
+        """Last vehicle pose; its heading is continued from the start, not wrapped."""
+        return self.parts[-1].last
+
+    @property
+    def cusps(self) -> tuple[float, ...]:
+        """Theta where the direction of motion changes [m]."""
+        return tuple(part.end for part in self.parts[:-1])
+
+    @property
+    def max_curvature(self) -> float:
+        """Largest |kappa| of the route [1/m]."""
+        return max(float(np.abs(part.curvatures).max()) for part in self.parts)
+
+    @classmethod
+    def from_segments(cls, start: Pose2, segments: Sequence[tuple[int, float, float]]) -> ReferencePath:
+        """Build a route from segments (direction, curvature [1/m], length [m]), driven in order.
+
+        The kinematics are those of geometry.part, equation (1): the heading is the vehicle's, direction -1 reverses.
+
+        Raises:
+            PathError: no segment; direction not 1 or -1; curvature not finite; length not finite and positive.
+        """
+        rows = list(segments)
+        if not rows:
+            raise PathError("segments is empty: a path needs at least one segment.")
+        for i, (direction, curvature, length) in enumerate(rows):
+            _check_direction(f"segments[{i}]", direction)
+            if not isfinite(curvature):
+                raise PathError(f"segments[{i}]: curvature = {curvature} must be a finite number.")
+            if not (isfinite(length) and length > 0.0):
+                raise PathError(f"segments[{i}]: length = {length} must be finite and > 0 m.")
+        directions = np.array([int(row[0]) for row in rows])
+        return cls._from_pieces(
+            start, directions, np.array([row[1] for row in rows]), np.array([row[2] for row in rows])
+        )
+
+    @classmethod
+    def from_poses(
+        cls, poses: Sequence[Pose2] | ArrayLike, directions: int | Sequence[int] | NDArray[np.integer]
+    ) -> ReferencePath:
+        """Build a route through vehicle poses, two arcs with common tangents per interval (biarcs).
+
+        Args:
+            poses: Pose2s or an array (n, 3) of x, y [m], heading [rad] (any branch).
+            directions: one for all; or (n-1,), one for each interval; or (n,), one for each row. With rows, the
+                interval between two rows of different direction belongs to the one its chord agrees with, so a
+                direction may hold for the way to the row or from it. A cusp may also be listed as two rows.
+
+        Raises:
+            PathError: fewer than two poses; a number that is not finite; a direction other than 1 and -1; repeated
+                points; a heading more than 90 deg away from the way to or from a neighbour.
+        """
+        rows = _pose_rows(poses)
+        rows, intervals = interpolation.pose_intervals(rows, _direction_rows(directions, len(rows)))
+        pieces = interpolation.biarcs(rows, intervals)
+        start = Pose2(*rows[0])
+        return cls._from_pieces(start, pieces.directions, pieces.curvatures, pieces.lengths)
+
+    @classmethod
+    def from_waypoints(
+        cls, points: ArrayLike, direction: int | Sequence[int] | NDArray[np.integer] = 1
+    ) -> ReferencePath:
+        """Build a smooth route through points: a chord-length cubic spline per direction, drawn by biarcs.
+
+        Args:
+            points: (n, 2) positions of the rear axle [m].
+            direction: one for all; or (n-1,) for the intervals; or (n,) for the rows, where the cusp is the row
+                next to the change at which the way turns back more sharply, or is listed as two rows.
+
+        Raises:
+            PathError: as `from_poses`, or a cusp where the two ways do not turn back.
+        """
+        rows = _rows(points, 2, "points")
+        poses, intervals = interpolation.spline_poses(rows, _direction_rows(direction, len(rows)))
+        return cls.from_poses(poses, intervals)
+
+    @classmethod
+    def from_csv(cls, file: str | PathLike[str]) -> ReferencePath:
+        """Read a route from a CSV file with the columns x, y [m], heading [rad], direction (1 or -1).
+
+        The header is required, further columns are ignored, rows are as in `from_poses`.
+
+        Raises:
+            PathError: the file cannot be read, lacks a column or holds something that is no number (the message
+                names file, row and column), or `from_poses` refuses what it says.
+        """
+        poses, directions = csv_path.read_poses(file)
+        try:
+            return cls.from_poses(poses, directions)
+        except PathError as error:
+            raise PathError(f"{file}: {error}") from error
+
+    def sample(self, spacing: float) -> tuple[PathReference, ...]:
+        """Return the poses of each part, evenly spaced and at most `spacing` [m] apart, for drawing.
+
+        Raises:
+            PathError: spacing is not finite and positive.
+        """
+        if not (isfinite(spacing) and spacing > 0.0):
+            raise PathError(f"spacing = {spacing} must be finite and > 0 m.")
+        counts = [int(np.ceil((part.end - part.start) / spacing)) + 1 for part in self.parts]
+        return tuple(
+            part.reference(np.linspace(part.start, part.end, n))
+            for part, n in zip(self.parts, counts, strict=True)
+        )
+
+    @classmethod
+    def _from_pieces(
+        cls, start: Pose2, directions: NDArray[np.int64], curvatures: Array, lengths: Array
+    ) -> ReferencePath:
+        """Chain m pieces from the start pose and cut them where the direction changes."""
+        knots = np.concatenate(([0.0], np.cumsum(lengths)))
+        half = 0.5 * directions * curvatures * lengths
+        phi = start.phi + np.concatenate(([0.0], np.cumsum(2.0 * half)))
+        chord = directions * lengths * np.sinc(half / np.pi)
+        x = start.x + np.concatenate(([0.0], np.cumsum(chord * np.cos(phi[:-1] + half))))
+        y = start.y + np.concatenate(([0.0], np.cumsum(chord * np.sin(phi[:-1] + half))))
+        cuts = [0, *(np.flatnonzero(np.diff(directions)) + 1).tolist(), len(lengths)]
+        return cls(
+            parts=tuple(
+                PathPart(
+                    direction=int(directions[a]),
+                    knots=knots[a : b + 1],
+                    curvatures=curvatures[a:b],
+                    x=x[a : b + 1],
+                    y=y[a : b + 1],
+                    phi=phi[a : b + 1],
+                )
+                for a, b in pairwise(cuts)
+            )
+        )
+
+
+def _check_direction(where: str, direction: float) -> None:
+    if direction not in (1, -1):
+        raise PathError(f"{where}: direction = {direction} must be 1 (forward) or -1 (reverse).")
+
+
+def _rows(values: ArrayLike, width: int, name: str) -> Array:
+    """Values as (n, width) finite numbers, n >= 2."""
+    try:
+        rows = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise PathError(f"{name} must be numbers of shape (n, {width}).") from error
+    if rows.ndim != 2 or rows.shape[1] != width:
+        raise PathError(f"{name} has shape {rows.shape}, it must be (n, {width}).")
+    if len(rows) < 2:
+        raise PathError(f"{name} has {len(rows)} row(s), a path needs at least 2.")
+    bad = ~np.isfinite(rows).all(axis=1)
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise PathError(f"{name}[{i}] = {rows[i].tolist()} must be finite numbers.")
+    return rows
+
+
+def _pose_rows(poses: Sequence[Pose2] | ArrayLike) -> Array:
+    if isinstance(poses, Sequence) and all(isinstance(pose, Pose2) for pose in poses):
+        values = [(pose.x, pose.y, pose.phi) for pose in poses if isinstance(pose, Pose2)]
+        return _rows(np.array(values).reshape(-1, 3), 3, "poses")
+    return _rows(poses, 3, "poses")  # type: ignore[arg-type]
+
+
+def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: int) -> NDArray[np.int64]:
+    """Directions as integers of length n (rows) or n - 1 (intervals)."""
+    values = np.asarray(directions)
+    if values.ndim == 0:
+        values = np.full(n - 1, values)
+    if values.shape not in ((n,), (n - 1,)):
+        raise PathError(f"directions has shape {values.shape}, it must be a number, ({n},) or ({n - 1},).")
+    for i, value in enumerate(values):
+        _check_direction(f"directions[{i}]", value)
+    return values.astype(np.int64)

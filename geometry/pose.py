@@ -1,0 +1,51 @@
+"""A pose in the plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, isfinite, sin
+
+from geometry.angles import wrap
+from geometry.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2:
+    """Position and heading in the world frame (or in the frame of another pose).
+
+    Attributes:
+        x: position [m].
+        y: position [m].
+        phi: heading, counter-clockwise from the x axis [rad]; not wrapped.
+
+    Raises:
+        InputError: a field is not a finite number.
+    """
+
+    x: float
+    y: float
+    phi: float
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y", "phi"):
+            value = getattr(self, name)
+            if not isfinite(value):
+                raise InputError(f"{name} = {value}: a pose needs finite numbers.")
+            object.__setattr__(self, name, float(value))
+
+    def compose(self, offset: Pose2) -> Pose2:
+        """Return the world pose of `offset`, which is given in the frame of this pose.
+
+        Args:
+            offset: x longitudinal along the heading, y lateral to the left [m]; its phi is added [rad].
+        """
+        c, s = cos(self.phi), sin(self.phi)
+        return Pose2(
+            self.x + c * offset.x - s * offset.y, self.y + s * offset.x + c * offset.y, self.phi + offset.phi
+        )
+
+    def relative_to(self, frame: Pose2) -> Pose2:
+        """Return this pose in the frame of another: inverse of `compose`, heading in (-pi, pi]."""
+        c, s = cos(frame.phi), sin(frame.phi)
+        dx, dy = self.x - frame.x, self.y - frame.y
+        return Pose2(c * dx + s * dy, -s * dx + c * dy, wrap(self.phi - frame.phi))

@@ -1,0 +1,77 @@
+"""Closest point on a chain of arcs and straights, in closed form per piece."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+# 90 deg are met up to rounding: a candidate put exactly on that limit has to pass.
+_HEADING_LIMIT = 0.5 * pi + 1e-9
+
+
+def closest_on_pieces(
+    dx: Array,
+    dy: Array,
+    *,
+    heading: Array,
+    slope: Array,
+    direction: int,
+    knots: Array,
+    window: tuple[float, float],
+    wanted: float | None,
+) -> float:
+    """Return the theta of the point closest to a given one on m consecutive pieces [m].
+
+    In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta is
+    nearest or farthest where
+
+        theta - theta_0 = atan2(k u, 1 - k w)/k,          u on a straight,                             (1)
+
+    the nearest being the branch atan2 gives. Besides it, only the ends of the window on that piece can be closest
+    and, if a heading is wanted, the two places where the heading is 90 deg off. Of equals the first wins.
+
+    Args:
+        dx, dy: (m,) the point minus the first position of each piece [m].
+        heading, slope: (m,) heading of the vehicle at the first pose [rad], dphi/dtheta [rad/m].
+        direction: +1 or -1.
+        knots: (m+1,) theta at the ends of the pieces [m].
+        window: lowest and highest theta allowed [m].
+        wanted: heading that the path must have within 90 deg, ignored if it has it nowhere [rad].
+    """
+    c, s = direction * np.cos(heading), direction * np.sin(heading)
+    u, w = c * dx + s * dy, c * dy - s * dx
+    low = np.maximum(knots[:-1], window[0]) - knots[:-1]
+    high = np.maximum(np.minimum(knots[1:], window[1]) - knots[:-1], low)
+    straight = slope == 0.0
+    k = np.where(straight, 1.0, slope)
+    period = np.where(straight, np.inf, 2.0 * pi / np.abs(k))
+    stationary = np.where(straight, u, np.arctan2(slope * u, 1.0 - slope * w) / k)
+    candidates = [stationary]
+    if wanted is not None:
+        candidates += [
+            np.where(straight, low, (wanted + side - heading) / k) for side in (-0.5 * pi, 0.5 * pi)
+        ]
+    local = np.stack([_into(candidate, low, high, period) for candidate in candidates] + [low, high])
+
+    half = 0.5 * slope * local
+    chord = local * np.sinc(half / pi)
+    squared = (u - chord * np.cos(half)) ** 2 + (w - chord * np.sin(half)) ** 2
+    if wanted is not None:
+        off = heading + slope * local - wanted
+        allowed = np.abs(off - 2.0 * pi * np.round(off / (2.0 * pi))) <= _HEADING_LIMIT
+        if allowed.any():
+            squared = np.where(allowed, squared, np.inf)
+    theta = local + knots[:-1]
+    best = squared == squared.min()
+    return float(min(max(theta[best].min(), window[0]), window[1]))
+
+
+def _into(value: Array, low: Array, high: Array, period: Array) -> Array:
+    """The first value + j period that is >= low, cut at high; without a period just clipped."""
+    finite = np.isfinite(period)
+    turns = np.where(finite, np.ceil((low - value) / np.where(finite, period, 1.0)), 0.0)
+    shifted = value + turns * np.where(finite, period, 0.0)
+    return np.minimum(np.maximum(shifted, low), high)
