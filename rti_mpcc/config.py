@@ -1,0 +1,249 @@
+"""Frozen, validated settings of the controller. SI units and radians; a bad value raises `ConfigError`.
+
+The numbers of the paper (Table I) are the defaults of `Weights`; what its published code adds is
+switched on by `ControllerConfig.paper()`, see docs/method.md.
+"""
+
+from __future__ import annotations
+
+from math import pi, radians, tan
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from rti_mpcc.errors import ConfigError
+
+Positive = Annotated[float, Field(gt=0.0, le=1e12)]
+NonNegative = Annotated[float, Field(ge=0.0, le=1e12)]
+Tolerance = tuple[Positive, Positive, Annotated[float, Field(gt=0.0, le=pi)]]
+Triple = tuple[NonNegative, NonNegative, NonNegative]
+
+
+class Settings(BaseModel):
+    """A frozen group of settings that tells in one sentence what is wrong with it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise ConfigError(_explain(type(self).__name__, error)) from None
+
+
+def _explain(name: str, error: ValidationError) -> str:
+    problems = []
+    for item in error.errors():
+        field = ".".join([name, *(str(part) for part in item["loc"])])
+        if item["type"] == "extra_forbidden":
+            problems.append(f"{field} is not a setting")
+        else:
+            shown = "" if isinstance(item["input"], dict) else f" = {item['input']!r}"
+            problems.append(f"{field}{shown}: {item['msg']}")
+    return "; ".join(problems)
+
+
+class Vehicle(Settings):
+    """A car-like vehicle; its reference point is the middle of the rear axle.
+
+    Attributes:
+        wheelbase: [m].
+        width: of the body [m].
+        front: body ahead of the rear axle [m].
+        rear: body behind the rear axle [m].
+    """
+
+    wheelbase: Positive = 2.875
+    width: Positive = 2.069
+    front: Positive = 3.6775
+    rear: NonNegative = 0.8027
+
+
+class Limits(Settings):
+    """Symmetric limits of the vehicle.
+
+    Attributes:
+        speed: [m/s]; acceleration: [m/s²]; steering: [rad], below pi/2; steering_rate: [rad/s].
+    """
+
+    speed: Annotated[float, Field(gt=0.0, le=100.0)] = 10.0
+    acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = 5.0
+    steering: Annotated[float, Field(gt=0.0, le=1.4)] = 0.6
+    steering_rate: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
+
+
+class Weights(Settings):
+    """Weights of the cost (paper Eq. 5, 7, 9-11, Table I). Each may be 0, which switches its term off.
+
+    Attributes:
+        lag, contouring, heading: q_l, q_c [1/m²] and the heading error's weight [1/rad²].
+        acceleration, steering_rate, virtual_speed: r [.. per squared input unit].
+        progress_reward: gamma [s/m], on theta_dot.
+        goal: q_N^e on x, y, heading of the last stage while a goal pose is contoured to.
+        contouring_at_end: q_c^e, the contouring weight at a cusp or path end that is the goal (Eq. 7).
+        transition_slope, transition_reach: alpha [1/m] and beta [m] of the weight transition sigma.
+        lateral_acceleration: on (v² tan(delta)/L)² [s⁴/m²] (published code).
+        heading_at_end: heading weight near a cusp or path end (published code).
+        terminal_lag, terminal_heading: extra weights at the last stage (published code).
+        bound_distance: on (2 m - distance of the rear axle to the boundary)² (published code).
+        bound_speed: on v² (2.5 m - distance of the rear axle to the boundary)² (published code).
+        stage_length: the stage length that the stage weights belong to [s]: a stage of h counts
+            h / stage_length times. 0.1 s is the printed sum, 1 s the published code's integral.
+        arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
+            end of a planned arrival.
+        arrival_contouring: contouring weight far from the goal during an arrival.
+    """
+
+    lag: NonNegative = 1e3
+    contouring: NonNegative = 1.0
+    heading: NonNegative = 0.0
+    acceleration: NonNegative = 1e3
+    steering_rate: NonNegative = 100.0
+    virtual_speed: NonNegative = 0.0
+    progress_reward: NonNegative = 100.0
+    goal: Triple = (1e4, 1e4, 1e4)
+    contouring_at_end: NonNegative = 100.0
+    transition_slope: Positive = 1.0
+    transition_reach: NonNegative = 10.0
+    lateral_acceleration: NonNegative = 0.0
+    heading_at_end: NonNegative = 0.0
+    terminal_lag: NonNegative = 0.0
+    terminal_heading: NonNegative = 0.0
+    bound_distance: NonNegative = 0.0
+    bound_speed: NonNegative = 0.0
+    stage_length: Positive = 0.1
+    arrival_pose: Positive = 1e5
+    arrival_speed: NonNegative = 1e4
+    arrival_contouring: NonNegative = 0.0
+
+
+class SpeedProfile(Settings):
+    """Bound on |v| and theta_dot that falls towards the stop point (published code).
+
+    Attributes:
+        final: speed allowed at the stop point [m/s].
+        final_behind: the same where the goal lies behind the path end [m/s].
+        deceleration: how the bound falls [m/s²]: v² <= final² + 2 deceleration (theta_stop - theta).
+    """
+
+    final: Positive = 1.0
+    final_behind: Positive = 1.5
+    deceleration: Positive = 5.0
+
+
+class Footprint(Settings):
+    """How the corridor rows cover the body.
+
+    Attributes:
+        discs: number of discs along the body axis.
+        margin: distance kept between discs and boundaries [m].
+        near: boundaries farther from a disc's rim than this act on it in no way [m].
+    """
+
+    discs: Annotated[int, Field(ge=1, le=20)] = 5
+    margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
+    near: Positive = 5.0
+
+
+class SolverSettings(Settings):
+    """Settings of OSQP.
+
+    Attributes:
+        tolerance: absolute and relative termination tolerance, on the scaled problem.
+        max_iterations: of one QP; a QP that needs more is not accepted.
+        check_interval: iterations between two termination checks.
+        polish: refine the active set's solution (off on the vehicle, on for reference solutions).
+    """
+
+    tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-4
+    max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 1000
+    check_interval: Annotated[int, Field(ge=1, le=1000)] = 5
+    polish: bool = False
+
+
+class ControllerConfig(Settings):
+    """All settings of a `DockingController`; every one has a default.
+
+    Attributes:
+        vehicle, limits, weights, footprint, solver: see there.
+        cycle: time between two steps [s], 0.005 to 0.2.
+        dead_time: time from a command to its effect, on both actuators [s].
+        goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
+        stages: N.
+        comfort_acceleration: a_c [m/s²], what a planned arrival may take; sets its duration.
+        cruise_horizon: horizon of the contouring objective [s].
+        arrival_horizon: longest planned arrival [s].
+        arrival: plan one arrival at rest once the goal is within reach; otherwise contour to the end.
+        corridor_rows: keep every disc of the body inside the corridor (soft, with an exact penalty).
+        speed_profile: bound on speed near the stop point, or None.
+        references_end: references stop at min(theta_e, theta_g), theta may pass it by 0.1 m and
+            theta_dot may be negative (published code).
+        deadline: of one step [s], or None.
+    """
+
+    vehicle: Vehicle = Vehicle()
+    limits: Limits = Limits()
+    weights: Weights = Weights()
+    footprint: Footprint = Footprint()
+    solver: SolverSettings = SolverSettings()
+    cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
+    dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
+    goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
+    stages: Annotated[int, Field(ge=10, le=1000)] = 70
+    comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = 0.4
+    cruise_horizon: Annotated[float, Field(ge=1.0, le=120.0)] = 10.0
+    arrival_horizon: Annotated[float, Field(ge=3.0, le=300.0)] = 25.0
+    arrival: bool = True
+    corridor_rows: bool = True
+    speed_profile: SpeedProfile | None = None
+    references_end: bool = True
+    deadline: Annotated[float, Field(gt=0.0, le=10.0)] | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.comfort_acceleration > self.limits.acceleration:
+            raise ValueError(
+                f"comfort_acceleration = {self.comfort_acceleration} m/s² must not be above "
+                f"limits.acceleration = {self.limits.acceleration} m/s²"
+            )
+        return self
+
+    @property
+    def max_curvature(self) -> float:
+        """Largest curvature that the vehicle can drive [1/m]."""
+        return tan(self.limits.steering) / self.vehicle.wheelbase
+
+    @classmethod
+    def paper(cls, **changes: Any) -> Self:
+        """Table I with the terms of the authors' published code and their 7 s horizon.
+
+        Args:
+            changes: settings that replace those of the preset; `weights` too is replaced whole.
+        """
+        weights = Weights(
+            lateral_acceleration=100.0,
+            heading_at_end=10.0,
+            terminal_lag=1e3,
+            terminal_heading=1e3,
+            bound_distance=1e3,
+            bound_speed=20.0,
+            stage_length=1.0,
+        )
+        preset = {
+            "weights": weights,
+            "cruise_horizon": 7.0,
+            "arrival": False,
+            "corridor_rows": False,
+            "speed_profile": SpeedProfile(),
+        }
+        return cls(**{**preset, **changes})
+
+    @classmethod
+    def paper_printed(cls, **changes: Any) -> Self:
+        """The paper's equations with Table I and nothing else (it stalls: see docs/method.md).
+
+        Args:
+            changes: settings that replace those of the preset.
+        """
+        preset = {"cruise_horizon": 7.0, "arrival": False, "references_end": False}
+        return cls(**{**preset, **changes})

@@ -1,0 +1,304 @@
+"""RtiMpcc: the real-time iteration on one one-direction part of a route."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from geometry import Corridor, HalfPlanes, PathPart, Pose2, lift
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.bicycle import linearised_step
+from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V
+from rti_mpcc.ocp.bounds import OVERRUN, stage_bounds
+from rti_mpcc.ocp.corridor_rows import corridor_rows
+from rti_mpcc.ocp.frame import LocalFrame
+from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
+from rti_mpcc.ocp.objectives import (
+    StageWeights,
+    Target,
+    TargetKind,
+    arrival_weights,
+    contouring_weights,
+)
+from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.qp.filling import (
+    empty_values,
+    fill_bounds,
+    fill_corridor,
+    fill_cost,
+    fill_dynamics,
+    fill_initial,
+)
+from rti_mpcc.qp.pattern import build_pattern
+from rti_mpcc.qp.solver import QpSolution, QpSolver
+from rti_mpcc.types import Array, Trajectory
+
+RETURN_SHARE = 0.9
+"""Share of the input limits at which a measured speed or steering outside its limits must return."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linearisation:
+    """What `prepare` leaves for `feedback`: the trajectory linearised about, and what acts on it.
+
+    Attributes:
+        begin: trajectory in the world; frame, states: the same in local coordinates (N+1, 6).
+        lengths: (N,) of the stages [s].
+        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None.
+        refused: "" or why the solver refused the numbers.
+        seconds: time that the preparation took.
+    """
+
+    trajectory: Trajectory
+    frame: LocalFrame
+    states: Array
+    lengths: Array
+    weights: StageWeights
+    planes: HalfPlanes | None
+    refused: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """What one real-time iteration gave.
+
+    Attributes:
+        solved: the QP was solved; otherwise `trajectory` is the one linearised about.
+        trajectory: the plan in the world, headings on the route's branch.
+        slack: (N,) corridor slack of stages 1..N [m].
+        weights: that acted; planes: that acted, memory of their features.
+        dual: multipliers, the next QP's guess.
+        status, iterations, refactorisations: of OSQP.
+        prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
+    """
+
+    solved: bool
+    trajectory: Trajectory
+    slack: Array
+    weights: StageWeights
+    planes: HalfPlanes | None
+    dual: Array
+    status: str
+    iterations: int
+    refactorisations: int
+    prepare_seconds: float
+    solve_seconds: float
+    feedback_seconds: float
+
+
+class RtiMpcc:
+    """Real-time-iteration MPCC on one part of a route.
+
+    `prepare` does all that needs no measurement: it shifts the last plan, linearises, fills and
+    factorises the QP. `feedback` inserts the measured state and solves. Each pair is one Newton-type
+    step of the optimal control problem, taken in full.
+
+    Args:
+        part: the one-direction part.
+        corridor: its boundaries; number of obstacles none or some decides the QP's pattern.
+        config: settings.
+        index: of the part in its route, which is how the corridor knows it.
+    """
+
+    def __init__(self, part: PathPart, corridor: Corridor, config: ControllerConfig, *, index: int = 0) -> None:
+        self.part = part
+        self.index = index
+        self.config = config
+        self._corridor = corridor
+        self._discs = cover(config.vehicle, config.footprint.discs)
+        count = config.footprint.discs if config.corridor_rows else 0
+        self._pattern = build_pattern(config.stages, count, 3 if corridor.obstacles else 2)
+        self._values = empty_values(self._pattern)
+        self._solver = QpSolver(self._pattern, config.solver)
+        self._linearisation: Linearisation | None = None
+        self._last: Solution | None = None
+        self.target = path_end(part)
+
+    def set_goal(self, goal: Pose2 | None) -> None:
+        """The pose to end in; None for the part's own end. Its heading may be on any branch."""
+        self.target = path_end(self.part) if goal is None else self._project(goal)
+
+    def set_obstacles(self, corridor: Corridor) -> None:
+        """The same boundaries with other obstacles; their number must stay none, or stay some."""
+        self._corridor = corridor
+
+    def prepare(
+        self,
+        at: float,
+        *,
+        last: Solution | None = None,
+        plan: Trajectory | None = None,
+        arrive_at: float | None = None,
+        retreat: float = 0.0,
+    ) -> Linearisation:
+        """Preparation phase: everything about the QP that needs no measurement.
+
+        Args:
+            at: when the plan begins [s], that is when its first control begins to act.
+            last: the solution to go on from; default: this object's last one.
+            plan: a trajectory to linearise about instead of the last solution's.
+            arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
+            retreat: speed allowed against the part's direction [m/s].
+        """
+        begun = perf_counter()
+        config, target, wheelbase = self.config, self.target, self.config.vehicle.wheelbase
+        last = last or self._last
+        plan = plan or (last.trajectory if last else None)
+        if plan is None:
+            raise ValueError("the first prepare of a part needs a plan to linearise about")
+
+        horizon = config.cruise_horizon if arrive_at is None else arrive_at - at
+        lengths = stage_lengths(horizon, config.cycle, config.stages)
+        shifted = resample(plan, stage_times(at, lengths), wheelbase)
+        frame = LocalFrame.at(shifted.states[0])
+        states, controls = frame.states_in(shifted.states), shifted.controls
+        theta = states[:, THETA]
+
+        weights = self._weights(theta, lengths, arriving=arrive_at is not None)
+        errors = frenet_errors(states, frame.reference_in(self.part.reference(theta)), self.part.direction)
+        walls = self._walls(shifted.states, frame, weights)
+        cost = quadratic_cost(states, controls, weights, errors, walls, frame.pose_in(target.pose), wheelbase)
+        step = linearised_step(states[:-1], controls, lengths, wheelbase)
+        bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat)
+
+        values, pattern = self._values, self._pattern
+        fill_cost(values, pattern, cost, weights.slack, weights.scale)
+        fill_dynamics(values, pattern, step, states)
+        fill_bounds(values, pattern, bounds, states, controls)
+        planes = self._planes(shifted.states, last)
+        if planes is not None:
+            footprint = config.footprint
+            local = frame.planes_in(planes)
+            rows = corridor_rows(states[1:], local, self._discs, footprint.margin, footprint.near)
+            fill_corridor(values, pattern, rows)
+        fill_initial(values, pattern, np.zeros_like(states[0]))
+        self._last = last
+        self._linearisation = Linearisation(
+            trajectory=shifted,
+            frame=frame,
+            states=states,
+            lengths=lengths,
+            weights=weights,
+            planes=planes,
+            refused=self._solver.update(values),
+            seconds=perf_counter() - begun,
+        )
+        return self._linearisation
+
+    def feedback(self, state: Array, at: float, *, time_limit: float | None = None) -> Solution:
+        """Feedback phase: insert the state and solve.
+
+        Args:
+            state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
+            at: as in the last `prepare`, which is done here if it was for another time [s].
+            time_limit: of the solver [s].
+        """
+        if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
+            self.prepare(at)
+        begun = perf_counter()
+        linear = self._linearisation
+        assert linear is not None
+        measured = linear.frame.states_in(state)
+        measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
+        measured[THETA] = min(measured[THETA], self.target.stop + OVERRUN)
+        fill_initial(self._values, self._pattern, measured - linear.states[0])
+        self._admit(measured, linear)
+        result = self._solve(linear, measured - linear.states[0], time_limit)
+        solution = self._read(linear, result, begun)
+        if solution.solved:
+            self._last = solution
+        return solution
+
+    def _weights(self, theta: Array, lengths: Array, *, arriving: bool) -> StageWeights:
+        weights, target = self.config.weights, self.target
+        if arriving:
+            return arrival_weights(weights, target, theta, lengths)
+        return contouring_weights(weights, target, theta, lengths, clip_goal=self.config.corridor_rows)
+
+    def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:
+        """Boundaries nearest to the rear axle, where the published code's soft distance acts."""
+        if not (weights.bound_distance.any() or weights.bound_speed.any()):
+            return None
+        return frame.planes_in(self._corridor.half_planes(self.index, states[:, :2]))
+
+    def _planes(self, states: Array, last: Solution | None) -> HalfPlanes | None:
+        if not self._pattern.discs:
+            return None
+        centres = disc_centres(states[1:], self._discs).reshape(-1, 2)
+        previous = last.planes if last else None
+        if previous is not None and previous.distance.shape != (len(centres), self._pattern.sides):
+            previous = None
+        return self._corridor.half_planes(self.index, centres, previous)
+
+    def _admit(self, measured: Array, linear: Linearisation) -> None:
+        """Widen bounds on v and delta as far as a measured state outside them needs to come back."""
+        values, pattern, limits = self._values, self._pattern, self.config.limits
+        elapsed = np.cumsum(linear.lengths)
+        for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
+            rows = pattern.state_rows[:, column]
+            unit = pattern.row_units[rows]
+            shift = linear.states[1:, quantity]
+            drop = RETURN_SHARE * rate * elapsed
+            values.upper[rows] = np.maximum(values.upper[rows], (measured[quantity] - drop - shift) / unit)
+            values.lower[rows] = np.minimum(values.lower[rows], (measured[quantity] + drop - shift) / unit)
+
+    def _solve(self, linear: Linearisation, change: Array, time_limit: float | None) -> QpSolution:
+        pattern = self._pattern
+        primal = np.zeros(pattern.constraints.shape[1])
+        primal[pattern.state_columns[0]] = change / pattern.column_units[pattern.state_columns[0]]
+        dual = np.zeros(pattern.constraints.shape[0])
+        if self._last is not None:
+            primal[pattern.slack_columns] = self._last.slack / pattern.column_units[pattern.slack_columns]
+            if len(self._last.dual) == len(dual):
+                dual = self._last.dual
+        if linear.refused:
+            return self._solver.nothing(linear.refused)
+        return self._solver.solve(self._values, primal, dual, time_limit)
+
+    def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
+        pattern, shifted = self._pattern, linear.trajectory
+        change = result.primal * pattern.column_units
+        states = linear.frame.states_out(linear.states + change[pattern.state_columns])
+        controls = shifted.controls + change[pattern.control_columns]
+        read_only(states, controls, shifted.times)
+        return Solution(
+            solved=result.solved,
+            trajectory=Trajectory(times=shifted.times, states=states, controls=controls),
+            slack=np.maximum(change[pattern.slack_columns], 0.0),
+            weights=linear.weights,
+            planes=linear.planes,
+            dual=result.dual,
+            status=result.status,
+            iterations=result.iterations,
+            refactorisations=result.refactorisations,
+            prepare_seconds=linear.seconds,
+            solve_seconds=result.seconds,
+            feedback_seconds=perf_counter() - begun,
+        )
+
+    def _project(self, goal: Pose2) -> Target:
+        part, near = self.part, self.target
+        theta = part.project(
+            goal.x, goal.y, heading=goal.phi, near=near.theta if near.kind is TargetKind.POSE else None
+        )
+        reference = part.pose(theta)
+        ahead = reference.phi
+        offset = goal.relative_to(reference)
+        if theta >= part.end:  # behind the end: along the extrapolated path
+            theta = part.end + max(0.0, part.direction * offset.x)
+        return Target(
+            pose=replace(goal, phi=lift(goal.phi, ahead)),
+            theta=theta,
+            theta_end=part.end,
+            kind=TargetKind.POSE,
+        )
+
+
+def path_end(part: PathPart) -> Target:
+    """The part's own end as its target."""
+    return Target(pose=part.last, theta=part.end, theta_end=part.end, kind=TargetKind.PATH_END)

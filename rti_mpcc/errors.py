@@ -1,0 +1,14 @@
+"""Exceptions raised on purpose; all derive from `RtiMpccError`, bad input also from `ValueError`."""
+
+from geometry.errors import CorridorError, InputError, PathError, RtiMpccError
+
+
+class ConfigError(InputError):
+    """A setting is missing, unknown, of the wrong type or out of range."""
+
+
+class ScenarioError(InputError):
+    """A scenario file cannot be read, or says something that is not allowed."""
+
+
+__all__ = ["ConfigError", "CorridorError", "InputError", "PathError", "RtiMpccError", "ScenarioError"]

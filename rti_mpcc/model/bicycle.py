@@ -1,0 +1,115 @@
+"""Kinematic bicycle with progress, its Runge-Kutta step and the step's exact sensitivities.
+
+(M1)  x' = v cos(phi),  y' = v sin(phi),  phi' = v tan(delta)/L,  v' = a,  delta' = delta_dot,
+      theta' = theta_dot                                                  (paper Eq. 1, 2)
+
+Controls are constant over a step, so v, delta and theta are exact, phi' depends on time alone, and
+the classical Runge-Kutta step of length h comes down to
+
+(M2)  w_0, w_m, w_1 = phi' at 0, h/2, h;      phi_1 = phi + h/6 (w_0 + 4 w_m + w_1)
+(M3)  x_1 = x + h/6 (v_0 cos phi_a + 2 v_m cos phi_b + 2 v_m cos phi_c + v_1 cos phi_d),
+      phi_a = phi, phi_b = phi + h/2 w_0, phi_c = phi + h/2 w_m, phi_d = phi + h w_m; y_1 with sin.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rti_mpcc.model.layout import A, CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.types import Array
+
+
+class Step(NamedTuple):
+    """One step of n stages: the states reached (n, 6) and their sensitivities to state and control."""
+
+    state: Array
+    by_state: Array  # (n, 6, 6)
+    by_control: Array  # (n, 6, 3)
+
+
+def rates(states: Array, controls: Array, wheelbase: float) -> Array:
+    """Time derivative (n, 6) of states (n, 6) under controls (n, 3), Eq. (M1)."""
+    phi, v, delta = states[:, PHI], states[:, V], states[:, DELTA]
+    out = np.empty_like(states)
+    out[:, X] = v * np.cos(phi)
+    out[:, Y] = v * np.sin(phi)
+    out[:, PHI] = v * np.tan(delta) / wheelbase
+    out[:, V] = controls[:, A]
+    out[:, DELTA] = controls[:, DELTA_DOT]
+    out[:, THETA] = controls[:, THETA_DOT]
+    return out
+
+
+def step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
+    """States (n, 6) reached from `states` (n, 6) under `controls` (n, 3) after `lengths` (n,) [s]."""
+    return linearised_step(states, controls, lengths, wheelbase).state
+
+
+# Columns of the sensitivities below: to phi, v, delta, a and delta_dot.
+_P_PHI, _P_V, _P_DELTA, _P_A, _P_RATE = range(5)
+_POSE = np.array([X, Y, PHI])
+_STATE_COLUMNS = np.array([PHI, V, DELTA])
+_CONTROL_COLUMNS = np.array([A, DELTA_DOT])
+
+
+def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Step:
+    """One Runge-Kutta step per stage with exact sensitivities, Eq. (M2), (M3).
+
+    Args:
+        states: (n, 6); controls: (n, 3), constant over the step; lengths: (n,) [s]; wheelbase: [m].
+    """
+    n, h = len(states), lengths
+    phi, v_0, delta_0 = states[:, PHI], states[:, V], states[:, DELTA]
+    a, rate = controls[:, A], controls[:, DELTA_DOT]
+
+    # v, delta and phi' at 0, h/2, h, axis 1; then their sensitivities, axis 2 the five parameters.
+    time = h[:, None] * np.array([0.0, 0.5, 1.0])
+    v = v_0[:, None] + a[:, None] * time
+    tangent = np.tan(delta_0[:, None] + rate[:, None] * time)
+    w = v * tangent / wheelbase
+    w_by = np.zeros((n, 3, 5))
+    w_by[:, :, _P_V] = tangent / wheelbase
+    w_by[:, :, _P_DELTA] = v * (1.0 + tangent**2) / wheelbase
+    w_by[:, :, _P_A] = w_by[:, :, _P_V] * time
+    w_by[:, :, _P_RATE] = w_by[:, :, _P_DELTA] * time
+
+    # The four headings, speeds and weights of (M3), axis 1.
+    weight = h[:, None] / 6.0 * np.array([1.0, 2.0, 2.0, 1.0])
+    advance = h[:, None] * np.array([0.0, 0.5, 0.5, 1.0])
+    source = np.array([0, 0, 1, 1])  # which of w_0, w_m turns the heading
+    heading = phi[:, None] + advance * w[:, source]
+    heading_by = advance[:, :, None] * w_by[:, source]
+    heading_by[:, :, _P_PHI] = 1.0
+    speed = v[:, [0, 1, 1, 2]]
+    speed_time = time[:, [0, 1, 1, 2]]
+    cos, sin = weight * np.cos(heading), weight * np.sin(heading)
+
+    reached = states.copy()
+    reached[:, X] += (cos * speed).sum(axis=1)
+    reached[:, Y] += (sin * speed).sum(axis=1)
+    simpson = h[:, None] / 6.0 * np.array([1.0, 4.0, 1.0])
+    reached[:, PHI] += (simpson * w).sum(axis=1)
+    reached[:, V] += h * a
+    reached[:, DELTA] += h * rate
+    reached[:, THETA] += h * controls[:, THETA_DOT]
+
+    pose_by = np.empty((n, 3, 5))
+    pose_by[:, 0] = np.matmul((-sin * speed)[:, None, :], heading_by)[:, 0]
+    pose_by[:, 1] = np.matmul((cos * speed)[:, None, :], heading_by)[:, 0]
+    pose_by[:, 2] = np.matmul(simpson[:, None, :], w_by)[:, 0]
+    pose_by[:, 2, _P_PHI] = 1.0
+    for row, along in ((0, cos), (1, sin)):
+        pose_by[:, row, _P_V] += along.sum(axis=1)
+        pose_by[:, row, _P_A] += (along * speed_time).sum(axis=1)
+
+    by_state = np.zeros((n, STATES, STATES))
+    by_state[:, np.arange(STATES), np.arange(STATES)] = 1.0
+    by_state[:, _POSE[:, None], _STATE_COLUMNS] = pose_by[:, :, :3]
+    by_control = np.zeros((n, STATES, CONTROLS))
+    by_control[:, _POSE[:, None], _CONTROL_COLUMNS] = pose_by[:, :, 3:]
+    by_control[:, V, A] = h
+    by_control[:, DELTA, DELTA_DOT] = h
+    by_control[:, THETA, THETA_DOT] = h
+    return Step(reached, by_state, by_control)

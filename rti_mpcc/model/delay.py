@@ -1,0 +1,48 @@
+"""Dead time: what the vehicle will be doing when a command given now begins to act."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.layout import DELTA
+from rti_mpcc.types import Array
+
+
+class QueuedCommand(NamedTuple):
+    """A command on its way to the actuators: it acts from `begins` [s] on, until the next one does."""
+
+    begins: float
+    acceleration: float
+    steering_rate: float
+
+
+def roll_forward(
+    state: Array, queue: Sequence[QueuedCommand], now: float, until: float, *, wheelbase: float, steering: float
+) -> Array:
+    """The state (6,) at `until`, driven from `state` (6,) at `now` by the queued commands.
+
+    Args:
+        queue: ordered by `begins`; before the first one nothing acts.
+        wheelbase: [m]; steering: the mechanical stop of the steering [rad].
+    """
+    edges = [now, *(c.begins for c in queue if now < c.begins < until), until]
+    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        acting = [c for c in queue if c.begins <= begin]
+        if end <= begin:
+            continue
+        a, rate = (acting[-1].acceleration, acting[-1].steering_rate) if acting else (0.0, 0.0)
+        reach = np.clip(state[DELTA] + rate * (end - begin), min(-steering, state[DELTA]), max(steering, state[DELTA]))
+        control = np.array([[a, (reach - state[DELTA]) / (end - begin), 0.0]])
+        state = step(state[None, :], control, np.array([end - begin]), wheelbase)[0]
+    return state
+
+
+def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:
+    """The queue without commands that another one has replaced by `now`."""
+    later = [c for c in queue if c.begins > now]
+    acting = [c for c in queue if c.begins <= now]
+    return (*acting[-1:], *later)

@@ -1,0 +1,52 @@
+"""Bounds of every stage on speed, steering, progress and controls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.types import Array
+
+OVERRUN = 0.1
+"""How far the progress may pass the stop point [m] (published code)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageBounds:
+    """Lower and upper bounds: states (N, 2, 3) on v, delta, theta at stages 1..N; controls (N, 2, 3)."""
+
+    states: Array
+    controls: Array
+
+
+def stage_bounds(
+    config: ControllerConfig, target: Target, direction: int, theta: Array, *, retreat: float = 0.0
+) -> StageBounds:
+    """The limits, one direction of motion, and the speed profile where the configuration has one.
+
+    Args:
+        direction: d of the part: d v >= -retreat [m/s].
+        theta: (N+1,) progress of the plan that is linearised about [m].
+    """
+    limits, stages = config.limits, len(theta) - 1
+    speed = np.full(stages, limits.speed)
+    profile = config.speed_profile
+    if profile is not None:
+        behind = target.kind is TargetKind.POSE and target.theta > target.theta_end
+        final = profile.final_behind if behind else profile.final
+        left = np.maximum(target.stop - theta[1:], 0.0)
+        speed = np.minimum(speed, np.sqrt(final**2 + 2.0 * profile.deceleration * left))
+    states = np.empty((stages, 2, 3))
+    slow = np.full(stages, min(retreat, limits.speed))
+    states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
+    states[:, 0, 1], states[:, 1, 1] = -limits.steering, limits.steering
+    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + OVERRUN
+    controls = np.empty((stages, 2, 3))
+    controls[:, :, 0] = [-limits.acceleration, limits.acceleration]
+    controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]
+    controls[:, 1, 2] = speed
+    controls[:, 0, 2] = -speed if config.references_end else 0.0
+    return StageBounds(states=states, controls=controls)

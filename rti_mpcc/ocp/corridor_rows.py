@@ -1,0 +1,43 @@
+"""Half-plane rows that keep every disc of the body inside the corridor.
+
+(H1)  n · (c - b) >= radius + margin,   c = (x, y) + o (cos phi, sin phi)
+(H2)  linearised: n_x dx + n_y dy + o (n_y cos phi - n_x sin phi) dphi + slack >= radius + margin - n · (c - b)
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from geometry import HalfPlanes
+from rti_mpcc.model.footprint import Discs
+from rti_mpcc.model.layout import PHI
+from rti_mpcc.types import Array
+
+LOOSE = -100.0
+"""Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation."""
+
+
+class CorridorRows(NamedTuple):
+    """Slopes (N, discs, sides, 3) to x, y, phi of stages 1..N and lower bounds (N, discs, sides) of (H2)."""
+
+    slopes: Array
+    lower: Array
+
+
+def corridor_rows(states: Array, planes: HalfPlanes, discs: Discs, margin: float, near: float) -> CorridorRows:
+    """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage).
+
+    Args:
+        margin: kept between disc and boundary [m]; near: farther boundaries do not act [m].
+    """
+    stages, count = len(states), len(discs.offsets)
+    normal = planes.normal.reshape(stages, count, -1, 2)
+    distance = planes.distance.reshape(stages, count, -1)
+    c, s = np.cos(states[:, PHI])[:, None, None], np.sin(states[:, PHI])[:, None, None]
+    slopes = np.empty((*normal.shape[:3], 3))
+    slopes[..., :2] = normal
+    slopes[..., 2] = discs.offsets[None, :, None] * (normal[..., 1] * c - normal[..., 0] * s)
+    gap = discs.radius + margin - distance
+    return CorridorRows(slopes, np.where(gap > -near, gap, LOOSE))

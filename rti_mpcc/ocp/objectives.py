@@ -1,0 +1,170 @@
+"""Weights of every stage: dynamic weight allocation and dynamic objective allocation.
+
+sigma(eps) = 1 / (1 + exp(alpha (eps - beta)))                                          (paper Eq. 8)
+
+Both objectives are values of one type, so everything behind them is shared. Stage weights already
+contain the stage's share h_k / stage_length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.special import expit
+
+from geometry import Pose2
+from rti_mpcc.config import Weights
+from rti_mpcc.types import Array
+
+GOAL_CLIP = (0.5, 0.3)
+"""What the pull of a goal counts at most, position [m] and heading [rad]: beyond it the cost grows
+linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed."""
+
+
+class TargetKind(Enum):
+    """What ends a part."""
+
+    PATH_END = "path end"
+    POSE = "pose"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """Where a one-direction part is to end at rest.
+
+    Attributes:
+        pose: rear axle pose, heading on the branch nearest the path's.
+        theta: progress of its projection onto the part [m].
+        theta_end: end of the part [m].
+        kind: the path's own end (or cusp), or a goal pose beside or behind it.
+    """
+
+    pose: Pose2
+    theta: float
+    theta_end: float
+    kind: TargetKind
+
+    @property
+    def stop(self) -> float:
+        """min(theta_e, theta_g): where the path stops to count [m]."""
+        return min(self.theta, self.theta_end)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageWeights:
+    """Effective weights: (N+1,) on states, (N,) on controls, goal (3,) and goal_speed at stage N only.
+
+    `slack` is the linear weight of the corridor slack [1/m], above the largest pull that could press
+    the body against a boundary, so that the penalty is exact. `scale` brings the QP's cost to size.
+    """
+
+    lag: Array
+    contouring: Array
+    heading: Array
+    lateral_acceleration: Array
+    bound_distance: Array
+    bound_speed: Array
+    acceleration: Array
+    steering_rate: Array
+    virtual_speed: Array
+    progress_reward: Array
+    goal: Array
+    goal_speed: float
+    goal_clipped: bool
+    slack: float
+    scale: float
+
+
+def sigma(distance: Array | float, weights: Weights) -> Array:
+    """Paper Eq. 8: near 1 closer than beta [m], near 0 beyond."""
+    return np.asarray(
+        expit(-weights.transition_slope * (np.asarray(distance) - weights.transition_reach)), dtype=np.float64
+    )
+
+
+def contouring_weights(
+    weights: Weights, target: Target, theta: Array, lengths: Array, *, clip_goal: bool
+) -> StageWeights:
+    """Contouring with dynamic weights: paper Eq. 7 where the path's end is the goal, else Eq. 9-11.
+
+    Args:
+        theta: (N+1,) progress of the plan that is linearised about [m].
+        lengths: (N,) of the stages [s].
+    """
+    share = _share(lengths, weights)
+    near = sigma(target.stop - theta, weights)
+    if target.kind is TargetKind.PATH_END:  # Eq. 7
+        lag = np.full_like(near, weights.lag)
+        contouring = near * weights.contouring_at_end + (1.0 - near) * weights.contouring
+        heading = weights.heading + near * weights.heading_at_end
+        reward = np.full_like(near, weights.progress_reward)
+        goal = np.zeros(3)
+        terminal = 1.0
+    else:  # Eq. 9, 10; Eq. 11 is the same with the Frenet costs off from the stop point on
+        ahead = theta < target.stop
+        lag = weights.lag * ahead
+        contouring = (1.0 - near) * weights.contouring * ahead
+        heading = np.full_like(near, weights.heading) * ahead
+        reward = (1.0 - near) * weights.progress_reward
+        goal = sigma(target.stop - theta[0], weights) * np.array(weights.goal)
+        terminal = float(ahead[-1])
+    states = StageWeights(
+        lag=lag * share,
+        contouring=contouring * share,
+        heading=heading * share,
+        lateral_acceleration=weights.lateral_acceleration * share,
+        bound_distance=weights.bound_distance * (1.0 - near) * share,
+        bound_speed=weights.bound_speed * share,
+        acceleration=weights.acceleration * share[:-1],
+        steering_rate=weights.steering_rate * share[:-1],
+        virtual_speed=weights.virtual_speed * share[:-1],
+        progress_reward=reward[:-1] * share[:-1],
+        goal=goal,
+        goal_speed=0.0,
+        goal_clipped=clip_goal,
+        slack=2.0 * (weights.progress_reward / weights.stage_length + _goal_pull(goal)),
+        scale=1.0 / max(weights.lag * share.max(), weights.terminal_lag, goal.max()),
+    )
+    states.lag[-1] += terminal * weights.terminal_lag
+    states.heading[-1] += terminal * weights.terminal_heading
+    return states
+
+
+def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Array) -> StageWeights:
+    """One planned arrival at rest at the target at the horizon's end (docs/method.md).
+
+    Args as `contouring_weights`.
+    """
+    share = _share(lengths, weights)
+    none = np.zeros_like(share)
+    on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)
+    contouring = weights.arrival_contouring * on_path * share
+    return StageWeights(
+        lag=weights.lag * (contouring > 0.0) * share,
+        contouring=contouring,
+        heading=none.copy(),
+        lateral_acceleration=weights.lateral_acceleration * share,
+        bound_distance=none,
+        bound_speed=none,
+        acceleration=weights.acceleration * share[:-1],
+        steering_rate=weights.steering_rate * share[:-1],
+        virtual_speed=weights.virtual_speed * share[:-1],
+        progress_reward=none[:-1],
+        goal=np.full(3, weights.arrival_pose),
+        goal_speed=weights.arrival_speed,
+        goal_clipped=True,
+        slack=2.0 * _goal_pull(np.full(3, weights.arrival_pose)),
+        scale=1.0 / weights.arrival_pose,
+    )
+
+
+def _share(lengths: Array, weights: Weights) -> Array:
+    """What each stage counts (N+1,): its length over the length that the weights belong to."""
+    return np.append(lengths, lengths[-1]) / weights.stage_length
+
+
+def _goal_pull(goal: Array) -> float:
+    """Largest gradient of the clipped goal cost per metre of body motion [1/m]."""
+    return float(2.0 * (goal[0] * GOAL_CLIP[0] + goal[2] * GOAL_CLIP[1]))

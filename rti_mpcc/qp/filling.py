@@ -1,0 +1,105 @@
+"""Writes a linearised optimal control problem into the slots of the QP.
+
+The QP is in the change of the trajectory. The cost is multiplied by a scale per objective that brings
+its largest weight to about 1, which is what OSQP's absolute tolerance is meant for. A small weight on
+the change keeps the QP strictly convex; on the change, not on the value, so it moves no fixed point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rti_mpcc.model.bicycle import Step
+from rti_mpcc.ocp.bounds import StageBounds
+from rti_mpcc.ocp.corridor_rows import CorridorRows
+from rti_mpcc.ocp.stage_cost import QuadraticCost
+from rti_mpcc.qp.pattern import BOUNDED, CONTROL_SLOPES, HESSIAN_PAIRS, STATE_SLOPES, QpPattern
+from rti_mpcc.types import Array
+
+CHANGE_WEIGHT = 1e-6
+"""Weight on every change, in scaled units of variables and cost."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QpValues:
+    """Numbers of one QP in scaled units; buffers that every cycle overwrites.
+
+    Attributes:
+        cost: (nnz P,); gradient: (n,); constraints: (nnz A,); lower, upper: (m,).
+    """
+
+    cost: Array
+    gradient: Array
+    constraints: Array
+    lower: Array
+    upper: Array
+
+
+def empty_values(pattern: QpPattern) -> QpValues:
+    """Buffers with the entries that never change."""
+    rows, columns = pattern.constraints.shape
+    values = QpValues(
+        cost=pattern.cost.constant.copy(),
+        gradient=np.zeros(columns),
+        constraints=pattern.constraints.constant.copy(),
+        lower=np.full(rows, -np.inf),
+        upper=np.full(rows, np.inf),
+    )
+    values.lower[pattern.slack_rows] = 0.0
+    return values
+
+
+def fill_cost(values: QpValues, pattern: QpPattern, cost: QuadraticCost, slack: float, scale: float) -> None:
+    """P and q. `slack` is the linear weight of the corridor slack [1/m], `scale` multiplies all of it."""
+    slots = pattern.cost
+    states = cost.state_hessian[:, HESSIAN_PAIRS[:, 0], HESSIAN_PAIRS[:, 1]]
+    slots.write(values.cost, "states", scale * states)
+    slots.write(values.cost, "controls", scale * cost.control_hessian)
+    diagonal = HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]
+    values.cost[slots.groups["states"][:, diagonal]] += CHANGE_WEIGHT
+    values.cost[slots.groups["controls"]] += CHANGE_WEIGHT
+    values.cost[slots.groups["slacks"]] = CHANGE_WEIGHT
+    units = pattern.column_units
+    columns = pattern.state_columns
+    values.gradient[columns] = scale * cost.state_gradient * units[columns]
+    columns = pattern.control_columns
+    values.gradient[columns] = scale * cost.control_gradient * units[columns]
+    columns = pattern.slack_columns
+    values.gradient[columns] = scale * slack * units[columns]
+
+
+def fill_dynamics(values: QpValues, pattern: QpPattern, step: Step, states: Array) -> None:
+    """dF/dz, dF/du and the defects of `states` (N+1, 6)."""
+    slots = pattern.constraints
+    slots.write(values.constraints, "by state", step.by_state[:, STATE_SLOPES[:, 0], STATE_SLOPES[:, 1]])
+    slots.write(
+        values.constraints, "by control", step.by_control[:, CONTROL_SLOPES[:, 0], CONTROL_SLOPES[:, 1]]
+    )
+    rows = pattern.dynamics_rows[1:]
+    values.lower[rows] = values.upper[rows] = (states[1:] - step.state) / pattern.row_units[rows]
+
+
+def fill_bounds(
+    values: QpValues, pattern: QpPattern, bounds: StageBounds, states: Array, controls: Array
+) -> None:
+    """Bounds on the changes of `states` (N+1, 6) and `controls` (N, 3)."""
+    rows, bounded = pattern.state_rows, states[1:, BOUNDED]
+    values.lower[rows] = (bounds.states[:, 0] - bounded) / pattern.row_units[rows]
+    values.upper[rows] = (bounds.states[:, 1] - bounded) / pattern.row_units[rows]
+    rows = pattern.control_rows
+    values.lower[rows] = (bounds.controls[:, 0] - controls) / pattern.row_units[rows]
+    values.upper[rows] = (bounds.controls[:, 1] - controls) / pattern.row_units[rows]
+
+
+def fill_corridor(values: QpValues, pattern: QpPattern, rows: CorridorRows) -> None:
+    """The half-planes of all discs."""
+    pattern.constraints.write(values.constraints, "half-planes", rows.slopes)
+    values.lower[pattern.corridor_rows] = rows.lower
+
+
+def fill_initial(values: QpValues, pattern: QpPattern, change: Array) -> None:
+    """Feedback phase: the measured state (6,) minus the linearised one."""
+    rows = pattern.dynamics_rows[0]
+    values.lower[rows] = values.upper[rows] = change / pattern.row_units[rows]

@@ -1,0 +1,218 @@
+"""Fixed sparsity pattern of the QP, with a named group of slots for everything that is written.
+
+Variables are the changes of states dz_0..dz_N and controls du_0..du_{N-1} about a trajectory, and
+one corridor slack per stage 1..N:
+
+    minimise   1/2 w' P w + q' w     subject to   l <= A w <= u
+
+Rows, in this order:
+    dynamics   dz_0 = measured - linearised;  F_z dz_k + F_u du_k - dz_{k+1} = z_{k+1} - F(z_k, u_k)
+    states     bounds on v, delta, theta of stages 1..N
+    controls   bounds on a, delta_dot, theta_dot
+    corridor   half-planes of every disc of stages 1..N (ocp/corridor_rows.py, Eq. H2)
+    slack      >= 0
+
+Everything is in scaled units: a variable counts in its `UNITS`, a row in the unit of what it bounds,
+so OSQP's own scaling (a pass over the matrices each cycle) can stay off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from rti_mpcc.model.layout import A, CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.types import Array
+
+Index = NDArray[np.int64]
+
+STATE_UNITS = np.array([1.0, 1.0, 0.3, 1.0, 0.3, 1.0])
+"""What one scaled unit of x, y, phi, v, delta, theta is."""
+CONTROL_UNITS = np.array([0.5, 0.5, 1.0])
+"""What one scaled unit of a, delta_dot, theta_dot is."""
+SLACK_UNIT = 0.1
+"""What one scaled unit of slack is [m]."""
+
+BOUNDED = np.array([V, DELTA, THETA])
+"""States with bounds, in the order of their rows."""
+
+HESSIAN_PAIRS = np.array(
+    [(X, X), (X, Y), (Y, Y), (PHI, PHI), (X, V), (Y, V), (V, V), (V, DELTA), (DELTA, DELTA)]
+    + [(X, THETA), (Y, THETA), (PHI, THETA), (THETA, THETA)]
+)
+"""Entries of a stage's Hessian that can differ from 0 (row <= column)."""
+STATE_SLOPES = np.array([(X, PHI), (X, V), (X, DELTA), (Y, PHI), (Y, V), (Y, DELTA), (PHI, V), (PHI, DELTA)])
+"""Entries of dF/dz that vary; its diagonal is 1."""
+CONTROL_SLOPES = np.array(
+    [(X, A), (X, DELTA_DOT), (Y, A), (Y, DELTA_DOT), (PHI, A), (PHI, DELTA_DOT)]
+    + [(V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)]
+)
+"""Entries of dF/du that vary."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slots:
+    """A sparse matrix in CSC form whose entries are written group by group.
+
+    Attributes:
+        shape: (rows, columns).
+        indices, indptr: CSC pattern.
+        groups: name -> positions in the CSC data, in the shape in which the group is written.
+        scales: name -> factor from physical to scaled units, same shape.
+        constant: (nnz,) data with the entries that never change filled in, 0 elsewhere.
+    """
+
+    shape: tuple[int, int]
+    indices: Index
+    indptr: Index
+    groups: dict[str, Index]
+    scales: dict[str, Array]
+    constant: Array
+
+    def write(self, data: Array, group: str, values: Array) -> None:
+        """Write physical `values` of one group into CSC `data` (nnz,)."""
+        data[self.groups[group]] = values * self.scales[group]
+
+    def matrix(self, data: Array) -> sparse.csc_matrix:
+        """The matrix with `data` (nnz,), explicit zeros kept."""
+        return sparse.csc_matrix((data, self.indices, self.indptr), shape=self.shape)
+
+
+class _SlotsBuilder:
+    """Collects groups of entries and orders them into CSC form."""
+
+    def __init__(self, row_units: Array, column_units: Array, *, hessian: bool = False) -> None:
+        self._row_units, self._column_units, self._hessian = row_units, column_units, hessian
+        self._rows: list[Index] = []
+        self._columns: list[Index] = []
+        self._values: list[Array] = []
+        self._shapes: dict[str, tuple[int, ...]] = {}
+
+    def add(self, name: str, rows: Index, columns: Index, value: float = 0.0) -> None:
+        rows, columns = np.broadcast_arrays(rows, columns)
+        self._shapes[name] = rows.shape
+        self._rows.append(rows.ravel())
+        self._columns.append(columns.ravel())
+        self._values.append(np.full(rows.size, value))
+
+    def build(self) -> Slots:
+        rows, columns = np.concatenate(self._rows), np.concatenate(self._columns)
+        row_scale = self._row_units if self._hessian else 1.0 / self._row_units
+        scale = row_scale[rows] * self._column_units[columns]
+        order = np.lexsort((rows, columns))
+        position = np.empty_like(order)
+        position[order] = np.arange(len(order))
+        counts = np.bincount(columns, minlength=len(self._column_units))
+        groups, scales, begin = {}, {}, 0
+        for name, shape in self._shapes.items():
+            size = int(np.prod(shape))
+            groups[name] = position[begin : begin + size].reshape(shape)
+            scales[name] = scale[begin : begin + size].reshape(shape)
+            begin += size
+        return Slots(
+            shape=(len(self._row_units), len(self._column_units)),
+            indices=rows[order],
+            indptr=np.concatenate([[0], np.cumsum(counts)]),
+            groups=groups,
+            scales=scales,
+            constant=(np.concatenate(self._values) * scale)[order],
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QpPattern:
+    """Where everything stands in the QP.
+
+    Attributes:
+        stages, discs, sides: N, discs per body, half-planes per disc (0 discs: no corridor rows).
+        state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,): variables.
+        dynamics_rows (N+1, 6), state_rows (N, 3), control_rows (N, 3), corridor_rows
+            (N, discs, sides), slack_rows (N,): constraints.
+        column_units, row_units: what one scaled unit is.
+        cost, constraints: the slots of P (upper triangle) and A.
+    """
+
+    stages: int
+    discs: int
+    sides: int
+    state_columns: Index
+    control_columns: Index
+    slack_columns: Index
+    dynamics_rows: Index
+    state_rows: Index
+    control_rows: Index
+    corridor_rows: Index
+    slack_rows: Index
+    column_units: Array
+    row_units: Array
+    cost: Slots
+    constraints: Slots
+
+
+def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
+    """The pattern for N stages and `sides` half-planes on each of `discs` discs."""
+    columns = _Counter()
+    state_columns, control_columns = columns.take(stages + 1, STATES), columns.take(stages, CONTROLS)
+    slack_columns = columns.take(stages)
+    rows = _Counter()
+    dynamics_rows, state_rows = rows.take(stages + 1, STATES), rows.take(stages, len(BOUNDED))
+    control_rows, corridor_rows = rows.take(stages, CONTROLS), rows.take(stages, discs, sides)
+    slack_rows = rows.take(stages)
+
+    column_units = np.empty(columns.count)
+    column_units[state_columns], column_units[control_columns] = STATE_UNITS, CONTROL_UNITS
+    column_units[slack_columns] = SLACK_UNIT
+    row_units = np.ones(rows.count)
+    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, STATE_UNITS[BOUNDED]
+    row_units[control_rows], row_units[slack_rows] = CONTROL_UNITS, SLACK_UNIT
+
+    cost = _SlotsBuilder(column_units, column_units, hessian=True)
+    cost.add("states", state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]])
+    cost.add("controls", control_columns, control_columns)
+    cost.add("slacks", slack_columns, slack_columns)
+
+    a = _SlotsBuilder(row_units, column_units)
+    a.add("initial", dynamics_rows[0], state_columns[0], 1.0)
+    a.add("same state", dynamics_rows[1:], state_columns[:-1], 1.0)
+    a.add("next state", dynamics_rows[1:], state_columns[1:], -1.0)
+    a.add("by state", dynamics_rows[1:, STATE_SLOPES[:, 0]], state_columns[:-1, STATE_SLOPES[:, 1]])
+    a.add("by control", dynamics_rows[1:, CONTROL_SLOPES[:, 0]], control_columns[:, CONTROL_SLOPES[:, 1]])
+    a.add("state bounds", state_rows, state_columns[1:, BOUNDED], 1.0)
+    a.add("control bounds", control_rows, control_columns, 1.0)
+    pose = state_columns[1:, None, None, [X, Y, PHI]]
+    a.add("half-planes", corridor_rows[..., None], pose)
+    a.add("relief", corridor_rows, slack_columns[:, None, None], 1.0)
+    a.add("slack bounds", slack_rows, slack_columns, 1.0)
+    return QpPattern(
+        stages=stages,
+        discs=discs,
+        sides=sides,
+        state_columns=state_columns,
+        control_columns=control_columns,
+        slack_columns=slack_columns,
+        dynamics_rows=dynamics_rows,
+        state_rows=state_rows,
+        control_rows=control_rows,
+        corridor_rows=corridor_rows,
+        slack_rows=slack_rows,
+        column_units=column_units,
+        row_units=row_units,
+        cost=cost.build(),
+        constraints=a.build(),
+    )
+
+
+class _Counter:
+    """Hands out consecutive indices in blocks."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def take(self, *shape: int) -> Index:
+        size = int(np.prod(shape))
+        block = np.arange(self.count, self.count + size, dtype=np.int64).reshape(shape)
+        self.count += size
+        return block

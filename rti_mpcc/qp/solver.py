@@ -1,0 +1,148 @@
+"""The one door to OSQP.
+
+What OSQP does not tell is checked here: it keeps the old problem when an update is refused, and an
+unsolved QP may leave finite garbage behind. Only a status on the list of good ones gives a solution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import osqp
+
+from rti_mpcc.config import SolverSettings
+from rti_mpcc.qp.filling import QpValues
+from rti_mpcc.qp.pattern import QpPattern
+from rti_mpcc.types import Array
+
+GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED), int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QpSolution:
+    """What a solve gave.
+
+    Attributes:
+        solved: whether the status is good and all numbers are finite; if not, `primal` and `dual` are 0.
+        primal: (n,), dual: (m,), in scaled units.
+        status: OSQP's word.
+        iterations: of OSQP.
+        refactorisations: by adaptive rho within the solve.
+        seconds: of the solve.
+    """
+
+    solved: bool
+    primal: Array
+    dual: Array
+    status: str
+    iterations: int
+    refactorisations: int
+    seconds: float
+
+
+class QpSolver:
+    """Holds one OSQP problem of fixed pattern."""
+
+    def __init__(self, pattern: QpPattern, settings: SolverSettings) -> None:
+        self._pattern = pattern
+        self._settings = settings
+        self._osqp: Any = None
+
+    def update(self, values: QpValues) -> str:
+        """Preparation: hand over all numbers (factorises). Returns "" or why they were refused."""
+        problem = self._complaint(values)
+        if problem:
+            return problem
+        if self._osqp is None:
+            self._set_up(values)
+        else:
+            self._osqp.update(
+                Px=values.cost.copy(),
+                Ax=values.constraints.copy(),
+                q=values.gradient,
+                l=values.lower,
+                u=values.upper,
+            )
+        return ""
+
+    def solve(self, values: QpValues, primal: Array, dual: Array, time_limit: float | None = None) -> QpSolution:
+        """Feedback: hand over the bounds only and solve from a guess.
+
+        Args:
+            values: as in the last `update`, but for its bounds.
+            primal: (n,), dual: (m,) guess in scaled units.
+            time_limit: [s].
+        """
+        if self._osqp is None:
+            return self.nothing("not prepared")
+        if not (np.isfinite(values.lower) | np.isneginf(values.lower)).all() or not _ordered(values):
+            return self.nothing("bounds refused")
+        self._osqp.update(l=values.lower, u=values.upper)
+        self._osqp.warm_start(x=primal, y=dual)
+        if time_limit is not None:
+            self._osqp.update_settings(time_limit=max(time_limit, 1e-4))
+        result = self._osqp.solve(raise_error=False)
+        info = result.info
+        good = info.status_val in GOOD and np.isfinite(result.x).all() and np.isfinite(result.y).all()
+        if not good:
+            self._osqp.warm_start(x=np.zeros_like(primal), y=np.zeros_like(dual))
+            return self.nothing(str(info.status), iterations=int(info.iter), seconds=float(info.run_time))
+        return QpSolution(
+            solved=True,
+            primal=np.array(result.x),
+            dual=np.array(result.y),
+            status=str(info.status),
+            iterations=int(info.iter),
+            refactorisations=int(info.rho_updates),
+            seconds=float(info.run_time),
+        )
+
+    def _set_up(self, values: QpValues) -> None:
+        settings = self._settings
+        self._osqp = osqp.OSQP()
+        self._osqp.setup(
+            P=self._pattern.cost.matrix(values.cost.copy()),
+            q=values.gradient.copy(),
+            A=self._pattern.constraints.matrix(values.constraints.copy()),
+            l=values.lower.copy(),
+            u=values.upper.copy(),
+            eps_abs=settings.tolerance,
+            eps_rel=settings.tolerance,
+            max_iter=settings.max_iterations,
+            check_termination=settings.check_interval,
+            polishing=settings.polish,
+            scaling=0,
+            check_dualgap=False,
+            warm_starting=True,
+            verbose=False,
+        )
+
+    def _complaint(self, values: QpValues) -> str:
+        rows, columns = self._pattern.constraints.shape
+        if values.gradient.shape != (columns,) or values.lower.shape != (rows,):
+            return "lengths do not fit the pattern"
+        for name in ("cost", "gradient", "constraints"):
+            if not np.isfinite(getattr(values, name)).all():
+                return f"{name} not finite"
+        if np.isnan(values.lower).any() or np.isnan(values.upper).any():
+            return "bounds not a number"
+        return "" if _ordered(values) else "a lower bound above its upper bound"
+
+    def nothing(self, status: str, *, iterations: int = 0, seconds: float = 0.0) -> QpSolution:
+        """The result of a QP that was not solved, with the word for why."""
+        rows, columns = self._pattern.constraints.shape
+        return QpSolution(
+            solved=False,
+            primal=np.zeros(columns),
+            dual=np.zeros(rows),
+            status=status,
+            iterations=iterations,
+            refactorisations=0,
+            seconds=seconds,
+        )
+
+
+def _ordered(values: QpValues) -> bool:
+    return bool((values.lower <= values.upper).all())

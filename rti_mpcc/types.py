@@ -1,0 +1,155 @@
+"""What goes into the controller and what comes out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleState:
+    """Measured state of the vehicle; the reference point is the middle of the rear axle.
+
+    Attributes:
+        x, y: position [m] in the world frame.
+        phi: heading [rad], any branch.
+        v: speed [m/s], negative in reverse.
+        delta: steering angle [rad] of the bicycle's front wheel, positive to the left.
+    """
+
+    x: float
+    y: float
+    phi: float
+    v: float
+    delta: float
+
+
+class Objective(Enum):
+    """What the QP of a cycle asks for."""
+
+    CONTOURING = "contouring"
+    ARRIVAL = "arrival"
+
+
+class Status(Enum):
+    """What the controller is doing, and why."""
+
+    FOLLOWING = "following"
+    """Contouring along the path; the goal or cusp does not shape the plan's end yet."""
+    ARRIVING = "arriving"
+    """Driving one planned arrival at rest at the goal or cusp."""
+    SETTLING = "settling"
+    """Inside the goal tolerance (or at the cusp), braking to a standstill."""
+    DOCKED = "docked"
+    """Standing inside the goal tolerance."""
+    CHANGING_DIRECTION = "changing direction"
+    """Standing at a cusp until the queued commands are drained and the sign of motion may change."""
+    STARTING = "starting"
+    """Standing still while the first plan of a part is being found."""
+    BLOCKED = "blocked"
+    """The plan's body leaves the corridor or meets an obstacle within the stopping distance: braking."""
+    STALLED = "stalled"
+    """Standing outside the goal tolerance with no plan that would end inside it."""
+    FAILED = "failed"
+    """No plan was accepted: a substitute is driven, `reason` says why."""
+
+
+class Source(Enum):
+    """Where a command comes from."""
+
+    SOLUTION = "solution"
+    SHIFTED_PLAN = "shifted plan"
+    BRAKING = "braking"
+    STANDSTILL = "standstill"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trajectory:
+    """A planned motion. All arrays are read-only.
+
+    Attributes:
+        times: (N+1,) [s], on the clock of `now`.
+        states: (N+1, 6) x [m], y [m], phi [rad], v [m/s], delta [rad], theta [m]; world frame.
+        controls: (N, 3) a [m/s²], delta_dot [rad/s], theta_dot [m/s], each held from times[k] to times[k+1].
+    """
+
+    times: Array
+    states: Array
+    controls: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectiveWeights:
+    """The weights that act on the plan's first stage, after dynamic allocation (paper Eq. 7, 9-11)."""
+
+    lag: float
+    contouring: float
+    progress_reward: float
+    goal_position: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnostics:
+    """How a command came about.
+
+    Attributes:
+        theta: progress of the vehicle along the route [m].
+        part: index of the active one-direction part.
+        objective: what the QP asked for.
+        weights: the weights acting on the first stage.
+        time_to_go: planned time to the arrival [s]; None while contouring.
+        failed: the QP of this cycle was not accepted.
+        solver_status: OSQP's word for its result ("" where no QP was solved).
+        iterations: OSQP iterations of all QPs of this cycle.
+        slack: largest corridor slack of the plan [m].
+        reason: one line for humans.
+        prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
+        deadline_missed: step took longer than the configured deadline.
+    """
+
+    theta: float
+    part: int
+    objective: Objective
+    weights: EffectiveWeights
+    time_to_go: float | None
+    failed: bool
+    solver_status: str
+    iterations: int
+    slack: float
+    reason: str
+    prepare_ms: float
+    feedback_ms: float
+    solve_ms: float
+    step_ms: float
+    deadline_missed: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """What the vehicle is to do until the next step.
+
+    Attributes:
+        acceleration: [m/s²].
+        steering_rate: [rad/s].
+        speed, steering: planned values [m/s], [rad] at now + dead time + cycle.
+        status: what the controller is doing, and why.
+        source: where the command comes from.
+        docked: standing inside the goal tolerance.
+        trajectory: the plan that the command belongs to.
+        diagnostics: how it came about.
+    """
+
+    acceleration: float
+    steering_rate: float
+    speed: float
+    steering: float
+    status: Status
+    source: Source
+    docked: bool
+    trajectory: Trajectory
+    diagnostics: Diagnostics
