@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from geometry.angles import lift, wrap
+from geometry.corridor import Corridor, Narrowing
 from geometry.errors import CorridorError, InputError, PathError, RtiMpccError
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
 from geometry.pose import Pose2
+from geometry.walls import HalfPlanes
 
 __all__ = [
+    "Corridor",
     "CorridorError",
+    "HalfPlanes",
     "InputError",
+    "Narrowing",
     "PathError",
     "PathPart",
     "PathReference",

@@ -1,0 +1,99 @@
+"""Bodies against walls and obstacles, exactly: do they touch, and how far away or how deep are they."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from geometry.boundary import Boundary, as_pairs
+from geometry.errors import InputError
+from geometry.walls import Obstacles, PartWalls, half_planes
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: float) -> Mask:
+    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` [m] of a wall or obstacle or are beyond a wall.
+
+    Raises:
+        InputError: wrong shape, numbers that are not finite, negative margin.
+    """
+    corners, shapes = _bodies(bodies)
+    if not margin >= 0.0:
+        raise InputError(f"margin = {margin}: must be >= 0 m.")
+    hit = _near(walls.lines, shapes, margin)
+    for obstacle in obstacles.shapes:
+        hit |= _near(obstacle, shapes, margin)
+    free = np.flatnonzero(~hit)
+    hit[free] = (_wall_distance(walls, corners[free]) < 0.0).all(axis=1)
+    return hit
+
+
+def clearance(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Array:
+    """Return the signed clearance (n,) of bodies (n, m, 2) [m]; +inf where there is nothing to hit.
+
+    When something is crossed: minus the deepest penetration, the larger of the distance of body corners on the wrong
+    side to the boundary and the depth in the body of boundary samples.
+
+    Raises:
+        InputError: wrong shape, numbers that are not finite.
+    """
+    corners, shapes = _bodies(bodies)
+    things = [walls.lines, *obstacles.shapes]
+    distance = np.full(len(shapes), np.inf)
+    for thing in things:
+        # The distance to nothing is nan.
+        distance = np.fmin(distance, shapely.distance(shapes, thing))
+    wrong = np.maximum(-_wall_distance(walls, corners), -_signed(obstacles.boundary, corners))
+    outside = (_wall_distance(walls, corners) < 0.0).all(axis=1)
+    crossed = np.flatnonzero((distance == 0.0) | outside)
+    sides = [side for side in (walls.left, walls.right, obstacles.boundary) if side is not None]
+    for i in crossed:
+        distance[i] = -max(0.0, float(wrong[i].max()), _depth(sides, shapes[i]))
+    return distance
+
+
+def _bodies(bodies: ArrayLike) -> tuple[Array, NDArray[np.object_]]:
+    corners = np.ascontiguousarray(bodies, dtype=np.float64)
+    if corners.ndim != 3 or corners.shape[1] < 3 or corners.shape[2] != 2:
+        raise InputError(f"bodies has shape {corners.shape}, it must be (n, m >= 3, 2).")
+    if not np.isfinite(corners).all():
+        raise InputError("bodies must be finite numbers.")
+    return corners, np.asarray(shapely.polygons(corners), dtype=np.object_)
+
+
+def _near(thing: shapely.Geometry, shapes: NDArray[np.object_], margin: float) -> Mask:
+    shapely.prepare(thing)  # nothing to do but for the first time, or after unpickling
+    near = shapely.dwithin(thing, shapes, margin) if margin > 0.0 else shapely.intersects(thing, shapes)
+    return np.asarray(near, dtype=np.bool_)
+
+
+def _signed(side: Boundary | None, corners: Array) -> Array:
+    """Signed distance (n, m) of corners (n, m, 2) to one side [m]."""
+    planes = half_planes([side], corners.reshape(-1, 2), None, 0.0)
+    return planes.distance.reshape(corners.shape[:2])
+
+
+def _wall_distance(walls: PartWalls, corners: Array) -> Array:
+    """The lower of the signed distances (n, m) to both walls [m]."""
+    return np.minimum(_signed(walls.left, corners), _signed(walls.right, corners))
+
+
+def _depth(sides: Sequence[Boundary], shape: shapely.Polygon) -> float:
+    """How deep in a body the deepest boundary sample is [m], 0 if there is none in it."""
+    middle = shapely.get_coordinates(shape.centroid)[0]
+    radius = float(np.hypot(*(shapely.get_coordinates(shape) - middle).T).max())
+    deepest = 0.0
+    for side in sides:
+        samples = as_pairs(
+            side.vertex[np.asarray(side.tree.query_ball_point(middle, radius), dtype=np.int64)]
+        )
+        points = shapely.points(samples)
+        inside = points[shapely.covers(shape, points)]
+        if len(inside):
+            deepest = max(deepest, float(shapely.distance(shape.exterior, inside).max()))
+    return deepest

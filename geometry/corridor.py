@@ -1,0 +1,230 @@
+"""Corridors: what keeps a vehicle beside a route, and what it has to keep out of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, nan
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from geometry import clearance as bodies_against
+from geometry.errors import CorridorError, InputError
+from geometry.offsets import sections_of, trimmed
+from geometry.outline import checked_polygon, narrowest_in, path_line, split
+from geometry.part import PathPart
+from geometry.path import ReferencePath
+from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes
+
+Array = NDArray[np.float64]
+_CHECKED = 0.05  # [m] between the path points that are checked against boundaries
+
+
+@dataclass(frozen=True, slots=True)
+class Narrowing:
+    """A stretch on which one or both offsets of a corridor differ; of several at one place the tightest holds.
+
+    Attributes:
+        start, end: theta on the whole route, 0 <= start < end <= its length [m].
+        left, right: offsets there, left > 0 > right; None: as elsewhere [m].
+    """
+
+    start: float
+    end: float
+    left: float | None = None
+    right: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Corridor:
+    """Boundaries for each part of a route, left and right of the vehicle's heading, and obstacle polygons.
+
+    The boundaries of a part act on that part only. Built by `from_offsets` or `from_polygon`; pickles.
+
+    Attributes:
+        walls: the boundaries of each part of the route.
+        kept_out: the obstacles.
+    """
+
+    walls: tuple[PartWalls, ...]
+    kept_out: Obstacles
+
+    @classmethod
+    def from_offsets(
+        cls,
+        path: ReferencePath,
+        *,
+        left: float,
+        right: float,
+        narrowings: Sequence[Narrowing] = (),
+        obstacles: Sequence[ArrayLike] = (),
+    ) -> Corridor:
+        """Build boundaries at lateral offsets from the path, positive to the left of the vehicle's heading.
+
+        Where the offsets change there are transverse edges. Boundaries are trimmed where they fold (geometry.offsets).
+        There is none before the start of a part and none behind its end.
+
+        Args:
+            path: the route.
+            left, right: offsets, left > 0 > right [m].
+            narrowings: where they differ.
+            obstacles: polygons (m, 2) to keep out of [m].
+
+        Raises:
+            CorridorError: an offset that is not finite or leaves the path out of the corridor; a narrowing outside the
+                route or with start >= end; a boundary that crosses the path; a bad obstacle.
+        """
+        _check_offsets("", left, right)
+        for i, row in enumerate(narrowings):
+            _check_narrowing(f"narrowings[{i}]", row, path.length, left, right)
+        rows = [
+            (row.start, row.end, *(nan if value is None else value for value in (row.left, row.right)))
+            for row in narrowings
+        ]
+        kept_out = Obstacles.from_polygons(obstacles)
+        walls = tuple(_walls(i, part, left, right, rows) for i, part in enumerate(path.parts))
+        return cls(walls=walls, kept_out=kept_out)
+
+    @classmethod
+    def from_polygon(
+        cls, path: ReferencePath, polygon: ArrayLike, *, obstacles: Sequence[ArrayLike] = ()
+    ) -> Corridor:
+        """Build the boundaries from the outline (m, 2) of the drivable area [m].
+
+        Every part of the route gets all of it, split into left and right where the tangents at the ends of the part
+        meet it.
+
+        Raises:
+            CorridorError: the polygon crosses itself or does not contain the path; a bad obstacle.
+        """
+        shape = checked_polygon(polygon, "polygon")
+        walls = []
+        for i, part in enumerate(path.parts):
+            if not shape.covers(path_line(part, _CHECKED)):
+                raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
+            walls.append(PartWalls.from_lines(*split(part, shape), narrowest_in(part, shape)))
+        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
+
+    def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:
+        """Return the same boundaries with other obstacle polygons (m, 2) [m].
+
+        Raises:
+            CorridorError: a bad obstacle.
+        """
+        return replace(self, kept_out=Obstacles.from_polygons(obstacles))
+
+    @property
+    def obstacles(self) -> tuple[Array, ...]:
+        """Corners (m, 2) of the obstacle polygons, counter-clockwise [m]."""
+        return self.kept_out.corners
+
+    def half_planes(
+        self,
+        part: int,
+        points: Array,
+        previous: HalfPlanes | None = None,
+        *,
+        hysteresis: float = 0.05,
+    ) -> HalfPlanes:
+        """Return half-planes at the nearest boundary points of points (n, 2) [m].
+
+        Sides: 0 left, 1 right and, only if the corridor has obstacles, 2 the nearest obstacle.
+
+        Args:
+            part: index of the active part of the route.
+            points: (n, 2) [m].
+            previous: the result of the last call for as many points: each keeps its boundary feature (a smooth run
+                between corners) unless another is nearer by more than `hysteresis` [m].
+
+        Raises:
+            InputError: a part that does not exist, wrong shapes, numbers that are not finite.
+        """
+        walls = self._part(part)
+        sides = [walls.left, walls.right]
+        if self.kept_out.boundary is not None:
+            sides.append(self.kept_out.boundary)
+        return half_planes(sides, points, previous, hysteresis)
+
+    def clearance(self, part: int, bodies: ArrayLike) -> Array:
+        """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m]; when crossed, minus the penetration.
+
+        Exact and slow. Raises as `half_planes`.
+        """
+        return bodies_against.clearance(self._part(part), self.kept_out, bodies)
+
+    def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a boundary.
+
+        Args:
+            part: index of the active part of the route.
+            bodies: (n, m, 2) [m].
+            margin: coming as near as this counts as touching [m].
+
+        Raises as `half_planes`, or for a negative margin.
+        """
+        return bodies_against.collides(self._part(part), self.kept_out, bodies, margin)
+
+    def narrowest(self, part: int | None = None) -> tuple[float, float]:
+        """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
+
+        Without a part that of the whole route. Obstacles don't count.
+        """
+        if part is not None:
+            return self._part(part).narrowest
+        return min(walls.narrowest for walls in self.walls)
+
+    def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
+        walls = self._part(part)
+        return walls.left_lines, walls.right_lines
+
+    def _part(self, part: int) -> PartWalls:
+        if not 0 <= part < len(self.walls):
+            raise InputError(f"part = {part}: must be 0 to {len(self.walls) - 1}.")
+        return self.walls[part]
+
+
+def _walls(
+    index: int, part: PathPart, left: float, right: float, rows: Sequence[tuple[float, float, float, float]]
+) -> PartWalls:
+    """Boundaries of one part at offsets."""
+    sections = sections_of(part, left, right, rows)
+    left_lines = trimmed(part, sections, sections.left)
+    right_lines = trimmed(part, sections, sections.right)
+    # They come with growing theta; the allowed side has to be on their left.
+    if part.direction > 0:
+        left_lines = [np.ascontiguousarray(line[::-1]) for line in left_lines]
+    else:
+        right_lines = [np.ascontiguousarray(line[::-1]) for line in right_lines]
+    width = sections.left - sections.right
+    i = int(np.argmin(width))
+    walls = PartWalls.from_lines(left_lines, right_lines, (float(width[i]), float(sections.breaks[i])))
+    if shapely.intersects(walls.lines, path_line(part, _CHECKED)):
+        raise CorridorError(f"part {index}: a boundary crosses the path, offsets must leave the path inside.")
+    return walls
+
+
+def _check_offsets(where: str, left: float, right: float) -> None:
+    for name, value in (("left", left), ("right", right)):
+        if not isfinite(value):
+            raise CorridorError(f"{where}{name} = {value}: an offset must be a finite number.")
+    if left <= right:
+        raise CorridorError(f"{where}left = {left}: must be more than right = {right}.")
+    if left <= 0.0:
+        raise CorridorError(f"{where}left = {left}: must be > 0 m, else the boundary crosses the path.")
+    if right >= 0.0:
+        raise CorridorError(f"{where}right = {right}: must be < 0 m, else the boundary crosses the path.")
+
+
+def _check_narrowing(where: str, row: Narrowing, length: float, left: float, right: float) -> None:
+    for name, value in (("start", row.start), ("end", row.end)):
+        # Lengths of paths are sums: a narrowing may end where the path does but for rounding.
+        if not (isfinite(value) and -1e-6 <= value <= length + 1e-6):
+            raise CorridorError(f"{where}.{name} = {value}: must be between 0 and the length {length:g} m.")
+    if row.start >= row.end:
+        raise CorridorError(f"{where}.start = {row.start}: must be less than end = {row.end}.")
+    _check_offsets(
+        f"{where}.", left if row.left is None else row.left, right if row.right is None else row.right
+    )

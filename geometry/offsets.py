@@ -1,0 +1,245 @@
+"""Boundaries of one part of a path at lateral offsets from it, trimmed where they fold.
+
+A boundary point at theta with offset o lies at p(theta) + o n(theta), n to the left of the vehicle's heading. Its
+curve runs 1 - o kappa times as fast as the path. Where that is negative, or where the other side of the wall is
+corridor of another stretch of the same part, the curve has folded and the point is dropped:
+
+    dist(p + (o +- PROBE) n, path) < |o|   and   < the offset at the nearest path point, on that side      (1)
+
+The probe just behind the wall makes a wall without thickness, as between two lanes that touch, vanish too, while
+the point to which the inside of an arc collapses at o = 1/kappa stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from geometry.boundary import SPACING, as_complex, as_pairs
+from geometry.part import PathPart
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Mask = NDArray[np.bool_]
+
+_PROBE = 1e-3  # [m]
+_GAP = 3.0 * SPACING  # [m] between the ends of a fold, at most
+_OVERLAP = 10  # samples behind the ends of a fold in which its crossing is sought
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sections:
+    """Offsets of a part, constant between breaks.
+
+    Attributes:
+        breaks: (b+1,) theta, from the start to the end of the part [m].
+        left, right: (b,) offsets, left > 0 > right [m].
+    """
+
+    breaks: Array
+    left: Array
+    right: Array
+
+    def bound(self, theta: Array, lateral: Array) -> Array:
+        """|offset| (n,) of the side on which the lateral deviations (n,) are [m]."""
+        i = np.clip(np.searchsorted(self.breaks, theta, side="right") - 1, 0, self.left.size - 1)
+        return np.where(lateral > 0.0, self.left[i], -self.right[i])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Raw:
+    """An untrimmed boundary: theta, offset (k,) [m], folded (k,) where it runs backwards, point (k,) x + iy."""
+
+    theta: Array
+    offset: Array
+    folded: Mask
+    point: Complex
+
+
+def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
+    """Return the boundary of one side as polylines (k, 2) in the order of growing theta.
+
+    Args:
+        part: the part of the path.
+        sections: the offsets of both sides.
+        values: (b,) those of this side, sections.left or sections.right.
+    """
+    distance = _PathDistance(part)
+    raw = _untrimmed(part, sections.breaks, values)
+    kept = ~raw.folded & ~_is_inside(part, sections, distance, raw.theta, raw.offset)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], kept, [0])).astype(np.int8)))
+    runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    if not runs:
+        return []
+    lines: list[list[Complex]] = [[_opened(part, sections, distance, raw, runs[0][0], -1)]]
+    body = raw.point[runs[0][0] : runs[0][1]]
+    for before, after in pairwise(runs):
+        joint = _crossing(raw, before, after)
+        following = raw.point[after[0] : after[1]]
+        if joint is not None:
+            body, following = _cut(body, joint), _cut(following[::-1], joint)[::-1]
+            lines[-1].append(body)
+        elif _is_closed(distance, raw, before, after):
+            lines[-1].append(body)
+        else:
+            lines[-1] += [body, _opened(part, sections, distance, raw, before[1] - 1, 1)]
+            lines.append([_opened(part, sections, distance, raw, after[0], -1)])
+        body = following
+    lines[-1] += [body, _opened(part, sections, distance, raw, runs[-1][1] - 1, 1)]
+    return [as_pairs(np.concatenate(pieces)) for pieces in lines]
+
+
+def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
+    """Sample a side at most SPACING apart, with transverse edges where the offset steps."""
+    thetas, offsets, folded = [], [], []
+    for i, (a, b) in enumerate(pairwise(breaks)):
+        if i > 0 and values[i] != values[i - 1]:
+            n = int(np.ceil(abs(values[i] - values[i - 1]) / SPACING)) + 1
+            offsets.append(np.linspace(values[i - 1], values[i], n)[1:-1])
+            thetas.append(np.full(n - 2, a))
+            folded.append(np.zeros(n - 2, dtype=np.bool_))
+        inner = part.knots[(part.knots > a) & (part.knots < b)]
+        ends = np.concatenate(([a], inner, [b]))
+        stretch = 1.0 - values[i] * part.curvature(0.5 * (ends[1:] + ends[:-1]))
+        counts = np.ceil(np.diff(ends) * np.maximum(np.abs(stretch), 1.0) / SPACING - 1e-9).astype(np.int64)
+        counts = np.maximum(counts, 1) + 1
+        piece = np.repeat(np.arange(counts.size), counts)
+        step = np.arange(piece.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        thetas.append(ends[piece] + (ends[piece + 1] - ends[piece]) * step / (counts[piece] - 1))
+        offsets.append(np.full(piece.size, values[i]))
+        folded.append(stretch[piece] < -1e-9)
+    theta, offset = np.concatenate(thetas), np.concatenate(offsets)
+    return _Raw(theta=theta, offset=offset, folded=np.concatenate(folded), point=_points(part, theta, offset))
+
+
+def _points(part: PathPart, theta: Array, offset: Array) -> Complex:
+    at = part.reference(theta)
+    return as_complex(np.column_stack([at.x - offset * np.sin(at.phi), at.y + offset * np.cos(at.phi)]))
+
+
+class _PathDistance:
+    """Distance to a part of a path, from its samples, refined on the arcs."""
+
+    def __init__(self, part: PathPart) -> None:
+        n = int(np.ceil((part.end - part.start) / SPACING)) + 1
+        self._part = part
+        self._theta = np.linspace(part.start, part.end, n)
+        self._tree = cKDTree(as_pairs(_points(part, self._theta, np.zeros(n))), leafsize=32)
+
+    def __call__(self, points: Complex) -> tuple[Array, Array, Array]:
+        """Return distance [m], theta [m] and lateral deviation [m], (n,) each."""
+        theta = self._theta[self._tree.query(as_pairs(points))[1]]
+        for last in (False, False, True):
+            at = self._part.reference(theta)
+            dx, dy = points.real - at.x, points.imag - at.y
+            c, s = np.cos(at.phi), np.sin(at.phi)
+            lag, lateral = c * dx + s * dy, c * dy - s * dx
+            if last:
+                break
+            # Newton's step; where the point is near a centre of curvature, any theta there is as near.
+            pace = np.maximum(1.0 - lateral * self._part.direction * at.slope, 0.1)
+            step = np.clip(self._part.direction * lag / pace, -SPACING, SPACING)
+            theta = np.clip(theta + step, self._part.start, self._part.end)
+        return np.hypot(lag, lateral), theta, lateral
+
+
+def _is_inside(
+    part: PathPart, sections: Sections, distance: _PathDistance, theta: Array, offset: Array
+) -> Mask:
+    """Equation (1)."""
+    behind = _points(part, theta, offset + np.copysign(_PROBE, offset))
+    d, at, lateral = distance(behind)
+    return (d < np.abs(offset) - 1e-9) & (d < sections.bound(at, lateral))
+
+
+def _opened(
+    part: PathPart, sections: Sections, distance: _PathDistance, raw: _Raw, end: int, way: int
+) -> Complex:
+    """The point between the last kept sample of a run and the first dropped one where the boundary ends."""
+    out = end + way
+    if not 0 <= out < raw.theta.size or raw.folded[out]:
+        return raw.point[end : end + 1]
+    low, high = 0.0, 1.0
+    for _ in range(20):
+        share = np.array([0.5 * (low + high)])
+        theta = raw.theta[end] + share * (raw.theta[out] - raw.theta[end])
+        offset = raw.offset[end] + share * (raw.offset[out] - raw.offset[end])
+        inside = bool(_is_inside(part, sections, distance, theta, offset)[0])
+        low, high = (low, float(share[0])) if inside else (float(share[0]), high)
+    theta = raw.theta[end] + np.array([low]) * (raw.theta[out] - raw.theta[end])
+    return _points(part, theta, raw.offset[end] + np.array([low]) * (raw.offset[out] - raw.offset[end]))
+
+
+def _crossing(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> complex | None:
+    """Where the two ends of a fold cross, both followed a little into the dropped samples."""
+    middle = (before[1] + after[0]) // 2
+    stop, start = before[1], after[0]
+    while stop < min(before[1] + _OVERLAP, middle) and not raw.folded[stop]:
+        stop += 1
+    while start > max(after[0] - _OVERLAP, middle + 1) and not raw.folded[start - 1]:
+        start -= 1
+    first = raw.point[max(before[0], before[1] - _OVERLAP) : stop]
+    second = raw.point[start : min(after[1], after[0] + _OVERLAP)]
+    if first.size < 2 or second.size < 2:
+        return None
+    common = shapely.intersection(shapely.linestrings(as_pairs(first)), shapely.linestrings(as_pairs(second)))
+    points = shapely.get_coordinates(common)
+    if len(points) == 0:
+        return None
+    candidates = as_complex(points)
+    return complex(candidates[np.argmin(np.abs(candidates - raw.point[before[1] - 1]))])
+
+
+def _cut(line: Complex, joint: complex) -> Complex:
+    """Let a polyline end at a point that is on it or shortly behind its end."""
+    if line.size < 2:
+        return np.append(line, joint)
+    tail = line[-_OVERLAP - 1 :]
+    way = np.diff(tail)
+    r = (joint - tail[:-1]) * way.conj() / np.maximum(np.abs(way), 1e-12)
+    inside = (r.real >= 0.0) & (r.real <= np.abs(way)) & (np.abs(r.imag) < 1e-9)
+    kept = line.size if not inside.any() else line.size - tail.size + int(np.argmax(inside)) + 1
+    return np.append(line[:kept], joint)
+
+
+def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bool:
+    """Whether the straight way between the ends of a gap may be boundary: it is short or nowhere in the corridor."""
+    i, j = before[1] - 1, after[0]
+    way = raw.point[j] - raw.point[i]
+    if abs(way) <= _GAP:
+        return True
+    n = int(np.ceil(abs(way) / SPACING)) + 1
+    d, _, _ = distance(raw.point[i] + way * np.linspace(0.0, 1.0, n))
+    return bool((d >= min(abs(raw.offset[i]), abs(raw.offset[j])) - 2.0 * _PROBE).all())
+
+
+def sections_of(
+    part: PathPart, left: float, right: float, narrowings: Sequence[tuple[float, float, float, float]]
+) -> Sections:
+    """Return the offsets of a part.
+
+    Args:
+        part: the part of the path.
+        left, right: offsets where nothing narrows [m].
+        narrowings: (start, end, left, right) [m], a side that stays as it is being nan; where several hold, the
+            tightest does.
+    """
+    edges = [edge for row in narrowings for edge in row[:2] if part.start < edge < part.end]
+    breaks = np.unique(np.array([part.start, *edges, part.end]))
+    middle = 0.5 * (breaks[1:] + breaks[:-1])
+    lefts, rights = np.full(middle.size, np.nan), np.full(middle.size, np.nan)
+    for start, end, narrow_left, narrow_right in narrowings:
+        inside = (middle > start) & (middle < end)
+        lefts[inside] = np.fmin(lefts[inside], narrow_left)
+        rights[inside] = np.fmax(rights[inside], narrow_right)
+    return Sections(
+        breaks=breaks,
+        left=np.where(np.isnan(lefts), left, lefts),
+        right=np.where(np.isnan(rights), right, rights),
+    )

@@ -1,0 +1,110 @@
+"""Polygons: checked, split into the left and the right boundary of a part, and how wide they are along it."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from geometry.errors import CorridorError
+from geometry.part import PathPart
+
+Array = NDArray[np.float64]
+_SPACING = 0.25  # [m] between the path points at which the width is measured
+
+
+def checked_polygon(corners: ArrayLike, name: str) -> shapely.Polygon:
+    """Return corners (m, 2) [m] as a polygon whose outline runs counter-clockwise.
+
+    Raises:
+        CorridorError: fewer than 3 corners, numbers that are not finite, or an outline that crosses itself.
+    """
+    try:
+        points = np.array(corners, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise CorridorError(f"{name} must be numbers of shape (m, 2).") from error
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise CorridorError(f"{name} has shape {points.shape}, it must be (m, 2).")
+    if not np.isfinite(points).all():
+        raise CorridorError(f"{name} must be finite numbers.")
+    if len(points) > 1 and (points[0] == points[-1]).all():
+        points = points[:-1]
+    if len(points) < 3:
+        raise CorridorError(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
+    shape = shapely.Polygon(points)
+    if not shape.is_valid:
+        raise CorridorError(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
+    return shapely.geometry.polygon.orient(shape, 1.0)
+
+
+def path_line(part: PathPart, spacing: float) -> shapely.LineString:
+    """Return the part as a polyline with points at its knots and at most `spacing` [m] apart."""
+    counts = np.maximum(np.ceil(np.diff(part.knots) / spacing).astype(np.int64), 1)
+    piece = np.repeat(np.arange(counts.size), counts)
+    step = np.arange(piece.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    theta = part.knots[piece] + np.diff(part.knots)[piece] * step / counts[piece]
+    at = part.reference(np.append(theta, part.end))
+    return shapely.LineString(np.column_stack([at.x, at.y]))
+
+
+def split(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[Array]]:
+    """Return the outline as polylines (k, 2) of the left and of the right side of the vehicle [m].
+
+    It is cut where the tangents at both ends of the part, followed outwards, first meet it, so that the way round
+    either end belongs half to the left and half to the right. Both run counter-clockwise: allowed on the left.
+    """
+    outline = polygon.exterior
+    behind = _hit(outline, part.first.x, part.first.y, part.first.phi, -part.direction)
+    ahead = _hit(outline, part.last.x, part.last.y, part.last.phi, part.direction)
+    starboard, port = _between(outline, behind, ahead), _between(outline, ahead, behind)
+    return (port, starboard) if part.direction > 0 else (starboard, port)
+
+
+def narrowest_in(part: PathPart, polygon: shapely.Polygon) -> tuple[float, float]:
+    """Return the smallest width along the path's normals [m] and its theta [m].
+
+    Measured every _SPACING, at knots and beside each corner of the outline, which is where the width has its minima.
+    """
+    corners = shapely.get_coordinates(polygon.exterior)[:-1]
+    beside = [part.project(float(x), float(y)) for x, y in corners]
+    even = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _SPACING)) + 1)
+    theta = np.unique(np.concatenate((even, part.knots, beside)))
+    at = part.reference(theta)
+    width = sum(
+        _ray_lengths(polygon.exterior, at.x, at.y, at.phi + side * np.pi / 2.0) for side in (-1.0, 1.0)
+    )
+    i = int(np.argmin(width))
+    return float(np.asarray(width)[i]), float(theta[i])
+
+
+def _ray_lengths(outline: shapely.LinearRing, x: Array, y: Array, angle: Array) -> Array:
+    """Length (n,) of rays from points inside to where they first meet the outline [m]."""
+    low_x, low_y, high_x, high_y = outline.bounds
+    far = np.hypot(high_x - low_x, high_y - low_y) + 1.0
+    start = np.column_stack([x, y])
+    end = start + far * np.column_stack([np.cos(angle), np.sin(angle)])
+    rays = shapely.linestrings(np.stack([start, end], axis=1))
+    return np.asarray(
+        shapely.distance(shapely.points(start), shapely.intersection(rays, outline)), dtype=np.float64
+    )
+
+
+def _hit(outline: shapely.LinearRing, x: float, y: float, phi: float, way: int) -> float:
+    """Position on the outline [m] at which a ray along way times the heading first meets it."""
+    angle = phi if way > 0 else phi + np.pi
+    length = float(_ray_lengths(outline, np.array([x]), np.array([y]), np.array([angle]))[0])
+    return float(outline.project(shapely.Point(x + length * np.cos(angle), y + length * np.sin(angle))))
+
+
+def _between(outline: shapely.LinearRing, start: float, end: float) -> list[Array]:
+    """The outline from one position on it to another, in its own sense."""
+    corners = shapely.get_coordinates(outline)
+    at = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))))
+    if end <= start:
+        end += at[-1]
+    corners, at = np.concatenate((corners, corners[1:])), np.concatenate((at, at[-1] + at[1:]))
+    inner = (at > start) & (at < end)
+    ends = np.array(
+        [[np.interp(p, at, corners[:, 0]), np.interp(p, at, corners[:, 1])] for p in (start, end)]
+    )
+    return [np.concatenate((ends[:1], corners[inner], ends[1:]))]
