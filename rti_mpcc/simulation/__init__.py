@@ -1,0 +1,23 @@
+"""Scenario files, a plant with errors unknown to the controller, the closed loop, the figures of a run."""
+
+from __future__ import annotations
+
+from rti_mpcc.simulation.closed_loop import Controller, simulate
+from rti_mpcc.simulation.metrics import summary
+from rti_mpcc.simulation.result import Cycles, RunResult, Truth
+from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scenario_file import builtin_names, changed, load_scenario, scenario_from_dict
+
+__all__ = [
+    "Controller",
+    "Cycles",
+    "RunResult",
+    "Scenario",
+    "Truth",
+    "builtin_names",
+    "changed",
+    "load_scenario",
+    "scenario_from_dict",
+    "simulate",
+    "summary",
+]

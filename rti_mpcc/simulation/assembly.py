@@ -1,0 +1,86 @@
+"""From what the loop noted down to the read-only arrays of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rti_mpcc.simulation.plant import PlantParameters
+from rti_mpcc.simulation.result import Cycles, Truth
+from rti_mpcc.types import Array, Command
+
+
+def assemble_truth(samples: Sequence[Sequence[float]], parameters: PlantParameters) -> Truth:
+    """The truth from samples of t, x, y, phi, v, delta, theta, part, goal x, y, phi."""
+    table = np.array(samples)
+    times, v, delta = table[:, 0], table[:, 4], table[:, 5]
+    yaw_rate = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase
+    return Truth(
+        times=_kept(times),
+        poses=_kept(table[:, 1:4]),
+        v=_kept(v),
+        delta=_kept(delta),
+        theta=_kept(table[:, 6]),
+        part=_kept_integers(table[:, 7]),
+        acceleration=_kept(_slopes(times, v)),
+        steering_rate=_kept(_slopes(times, delta)),
+        lateral_acceleration=_kept(v * yaw_rate),
+        goals=_kept(table[:, 8:11]),
+    )
+
+
+def _slopes(times: Array, values: Array) -> Array:
+    """(n,) mean slope from each sample to the next; the last one repeated."""
+    if len(times) < 2:
+        return np.zeros(len(times))
+    slopes = np.diff(values) / np.diff(times)
+    return np.append(slopes, slopes[-1])
+
+
+def assemble_cycles(times: Sequence[float], commands: Sequence[Command], step_ms: Sequence[float]) -> Cycles:
+    """The record of the cycles; `step_ms` is the wall time of each step()."""
+    notes = [command.diagnostics for command in commands]
+    weights = [note.weights for note in notes]
+    return Cycles(
+        times=_kept(times),
+        acceleration=_kept([command.acceleration for command in commands]),
+        steering_rate=_kept([command.steering_rate for command in commands]),
+        speed=_kept([command.speed for command in commands]),
+        steering=_kept([command.steering for command in commands]),
+        status=tuple(command.status for command in commands),
+        source=tuple(command.source for command in commands),
+        objective=tuple(note.objective for note in notes),
+        reason=tuple(note.reason for note in notes),
+        weights=_kept([[w.lag, w.contouring, w.progress_reward, w.goal_position] for w in weights]),
+        time_to_go=_kept([nan if note.time_to_go is None else note.time_to_go for note in notes]),
+        iterations=_kept_integers([note.iterations for note in notes]),
+        solved=_kept_flags([note.solver_status != "" for note in notes]),
+        failed=_kept_flags([note.failed for note in notes]),
+        slack=_kept([note.slack for note in notes]),
+        prepare_ms=_kept([note.prepare_ms for note in notes]),
+        feedback_ms=_kept([note.feedback_ms for note in notes]),
+        solve_ms=_kept([note.solve_ms for note in notes]),
+        step_ms=_kept(step_ms),
+        deadline_missed=_kept_flags([note.deadline_missed for note in notes]),
+    )
+
+
+def _kept(values: Sequence[float] | Sequence[list[float]] | Array) -> Array:
+    array = np.array(values, dtype=np.float64)
+    array.flags.writeable = False
+    return array
+
+
+def _kept_integers(values: Sequence[int] | Array) -> NDArray[np.int64]:
+    array = np.array(values, dtype=np.int64)
+    array.flags.writeable = False
+    return array
+
+
+def _kept_flags(values: Sequence[bool]) -> NDArray[np.bool_]:
+    array = np.array(values, dtype=np.bool_)
+    array.flags.writeable = False
+    return array

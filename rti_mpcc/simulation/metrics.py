@@ -1,0 +1,177 @@
+"""The figures of a run, as summary.json has them (contract 3.2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry import wrap
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.simulation.closed_loop import DOCK_TIME, STANDSTILL_SPEED
+from rti_mpcc.simulation.plant import SAME_TIME
+from rti_mpcc.simulation.result import RunResult, Truth
+from rti_mpcc.types import Array, Source, Status
+
+TURNING_TRAVEL = 0.05
+"""A change of direction counts after so much travel in the new one [m]."""
+_ROUNDING = 1e-9
+_SLICE = 500
+"""Bodies checked in one call: bounds the memory of the exact check."""
+
+
+def summary(result: RunResult) -> dict[str, Any]:
+    """Name to value; what was never reached or measured is None. SI units, times of the controller in ms."""
+    truth = result.truth
+    inside = within_tolerance(truth, result.config.goal_tolerance)
+    standing = inside & (np.abs(truth.v) <= STANDSTILL_SPEED)
+    to_tolerance = float(truth.times[np.argmax(inside)]) if inside.any() else None
+    to_dock = time_to_dock(truth.times, standing)
+    return {
+        "scenario": result.scenario.name,
+        "method": result.method,
+        "preset": result.preset,
+        "seed": result.seed,
+        "docked": to_dock is not None and bool(standing[-1]),
+        "time_to_tolerance_s": to_tolerance,
+        "time_to_dock_s": to_dock,
+        "final_error": final_error(truth),
+        "min_clearance_m": _finite(float(np.min(clearances(result)))),
+        "direction_changes": direction_changes(truth.times, truth.v),
+        "max_steering_rad": float(np.max(np.abs(truth.delta))),
+        "rms": rms(truth, to_tolerance),
+        "energy": energy(truth, to_tolerance),
+        "energy_to_dock": energy(truth, to_dock),
+        "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
+        **_computing(result),
+        "ended": result.ended,
+        "duration_s": float(truth.times[-1]),
+    }
+
+
+def goal_errors(truth: Truth) -> Array:
+    """(n, 3) longitudinal [m], lateral [m] and heading [rad] error to the true goal, in the goal's frame."""
+    difference = truth.poses - truth.goals
+    c, s = np.cos(truth.goals[:, 2]), np.sin(truth.goals[:, 2])
+    longitudinal = c * difference[:, 0] + s * difference[:, 1]
+    lateral = -s * difference[:, 0] + c * difference[:, 1]
+    return np.stack([longitudinal, lateral, wrap(difference[:, 2])], axis=-1)
+
+
+def within_tolerance(truth: Truth, tolerance: tuple[float, float, float]) -> NDArray[np.bool_]:
+    """(n,) whether all three errors to the true goal are at most the tolerance."""
+    inside: NDArray[np.bool_] = np.all(np.abs(goal_errors(truth)) <= tolerance, axis=1)
+    return inside
+
+
+def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
+    """Start of the first DOCK_TIME in which the vehicle stands inside tolerance throughout [s]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], standing, [False]]).astype(np.int64)))
+    for first, behind in zip(edges[::2], edges[1::2], strict=True):
+        if times[behind - 1] - times[first] >= DOCK_TIME - SAME_TIME:
+            return float(times[first])
+    return None
+
+
+def final_error(truth: Truth) -> dict[str, float]:
+    """The last error to the true goal."""
+    longitudinal, lateral, heading = goal_errors(truth)[-1].tolist()
+    return {"longitudinal_m": longitudinal, "lateral_m": lateral, "heading_rad": heading}
+
+
+def clearances(result: RunResult) -> Array:
+    """(n,) signed clearance [m] of the body to the active part's boundaries and the obstacles of the time."""
+    truth = result.truth
+    bodies = body_polygons(truth.poses, result.config.vehicle)
+    begins = np.array([begin for begin, _ in result.corridors])
+    scene = np.searchsorted(begins, truth.times + SAME_TIME, side="right") - 1
+    distances = np.empty(len(truth.times))
+    for key in sorted(set(zip(scene.tolist(), truth.part.tolist(), strict=True))):
+        rows = np.flatnonzero((scene == key[0]) & (truth.part == key[1]))
+        for begin in range(0, len(rows), _SLICE):
+            some = rows[begin : begin + _SLICE]
+            distances[some] = result.corridors[key[0]][1].clearance(key[1], bodies[some])
+    return distances
+
+
+def direction_changes(times: Array, v: Array) -> int:
+    """How often the direction of travel changes, each time after 0.05 m in the new one; cusps included."""
+    travel = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(times))])
+    direction, changes = 0, 0
+    lowest = highest = 0.0
+    for way in travel.tolist():
+        lowest, highest = min(lowest, way), max(highest, way)
+        back = direction >= 0 and highest - way >= TURNING_TRAVEL - _ROUNDING
+        forth = direction <= 0 and way - lowest >= TURNING_TRAVEL - _ROUNDING
+        if back or forth:
+            changes += direction != 0
+            direction = -1 if back else 1
+            lowest = highest = way
+    return changes
+
+
+def rms(truth: Truth, until: float | None) -> dict[str, float]:
+    """Root of the time mean of the square up to `until` [s] (None: the whole run); 0 over no time."""
+    values = {"steering": _square_integral(truth.times, truth.delta, until), **energy(truth, until)}
+    time = truth.times[-1] - truth.times[0] if until is None else until - truth.times[0]
+    names = ("steering", "steering_rate", "acceleration", "lateral_acceleration")
+    return {name: float(np.sqrt(values[name] / time)) if time > 0.0 else 0.0 for name in names}
+
+
+def energy(truth: Truth, until: float | None) -> dict[str, float]:
+    """Integral of the square up to `until` [s] (None: the whole run).
+
+    Acceleration and steering rate are means over each step and so counted as constant in it; the lateral
+    acceleration is sampled and integrated by trapezoids.
+    """
+    steps = np.diff(truth.times) * (True if until is None else truth.times[1:] <= until + SAME_TIME)
+    return {
+        "steering_rate": float(steps @ truth.steering_rate[:-1] ** 2),
+        "acceleration": float(steps @ truth.acceleration[:-1] ** 2),
+        "lateral_acceleration": _square_integral(truth.times, truth.lateral_acceleration, until),
+    }
+
+
+def _square_integral(times: Array, values: Array, until: float | None) -> float:
+    count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME, side="right"))
+    return float(np.trapezoid(values[:count] ** 2, times[:count]))
+
+
+def _computing(result: RunResult) -> dict[str, Any]:
+    """Computing time, solver and fall-backs over all cycles; the times leave the first cycle out."""
+    cycles = result.cycles
+    iterations = cycles.iterations[cycles.solved]
+    substitutes = (Source.SHIFTED_PLAN, Source.BRAKING)
+    return {
+        "cycle_ms": _spread(cycles.step_ms[1:]),
+        "feedback_ms": _spread(cycles.feedback_ms[1:]),
+        "solver": {
+            "iterations_p50": _percentile(iterations, 50),
+            "iterations_p95": _percentile(iterations, 95),
+            "failures": int(np.count_nonzero(cycles.failed)),
+        },
+        "fallback_cycles": sum(
+            source in substitutes or status is Status.FAILED
+            for source, status in zip(cycles.source, cycles.status, strict=True)
+        ),
+        "deadline_misses": int(np.count_nonzero(cycles.deadline_missed)),
+    }
+
+
+def _spread(values: Array) -> dict[str, float | None]:
+    return {
+        "p50": _percentile(values, 50),
+        "p95": _percentile(values, 95),
+        "p99": _percentile(values, 99),
+        "max": float(np.max(values)) if len(values) else None,
+    }
+
+
+def _percentile(values: Array | NDArray[np.int64], percent: float) -> float | None:
+    return float(np.percentile(values, percent)) if len(values) else None
+
+
+def _finite(value: float) -> float | None:
+    """None where nothing was near: JSON has no infinity."""
+    return value if np.isfinite(value) else None

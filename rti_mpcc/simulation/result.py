@@ -1,0 +1,114 @@
+"""What a simulated run leaves behind: the truth, what the controller did, and what it was run with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.types import Array, Objective, Source, Status
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Truth:
+    """The truth at every plant step. All arrays are read-only.
+
+    Attributes:
+        times: (n,) [s].
+        poses: (n, 3) x [m], y [m], phi [rad] of the rear axle; phi is continuous.
+        v, delta: (n,) speed [m/s], steering angle as measured [rad].
+        theta: (n,) progress along the route [m].
+        part: (n,) index of the active one-direction part.
+        acceleration, steering_rate: (n,) what the actuators did [m/s²], [rad/s], mean from this step to the
+            next; the last entry repeats the one before.
+        lateral_acceleration: (n,) v times the yaw rate [m/s²].
+        goals: (n, 3) the true goal x [m], y [m], phi [rad].
+    """
+
+    times: Array
+    poses: Array
+    v: Array
+    delta: Array
+    theta: Array
+    part: NDArray[np.int64]
+    acceleration: Array
+    steering_rate: Array
+    lateral_acceleration: Array
+    goals: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cycles:
+    """What the controller did in each of its m cycles. All arrays are read-only.
+
+    Attributes:
+        times: (m,) when the state was measured [s].
+        acceleration, steering_rate: (m,) commands [m/s²], [rad/s].
+        speed, steering: (m,) planned values for interfaces that take those [m/s], [rad].
+        status, source, objective, reason: m of each.
+        weights: (m, 4) lag, contouring, progress reward, goal position, as they act on the first stage.
+        time_to_go: (m,) [s]; NaN while contouring.
+        iterations: (m,) of OSQP.
+        solved: (m,) whether a QP was given to the solver.
+        failed: (m,) whether its result was refused.
+        slack: (m,) largest corridor slack [m].
+        prepare_ms, feedback_ms, solve_ms: (m,) as the controller took them.
+        step_ms: (m,) wall time of all of step(), as the caller sees it.
+        deadline_missed: (m,).
+    """
+
+    times: Array
+    acceleration: Array
+    steering_rate: Array
+    speed: Array
+    steering: Array
+    status: tuple[Status, ...]
+    source: tuple[Source, ...]
+    objective: tuple[Objective, ...]
+    reason: tuple[str, ...]
+    weights: Array
+    time_to_go: Array
+    iterations: NDArray[np.int64]
+    solved: NDArray[np.bool_]
+    failed: NDArray[np.bool_]
+    slack: Array
+    prepare_ms: Array
+    feedback_ms: Array
+    solve_ms: Array
+    step_ms: Array
+    deadline_missed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """A whole run.
+
+    Attributes:
+        scenario, preset, method, seed: what was asked for.
+        config: the controller's settings.
+        path: the route.
+        corridors: (from time [s], corridor) in order of time; more than one where obstacles came and went.
+        truth, cycles: what happened.
+        ended: why the run ended: "docked", "stopped" or "duration".
+    """
+
+    scenario: Scenario
+    preset: str
+    method: str
+    seed: int
+    config: ControllerConfig
+    path: ReferencePath
+    corridors: tuple[tuple[float, Corridor], ...]
+    truth: Truth
+    cycles: Cycles
+    ended: str
+
+
+def inside_tolerance(pose: Pose2, goal: Pose2, tolerance: tuple[float, float, float]) -> bool:
+    """Whether a pose is within longitudinal, lateral [m] and heading [rad] tolerance in the goal's frame."""
+    error = pose.relative_to(goal)
+    return abs(error.x) <= tolerance[0] and abs(error.y) <= tolerance[1] and abs(error.phi) <= tolerance[2]

@@ -1,0 +1,227 @@
+"""What a scenario file says, as frozen validated models, and the objects that follow from it.
+
+The models check each value by itself (type, range, finiteness, unknown keys); what values must be to one another
+is checked by `scenario_checks`. `scenario_file.load_scenario` does both and words the errors.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from geometry import Corridor, Narrowing, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig, Limits, Vehicle
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.plant import PlantParameters
+
+PRESETS = ("default", "paper", "paper_printed")
+
+# TOML has lists only; strictness stays on for what is in them.
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+Triple = Annotated[tuple[float, float, float], Field(strict=False)]
+Polygon = Annotated[tuple[Pair, ...], Field(strict=False, min_length=3)]
+Positive = Annotated[float, Field(gt=0.0)]
+Length = Annotated[float, Field(gt=0.0, le=100.0)]
+Rate = Annotated[float, Field(gt=0.0, le=100.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
+StateNoise = Annotated[
+    tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
+]
+
+
+class Section(BaseModel):
+    """A table of the file: immutable, exact types (an int may be a float), no unknown keys, no NaN or inf."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
+
+
+class SegmentSection(Section):
+    """One piece of constant curvature [1/m] and length [m]; direction -1 is reverse."""
+
+    direction: Literal[1, -1]
+    curvature: float
+    length: Positive
+
+
+class PathSection(Section):
+    """Either `start` (x, y [m], heading [rad] of the vehicle) and `segments`, or a CSV `file`."""
+
+    start: Triple | None = None
+    segments: Annotated[tuple[SegmentSection, ...], Field(strict=False, min_length=1)] | None = None
+    file: str | None = None
+
+    @field_validator("file")
+    @classmethod
+    def _beside_the_scenario(cls, file: str | None, info: ValidationInfo) -> str | None:
+        """A relative path file lies relative to the scenario file."""
+        folder = (info.context or {}).get("folder")
+        return file if file is None or folder is None else str(Path(folder) / file)
+
+
+class NarrowingSection(Section):
+    """Other offsets [m] of one or both boundaries between two arc lengths [m] of the whole route."""
+
+    start: float = Field(alias="from", ge=0.0)
+    end: float = Field(alias="to")
+    left: float | None = None
+    right: float | None = None
+
+
+class CorridorSection(Section):
+    """Either offsets `left` and `right` [m] of the path (positive to the left) or a `polygon`; obstacles."""
+
+    left: float | None = None
+    right: float | None = None
+    narrowings: Annotated[tuple[NarrowingSection, ...], Field(strict=False)] = ()
+    polygon: Polygon | None = None
+    obstacles: Annotated[tuple[Polygon, ...], Field(strict=False)] = ()
+
+
+class ShiftSection(Section):
+    """The true goal moves by `offset` (its own frame) once the rear axle is within `at_distance` [m]."""
+
+    at_distance: Positive
+    offset: Triple
+
+
+class GoalSection(Section):
+    """The goal by `offset` from the path's last pose or by its `pose`; neither: the path's last pose."""
+
+    offset: Triple | None = None
+    pose: Triple | None = None
+    tolerance: Tolerance = (0.05, 0.05, 0.03490658503988659)
+    shifts: Annotated[tuple[ShiftSection, ...], Field(strict=False)] = ()
+
+
+class VehicleSection(Section):
+    """The body and wheelbase [m], see `Vehicle`; front and rear are measured from the rear axle."""
+
+    wheelbase: Length = Vehicle().wheelbase
+    width: Length = Vehicle().width
+    front: Length = Vehicle().front
+    rear: float = Field(default=Vehicle().rear, ge=0.0, le=100.0)
+
+
+class LimitsSection(Section):
+    """Limits of the vehicle, see `Limits`: [m/s], [m/s²], [rad], [rad/s]."""
+
+    speed: Rate = Limits().speed
+    acceleration: Rate = Limits().acceleration
+    steering: float = Field(default=Limits().steering, gt=0.0, le=1.4)
+    steering_rate: Rate = Limits().steering_rate
+
+
+class ControllerSection(Section):
+    """What the controller assumes or is asked for; None is the preset's own value."""
+
+    dead_time: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    comfort_acceleration: Positive | None = None
+    deadline: Positive | None = None
+
+
+class SimulationSection(Section):
+    """The plant and the clock. Times [s]; wheelbase_error relative; steering_offset [rad].
+
+    `state_noise` is the standard deviation of the measured x, y [m], phi [rad], v [m/s], delta [rad].
+    """
+
+    plant_step: float = Field(default=0.01, ge=0.0005, le=0.05)
+    cycle: float = Field(default=0.05, ge=0.005, le=0.2)
+    dead_time: float = Field(default=0.0, ge=0.0, le=1.0)
+    duration: float = Field(default=120.0, gt=0.0, le=3600.0)
+    wheelbase_error: float = Field(default=0.0, ge=-0.5, le=0.5)
+    steering_offset: float = Field(default=0.0, ge=-0.3, le=0.3)
+    acceleration_gain: float = Field(default=1.0, ge=0.1, le=3.0)
+    state_noise: StateNoise = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Scenario(Section):
+    """A whole scenario file. Units are SI and radians; arc lengths count along the whole route."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    description: str = ""
+    path: PathSection
+    corridor: CorridorSection
+    goal: GoalSection = GoalSection()
+    vehicle: VehicleSection = VehicleSection()
+    limits: LimitsSection = LimitsSection()
+    controller: ControllerSection = ControllerSection()
+    simulation: SimulationSection = SimulationSection()
+
+    @property
+    def goal_is_path_end(self) -> bool:
+        """No goal pose is given: the controller is to stop at the path's last pose."""
+        return self.goal.offset is None and self.goal.pose is None
+
+    def build_vehicle(self) -> Vehicle:
+        """The vehicle that the controller knows."""
+        return Vehicle(**self.vehicle.model_dump())
+
+    def build_limits(self) -> Limits:
+        """The limits of vehicle and controller."""
+        return Limits(**self.limits.model_dump())
+
+    def build_path(self) -> ReferencePath:
+        """The route. Raises PathError."""
+        if self.path.file is not None:
+            return ReferencePath.from_csv(self.path.file)
+        if self.path.start is None or self.path.segments is None:
+            raise InputError("path: needs start and segments, or file")
+        segments = [(piece.direction, piece.curvature, piece.length) for piece in self.path.segments]
+        return ReferencePath.from_segments(start=Pose2(*self.path.start), segments=segments)
+
+    def build_corridor(self, path: ReferencePath) -> Corridor:
+        """The drivable area along `path`. Raises CorridorError."""
+        section = self.corridor
+        if section.polygon is not None:
+            return Corridor.from_polygon(path, section.polygon, obstacles=section.obstacles)
+        if section.left is None or section.right is None:
+            raise InputError("corridor: needs left and right, or polygon")
+        narrowings = [
+            Narrowing(piece.start, piece.end, piece.left, piece.right) for piece in section.narrowings
+        ]
+        return Corridor.from_offsets(
+            path, left=section.left, right=section.right, narrowings=narrowings, obstacles=section.obstacles
+        )
+
+    def goal_pose(self, path: ReferencePath) -> Pose2:
+        """The true goal before any shift, world frame."""
+        if self.goal.pose is not None:
+            return Pose2(*self.goal.pose)
+        return path.end if self.goal.offset is None else path.end.compose(Pose2(*self.goal.offset))
+
+    def controller_config(self, preset: str = "default") -> ControllerConfig:
+        """The controller's settings. Raises InputError for an unknown preset, ConfigError for bad values."""
+        if preset not in PRESETS:
+            raise InputError(f"preset = {preset!r}: must be one of {', '.join(PRESETS)}")
+        section, simulation = self.controller, self.simulation
+        changes: dict[str, Any] = {
+            "vehicle": self.build_vehicle(),
+            "limits": self.build_limits(),
+            "cycle": simulation.cycle,
+            "dead_time": simulation.dead_time if section.dead_time is None else section.dead_time,
+            "goal_tolerance": self.goal.tolerance,
+        }
+        for key in ("comfort_acceleration", "deadline"):
+            if getattr(section, key) is not None:
+                changes[key] = getattr(section, key)
+        if preset == "paper":
+            return ControllerConfig.paper(**changes)
+        return (
+            ControllerConfig.paper_printed(**changes) if preset != "default" else ControllerConfig(**changes)
+        )
+
+    def plant_parameters(self) -> PlantParameters:
+        """The plant, with the errors that the controller does not know."""
+        simulation = self.simulation
+        return PlantParameters.of(
+            self.build_vehicle(),
+            self.build_limits(),
+            dead_time=simulation.dead_time,
+            wheelbase_error=simulation.wheelbase_error,
+            steering_offset=simulation.steering_offset,
+            acceleration_gain=simulation.acceleration_gain,
+        )

@@ -1,0 +1,186 @@
+"""What the values of a scenario must be to one another; each problem names key, value and what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import hypot, pi, tan
+
+import numpy as np
+
+from geometry import Corridor, Pose2, ReferencePath, wrap
+from rti_mpcc.errors import InputError
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.simulation.scenario import Scenario
+
+GOAL_REACH = 20.0
+"""Farthest goal from the path's last part [m]: beyond it a goal is taken for a mistake in the file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """One thing wrong: the dotted key, its value as shown to the user, and what is allowed."""
+
+    key: str
+    value: object
+    allowed: str
+
+
+def problems(scenario: Scenario) -> list[Problem]:
+    """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
+    found = [*_path_choice(scenario), *_corridor_choice(scenario), *_goal_choice(scenario), *_clock(scenario)]
+    if found:
+        return found
+    try:
+        path = scenario.build_path()
+    except InputError as error:
+        return [Problem(key=_path_key(scenario), value=scenario.path.file, allowed=str(error))]
+    found = list(_narrowings(scenario, path))
+    if found:
+        return found
+    try:
+        corridor = scenario.build_corridor(path)
+    except InputError as error:
+        return [Problem(key="corridor", value=None, allowed=str(error))]
+    found = [*_width(scenario, corridor), *_goals(scenario, path, corridor)]
+    try:
+        scenario.controller_config("default")
+    except InputError as error:
+        found.append(Problem(key="controller", value=None, allowed=str(error)))
+    return found
+
+
+def remarks(scenario: Scenario, path: ReferencePath) -> list[str]:
+    """What is allowed but will show: one line each."""
+    possible = tan(scenario.limits.steering) / scenario.vehicle.wheelbase
+    if path.max_curvature <= possible * (1.0 + 1e-9):
+        return []
+    return [
+        f"path: its largest curvature {path.max_curvature:.4g} 1/m is more than the vehicle can steer "
+        f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m); it will be left there"
+    ]
+
+
+def _path_choice(scenario: Scenario) -> Iterator[Problem]:
+    path = scenario.path
+    if path.file is not None and (path.start is not None or path.segments is not None):
+        yield Problem(
+            key="path.file", value=path.file, allowed="either file, or start and segments, not both"
+        )
+    elif path.file is None:
+        for key in ("start", "segments"):
+            if getattr(path, key) is None:
+                yield Problem(key=f"path.{key}", value=None, allowed="required where path.file is not given")
+
+
+def _corridor_choice(scenario: Scenario) -> Iterator[Problem]:
+    corridor = scenario.corridor
+    for key in ("left", "right"):
+        if corridor.polygon is None and getattr(corridor, key) is None:
+            yield Problem(
+                key=f"corridor.{key}", value=None, allowed="required where corridor.polygon is not given"
+            )
+        if corridor.polygon is not None and getattr(corridor, key) is not None:
+            yield Problem(
+                key=f"corridor.{key}",
+                value=getattr(corridor, key),
+                allowed="either polygon, or left and right, not both",
+            )
+    if corridor.polygon is not None and corridor.narrowings:
+        yield Problem(
+            key="corridor.narrowings",
+            value=f"{len(corridor.narrowings)} tables",
+            allowed="only with left and right, not with polygon",
+        )
+
+
+def _goal_choice(scenario: Scenario) -> Iterator[Problem]:
+    if scenario.goal.offset is not None and scenario.goal.pose is not None:
+        yield Problem(key="goal.pose", value=scenario.goal.pose, allowed="either offset or pose, not both")
+
+
+def _clock(scenario: Scenario) -> Iterator[Problem]:
+    simulation = scenario.simulation
+    if simulation.plant_step > simulation.cycle:
+        yield Problem(
+            key="simulation.plant_step",
+            value=simulation.plant_step,
+            allowed=f"must be <= simulation.cycle = {simulation.cycle}",
+        )
+
+
+def _path_key(scenario: Scenario) -> str:
+    return "path" if scenario.path.file is None else "path.file"
+
+
+def _narrowings(scenario: Scenario, path: ReferencePath) -> Iterator[Problem]:
+    """Each narrowing by itself, so that the message can name it."""
+    section = scenario.corridor
+    if section.left is None or section.right is None:
+        return
+    width = scenario.vehicle.width
+    if section.left - section.right < width:
+        value = f"{section.left} with right = {section.right}"
+        yield Problem(
+            key="corridor.left", value=value, allowed=f"left - right must be >= the body's width {width} m"
+        )
+        return
+    for index, narrowing in enumerate(section.narrowings):
+        key = f"corridor.narrowings[{index}]"
+        left = section.left if narrowing.left is None else narrowing.left
+        right = section.right if narrowing.right is None else narrowing.right
+        if not narrowing.start < narrowing.end <= path.length + 1e-9:
+            allowed = (
+                f"must be above from = {narrowing.start} and at most the path's length {path.length:.6g}"
+            )
+            yield Problem(key=f"{key}.to", value=narrowing.end, allowed=allowed)
+        elif narrowing.left is None and narrowing.right is None:
+            yield Problem(key=key, value=None, allowed="needs left, right or both")
+        elif left - right < width:
+            value = f"left {left}, right {right}"
+            yield Problem(key=key, value=value, allowed=f"left - right must be >= the body's width {width} m")
+
+
+def _width(scenario: Scenario, corridor: Corridor) -> Iterator[Problem]:
+    width, theta = corridor.narrowest()
+    # The narrowest place is sampled: only what is clearly below the width is refused.
+    if width < scenario.vehicle.width - 1e-6:
+        yield Problem(
+            key="corridor",
+            value=f"{width:.4g} m wide at {theta:.4g} m along the path",
+            allowed=f"must be at least as wide as the body, {scenario.vehicle.width} m",
+        )
+
+
+def _goals(scenario: Scenario, path: ReferencePath, corridor: Corridor) -> Iterator[Problem]:
+    """The goal and each place it moves to must be within reach of the last part, with room for the body."""
+    goal = scenario.goal_pose(path)
+    if not scenario.goal_is_path_end:
+        yield from _goal("goal", goal, scenario, path, corridor)
+    for index, shift in enumerate(scenario.goal.shifts):
+        goal = goal.compose(Pose2(*shift.offset))
+        yield from _goal(f"goal.shifts[{index}]", goal, scenario, path, corridor)
+
+
+def _goal(
+    key: str, goal: Pose2, scenario: Scenario, path: ReferencePath, corridor: Corridor
+) -> Iterator[Problem]:
+    value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
+    part = path.parts[-1]
+    nearest = part.pose(part.project(goal.x, goal.y, heading=goal.phi))
+    distance = hypot(goal.x - nearest.x, goal.y - nearest.y)
+    turn = abs(float(wrap(goal.phi - nearest.phi)))
+    if distance > GOAL_REACH:
+        allowed = f"out of reach, {distance:.4g} m from the path's last part (at most {GOAL_REACH:g} m)"
+        yield Problem(key=key, value=value, allowed=allowed)
+    elif turn > pi / 2.0:
+        allowed = (
+            f"out of reach, turned by {turn:.4g} rad from the path beside it (at most {pi / 2.0:.4g} rad)"
+        )
+        yield Problem(key=key, value=value, allowed=allowed)
+    else:
+        body = body_polygons(np.array([[goal.x, goal.y, goal.phi]]), scenario.build_vehicle())
+        clearance = float(corridor.clearance(len(path.parts) - 1, body)[0])
+        if clearance < 0.0:
+            allowed = f"out of reach, the body there crosses a boundary or obstacle by {-clearance:.3g} m"
+            yield Problem(key=key, value=value, allowed=allowed)
