@@ -155,7 +155,7 @@ class SolverSettings(Settings):
         polish: refine the active set's solution (off on the vehicle, on for reference solutions).
     """
 
-    tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-4
+    tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 1000
     check_interval: Annotated[int, Field(ge=1, le=1000)] = 5
     polish: bool = False

@@ -233,7 +233,8 @@ class RtiMpcc:
         previous = last.planes if last else None
         if previous is not None and previous.distance.shape != (len(centres), self._pattern.sides):
             previous = None
-        return self._corridor.half_planes(self.index, centres, previous)
+        planes = self._corridor.half_planes(self.index, centres, previous)
+        return planes
 
     def _admit(self, measured: Array, linear: Linearisation) -> None:
         """Widen bounds on v and delta as far as a measured state outside them needs to come back."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rti_mpcc.model.bicycle import Step
+from rti_mpcc.model.layout import THETA, THETA_DOT
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
@@ -20,6 +21,11 @@ from rti_mpcc.types import Array
 
 CHANGE_WEIGHT = 1e-6
 """Weight on every change, in scaled units of variables and cost."""
+IDLE_WEIGHT = 1e-2
+"""Weight on the change of progress where no Frenet cost acts on it: it just goes on as planned."""
+
+_DIAGONAL = HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]
+_PROGRESS = int(np.flatnonzero((HESSIAN_PAIRS == THETA).all(axis=1))[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,9 +63,11 @@ def fill_cost(values: QpValues, pattern: QpPattern, cost: QuadraticCost, slack: 
     states = cost.state_hessian[:, HESSIAN_PAIRS[:, 0], HESSIAN_PAIRS[:, 1]]
     slots.write(values.cost, "states", scale * states)
     slots.write(values.cost, "controls", scale * cost.control_hessian)
-    diagonal = HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]
-    values.cost[slots.groups["states"][:, diagonal]] += CHANGE_WEIGHT
+    values.cost[slots.groups["states"][:, _DIAGONAL]] += CHANGE_WEIGHT
     values.cost[slots.groups["controls"]] += CHANGE_WEIGHT
+    if not cost.state_hessian[:, THETA, THETA].any():
+        values.cost[slots.groups["states"][:, _PROGRESS]] += IDLE_WEIGHT
+        values.cost[slots.groups["controls"][:, THETA_DOT]] += IDLE_WEIGHT
     values.cost[slots.groups["slacks"]] = CHANGE_WEIGHT
     units = pattern.column_units
     columns = pattern.state_columns

@@ -35,6 +35,10 @@ CONTROL_UNITS = np.array([0.5, 0.5, 1.0])
 """What one scaled unit of a, delta_dot, theta_dot is."""
 SLACK_UNIT = 0.1
 """What one scaled unit of slack is [m]."""
+BOUND_EASE = 10.0
+"""Bounds on states and controls count in so many units. Each row drags on the solver's steps like a
+proximal term, active or not; with small rows those that are far from active hardly do, which makes the
+difference between 400 and 50 iterations (docs/method.md)."""
 
 BOUNDED = np.array([V, DELTA, THETA])
 """States with bounds, in the order of their rows."""
@@ -166,8 +170,8 @@ def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
     column_units[state_columns], column_units[control_columns] = STATE_UNITS, CONTROL_UNITS
     column_units[slack_columns] = SLACK_UNIT
     row_units = np.ones(rows.count)
-    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, STATE_UNITS[BOUNDED]
-    row_units[control_rows], row_units[slack_rows] = CONTROL_UNITS, SLACK_UNIT
+    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, BOUND_EASE * STATE_UNITS[BOUNDED]
+    row_units[control_rows], row_units[slack_rows] = BOUND_EASE * CONTROL_UNITS, SLACK_UNIT
 
     cost = _SlotsBuilder(column_units, column_units, hessian=True)
     cost.add("states", state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]])

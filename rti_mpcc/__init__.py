@@ -1,0 +1,73 @@
+"""One controller from path to dock: real-time-iteration MPCC for car-like vehicles."""
+
+from __future__ import annotations
+
+from rti_mpcc._shadow import check_geometry
+
+check_geometry()
+
+from geometry import (
+    Corridor,
+    CorridorError,
+    InputError,
+    Narrowing,
+    PathError,
+    PathPart,
+    Pose2,
+    ReferencePath,
+    RtiMpccError,
+)
+from rti_mpcc.config import (
+    ControllerConfig,
+    Footprint,
+    Limits,
+    SolverSettings,
+    SpeedProfile,
+    Vehicle,
+    Weights,
+)
+from rti_mpcc.controller import RtiMpcc, Solution
+from rti_mpcc.docking import DockingController
+from rti_mpcc.errors import ConfigError, ScenarioError
+from rti_mpcc.types import (
+    Command,
+    Diagnostics,
+    EffectiveWeights,
+    Objective,
+    Source,
+    Status,
+    Trajectory,
+    VehicleState,
+)
+
+__all__ = [
+    "Command",
+    "ConfigError",
+    "ControllerConfig",
+    "Corridor",
+    "CorridorError",
+    "Diagnostics",
+    "DockingController",
+    "EffectiveWeights",
+    "Footprint",
+    "InputError",
+    "Limits",
+    "Narrowing",
+    "Objective",
+    "PathError",
+    "PathPart",
+    "Pose2",
+    "ReferencePath",
+    "RtiMpcc",
+    "RtiMpccError",
+    "ScenarioError",
+    "Solution",
+    "SolverSettings",
+    "Source",
+    "SpeedProfile",
+    "Status",
+    "Trajectory",
+    "Vehicle",
+    "VehicleState",
+    "Weights",
+]

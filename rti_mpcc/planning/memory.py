@@ -1,0 +1,95 @@
+"""What the controller remembers from one cycle to the next, as one frozen value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from geometry import Pose2
+from rti_mpcc.controller import Solution
+from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.types import Array
+
+
+class Phase(Enum):
+    """What the controller is busy with on the active part."""
+
+    STARTING = "starting"
+    CONTOURING = "contouring"
+    ARRIVING = "arriving"
+    SETTLING = "settling"
+    HOLDING = "holding"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerMemory:
+    """Everything that a cycle leaves to the next.
+
+    Attributes:
+        part: index of the active part of the route.
+        phase: see `Phase`.
+        solution: the last accepted one on this part, or None.
+        accepted_at: `now` of the cycle that accepted it [s].
+        arrive_at: planned time of arrival at rest [s]; None while contouring.
+        goal: the user's goal pose, or None for the path's last pose.
+        target: what the active part ends in, at the last cycle.
+        queue: commands on their way to the actuators.
+        standing_since: when the vehicle came to a standstill [s], or None while it moves.
+        driving_since: when the present plan began to be driven [s].
+        blocked: the way is blocked; the vehicle brakes or stands.
+        restarts: how often the active part was begun again after a stop outside the tolerance.
+    """
+
+    part: int = 0
+    phase: Phase = Phase.STARTING
+    solution: Solution | None = None
+    accepted_at: float | None = None
+    arrive_at: float | None = None
+    goal: Pose2 | None = None
+    target: Target | None = None
+    queue: tuple[QueuedCommand, ...] = ()
+    standing_since: float | None = None
+    driving_since: float = 0.0
+    blocked: bool = False
+    restarts: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """Where the vehicle will be when the command of this cycle begins to act.
+
+    Attributes:
+        now, begin: [s]; begin = now + dead time.
+        state: (6,) at `begin`, heading on the route's branch.
+        measured_speed: at `now` [m/s].
+        target: what the active part ends in.
+        direction: of the active part.
+        last_part: whether the active part is the route's last.
+        way: left to the target [m]; speed: in the direction of the part [m/s].
+        error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
+        stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
+        tolerance: (longitudinal, lateral, heading) of the target.
+    """
+
+    now: float
+    begin: float
+    state: Array
+    measured_speed: float
+    target: Target
+    direction: int
+    last_part: bool
+    way: float
+    speed: float
+    error: Pose2
+    stop_error: Pose2
+    tolerance: tuple[float, float, float]
+
+    def inside(self, error: Pose2, share: float = 1.0) -> bool:
+        """Whether `error` lies within `share` of the tolerance."""
+        along, across, heading = self.tolerance
+        return (
+            abs(error.x) <= share * along
+            and abs(error.y) <= share * across
+            and abs(error.phi) <= share * heading
+        )

@@ -1,0 +1,123 @@
+"""The active part of the route, and the phases on it: pure functions (memory, situation) -> memory."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import V
+from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+
+STANDSTILL_SPEED = 0.02
+"""Below this speed the vehicle stands [m/s]."""
+STANDSTILL_TIME = 1.0
+"""A vehicle that has stood so long [s] will not get nearer by waiting."""
+CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
+"""What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
+CUSP_REACH = 0.5
+"""A vehicle that stands within this distance of a cusp may pass it [m]."""
+SETTLE_SHARE = 0.5
+"""Share of the goal tolerance inside which a braked stop ends the arrival."""
+MOVED = 0.1
+"""A target that moves by more than this in one cycle is a new arrival [m]."""
+
+
+def decide(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+    """The phase of this cycle."""
+    return replace(_phase(_noticed(memory, situation), situation, config), target=situation.target)
+
+
+def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+    if memory.phase is Phase.HOLDING:
+        return memory if situation.inside(situation.error) else restart(memory)
+    if memory.phase is Phase.SETTLING:
+        return _settled(memory, situation)
+    if memory.phase is Phase.STARTING:
+        return replace(memory, arrive_at=None) if memory.solution is None else memory
+    if situation.inside(situation.stop_error, SETTLE_SHARE):
+        return replace(memory, phase=Phase.SETTLING)
+    if stands(memory, situation, STANDSTILL_TIME) and situation.now - memory.driving_since > STANDSTILL_TIME:
+        return _stalled(memory, situation)
+    return _timed(memory, situation, config)
+
+
+def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+    """Choose between contouring and a planned arrival, for a vehicle about to start."""
+    if not config.arrival or not within_reach(situation.way, situation.speed, config):
+        return replace(memory, arrive_at=None)
+    duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+    return replace(memory, arrive_at=situation.begin + duration)
+
+
+def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0) -> bool:
+    """Whether the vehicle has been standing for `seconds`."""
+    since = memory.standing_since
+    return since is not None and situation.now - since >= seconds
+
+
+def restart(memory: ControllerMemory) -> ControllerMemory:
+    """Begin the active part again from where the vehicle is."""
+    return replace(memory, phase=Phase.STARTING, solution=None, accepted_at=None, arrive_at=None)
+
+
+def may_change_direction(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:
+    """Whether the next part may begin: standing at the cusp with nothing left in the queue."""
+    if situation.last_part or not stands(memory, situation, dead_time):
+        return False
+    if situation.inside(situation.error):
+        return True
+    near = situation.error.x**2 + situation.error.y**2 <= CUSP_REACH**2
+    return near and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
+
+
+def next_part(memory: ControllerMemory) -> ControllerMemory:
+    """The memory at the beginning of the next part."""
+    return ControllerMemory(
+        part=memory.part + 1, goal=memory.goal, queue=memory.queue, standing_since=memory.standing_since
+    )
+
+
+def _noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    """Keep since when the vehicle stands."""
+    standing = max(abs(situation.measured_speed), abs(situation.state[V])) <= STANDSTILL_SPEED
+    since = memory.standing_since if standing and memory.standing_since is not None else situation.now
+    return replace(memory, standing_since=since if standing else None)
+
+
+def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    if stands(memory, situation):
+        return replace(memory, phase=Phase.HOLDING)
+    if not situation.inside(situation.stop_error):  # the target moved away while braking
+        return restart(memory)
+    return memory
+
+
+def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    if situation.inside(situation.error):
+        return replace(memory, phase=Phase.HOLDING)
+    return replace(restart(memory), restarts=memory.restarts + 1)
+
+
+def _timed(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+    """Begin the arrival once it is within reach; let its time fall, but not below the floor."""
+    way, speed, begin = situation.way, situation.speed, situation.begin
+    if not config.arrival:
+        return memory
+    duration = time_to_go(way, speed, config.comfort_acceleration)
+    if memory.phase is Phase.CONTOURING:
+        if within_reach(way, speed, config):
+            return replace(memory, phase=Phase.ARRIVING, arrive_at=begin + duration)
+        return memory
+    assert memory.arrive_at is not None
+    if moved(memory.target, situation.target) > MOVED:
+        return replace(memory, arrive_at=begin + duration)
+    return replace(memory, arrive_at=max(memory.arrive_at, begin + FLOOR))
+
+
+def moved(before: Target | None, now: Target) -> float:
+    """Distance by which the target has moved since the last cycle [m]."""
+    if before is None:
+        return 0.0
+    return float(((before.pose.x - now.pose.x) ** 2 + (before.pose.y - now.pose.y) ** 2) ** 0.5)

@@ -1,0 +1,97 @@
+"""From a measurement to the situation that a cycle plans in."""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+
+from geometry import PathPart, Pose2, lift
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.delay import roll_forward
+from rti_mpcc.model.layout import A, CONTROLS, PHI, THETA, V, X, Y
+from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.route import CUSP_TOLERANCE
+from rti_mpcc.types import Array, VehicleState
+
+PROJECTION_REACH = 2.0
+"""How far the progress may be from the planned one [m]; a plan is followed more closely than that."""
+
+
+def assess(
+    state: VehicleState,
+    now: float,
+    memory: ControllerMemory,
+    part: PathPart,
+    target: Target,
+    config: ControllerConfig,
+    *,
+    last_part: bool,
+) -> Situation:
+    """Roll the measured state forward over the dead time and set it against the path and the target."""
+    begin = now + config.dead_time
+    measured = np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0])
+    reached = roll_forward(
+        measured,
+        memory.queue,
+        now,
+        begin,
+        wheelbase=config.vehicle.wheelbase,
+        steering=config.limits.steering,
+    )
+    _place_on_route(reached, begin, memory, part, config.vehicle.wheelbase)
+    here = Pose2(float(reached[X]), float(reached[Y]), float(reached[PHI]))
+    stopped = _stopped(reached, config)
+    return Situation(
+        now=now,
+        begin=begin,
+        state=reached,
+        measured_speed=state.v,
+        target=target,
+        direction=part.direction,
+        last_part=last_part,
+        way=_way(here, float(reached[THETA]), part, target),
+        speed=max(part.direction * float(reached[V]), 0.0),
+        error=here.relative_to(target.pose),
+        stop_error=Pose2(float(stopped[X]), float(stopped[Y]), float(stopped[PHI])).relative_to(target.pose),
+        tolerance=config.goal_tolerance if last_part else CUSP_TOLERANCE,
+    )
+
+
+def _place_on_route(
+    reached: Array, begin: float, memory: ControllerMemory, part: PathPart, wheelbase: float
+) -> None:
+    """Give the state its progress and the branch of its heading, both nearest the plan's if there is one."""
+    x, y = float(reached[X]), float(reached[Y])
+    if memory.solution is None:
+        theta = part.project(x, y, heading=float(reached[PHI]))
+        heading = part.pose(theta).phi
+    else:
+        planned = states_at(memory.solution.trajectory, np.array([begin]), wheelbase)[0]
+        theta = part.project(x, y, near=float(planned[THETA]), reach=PROJECTION_REACH)
+        heading = float(planned[PHI])
+    reached[THETA] = theta
+    reached[PHI] = lift(float(reached[PHI]), heading)
+
+
+def _way(here: Pose2, theta: float, part: PathPart, target: Target) -> float:
+    """Way left [m]: along the path, straight on behind its end, and across to the target's offset."""
+    on_path, at_target = part.pose(theta), part.pose(target.theta)
+    offset = here.relative_to(on_path)
+    along = target.theta - theta - part.direction * offset.x
+    across = target.pose.relative_to(at_target).y - offset.y
+    return hypot(max(along, 0.0), across)
+
+
+def _stopped(state: Array, config: ControllerConfig) -> Array:
+    """Where the vehicle (6,) stands if it brakes at the comfort acceleration with its steering held."""
+    speed = float(state[V])
+    seconds = abs(speed) / config.comfort_acceleration
+    if seconds == 0.0:
+        return state
+    control = np.zeros((1, CONTROLS))
+    control[0, A] = -np.sign(speed) * config.comfort_acceleration
+    return step(state[None, :], control, np.array([seconds]), config.vehicle.wheelbase)[0]

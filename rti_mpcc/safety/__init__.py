@@ -1,0 +1,1 @@
+"""Which solution is driven, and what is driven instead."""

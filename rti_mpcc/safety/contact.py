@@ -1,0 +1,44 @@
+"""Exact check of a plan's body against boundaries and obstacles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry import Corridor
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.layout import X, Y
+from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.safety.ladder import SPARE, braking
+from rti_mpcc.types import Trajectory
+
+CHECKED = 3.0
+"""How far ahead along the plan contact is looked for beyond the stopping distance [m]."""
+SPACING = 0.2
+"""Way between two bodies that are checked [m]."""
+
+
+def way_to_contact(
+    plan: Trajectory, corridor: Corridor, part: int, config: ControllerConfig, reach: float
+) -> float:
+    """Way along the plan to the first body that touches a boundary or obstacle [m]; inf if none within `reach`.
+
+    A body that touches from the start on is let out: only poses with less clearance than it count.
+    """
+    steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
+    way = np.append(0.0, np.cumsum(steps))
+    end = min(reach, float(way[-1]))
+    marks = np.linspace(0.0, end, max(int(np.ceil(end / SPACING)) + 1, 2))
+    moving = np.append(True, steps > 1e-9)
+    times = np.interp(marks, way[moving], plan.times[moving])
+    bodies = body_polygons(states_at(plan, times, config.vehicle.wheelbase), config.vehicle)
+    touching = corridor.collides(part, bodies)
+    if touching[0]:
+        clearance = corridor.clearance(part, bodies)
+        touching &= clearance < clearance[0] - 1e-3
+    return float(marks[np.argmax(touching)]) if touching.any() else np.inf
+
+
+def stopping_distance(speed: float, config: ControllerConfig) -> float:
+    """Way needed to stop from `speed` [m/s] while blocked [m], with `SPARE` to spare."""
+    return speed**2 / (2.0 * braking(config)) + SPARE
