@@ -190,10 +190,10 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
     simulation = loop.scenario.simulation
     parameters = loop.scenario.plant_parameters()
     ending = _Ending()
-    # Products instead of sums: no drift of one clock against the other.
+    # Rounded products instead of sums: no drift of one clock against the other.
     for step in range(round(simulation.duration / simulation.plant_step) + 1):
-        time = step * simulation.plant_step
-        while (next_cycle := len(loop.commands) * simulation.cycle) <= time + SAME_TIME:
+        time = round(step * simulation.plant_step, 9)
+        while (next_cycle := round(len(loop.commands) * simulation.cycle, 9)) <= time + SAME_TIME:
             loop.plant = advance(loop.plant, parameters, next_cycle)
             _control(loop, controller, parameters, next_cycle)
             if progress is not None:

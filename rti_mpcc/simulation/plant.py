@@ -10,8 +10,8 @@ hold in closed form, and heading and position are integrals of known functions, 
     phi(t) = phi0 + integral of v tan(delta + offset) / L                           (2)
     x(t) = x0 + integral of v cos(phi),    y(t) = y0 + integral of v sin(phi)       (3)
 
-Both are taken by Gauss-Legendre collocation with three nodes (order 6), explicit here because (3) needs (2) at
-the nodes only.
+Both are taken by Gauss-Legendre collocation with three nodes (order 6), explicit here because (3) needs (2)
+at the nodes only.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What a scenario file says, as frozen validated models, and the objects that follow from it.
 
-The models check each value by itself (type, range, finiteness, unknown keys); what values must be to one another
-is checked by `scenario_checks`. `scenario_file.load_scenario` does both and words the errors.
+The models check each value by itself (type, range, finiteness, unknown keys); what values must be to one
+another is checked by `scenario_checks`. `scenario_file.load_scenario` does both and words the errors.
 """
 
 from __future__ import annotations
