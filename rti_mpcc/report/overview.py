@@ -1,0 +1,114 @@
+"""The plane from above: path, corridor, the driven body each second, the goal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PatchCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
+from rti_mpcc.report import style
+from rti_mpcc.simulation import RunResult
+from rti_mpcc.types import Array
+
+_BODY_EVERY = 1.0
+"""Time between two drawn bodies [s]."""
+_PATH_SPACING = 0.1
+"""Spacing of the drawn path [m]."""
+
+
+def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
+    """Path, corridor, obstacles, body each second and at the end, goal; on request the covering discs.
+
+    Axes are equal, in metres; the legend stands outside of the data.
+    """
+    figure = Figure(figsize=(9.0, 7.0), layout="constrained")
+    axes = figure.add_subplot()
+    _draw_corridor(axes, result)
+    _draw_path(axes, result)
+    poses = _poses_drawn(result)
+    _draw_bodies(axes, result, poses)
+    if discs:
+        _draw_discs(axes, result, poses)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.05)
+    axes.autoscale_view()
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.set_title(f"{result.scenario.name} ({result.preset}): {result.truth.times[-1]:.1f} s")
+    axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
+    figure.legend(loc="outside right upper", frameon=False)
+    return figure
+
+
+def _poses_drawn(result: RunResult) -> Array:
+    """(k, 3) true poses each second and at the end."""
+    truth = result.truth
+    wanted = np.arange(truth.times[0], truth.times[-1], _BODY_EVERY)
+    rows = np.append(np.searchsorted(truth.times, wanted), len(truth.times) - 1)
+    return truth.poses[np.unique(rows)]
+
+
+def _draw_corridor(axes: Axes, result: RunResult) -> None:
+    corridor = result.corridors[0][1]
+    lines = [line for part in range(len(result.path.parts)) for side in corridor.lines(part) for line in side]
+    _add_lines(axes, lines, color=style.BLACK, label="corridor")
+    obstacles = [obstacle for _, scene in result.corridors for obstacle in scene.obstacles]
+    if obstacles:
+        shapes = PolyCollection(obstacles, facecolors=style.GREY, edgecolors=style.BLACK, label="obstacle")
+        axes.add_collection(shapes)
+
+
+def _add_lines(axes: Axes, lines: Iterable[Array], *, color: str, label: str) -> None:
+    drawn = list(lines)
+    if drawn:
+        axes.add_collection(LineCollection(drawn, colors=color, linewidths=1.2, label=label))
+
+
+def _draw_path(axes: Axes, result: RunResult) -> None:
+    lines = []
+    for part in result.path.parts:
+        count = max(2, int(np.ceil((part.end - part.start) / _PATH_SPACING)) + 1)
+        reference = part.reference(np.linspace(part.start, part.end, count))
+        lines.append(np.stack([reference.x, reference.y], axis=-1))
+    _add_lines(axes, lines, color=style.ORANGE, label="path")
+
+
+def _draw_bodies(axes: Axes, result: RunResult, poses: Array) -> None:
+    vehicle, truth = result.config.vehicle, result.truth
+    bodies = body_polygons(poses, vehicle)
+    driven = PolyCollection(
+        list(bodies), facecolors="none", edgecolors=style.BLUE, linewidths=0.6, label="body each second"
+    )
+    axes.add_collection(driven)
+    axes.plot(
+        truth.poses[:, 0], truth.poses[:, 1], color=style.BLUE, linewidth=1.5, label="rear axle, driven"
+    )
+    last = PolyCollection(
+        [bodies[-1]], facecolors=style.SKY, edgecolors=style.BLUE, alpha=0.6, label="body at the end"
+    )
+    axes.add_collection(last)
+    goal = body_polygons(truth.goals[-1:], vehicle)
+    axes.add_collection(
+        PolyCollection(
+            list(goal),
+            facecolors="none",
+            edgecolors=style.RED,
+            linewidths=1.5,
+            linestyles="dashed",
+            label="goal",
+        )
+    )
+
+
+def _draw_discs(axes: Axes, result: RunResult, poses: Array) -> None:
+    discs = cover(result.config.vehicle, result.config.footprint.discs)
+    centres = disc_centres(poses, discs).reshape(-1, 2)
+    circles = [Circle((x, y), discs.radius) for x, y in centres.tolist()]
+    axes.add_collection(
+        PatchCollection(circles, facecolors="none", edgecolors=style.GREEN, linewidths=0.3, label="discs")
+    )

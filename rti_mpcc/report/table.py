@@ -1,0 +1,62 @@
+"""The summary of a run as a table for a terminal."""
+
+from __future__ import annotations
+
+from math import degrees
+from typing import Any
+
+from rich.table import Table
+
+
+def summary_table(summary: dict[str, Any]) -> Table:
+    """The figures of `simulation.summary` with names and units for humans."""
+    table = Table(title=f"{summary['scenario']}, method {summary['method']}, preset {summary['preset']}")
+    table.add_column("", no_wrap=True)
+    table.add_column("value", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for name, value, unit in _rows(summary):
+        table.add_row(name, value, unit)
+    return table
+
+
+def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
+    error, solver = summary["final_error"], summary["solver"]
+    rms, energy = summary["rms"], summary["energy"]
+    return [
+        ("docked", "yes" if summary["docked"] else "no", ""),
+        ("time to tolerance", _number(summary["time_to_tolerance_s"], 2), "s"),
+        ("time to dock", _number(summary["time_to_dock_s"], 2), "s"),
+        ("final error, longitudinal", _number(1e3 * error["longitudinal_m"], 1), "mm"),
+        ("final error, lateral", _number(1e3 * error["lateral_m"], 1), "mm"),
+        ("final error, heading", _number(degrees(error["heading_rad"]), 2), "deg"),
+        ("smallest clearance", _number(summary["min_clearance_m"], 3), "m"),
+        ("direction changes", str(summary["direction_changes"]), ""),
+        ("distance", _number(summary["distance_m"], 2), "m"),
+        ("largest steering", _number(summary["max_steering_rad"], 3), "rad"),
+        ("rms steering", _number(rms["steering"], 3), "rad"),
+        ("rms steering rate", _number(rms["steering_rate"], 3), "rad/s"),
+        ("rms acceleration", _number(rms["acceleration"], 3), "m/s²"),
+        ("rms lateral acceleration", _number(rms["lateral_acceleration"], 3), "m/s²"),
+        ("energy steering rate", _number(energy["steering_rate"], 3), "rad²/s"),
+        ("energy acceleration", _number(energy["acceleration"], 3), "m²/s³"),
+        ("energy lateral acceleration", _number(energy["lateral_acceleration"], 3), "m²/s³"),
+        ("cycle p50 / p95 / p99 / max", _spread(summary["cycle_ms"]), "ms"),
+        ("feedback p50 / p95 / p99 / max", _spread(summary["feedback_ms"]), "ms"),
+        ("iterations p50 / p95", _pair(solver), ""),
+        ("solver failures", str(solver["failures"]), ""),
+        ("fallback cycles", str(summary["fallback_cycles"]), ""),
+        ("deadline misses", str(summary["deadline_misses"]), ""),
+    ]
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "never" if value is None else f"{value:.{digits}f}"
+
+
+def _spread(values: dict[str, float | None]) -> str:
+    return " / ".join("-" if value is None else f"{value:.1f}" for value in values.values())
+
+
+def _pair(solver: dict[str, Any]) -> str:
+    values = (solver["iterations_p50"], solver["iterations_p95"])
+    return " / ".join("-" if value is None else f"{value:.0f}" for value in values)

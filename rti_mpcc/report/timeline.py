@@ -1,0 +1,117 @@
+"""The run over time: motion, inputs, progress, effective weights, computing time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rti_mpcc.report import style
+from rti_mpcc.simulation import RunResult
+
+_WEIGHTS = (
+    ("lag", style.BLACK),
+    ("contouring", style.BLUE),
+    ("progress reward", style.ORANGE),
+    ("goal position", style.RED),
+)
+
+
+def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
+    """v, delta, a, theta, effective weights and computing time above one another, on one time axis.
+
+    `summary` gives the times that are marked: inside tolerance (dotted) and docked (dashed). Legends stand
+    beside the axes.
+    """
+    figure = Figure(figsize=(10.0, 12.0), layout="constrained")
+    axes = figure.subplots(6, 1, sharex=True)
+    _draw_speed(axes[0], result)
+    _draw_steering(axes[1], result)
+    _draw_acceleration(axes[2], result)
+    _draw_progress(axes[3], result)
+    _draw_weights(axes[4], result)
+    _draw_computing(axes[5], result)
+    for place, one in enumerate(axes):
+        _mark(one, summary)
+        one.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
+        # Marks are named once, in the first legend.
+        handles, labels = one.get_legend_handles_labels()
+        kept = [k for k, label in enumerate(labels) if place == 0 or label not in _MARKS]
+        one.legend(
+            [handles[k] for k in kept],
+            [labels[k] for k in kept],
+            loc="upper left",
+            bbox_to_anchor=(1.01, 1.0),
+            borderaxespad=0.0,
+            frameon=False,
+            fontsize="small",
+        )
+    axes[0].set_title(f"{result.scenario.name} ({result.preset})")
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlim(0.0, max(float(result.truth.times[-1]), 1e-3))
+    return figure
+
+
+_MARKS = ("inside tolerance", "docked")
+
+
+def _mark(axes: Axes, summary: dict[str, Any]) -> None:
+    for key, label, dashes in (
+        ("time_to_tolerance_s", _MARKS[0], "dotted"),
+        ("time_to_dock_s", _MARKS[1], "dashed"),
+    ):
+        if summary[key] is not None:
+            axes.axvline(summary[key], color=style.GREEN, linestyle=dashes, linewidth=1.2, label=label)
+
+
+def _draw_speed(axes: Axes, result: RunResult) -> None:
+    axes.plot(result.truth.times, result.truth.v, color=style.BLUE, label="true")
+    axes.set_ylabel("v [m/s]")
+
+
+def _draw_steering(axes: Axes, result: RunResult) -> None:
+    limit = result.config.limits.steering
+    axes.plot(result.truth.times, result.truth.delta, color=style.BLUE, label="true")
+    for side in (-limit, limit):
+        axes.axhline(
+            side, color=style.GREY, linestyle="dashdot", linewidth=0.8, label="limit" if side > 0.0 else None
+        )
+    axes.set_ylabel("delta [rad]")
+
+
+def _draw_acceleration(axes: Axes, result: RunResult) -> None:
+    cycles = result.cycles
+    axes.step(
+        cycles.times, cycles.acceleration, where="post", color=style.ORANGE, linewidth=0.8, label="commanded"
+    )
+    axes.plot(result.truth.times, result.truth.acceleration, color=style.BLUE, label="true")
+    axes.set_ylabel("a [m/s²]")
+
+
+def _draw_progress(axes: Axes, result: RunResult) -> None:
+    axes.plot(result.truth.times, result.truth.theta, color=style.BLUE, label="true")
+    for k, cusp in enumerate(result.path.cusps):
+        axes.axhline(cusp, color=style.RED, linestyle="dashdot", linewidth=0.8, label=None if k else "cusp")
+    axes.set_ylabel("theta [m]")
+
+
+def _draw_weights(axes: Axes, result: RunResult) -> None:
+    weights = result.cycles.weights
+    for (name, color), values in zip(_WEIGHTS, weights.T, strict=True):
+        axes.step(result.cycles.times, values, where="post", color=color, label=name)
+    # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
+    axes.set_yscale("symlog", linthresh=1.0)
+    axes.set_ylim(0.0, 10.0 * max(1.0, float(np.max(weights, initial=0.0))))
+    axes.set_ylabel("effective weights")
+
+
+def _draw_computing(axes: Axes, result: RunResult) -> None:
+    cycles = result.cycles
+    axes.plot(cycles.times, cycles.step_ms, color=style.GREY, linewidth=0.8, label="whole cycle")
+    axes.plot(cycles.times, cycles.feedback_ms, color=style.ORANGE, linewidth=0.8, label="feedback phase")
+    axes.plot(cycles.times, cycles.solve_ms, color=style.BLUE, linewidth=0.8, label="solver")
+    # The first cycle sets everything up: it may not hide the others.
+    axes.set_ylim(0.0, 1.1 * max(1.0, float(np.max(cycles.step_ms[1:], initial=0.0))))
+    axes.set_ylabel("time a cycle [ms]")
