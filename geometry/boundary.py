@@ -1,10 +1,12 @@
 """Polylines with an allowed side, and the nearest of their points to many others.
 
-Polylines are stored as samples at most SPACING apart, oriented so that the allowed side is on the left. A corner is
-a vertex that turns by more than CORNER; a feature is a smooth run of segments between corners or open ends.
+Polylines are stored as samples at most SPACING apart, oriented so that the allowed side is on the left. A
+corner is a vertex that turns by more than CORNER; a feature is a smooth run of segments between corners or
+open ends.
 
-Points and tangents are complex numbers here: with r = c - vertex and a unit tangent t, conj(t) r has the way along
-the segment as its real part and the distance to its left, the allowed side, as its imaginary part.
+Points and tangents are complex numbers here: with r = c - vertex and a unit tangent t, conj(t) r has the
+way along the segment as its real part and the distance to its left, the allowed side, as its imaginary
+part.
 """
 
 from __future__ import annotations
@@ -12,22 +14,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
+from geometry.sampling import as_complex, as_pairs, chain, ring
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-SPACING = 0.05  # [m] at most, between samples
-CORNER = pi / 9.0  # [rad]
 WINDOW = 24  # samples to either side in which a kept feature is searched
+STRIDE = 4  # samples between those of the coarse tree
+_NEAR = 0.3  # [m] nearer than this the coarse tree is not trusted
+_MANY = 100  # points from which on that may be worth it
+_BLOCK = 30_000  # of them at a time
+_PRODUCT = 500_000  # numbers in a matrix product, at most
+_NEIGHBOURS = np.arange(1 - STRIDE, STRIDE)
 _TINY = 1e-6  # [m] nearer than this the direction to the boundary is noise
-_MERGED = 1e-6  # [m] samples nearer to each other are one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,8 +58,8 @@ class Nearest:
 class Boundary:
     """Sampled polylines with their allowed side on the left; `from_polylines` builds it.
 
-    A sample of a ring knows the segments to both sides; at an open end the one that is missing has length 0 and
-    the tangent of the other.
+    A sample of a ring knows the segments to both sides; at an open end the one that is missing has length 0
+    and the tangent of the other.
 
     Attributes, for k samples in the order of the polylines:
         vertex: (k,) samples x + iy [m].
@@ -64,6 +70,7 @@ class Boundary:
         first, last: (F,) first and last sample of each feature.
         is_loop: (F,) whether the feature closes on itself.
         tree: of the samples.
+        coarse, coarse_tree: every STRIDE-th sample and all ends of features, indices (j,) and tree.
     """
 
     vertex: Complex
@@ -78,6 +85,8 @@ class Boundary:
     last: Index
     is_loop: Mask
     tree: cKDTree[None]
+    coarse: Index
+    coarse_tree: cKDTree[None]
 
     @classmethod
     def from_polylines(cls, polylines: Sequence[Array], *, closed: bool = False) -> Boundary | None:
@@ -87,28 +96,31 @@ class Boundary:
             polylines: at least one point each; a single point is a boundary without extent.
             closed: the polylines are rings, the first point follows the last.
         """
-        chains = [
-            _ring(line) if closed else _chain(line, is_ring=False) for line in map(as_complex, polylines)
-        ]
+        chains = [ring(line) if closed else chain(line, is_ring=False) for line in map(as_complex, polylines)]
         if not chains:
             return None
-        samples = list(accumulate((chain.vertex.size for chain in chains), initial=0))
-        features = list(accumulate((chain.first.size for chain in chains), initial=0))
+        samples = list(accumulate((each.vertex.size for each in chains), initial=0))
+        features = list(accumulate((each.first.size for each in chains), initial=0))
         shifts = list(zip(chains, samples[:-1], features[:-1], strict=True))
-        vertex = np.concatenate([chain.vertex for chain in chains])
+        vertex = np.concatenate([each.vertex for each in chains])
+        first = np.concatenate([each.first + s for each, s, _ in shifts])
+        last = np.concatenate([each.last + s for each, s, _ in shifts])
+        coarse = np.unique(np.concatenate((np.arange(0, vertex.size, STRIDE), first, last)))
         return cls(
             vertex=vertex,
-            tangent_in=np.concatenate([chain.tangent_in for chain in chains]),
-            tangent_out=np.concatenate([chain.tangent_out for chain in chains]),
-            length_in=np.concatenate([chain.length_in for chain in chains]),
-            length_out=np.concatenate([chain.length_out for chain in chains]),
-            feature_in=np.concatenate([chain.feature_in + f for chain, _, f in shifts]),
-            feature_out=np.concatenate([chain.feature_out + f for chain, _, f in shifts]),
-            is_end=np.concatenate([chain.is_end for chain in chains]),
-            first=np.concatenate([chain.first + s for chain, s, _ in shifts]),
-            last=np.concatenate([chain.last + s for chain, s, _ in shifts]),
-            is_loop=np.concatenate([chain.is_loop for chain in chains]),
+            tangent_in=np.concatenate([each.tangent_in for each in chains]),
+            tangent_out=np.concatenate([each.tangent_out for each in chains]),
+            length_in=np.concatenate([each.length_in for each in chains]),
+            length_out=np.concatenate([each.length_out for each in chains]),
+            feature_in=np.concatenate([each.feature_in + f for each, _, f in shifts]),
+            feature_out=np.concatenate([each.feature_out + f for each, _, f in shifts]),
+            is_end=np.concatenate([each.is_end for each in chains]),
+            first=first,
+            last=last,
+            is_loop=np.concatenate([each.is_loop for each in chains]),
             tree=cKDTree(as_pairs(vertex), leafsize=32),
+            coarse=coarse,
+            coarse_tree=cKDTree(as_pairs(vertex[coarse]), leafsize=16),
         )
 
     def nearest(
@@ -122,15 +134,56 @@ class Boundary:
         """Return the nearest boundary points of c (n,) [m], the same points being given as pairs (n, 2).
 
         Args:
-            feature, sample: (n,) those of the last call, -1 where there was none. A point keeps its feature unless
-                another is nearer by more than hysteresis; on it, samples near the last one are searched.
+            feature, sample: (n,) those of the last call, -1 where there was none. A point keeps its feature
+                unless another is nearer by more than hysteresis; on it, samples near the last one are
+                searched.
             hysteresis: [m].
         """
-        at = np.asarray(self.tree.query(pairs)[1], dtype=np.int64)
-        best = self._on_segments(c, at)
+        best = self._on_segments(c, self._nearest_sample(c, pairs))
         if feature is not None and sample is not None:
             best = self._keep(c, best, feature, sample, hysteresis)
         return best
+
+    def _nearest_sample(self, c: Complex, pairs: Array) -> Index:
+        """Index (n,) of the nearest sample: of the coarse ones first, then of their neighbours.
+
+        With samples h apart a point at distance d is seen at sqrt(d² + h²/4) at most. Between two pieces of
+        boundary the coarse samples err only where these are equally near but for h²/(8 d), 2 cm at _NEAR;
+        nearer, all samples are asked.
+        """
+        around = self.coarse[self._nearest_coarse(c, pairs)][:, None] + _NEIGHBOURS
+        around = np.minimum(np.maximum(around, 0), self.vertex.size - 1)
+        r = self.vertex[around] - c[:, None]
+        squared = r.real**2 + r.imag**2
+        column = np.argmin(squared, axis=1)
+        rows = np.arange(c.size)
+        at: Index = around[rows, column]
+        near = np.flatnonzero(squared[rows, column] < _NEAR**2)
+        if near.size:
+            at[near] = self.tree.query(pairs[near])[1]
+        return at
+
+    def _nearest_coarse(self, c: Complex, pairs: Array) -> Index:
+        """Index (n,) of the nearest coarse sample.
+
+        All points lie within R of their middle m, so their nearest samples do within min |v - m| + 2 R of
+        it. Where these are few, one matrix product |v - m|² - 2 (v - m).(c - m) is faster than the tree.
+        """
+        if c.size >= _MANY:
+            middle = complex(c.mean())
+            v = self.vertex[self.coarse] - middle
+            squared = v.real**2 + v.imag**2
+            offsets = pairs - (middle.real, middle.imag)
+            reach = np.sqrt(squared.min()) + 2.0 * np.sqrt((offsets**2).sum(axis=1).max())
+            few = np.flatnonzero(squared <= (reach + _TINY) ** 2)
+            if few.size * c.size <= _PRODUCT:
+                factors = np.stack((-2.0 * v[few].real, -2.0 * v[few].imag, squared[few]))
+                rows = np.column_stack((offsets, np.ones(c.size)))
+                # In blocks that stay in the cache.
+                step = max(_BLOCK // few.size, 1)
+                found = [(rows[i : i + step] @ factors).argmin(axis=1) for i in range(0, c.size, step)]
+                return np.asarray(few[np.concatenate(found)], dtype=np.int64)
+        return np.asarray(self.coarse_tree.query(pairs)[1], dtype=np.int64)
 
     def _keep(self, c: Complex, best: Nearest, feature: Index, sample: Index, hysteresis: float) -> Nearest:
         """Put each point back onto its last feature where that is as near but for hysteresis."""
@@ -148,22 +201,23 @@ class Boundary:
         rows = np.arange(ask.size)
         at = window[rows, np.argmin(r.real**2 + r.imag**2, axis=1)]
         kept = self._on_segments(points, at, only=f)
-        # At the rim of the window the search has not arrived, there the kept feature's own nearest point is right.
+        # At the rim of its window the search has not arrived; the nearest point overall has, if it is on the
+        # same feature.
         lost = ((at == s - WINDOW) & (at > low)) | ((at == s + WINDOW) & (at < high))
         lost |= self.is_loop[f] & ((at == low) | (at == high))
         keep = np.abs(kept.distance) <= np.abs(best.distance[ask]) + hysteresis
         keep &= ~(lost & same[ask])
-        to, source = ask[keep], keep
-        best.point[to], best.normal[to] = kept.point[source], kept.normal[source]
-        best.distance[to] = kept.distance[source]
-        best.feature[to], best.sample[to] = kept.feature[source], kept.sample[source]
+        to = ask[keep]
+        best.point[to], best.normal[to] = kept.point[keep], kept.normal[keep]
+        best.distance[to] = kept.distance[keep]
+        best.feature[to], best.sample[to] = kept.feature[keep], kept.sample[keep]
         return best
 
     def _on_segments(self, c: Complex, at: Index, only: Index | None = None) -> Nearest:
-        """Nearest points (n,) on the segments to both sides of samples `at`, of one feature if `only` is given.
+        """Nearest points (n,) on the segments beside samples `at`, on one feature if `only` is given.
 
-        The sign is that of the segment, at a vertex that of both tangents together (the pseudo-normal). Beyond an
-        open end nothing is forbidden: positive.
+        The sign is that of the segment, at a vertex that of both tangents together (the pseudo-normal).
+        Beyond an open end nothing is forbidden: positive.
         """
         vertex, tangent_in, tangent_out = self.vertex[at], self.tangent_in[at], self.tangent_out[at]
         length_in, length_out = self.length_in[at], self.length_out[at]
@@ -174,9 +228,10 @@ class Boundary:
         z_in, z_out = r * tangent_in.conj(), r * tangent_out.conj()
         along_in = np.minimum(np.maximum(z_in.real, -length_in), 0.0)
         along_out = np.maximum(np.minimum(z_out.real, length_out), 0.0)
-        d_in, d_out = np.abs(z_in - along_in), np.abs(z_out - along_out)
+        d_in = (z_in.real - along_in) ** 2 + z_in.imag**2
+        d_out = (z_out.real - along_out) ** 2 + z_out.imag**2
         inward = d_in < d_out
-        distance = np.where(inward, d_in, d_out)
+        distance = np.sqrt(np.minimum(d_in, d_out))
         along = np.where(inward, along_in, along_out)
         tangent = np.where(inward, tangent_in, tangent_out)
         side = np.where(inward, z_in.imag, z_out.imag)
@@ -198,104 +253,9 @@ class Boundary:
         return Nearest(point=point, normal=normal, distance=signed, feature=feature, sample=at)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Chain:
-    """One sampled polyline; attributes as in Boundary, indices from 0."""
-
-    vertex: Complex
-    tangent_in: Complex
-    tangent_out: Complex
-    length_in: Array
-    length_out: Array
-    feature_in: Index
-    feature_out: Index
-    is_end: Mask
-    first: Index
-    last: Index
-    is_loop: Mask
-
-
-def _ring(line: Complex) -> _Chain:
-    """Sample a ring from a corner on, so that no feature but a smooth loop runs over its seam."""
-    line = _merged(line)
-    if line.size > 1 and abs(line[-1] - line[0]) <= _MERGED:
-        line = line[:-1]
-    way = np.roll(line, -1) - line
-    corner = np.abs(np.angle(way * np.roll(way, 1).conj())) > CORNER
-    line = np.roll(line, -int(np.argmax(corner)))
-    return _chain(np.append(line, line[0]), is_ring=True)
-
-
-def _chain(line: Complex, *, is_ring: bool) -> _Chain:
-    """Sample a polyline (m,); a ring repeats its first point at its end."""
-    line = _merged(line)
-    if line.size == 1:
-        return _point(line)
-    way = np.diff(line)
-    counts = np.maximum(np.ceil(np.abs(way) / SPACING - 1e-9), 1.0).astype(np.int64)
-    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    share = np.repeat(way / counts, counts)
-    vertex = np.append(np.repeat(line[:-1], counts) + step * share, line[-1])
-    length = np.repeat(np.abs(way) / counts, counts)
-    tangent = np.repeat(way / np.abs(way), counts)
-    corner = np.abs(np.angle(tangent[1:] * tangent[:-1].conj())) > CORNER
-    feature = np.concatenate(([0], np.cumsum(corner)))
-    before, after = (-1, 0) if is_ring else (0, -1)
-    starts = np.concatenate(([0], np.flatnonzero(corner) + 1))
-    smooth_seam = bool(np.abs(np.angle(tangent[0] * tangent[-1].conj())) <= CORNER)
-    ends = np.zeros(vertex.size, dtype=np.bool_)
-    ends[[0, -1]] = not is_ring
-    return _Chain(
-        vertex=vertex,
-        tangent_in=np.concatenate((tangent[before : before + 1 or None], tangent)),
-        tangent_out=np.concatenate((tangent, tangent[after : after + 1 or None])),
-        length_in=np.concatenate(([length[-1] if is_ring else 0.0], length)),
-        length_out=np.concatenate((length, [length[0] if is_ring else 0.0])),
-        feature_in=np.concatenate((feature[before : before + 1 or None], feature)),
-        feature_out=np.concatenate((feature, feature[after : after + 1 or None])),
-        is_end=ends,
-        first=starts,
-        last=np.append(starts[1:], vertex.size - 1),
-        is_loop=np.full(starts.size, is_ring and smooth_seam and starts.size == 1),
-    )
-
-
-def _point(line: Complex) -> _Chain:
-    """A boundary that is one point: without extent and without a forbidden side."""
-    one, zero, index = np.ones(1, dtype=np.complex128), np.zeros(1), np.zeros(1, dtype=np.int64)
-    return _Chain(
-        vertex=line,
-        tangent_in=one,
-        tangent_out=one,
-        length_in=zero,
-        length_out=zero,
-        feature_in=index,
-        feature_out=index,
-        is_end=np.ones(1, dtype=np.bool_),
-        first=index,
-        last=index,
-        is_loop=np.zeros(1, dtype=np.bool_),
-    )
-
-
-def _merged(line: Complex) -> Complex:
-    """Drop points that repeat the one before."""
-    return line[np.concatenate(([True], np.abs(np.diff(line)) > _MERGED))]
-
-
 def _mean_tangent(before: Complex, after: Complex) -> Complex:
     """Unit tangent between two, the latter where they are opposite."""
     total = before + after
     size = np.abs(total)
     opposite = size < 1e-9
     return np.where(opposite, after, total / np.where(opposite, 1.0, size))
-
-
-def as_complex(points: Array) -> Complex:
-    """(m, 2) as (m,) x + iy."""
-    return np.ascontiguousarray(points, dtype=np.float64).view(np.complex128)[..., 0]
-
-
-def as_pairs(points: Complex) -> Array:
-    """(...) x + iy as (..., 2)."""
-    return np.ascontiguousarray(points).view(np.float64).reshape(*points.shape, 2)

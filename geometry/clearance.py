@@ -8,8 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry.boundary import Boundary, as_pairs
+from geometry.boundary import Boundary
 from geometry.errors import InputError
+from geometry.sampling import as_pairs
 from geometry.walls import Obstacles, PartWalls, half_planes
 
 Array = NDArray[np.float64]
@@ -17,7 +18,7 @@ Mask = NDArray[np.bool_]
 
 
 def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: float) -> Mask:
-    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` [m] of a wall or obstacle or are beyond a wall.
+    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` of something or are beyond a wall.
 
     Raises:
         InputError: wrong shape, numbers that are not finite, negative margin.
@@ -36,8 +37,8 @@ def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: 
 def clearance(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Array:
     """Return the signed clearance (n,) of bodies (n, m, 2) [m]; +inf where there is nothing to hit.
 
-    When something is crossed: minus the deepest penetration, the larger of the distance of body corners on the wrong
-    side to the boundary and the depth in the body of boundary samples.
+    When something is crossed: minus the deepest penetration, the larger of the distance of body corners on
+    the wrong side to the boundary and the depth in the body of boundary samples.
 
     Raises:
         InputError: wrong shape, numbers that are not finite.

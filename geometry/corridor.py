@@ -24,7 +24,7 @@ _CHECKED = 0.05  # [m] between the path points that are checked against boundari
 
 @dataclass(frozen=True, slots=True)
 class Narrowing:
-    """A stretch on which one or both offsets of a corridor differ; of several at one place the tightest holds.
+    """A stretch on which the offsets of a corridor differ; of several at one place the tightest holds.
 
     Attributes:
         start, end: theta on the whole route, 0 <= start < end <= its length [m].
@@ -63,8 +63,8 @@ class Corridor:
     ) -> Corridor:
         """Build boundaries at lateral offsets from the path, positive to the left of the vehicle's heading.
 
-        Where the offsets change there are transverse edges. Boundaries are trimmed where they fold (geometry.offsets).
-        There is none before the start of a part and none behind its end.
+        Where the offsets change there are transverse edges. Boundaries are trimmed where they fold
+        (geometry.offsets). There is none before the start of a part and none behind its end.
 
         Args:
             path: the route.
@@ -73,14 +73,19 @@ class Corridor:
             obstacles: polygons (m, 2) to keep out of [m].
 
         Raises:
-            CorridorError: an offset that is not finite or leaves the path out of the corridor; a narrowing outside the
-                route or with start >= end; a boundary that crosses the path; a bad obstacle.
+            CorridorError: an offset that is not finite or leaves the path out of the corridor; a narrowing
+                outside the route or with start >= end; a boundary that crosses the path; a bad obstacle.
         """
         _check_offsets("", left, right)
         for i, row in enumerate(narrowings):
             _check_narrowing(f"narrowings[{i}]", row, path.length, left, right)
         rows = [
-            (row.start, row.end, *(nan if value is None else value for value in (row.left, row.right)))
+            (
+                row.start,
+                row.end,
+                nan if row.left is None else row.left,
+                nan if row.right is None else row.right,
+            )
             for row in narrowings
         ]
         kept_out = Obstacles.from_polygons(obstacles)
@@ -93,8 +98,8 @@ class Corridor:
     ) -> Corridor:
         """Build the boundaries from the outline (m, 2) of the drivable area [m].
 
-        Every part of the route gets all of it, split into left and right where the tangents at the ends of the part
-        meet it.
+        Every part of the route gets all of it, split into left and right where the tangents at the ends of
+        the part meet it.
 
         Raises:
             CorridorError: the polygon crosses itself or does not contain the path; a bad obstacle.
@@ -135,8 +140,8 @@ class Corridor:
         Args:
             part: index of the active part of the route.
             points: (n, 2) [m].
-            previous: the result of the last call for as many points: each keeps its boundary feature (a smooth run
-                between corners) unless another is nearer by more than `hysteresis` [m].
+            previous: the result of the last call for as many points: each keeps its boundary feature (a
+                smooth run between corners) unless another is nearer by more than `hysteresis` [m].
 
         Raises:
             InputError: a part that does not exist, wrong shapes, numbers that are not finite.
@@ -148,14 +153,17 @@ class Corridor:
         return half_planes(sides, points, previous, hysteresis)
 
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
-        """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m]; when crossed, minus the penetration.
+        """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
+
+        When something is crossed: minus the deepest penetration.
 
         Exact and slow. Raises as `half_planes`.
         """
         return bodies_against.clearance(self._part(part), self.kept_out, bodies)
 
     def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
-        """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a boundary.
+        """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
+        boundary.
 
         Args:
             part: index of the active part of the route.

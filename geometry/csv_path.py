@@ -18,8 +18,8 @@ def read_poses(file: str | PathLike[str]) -> tuple[NDArray[np.float64], NDArray[
     """Read vehicle poses (n, 3) [m, m, rad] and directions (n,) from the columns x, y, heading, direction.
 
     Raises:
-        PathError: the file cannot be read, a column is missing, an entry is no finite number; rows are counted as
-            the lines of the file, the header being row 1.
+        PathError: the file cannot be read, a column is missing, an entry is no finite number; rows are
+            counted as the lines of the file, the header being row 1.
     """
     try:
         with open(file, newline="", encoding="utf-8-sig") as stream:

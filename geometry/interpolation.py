@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from geometry.angles import lift, wrap
+from geometry.angles import wrap
 from geometry.errors import PathError
 
 Array = NDArray[np.float64]
@@ -32,12 +32,13 @@ class Pieces:
 def biarcs(poses: Array, directions: Directions) -> Pieces:
     """Return two arcs for each interval that meet with a common tangent and take the poses as they are.
 
-    With unit tangents t_1, t_2 of the travel and v from the first point to the second, both control legs being d long:
+    With unit tangents t_1, t_2 of the travel and v from the first point to the second, both control legs
+    being d long:
 
-        |v - d (t_1 + t_2)| = 2 d,   so   d = v.v/(b + sqrt(b² + 2 (1 - t_1.t_2) v.v)),  b = v.(t_1 + t_2)     (1)
+        |v - d (t_1 + t_2)| = 2 d,  b = v.(t_1 + t_2),  d = v.v/(b + sqrt(b² + 2 (1 - t_1.t_2) v.v))   (1)
 
-    and the arcs meet at the mean of p_1 + d t_1 and p_2 - d t_2. An arc that leaves its chord of length c by the
-    angle a turns by 2 a, has the curvature 2 sin(a)/c and the length c/sinc(a).
+    and the arcs meet at the mean of p_1 + d t_1 and p_2 - d t_2. An arc that leaves its chord of length c
+    by the angle a turns by 2 a, has the curvature 2 sin(a)/c and the length c/sinc(a).
 
     Args:
         poses: (n, 3) x, y [m], vehicle heading [rad].
@@ -95,7 +96,7 @@ def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directi
 
 
 def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directions]:
-    """Return poses (k, 3) on a chord-length cubic spline per direction and the directions (k-1,) between them.
+    """Return poses (k, 3) on a chord-length cubic spline per direction, and the directions between them.
 
     At a cusp both ways must have one tangent: it is the mean of those of the splines with free ends.
 
@@ -145,7 +146,7 @@ def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Dire
 def _spline(points: Array, first: Array | None, last: Array | None) -> CubicSpline[np.float64]:
     """Chord-length spline through (k, 2), unit tangents given or free at its ends."""
     lengths = np.hypot(*np.diff(points, axis=0).T)
-    ends: list[tuple[int, Array] | Literal["not-a-knot"]] = [
+    ends: list[tuple[Literal[1], Array] | Literal["not-a-knot"]] = [
         "not-a-knot" if tangent is None else (1, tangent) for tangent in (first, last)
     ]
     return CubicSpline(np.concatenate(([0.0], np.cumsum(lengths))), points, bc_type=(ends[0], ends[1]))
@@ -153,7 +154,7 @@ def _spline(points: Array, first: Array | None, last: Array | None) -> CubicSpli
 
 def _slope(spline: CubicSpline[np.float64], end: int) -> Array:
     value = np.asarray(spline(spline.x[end], 1), dtype=np.float64)
-    return value / np.hypot(*value)
+    return np.asarray(value / np.hypot(*value), dtype=np.float64)
 
 
 def _sampled(spline: CubicSpline[np.float64], direction: int) -> Array:
@@ -180,8 +181,8 @@ def _check_chords(v: Array, t_1: Array, t_2: Array) -> None:
         if against.any():
             i = int(np.argmax(against))
             raise PathError(
-                f"row {i + rows}: its heading is 90 deg or more away from the way between rows {i} and {i + 1} "
-                "in the given direction, it must be less."
+                f"row {i + rows}: its heading is 90 deg or more away from the way between rows {i} and "
+                f"{i + 1} in the given direction, it must be less."
             )
 
 

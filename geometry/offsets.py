@@ -1,13 +1,14 @@
 """Boundaries of one part of a path at lateral offsets from it, trimmed where they fold.
 
-A boundary point at theta with offset o lies at p(theta) + o n(theta), n to the left of the vehicle's heading. Its
-curve runs 1 - o kappa times as fast as the path. Where that is negative, or where the other side of the wall is
-corridor of another stretch of the same part, the curve has folded and the point is dropped:
+A boundary point at theta with offset o lies at p(theta) + o n(theta), n to the left of the vehicle's
+heading. Its curve runs 1 - o kappa times as fast as the path. Where that is negative, or where the other
+side of the wall is corridor of another stretch of the same part, the curve has folded and the point is
+dropped:
 
     dist(p + (o +- PROBE) n, path) < |o|   and   < the offset at the nearest path point, on that side      (1)
 
-The probe just behind the wall makes a wall without thickness, as between two lanes that touch, vanish too, while
-the point to which the inside of an arc collapses at o = 1/kappa stays.
+The probe just behind the wall makes a wall without thickness, as between two lanes that touch, vanish too,
+while the point to which the inside of an arc collapses at o = 1/kappa stays.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from geometry.boundary import SPACING, as_complex, as_pairs
 from geometry.part import PathPart
+from geometry.sampling import SPACING, as_complex, as_pairs
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -54,7 +55,7 @@ class Sections:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Raw:
-    """An untrimmed boundary: theta, offset (k,) [m], folded (k,) where it runs backwards, point (k,) x + iy."""
+    """An untrimmed boundary of k points x + iy, `folded` where it runs backwards."""
 
     theta: Array
     offset: Array
@@ -209,7 +210,7 @@ def _cut(line: Complex, joint: complex) -> Complex:
 
 
 def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bool:
-    """Whether the straight way between the ends of a gap may be boundary: it is short or nowhere in the corridor."""
+    """Whether the straight way over a gap may be boundary: it is short or nowhere in the corridor."""
     i, j = before[1] - 1, after[0]
     way = raw.point[j] - raw.point[i]
     if abs(way) <= _GAP:
@@ -227,8 +228,8 @@ def sections_of(
     Args:
         part: the part of the path.
         left, right: offsets where nothing narrows [m].
-        narrowings: (start, end, left, right) [m], a side that stays as it is being nan; where several hold, the
-            tightest does.
+        narrowings: (start, end, left, right) [m], a side that stays as it is being nan; where several hold,
+            the tightest does.
     """
     edges = [edge for row in narrowings for edge in row[:2] if part.start < edge < part.end]
     breaks = np.unique(np.array([part.start, *edges, part.end]))

@@ -50,8 +50,9 @@ def path_line(part: PathPart, spacing: float) -> shapely.LineString:
 def split(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[Array]]:
     """Return the outline as polylines (k, 2) of the left and of the right side of the vehicle [m].
 
-    It is cut where the tangents at both ends of the part, followed outwards, first meet it, so that the way round
-    either end belongs half to the left and half to the right. Both run counter-clockwise: allowed on the left.
+    It is cut where the tangents at both ends of the part, followed outwards, first meet it, so that the way
+    round either end belongs half to the left and half to the right. Both run counter-clockwise: allowed on
+    the left.
     """
     outline = polygon.exterior
     behind = _hit(outline, part.first.x, part.first.y, part.first.phi, -part.direction)
@@ -63,7 +64,8 @@ def split(part: PathPart, polygon: shapely.Polygon) -> tuple[list[Array], list[A
 def narrowest_in(part: PathPart, polygon: shapely.Polygon) -> tuple[float, float]:
     """Return the smallest width along the path's normals [m] and its theta [m].
 
-    Measured every _SPACING, at knots and beside each corner of the outline, which is where the width has its minima.
+    Measured every _SPACING, at knots and beside each corner of the outline, which is where the width has
+    its minima.
     """
     corners = shapely.get_coordinates(polygon.exterior)[:-1]
     beside = [part.project(float(x), float(y)) for x, y in corners]

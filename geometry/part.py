@@ -133,10 +133,12 @@ class PathPart:
 
         Args:
             x, y: the point [m].
-            near: theta of the last projection [m]; then only [near - reach, near + reach] is searched, so that
-                progress cannot jump where the path comes near itself. Without it the whole part is searched.
+            near: theta of the last projection [m]; then only [near - reach, near + reach] is searched, so
+                that progress cannot jump where the path comes near itself. Without it the whole part is
+                searched.
             reach: half length of that window [m], >= 0.
-            heading: vehicle heading [rad]; then only path points within 90 deg of it count, unless there are none.
+            heading: vehicle heading [rad]; then only path points within 90 deg of it count, unless there
+                are none.
 
         Raises:
             InputError: a number is not finite or reach is negative.

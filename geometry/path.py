@@ -60,10 +60,12 @@ class ReferencePath:
     def from_segments(cls, start: Pose2, segments: Sequence[tuple[int, float, float]]) -> ReferencePath:
         """Build a route from segments (direction, curvature [1/m], length [m]), driven in order.
 
-        The kinematics are those of geometry.part, equation (1): the heading is the vehicle's, direction -1 reverses.
+        The kinematics are those of geometry.part, equation (1): the heading is the vehicle's, direction -1
+        reverses.
 
         Raises:
-            PathError: no segment; direction not 1 or -1; curvature not finite; length not finite and positive.
+            PathError: no segment; direction not 1 or -1; curvature not finite; length not finite and
+                positive.
         """
         rows = list(segments)
         if not rows:
@@ -87,13 +89,14 @@ class ReferencePath:
 
         Args:
             poses: Pose2s or an array (n, 3) of x, y [m], heading [rad] (any branch).
-            directions: one for all; or (n-1,), one for each interval; or (n,), one for each row. With rows, the
-                interval between two rows of different direction belongs to the one its chord agrees with, so a
-                direction may hold for the way to the row or from it. A cusp may also be listed as two rows.
+            directions: one for all; or (n-1,), one for each interval; or (n,), one for each row. With rows,
+                the interval between two rows of different direction belongs to the one its chord agrees
+                with, so a direction may hold for the way to the row or from it. A cusp may also be listed
+                as two rows.
 
         Raises:
-            PathError: fewer than two poses; a number that is not finite; a direction other than 1 and -1; repeated
-                points; a heading more than 90 deg away from the way to or from a neighbour.
+            PathError: fewer than two poses; a number that is not finite; a direction other than 1 and -1;
+                repeated points; a heading more than 90 deg away from the way to or from a neighbour.
         """
         rows = _pose_rows(poses)
         rows, intervals = interpolation.pose_intervals(rows, _direction_rows(directions, len(rows)))
@@ -109,8 +112,8 @@ class ReferencePath:
 
         Args:
             points: (n, 2) positions of the rear axle [m].
-            direction: one for all; or (n-1,) for the intervals; or (n,) for the rows, where the cusp is the row
-                next to the change at which the way turns back more sharply, or is listed as two rows.
+            direction: one for all; or (n-1,) for the intervals; or (n,) for the rows, where the cusp is the
+                row next to the change at which the way turns back more sharply, or is listed as two rows.
 
         Raises:
             PathError: as `from_poses`, or a cusp where the two ways do not turn back.
@@ -126,8 +129,8 @@ class ReferencePath:
         The header is required, further columns are ignored, rows are as in `from_poses`.
 
         Raises:
-            PathError: the file cannot be read, lacks a column or holds something that is no number (the message
-                names file, row and column), or `from_poses` refuses what it says.
+            PathError: the file cannot be read, lacks a column or holds something that is no number (the
+                message names file, row and column), or `from_poses` refuses what it says.
         """
         poses, directions = csv_path.read_poses(file)
         try:

@@ -25,13 +25,14 @@ def closest_on_pieces(
 ) -> float:
     """Return the theta of the point closest to a given one on m consecutive pieces [m].
 
-    In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta is
-    nearest or farthest where
+    In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta
+    is nearest or farthest where
 
         theta - theta_0 = atan2(k u, 1 - k w)/k,          u on a straight,                             (1)
 
-    the nearest being the branch atan2 gives. Besides it, only the ends of the window on that piece can be closest
-    and, if a heading is wanted, the two places where the heading is 90 deg off. Of equals the first wins.
+    the nearest being the branch atan2 gives. Besides it, only the ends of the window on that piece can be
+    closest and, if a heading is wanted, the two places where the heading is 90 deg off. Of equals the first
+    wins.
 
     Args:
         dx, dy: (m,) the point minus the first position of each piece [m].
@@ -74,4 +75,4 @@ def _into(value: Array, low: Array, high: Array, period: Array) -> Array:
     finite = np.isfinite(period)
     turns = np.where(finite, np.ceil((low - value) / np.where(finite, period, 1.0)), 0.0)
     shifted = value + turns * np.where(finite, period, 0.0)
-    return np.minimum(np.maximum(shifted, low), high)
+    return np.asarray(np.minimum(np.maximum(shifted, low), high), dtype=np.float64)

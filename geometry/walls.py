@@ -9,9 +9,10 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry.boundary import Boundary, as_complex, as_pairs
+from geometry.boundary import Boundary
 from geometry.errors import InputError
 from geometry.outline import checked_polygon
+from geometry.sampling import as_complex, as_pairs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -87,7 +88,8 @@ class Obstacles:
         """Check polygons and build.
 
         Raises:
-            CorridorError: fewer than 3 corners, numbers that are not finite, or an outline that crosses itself.
+            CorridorError: fewer than 3 corners, numbers that are not finite, or an outline that crosses
+                itself.
         """
         shapes = [checked_polygon(polygon, f"obstacles[{i}]") for i, polygon in enumerate(polygons)]
         # Clockwise, so that the outside is on the left.

@@ -1,0 +1,113 @@
+"""Polylines sampled densely, with all that a search on them needs to know of each sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+SPACING = 0.05  # [m] at most, between samples
+CORNER = pi / 9.0  # [rad]
+_MERGED = 1e-6  # [m] samples nearer to each other are one
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Chain:
+    """One sampled polyline; attributes as in geometry.boundary.Boundary, indices from 0."""
+
+    vertex: Complex
+    tangent_in: Complex
+    tangent_out: Complex
+    length_in: Array
+    length_out: Array
+    feature_in: Index
+    feature_out: Index
+    is_end: Mask
+    first: Index
+    last: Index
+    is_loop: Mask
+
+
+def ring(line: Complex) -> Chain:
+    """Sample a ring from a corner on, so that no feature but a smooth loop runs over its seam."""
+    line = _merged(line)
+    if line.size > 1 and abs(line[-1] - line[0]) <= _MERGED:
+        line = line[:-1]
+    way = np.roll(line, -1) - line
+    corner = np.abs(np.angle(way * np.roll(way, 1).conj())) > CORNER
+    line = np.roll(line, -int(np.argmax(corner)))
+    return chain(np.append(line, line[0]), is_ring=True)
+
+
+def chain(line: Complex, *, is_ring: bool) -> Chain:
+    """Sample a polyline (m,); a ring repeats its first point at its end."""
+    line = _merged(line)
+    if line.size == 1:
+        return _point(line)
+    way = np.diff(line)
+    counts = np.maximum(np.ceil(np.abs(way) / SPACING - 1e-9), 1.0).astype(np.int64)
+    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = np.repeat(way / counts, counts)
+    vertex = np.append(np.repeat(line[:-1], counts) + step * share, line[-1])
+    length = np.repeat(np.abs(way) / counts, counts)
+    tangent = np.repeat(way / np.abs(way), counts)
+    corner = np.abs(np.angle(tangent[1:] * tangent[:-1].conj())) > CORNER
+    feature = np.concatenate(([0], np.cumsum(corner)))
+    before, after = (-1, 0) if is_ring else (0, -1)
+    starts = np.concatenate(([0], np.flatnonzero(corner) + 1))
+    smooth_seam = bool(np.abs(np.angle(tangent[0] * tangent[-1].conj())) <= CORNER)
+    ends = np.zeros(vertex.size, dtype=np.bool_)
+    ends[[0, -1]] = not is_ring
+    return Chain(
+        vertex=vertex,
+        tangent_in=np.concatenate((tangent[before : before + 1 or None], tangent)),
+        tangent_out=np.concatenate((tangent, tangent[after : after + 1 or None])),
+        length_in=np.concatenate(([length[-1] if is_ring else 0.0], length)),
+        length_out=np.concatenate((length, [length[0] if is_ring else 0.0])),
+        feature_in=np.concatenate((feature[before : before + 1 or None], feature)),
+        feature_out=np.concatenate((feature, feature[after : after + 1 or None])),
+        is_end=ends,
+        first=starts,
+        last=np.append(starts[1:], vertex.size - 1),
+        is_loop=np.full(starts.size, is_ring and smooth_seam and starts.size == 1),
+    )
+
+
+def _point(line: Complex) -> Chain:
+    """A boundary that is one point: without extent and without a forbidden side."""
+    one, zero, index = np.ones(1, dtype=np.complex128), np.zeros(1), np.zeros(1, dtype=np.int64)
+    return Chain(
+        vertex=line,
+        tangent_in=one,
+        tangent_out=one,
+        length_in=zero,
+        length_out=zero,
+        feature_in=index,
+        feature_out=index,
+        is_end=np.ones(1, dtype=np.bool_),
+        first=index,
+        last=index,
+        is_loop=np.zeros(1, dtype=np.bool_),
+    )
+
+
+def _merged(line: Complex) -> Complex:
+    """Drop points that repeat the one before."""
+    return line[np.concatenate(([True], np.abs(np.diff(line)) > _MERGED))]
+
+
+def as_complex(points: Array) -> Complex:
+    """(m, 2) as (m,) x + iy."""
+    return np.ascontiguousarray(points, dtype=np.float64).view(np.complex128)[..., 0]
+
+
+def as_pairs(points: Complex) -> Array:
+    """(...) x + iy as (..., 2)."""
+    return np.ascontiguousarray(points).view(np.float64).reshape(*points.shape, 2)
