@@ -50,7 +50,8 @@ def _poses_drawn(result: RunResult) -> Array:
     truth = result.truth
     wanted = np.arange(truth.times[0], truth.times[-1], _BODY_EVERY)
     rows = np.append(np.searchsorted(truth.times, wanted), len(truth.times) - 1)
-    return truth.poses[np.unique(rows)]
+    poses: Array = truth.poses[np.unique(rows)]
+    return poses
 
 
 def _draw_corridor(axes: Axes, result: RunResult) -> None:
