@@ -77,7 +77,9 @@ class Weights(Settings):
 
     Attributes:
         lag, contouring, heading: q_l, q_c [1/m²] and the heading error's weight [1/rad²].
-        acceleration, steering_rate, virtual_speed: r [.. per squared input unit].
+        acceleration, steering_rate, virtual_speed: r, per squared unit of the control. A virtual_speed of
+            None is the one with which the progress reward has its best at the cruise speed, so that no
+            bound has to hold the vehicle back; 0 (Table I) rewards up to the speed limit.
         progress_reward: gamma [s/m], on theta_dot.
         goal: q_N^e on x, y, heading of the last stage while a goal pose is contoured to.
         contouring_at_end: q_c^e, the contouring weight at a cusp or path end that is the goal (Eq. 7).
@@ -99,7 +101,7 @@ class Weights(Settings):
     heading: NonNegative = 0.0
     acceleration: NonNegative = 1e3
     steering_rate: NonNegative = 100.0
-    virtual_speed: NonNegative = 0.0
+    virtual_speed: NonNegative | None = None
     progress_reward: NonNegative = 100.0
     goal: Triple = (1e4, 1e4, 1e4)
     contouring_at_end: NonNegative = 100.0
@@ -142,7 +144,7 @@ class Footprint(Settings):
 
     discs: Annotated[int, Field(ge=1, le=20)] = 5
     margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
-    near: Positive = 5.0
+    near: Positive = 1.5
 
 
 class SolverSettings(Settings):
@@ -213,6 +215,13 @@ class ControllerConfig(Settings):
         """Largest curvature that the vehicle can drive [1/m]."""
         return tan(self.limits.steering) / self.vehicle.wheelbase
 
+    @property
+    def cruise_speed(self) -> float:
+        """Speed of a cruise [m/s]: from it an arrival at the comfort acceleration is begun in time."""
+        if not self.arrival:
+            return self.limits.speed
+        return min(self.limits.speed, 0.5 * self.comfort_acceleration * self.arrival_horizon)
+
     @classmethod
     def paper(cls, **changes: Any) -> Self:
         """Table I with the terms of the authors' published code and their 7 s horizon.
@@ -221,6 +230,7 @@ class ControllerConfig(Settings):
             changes: settings that replace those of the preset; `weights` too is replaced whole.
         """
         weights = Weights(
+            virtual_speed=0.0,
             lateral_acceleration=100.0,
             heading_at_end=10.0,
             terminal_lag=1e3,
@@ -245,5 +255,10 @@ class ControllerConfig(Settings):
         Args:
             changes: settings that replace those of the preset.
         """
-        preset = {"cruise_horizon": 7.0, "arrival": False, "references_end": False}
+        preset = {
+            "weights": Weights(virtual_speed=0.0),
+            "cruise_horizon": 7.0,
+            "arrival": False,
+            "references_end": False,
+        }
         return cls(**{**preset, **changes})

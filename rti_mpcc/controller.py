@@ -218,7 +218,14 @@ class RtiMpcc:
         weights, target = self.config.weights, self.target
         if arriving:
             return arrival_weights(weights, target, theta, lengths)
-        return contouring_weights(weights, target, theta, lengths, clip_goal=self.config.corridor_rows)
+        return contouring_weights(
+            weights,
+            target,
+            theta,
+            lengths,
+            cruise_speed=self.config.cruise_speed,
+            clip_goal=self.config.corridor_rows,
+        )
 
     def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:
         """Boundaries nearest to the rear axle, where the published code's soft distance acts."""

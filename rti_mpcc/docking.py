@@ -21,7 +21,6 @@ from rti_mpcc.model.delay import QueuedCommand, still_acting
 from rti_mpcc.model.layout import DELTA, THETA, V
 from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times
 from rti_mpcc.planning import guess, route, sensing
-from rti_mpcc.planning.arrival import cruise_speed
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 from rti_mpcc.safety import contact, ladder
 from rti_mpcc.safety.stopping import stopping_motion
@@ -190,8 +189,7 @@ class DockingController:
         horizon = config.cruise_horizon if arrive_at is None else arrive_at - situation.begin
         times = stage_times(situation.begin, stage_lengths(horizon, config.cycle, config.stages))
         if arrive_at is None:
-            speed = cruise_speed(config) if config.arrival else config.limits.speed
-            return guess.cruise_guess(part, target, situation.state, times, speed, config)
+            return guess.cruise_guess(part, target, situation.state, times, config)
         return guess.arrival_guess(part, target, situation.state, times, situation.way, config)
 
     def _iterate(self, situation: Situation, plan: Trajectory | None = None) -> Solution:

@@ -13,6 +13,10 @@ from rti_mpcc.types import Array
 OVERRUN = 0.1
 """How far the progress may pass the stop point [m] (published code)."""
 
+HEADROOM = 1.5
+"""Share of the speed limit that theta_dot may reach, so that no bound on it and the one on v ever say the
+same twice."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageBounds:
@@ -47,6 +51,7 @@ def stage_bounds(
     controls = np.empty((stages, 2, 3))
     controls[:, :, 0] = [-limits.acceleration, limits.acceleration]
     controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]
-    controls[:, 1, 2] = speed
-    controls[:, 0, 2] = -speed if config.references_end else 0.0
+    ahead = speed if profile is not None else HEADROOM * speed
+    controls[:, 1, 2] = ahead
+    controls[:, 0, 2] = -ahead if config.references_end else 0.0
     return StageBounds(states=states, controls=controls)

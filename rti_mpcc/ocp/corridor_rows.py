@@ -16,7 +16,8 @@ from rti_mpcc.model.layout import PHI
 from rti_mpcc.types import Array
 
 LOOSE = -100.0
-"""Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation."""
+"""Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation. Its slopes
+are 0 besides: a row that never binds still drags on the solver's steps."""
 
 
 class CorridorRows(NamedTuple):
@@ -40,4 +41,6 @@ def corridor_rows(states: Array, planes: HalfPlanes, discs: Discs, margin: float
     slopes[..., :2] = normal
     slopes[..., 2] = discs.offsets[None, :, None] * (normal[..., 1] * c - normal[..., 0] * s)
     gap = discs.radius + margin - distance
-    return CorridorRows(slopes, np.where(gap > -near, gap, LOOSE))
+    acts = gap > -near
+    slopes *= acts[..., None]
+    return CorridorRows(slopes, np.where(acts, gap, LOOSE))

@@ -85,13 +85,15 @@ def sigma(distance: Array | float, weights: Weights) -> Array:
 
 
 def contouring_weights(
-    weights: Weights, target: Target, theta: Array, lengths: Array, *, clip_goal: bool
+    weights: Weights, target: Target, theta: Array, lengths: Array, *, cruise_speed: float, clip_goal: bool
 ) -> StageWeights:
     """Contouring with dynamic weights: paper Eq. 7 where the path's end is the goal, else Eq. 9-11.
 
     Args:
         theta: (N+1,) progress of the plan that is linearised about [m].
         lengths: (N,) of the stages [s].
+        cruise_speed: where the progress reward has its best if the weights leave virtual_speed open [m/s].
+        clip_goal: whether the goal's pull is bounded (where corridor rows act).
     """
     share = _share(lengths, weights)
     near = sigma(target.stop - theta, weights)
@@ -110,6 +112,9 @@ def contouring_weights(
         reward = (1.0 - near) * weights.progress_reward
         goal = sigma(target.stop - theta[0], weights) * np.array(weights.goal)
         terminal = float(ahead[-1])
+    virtual_speed = reward / (2.0 * cruise_speed)
+    if weights.virtual_speed is not None:
+        virtual_speed = np.full_like(near, weights.virtual_speed)
     states = StageWeights(
         lag=lag * share,
         contouring=contouring * share,
@@ -119,7 +124,7 @@ def contouring_weights(
         bound_speed=weights.bound_speed * share,
         acceleration=weights.acceleration * share[:-1],
         steering_rate=weights.steering_rate * share[:-1],
-        virtual_speed=weights.virtual_speed * share[:-1],
+        virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
         goal=goal,
         goal_speed=0.0,
@@ -150,7 +155,7 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         bound_speed=none,
         acceleration=weights.acceleration * share[:-1],
         steering_rate=weights.steering_rate * share[:-1],
-        virtual_speed=weights.virtual_speed * share[:-1],
+        virtual_speed=none[:-1],
         progress_reward=none[:-1],
         goal=np.full(3, weights.arrival_pose),
         goal_speed=weights.arrival_speed,

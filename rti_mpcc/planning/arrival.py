@@ -48,8 +48,3 @@ def within_reach(way: float, speed: float, config: ControllerConfig) -> bool:
     return duration <= config.arrival_horizon and (
         due or peak_speed(way, speed, duration) <= config.limits.speed
     )
-
-
-def cruise_speed(config: ControllerConfig) -> float:
-    """Speed while contouring [m/s]: from it (T2) comes out at the arrival horizon at the latest."""
-    return min(config.limits.speed, 0.5 * config.comfort_acceleration * config.arrival_horizon)

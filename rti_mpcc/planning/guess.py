@@ -32,12 +32,13 @@ def arrival_guess(
 
 
 def cruise_guess(
-    part: PathPart, target: Target, state: Array, times: Array, speed: float, config: ControllerConfig
+    part: PathPart, target: Target, state: Array, times: Array, config: ControllerConfig
 ) -> Trajectory:
-    """Speed changing at the comfort acceleration to `speed` [m/s], until the target's progress."""
+    """Speed changing at the comfort acceleration to the cruise speed, until the target's progress."""
     now = max(part.direction * float(state[V]), 0.0)
     elapsed = times - times[0]
-    change = np.clip(speed - now, -config.comfort_acceleration * elapsed, config.comfort_acceleration * elapsed)
+    most = config.comfort_acceleration * elapsed
+    change = np.clip(config.cruise_speed - now, -most, most)
     rate = now + change
     s = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times)))
     left = max(target.theta - float(state[THETA]), 0.0)
