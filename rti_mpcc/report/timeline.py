@@ -109,9 +109,14 @@ def _draw_weights(axes: Axes, result: RunResult) -> None:
 
 def _draw_computing(axes: Axes, result: RunResult) -> None:
     cycles = result.cycles
-    axes.plot(cycles.times, cycles.step_ms, color=style.GREY, linewidth=0.8, label="whole cycle")
-    axes.plot(cycles.times, cycles.feedback_ms, color=style.ORANGE, linewidth=0.8, label="feedback phase")
-    axes.plot(cycles.times, cycles.solve_ms, color=style.BLUE, linewidth=0.8, label="solver")
-    # The first cycle sets everything up: it may not hide the others.
-    axes.set_ylim(0.0, 1.1 * max(1.0, float(np.max(cycles.step_ms[1:], initial=0.0))))
+    curves = (
+        (cycles.step_ms, style.GREY, "whole cycle"),
+        (cycles.feedback_ms, style.ORANGE, "feedback phase"),
+        (cycles.solve_ms, style.BLUE, "solver"),
+    )
+    # Logarithmic: a new part or objective takes several QPs and would hide the common cycle.
+    axes.set_yscale("log")
+    for values, color, name in curves:
+        shown = np.where(values > 0.0, values, np.nan)
+        axes.plot(cycles.times, shown, color=color, linewidth=0.8, label=name)
     axes.set_ylabel("time a cycle [ms]")

@@ -173,6 +173,7 @@ class _Loop:
     obstacles_at: Callable[[float], Obstacles] | None
     theta: float
     part: int = 0
+    told: Obstacles | None = None
     samples: list[tuple[float, ...]] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
     cycle_times: list[float] = field(default_factory=list)
@@ -236,11 +237,12 @@ def _obstacles(loop: _Loop, now: float) -> Obstacles | None:
     """The obstacles to tell the controller; a change of them is kept for the clearance."""
     if loop.obstacles_at is None:
         return None
-    obstacles = loop.obstacles_at(now)
-    corridor = loop.corridors[-1][1]
-    known = corridor.obstacles
-    if len(known) != len(obstacles) or not all(map(np.array_equal, known, obstacles)):
-        loop.corridors.append((now, corridor.with_obstacles(obstacles)))
+    obstacles, known = loop.obstacles_at(now), loop.told
+    if known is None or len(known) != len(obstacles) or not all(map(np.array_equal, known, obstacles)):
+        corridor = loop.corridors[0][1].with_obstacles(obstacles)
+        # Before the first cycle nothing was driven: what it is told holds from the beginning.
+        loop.corridors = [*(loop.corridors if known is not None else []), (now, corridor)]
+        loop.told = obstacles
     return obstacles
 
 

@@ -17,6 +17,7 @@ from rti_mpcc.types import Array, Source, Status
 TURNING_TRAVEL = 0.05
 """A change of direction counts after so much travel in the new one [m]."""
 _ROUNDING = 1e-9
+_ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION)
 _SLICE = 500
 """Bodies checked in one call: bounds the memory of the exact check."""
 
@@ -142,7 +143,6 @@ def _computing(result: RunResult) -> dict[str, Any]:
     """Computing time, solver and fall-backs over all cycles; the times leave the first cycle out."""
     cycles = result.cycles
     iterations = cycles.iterations[cycles.solved]
-    substitutes = (Source.SHIFTED_PLAN, Source.BRAKING)
     return {
         "cycle_ms": _spread(cycles.step_ms[1:]),
         "feedback_ms": _spread(cycles.feedback_ms[1:]),
@@ -151,12 +151,16 @@ def _computing(result: RunResult) -> dict[str, Any]:
             "iterations_p95": _percentile(iterations, 95),
             "failures": int(np.count_nonzero(cycles.failed)),
         },
-        "fallback_cycles": sum(
-            source in substitutes or status is Status.FAILED
-            for source, status in zip(cycles.source, cycles.status, strict=True)
-        ),
+        "fallback_cycles": sum(map(_is_fallback, cycles.source, cycles.status)),
         "deadline_misses": int(np.count_nonzero(cycles.deadline_missed)),
     }
+
+
+def _is_fallback(source: Source, status: Status) -> bool:
+    """Whether a substitute was driven in place of a plan; braking to rest at the goal or cusp is none."""
+    if status in (Status.FAILED, Status.BLOCKED) or source is Source.SHIFTED_PLAN:
+        return True
+    return source is Source.BRAKING and status not in _ENDS_BY_BRAKING
 
 
 def _spread(values: Array) -> dict[str, float | None]:

@@ -1,0 +1,103 @@
+"""A controller by the script, and a short scenario to drive with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.simulation import Scenario, scenario_from_dict
+from rti_mpcc.types import (
+    Array,
+    Command,
+    Diagnostics,
+    EffectiveWeights,
+    Objective,
+    Source,
+    Status,
+    Trajectory,
+    VehicleState,
+)
+
+Script = Callable[[float, VehicleState], tuple[float, float]]
+
+
+@dataclass(kw_only=True)
+class Scripted:
+    """Commands by a function of time and measured state; keeps all that it was told."""
+
+    script: Script
+    status: Callable[[float], Status] = lambda now: Status.FOLLOWING
+    source: Callable[[float], Source] = lambda now: Source.SOLUTION
+    part: Callable[[float], int] = lambda now: 0
+    iterations: Callable[[float], int] = lambda now: 10
+    told: list[tuple[float, VehicleState, Pose2 | None, Sequence[Array] | None]] = field(default_factory=list)
+
+    def step(
+        self,
+        state: VehicleState,
+        *,
+        now: float,
+        goal: Pose2 | None = None,
+        obstacles: Sequence[Array] | None = None,
+    ) -> Command:
+        self.told.append((now, state, goal, obstacles))
+        acceleration, steering_rate = self.script(now, state)
+        return Command(
+            acceleration=acceleration,
+            steering_rate=steering_rate,
+            speed=state.v,
+            steering=state.delta,
+            status=self.status(now),
+            source=self.source(now),
+            docked=False,
+            trajectory=Trajectory(times=np.zeros(2), states=np.zeros((2, 6)), controls=np.zeros((1, 3))),
+            diagnostics=self._diagnostics(now),
+        )
+
+    def _diagnostics(self, now: float) -> Diagnostics:
+        return Diagnostics(
+            theta=0.0,
+            part=self.part(now),
+            objective=Objective.CONTOURING,
+            weights=EffectiveWeights(lag=1.0, contouring=2.0, progress_reward=3.0, goal_position=4.0),
+            time_to_go=None,
+            failed=self.status(now) is Status.FAILED,
+            solver_status="solved" if self.iterations(now) else "",
+            iterations=self.iterations(now),
+            slack=0.0,
+            reason="",
+            prepare_ms=1.0,
+            feedback_ms=0.5,
+            solve_ms=0.25,
+            step_ms=1.5,
+            deadline_missed=False,
+        )
+
+
+@pytest.fixture
+def scripted() -> type[Scripted]:
+    return Scripted
+
+
+def straight_tables() -> dict[str, Any]:
+    """10 m straight ahead along x, 3 m to both sides, goal at the end."""
+    return {
+        "name": "straight",
+        "path": {"start": [0, 0, 0], "segments": [{"direction": 1, "curvature": 0, "length": 10}]},
+        "corridor": {"left": 3, "right": -3},
+    }
+
+
+@pytest.fixture
+def tables() -> dict[str, Any]:
+    return straight_tables()
+
+
+@pytest.fixture
+def straight() -> Scenario:
+    return scenario_from_dict(straight_tables())

@@ -1,0 +1,202 @@
+"""The loop itself: clocks, dead time, noise, the goal that moves, and when a run ends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation import Scenario, changed, load_scenario, simulate, summary
+from rti_mpcc.types import Status, VehicleState
+
+
+def still(now: float, state: VehicleState) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def forward(now: float, state: VehicleState) -> tuple[float, float]:
+    return 1.0, 0.0
+
+
+def triangle(peak: float) -> Any:
+    """Speed up and down at 1 m/s² and stand from 2 peak on; `peak` is a multiple of the cycle [s]."""
+    return lambda now, state: (1.0 if now < peak - 1e-6 else -1.0 if now < 2.0 * peak - 1e-6 else 0.0, 0.0)
+
+
+@pytest.mark.parametrize("cycle", [0.005, 0.05, 0.055, 0.2])
+def test_controller_is_called_at_its_cycle_whatever_the_plant_step(
+    scripted: Any, straight: Scenario, cycle: float
+) -> None:
+    scenario = changed(straight, {"simulation.cycle": cycle, "simulation.plant_step": 0.005})
+    scenario = changed(scenario, {"simulation.duration": 2.0})
+    controller = scripted(script=still)
+    result = simulate(scenario, controller=controller)
+    assert np.array([told[0] for told in controller.told]) == pytest.approx(
+        cycle * np.arange(int(2.0 / cycle + 1e-9) + 1), abs=1e-9
+    )
+    assert result.truth.times == pytest.approx(0.005 * np.arange(401), abs=1e-9)
+    assert result.ended == "duration"
+
+
+def test_controller_sees_the_truth_of_its_own_instant(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=forward)
+    scenario = changed(straight, {"simulation.cycle": 0.055, "simulation.duration": 2.0})
+    simulate(scenario, controller=controller)
+    for now, state, _, _ in controller.told:
+        assert (state.x, state.v) == pytest.approx((0.5 * now**2, now), abs=1e-9)
+
+
+@pytest.mark.parametrize("dead_time", [0.0, 0.123, 0.18])
+def test_actuators_do_the_command_after_the_dead_time(
+    scripted: Any, straight: Scenario, dead_time: float
+) -> None:
+    scenario = changed(straight, {"simulation.dead_time": dead_time, "simulation.duration": 2.0})
+    truth = simulate(scenario, controller=scripted(script=forward)).truth
+    acting = np.maximum(truth.times - dead_time, 0.0)
+    assert truth.v == pytest.approx(acting, abs=1e-9)
+    assert truth.poses[:, 0] == pytest.approx(0.5 * acting**2, abs=1e-9)
+    assert truth.theta == pytest.approx(truth.poses[:, 0], abs=1e-9)
+    # Recorded accelerations are means over a step: they sum to the speed even with a switch inside one.
+    assert 0.01 * np.sum(truth.acceleration[:-1]) == pytest.approx(truth.v[-1], abs=1e-9)
+
+
+def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario) -> None:
+    scenario = changed(straight, {"goal.offset": [-6.0, 0.0, 0.0]})
+    result = simulate(scenario, controller=scripted(script=triangle(2.0)))
+    truth = result.truth
+    standing = truth.times[np.argmax((truth.times > 3.0) & (np.abs(truth.v) <= 0.02 + 1e-12))]
+    assert result.ended == "docked"
+    # 0.5 s of standing make it docked, and it goes on for 0.5 s more.
+    assert truth.times[-1] == pytest.approx(standing + 1.0, abs=0.0101)
+
+
+def test_standing_outside_tolerance_is_not_docked(scripted: Any, straight: Scenario) -> None:
+    scenario = changed(straight, {"goal.offset": [-5.9, 0.0, 0.0], "simulation.duration": 8.0})
+    assert simulate(scenario, controller=scripted(script=triangle(2.0))).ended == "duration"
+
+
+@pytest.mark.parametrize("status", [Status.STALLED, Status.FAILED])
+def test_run_ends_five_seconds_after_a_latched_stop(
+    scripted: Any, straight: Scenario, status: Status
+) -> None:
+    controller = scripted(script=still, status=lambda now: status if now >= 2.0 else Status.FOLLOWING)
+    result = simulate(straight, controller=controller)
+    assert (result.ended, result.truth.times[-1]) == ("stopped", pytest.approx(7.0, abs=1e-9))
+
+
+def test_blocked_vehicle_may_go_on_and_so_the_run_does(scripted: Any, straight: Scenario) -> None:
+    scenario = changed(straight, {"simulation.duration": 9.0})
+    controller = scripted(script=still, status=lambda now: Status.BLOCKED)
+    assert simulate(scenario, controller=controller).ended == "duration"
+
+
+def test_goal_is_told_only_where_the_scenario_has_one(scripted: Any, straight: Scenario) -> None:
+    short = changed(straight, {"simulation.duration": 0.2})
+    without, with_goal = scripted(script=still), scripted(script=still)
+    simulate(short, controller=without)
+    simulate(changed(short, {"goal.pose": [11.0, 0.5, 0.1]}), controller=with_goal)
+    assert {told[2] for told in without.told} == {None}
+    assert {told[2] for told in with_goal.told} == {Pose2(11.0, 0.5, 0.1)}
+
+
+def test_goal_shifts_in_its_own_frame_at_its_distance(scripted: Any, straight: Scenario) -> None:
+    shifts = [
+        {"at_distance": 6.0, "offset": [0.1, 0.2, 0.3]},
+        {"at_distance": 4.0, "offset": [0.5, 0.0, 0.0]},
+    ]
+    scenario = changed(straight, {"goal.shifts": shifts, "simulation.duration": 4.5})
+    controller = scripted(script=forward)
+    truth = simulate(scenario, controller=controller).truth
+    first = Pose2(10.0, 0.0, 0.0).compose(Pose2(0.1, 0.2, 0.3))
+    second = first.compose(Pose2(0.5, 0.0, 0.0))
+    for pose, goal in zip(truth.poses, truth.goals, strict=True):
+        away = np.hypot(pose[0] - first.x, pose[1] - first.y)
+        expected = Pose2(10.0, 0.0, 0.0) if pose[0] < 4.0 - 1e-9 else first if away > 4.0 else second
+        assert tuple(goal) == pytest.approx((expected.x, expected.y, expected.phi), abs=1e-9)
+    # Without a goal pose the controller is told one from the first shift on.
+    assert {told[2] for told in controller.told} == {None, first, second}
+
+
+def test_noise_has_its_size_and_follows_the_seed(scripted: Any, straight: Scenario) -> None:
+    noise = [0.1, 0.2, 0.03, 0.04, 0.005]
+    scenario = changed(straight, {"simulation.state_noise": noise, "simulation.duration": 20.0})
+    scenario = changed(scenario, {"simulation.cycle": 0.01})
+    measured = []
+    for seed in (0, 0, 1):
+        controller = scripted(script=still)
+        truth = simulate(scenario, controller=controller, seed=seed).truth
+        measured.append(np.array([[s.x, s.y, s.phi, s.v, s.delta] for _, s, _, _ in controller.told]))
+        assert not truth.poses.any()
+    assert measured[0].std(axis=0) == pytest.approx(np.array(noise), rel=0.1)
+    assert (measured[0] == measured[1]).all()
+    assert (measured[0] != measured[2]).all()
+
+
+def test_start_may_be_anywhere(scripted: Any, straight: Scenario) -> None:
+    start = VehicleState(x=1.0, y=0.5, phi=0.2, v=0.3, delta=-0.1)
+    controller = scripted(script=still)
+    truth = simulate(
+        changed(straight, {"simulation.duration": 0.1}), controller=controller, start=start
+    ).truth
+    assert controller.told[0][1] == start
+    assert (*truth.poses[0], truth.v[0], truth.delta[0]) == (1.0, 0.5, 0.2, 0.3, -0.1)
+
+
+def test_obstacles_that_come_and_go_are_told_and_kept(scripted: Any, straight: Scenario) -> None:
+    wall = np.array([[6.0, -1.0], [7.0, -1.0], [7.0, 1.0]])
+    controller = scripted(script=still)
+    result = simulate(
+        changed(straight, {"simulation.duration": 3.0}),
+        controller=controller,
+        obstacles_at=lambda time: [wall] if 1.0 <= time < 2.0 else [],
+    )
+    assert [len(told[3]) for told in controller.told[::20]] == [0, 1, 0, 0]
+    assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
+    assert [len(corridor.obstacles) for _, corridor in result.corridors] == [0, 1, 0]
+
+
+def test_progress_hears_every_cycle(scripted: Any, straight: Scenario) -> None:
+    heard: list[float] = []
+    simulate(
+        changed(straight, {"simulation.duration": 0.2}),
+        controller=scripted(script=still),
+        progress=heard.append,
+    )
+    assert heard == [0.0, 0.05, 0.1, 0.15, 0.2]
+
+
+def test_results_are_read_only(scripted: Any, straight: Scenario) -> None:
+    result = simulate(changed(straight, {"simulation.duration": 0.1}), controller=scripted(script=still))
+    for array in (result.truth.v, result.truth.poses, result.cycles.weights, result.cycles.failed):
+        assert not array.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"method": "switched"}, r"method = 'switched': must be one of dynamic"),
+        ({"preset": "best"}, r"preset = 'best': must be one of default, paper, paper_printed"),
+        ({"seed": -1}, r"seed = -1: must be >= 0"),
+    ],
+)
+def test_unknown_options_are_refused(straight: Scenario, wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        simulate(straight, **wrong)
+
+
+def test_command_that_is_not_finite_is_refused(scripted: Any, straight: Scenario) -> None:
+    with pytest.raises(InputError, match=r"command\.acceleration = nan"):
+        simulate(straight, controller=scripted(script=lambda now, state: (float("nan"), 0.0)))
+
+
+def test_docking_controller_docks_under_noise_and_dead_time() -> None:
+    scenario = changed(
+        load_scenario("docking_inside"), {"simulation.state_noise": [0.002, 0.002, 0.001, 0, 0]}
+    )
+    figures = summary(simulate(scenario, seed=3))
+    assert figures["docked"]
+    assert figures["min_clearance_m"] > 0.0
+    assert figures["direction_changes"] == 0

@@ -1,0 +1,261 @@
+"""The figures of a run on motions whose figures are known."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import pi, sqrt, tan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, simulate, summary
+from rti_mpcc.simulation.metrics import clearances, direction_changes, energy, goal_errors, rms, time_to_dock
+from rti_mpcc.types import Array, Source, Status, VehicleState
+
+STEP = 0.01
+TIMES = STEP * np.arange(1001)
+DOCKED_POSE = (10.0, 0.0, 0.0)
+
+
+def truth_of(
+    *,
+    poses: Array | None = None,
+    v: Array | None = None,
+    delta: Array | None = None,
+    lateral: Array | None = None,
+    goal: tuple[float, float, float] = DOCKED_POSE,
+) -> Truth:
+    count = len(TIMES)
+    zeros = np.zeros(count)
+    v = zeros if v is None else v
+    delta = zeros if delta is None else delta
+    return Truth(
+        times=TIMES,
+        poses=np.zeros((count, 3)) if poses is None else poses,
+        v=v,
+        delta=delta,
+        theta=zeros,
+        part=np.zeros(count, dtype=np.int64),
+        acceleration=np.append(np.diff(v) / STEP, 0.0),
+        steering_rate=np.append(np.diff(delta) / STEP, 0.0),
+        lateral_acceleration=zeros if lateral is None else lateral,
+        goals=np.tile(goal, (count, 1)),
+    )
+
+
+@pytest.fixture
+def run(scripted: Any, straight: Scenario) -> RunResult:
+    """A run whose truth the tests replace."""
+    controller = scripted(script=lambda now, state: (0.0, 0.0))
+    return simulate(changed(straight, {"simulation.duration": 1.0}), controller=controller)
+
+
+def arriving(offset: Array) -> Array:
+    """(n, 3) poses that are `offset` (n,) short of the docked pose, along x."""
+    return np.stack([10.0 - offset, np.zeros_like(offset), np.zeros_like(offset)], axis=-1)
+
+
+@pytest.mark.parametrize("until", [None, 4.0])
+def test_energies_and_rms_of_harmonic_motion(until: float | None) -> None:
+    rate = 2.0 * pi
+    truth = truth_of(
+        v=np.sin(rate * TIMES), delta=0.3 * np.sin(rate * TIMES), lateral=2.0 * np.cos(rate * TIMES)
+    )
+    time = 10.0 if until is None else until
+    expected = {
+        "acceleration": 0.5 * rate**2 * time,
+        "steering_rate": 0.5 * (0.3 * rate) ** 2 * time,
+        "lateral_acceleration": 2.0 * time,
+    }
+    assert energy(truth, until) == pytest.approx(expected, rel=2e-3)
+    means = {name: sqrt(value / time) for name, value in expected.items()}
+    assert rms(truth, until) == pytest.approx({**means, "steering": 0.3 / sqrt(2.0)}, rel=1e-3)
+
+
+def test_energy_up_to_a_time_leaves_the_rest_out() -> None:
+    truth = truth_of(v=np.minimum(TIMES, 2.0) - np.clip(TIMES - 5.0, 0.0, 1.0))
+    assert energy(truth, 2.0)["acceleration"] == pytest.approx(2.0, abs=1e-9)
+    assert energy(truth, 5.0)["acceleration"] == pytest.approx(2.0, abs=1e-9)
+    assert energy(truth, None)["acceleration"] == pytest.approx(3.0, abs=1e-9)
+    assert rms(truth, 4.0)["acceleration"] == pytest.approx(sqrt(0.5), abs=1e-9)
+
+
+def test_no_time_has_no_rms() -> None:
+    assert set(rms(truth_of(v=TIMES), 0.0).values()) == {0.0}
+
+
+@pytest.mark.parametrize(
+    ("travels", "changes"),
+    [
+        ([1.0], 0),
+        ([1.0, -0.049, 1.0], 0),
+        ([1.0, -0.051], 1),
+        ([-1.0, 0.051], 1),
+        ([1.0, -0.051, 0.049, -0.02], 1),
+        ([1.0, -0.051, 0.051], 2),
+        ([0.03, -1.0], 0),
+        ([0.06, -1.0], 1),
+        ([1.0, -0.03, 0.01, -0.031], 1),
+        ([0.04, -0.04, 0.04], 0),
+        ([], 0),
+    ],
+)
+def test_direction_changes_count_after_five_centimetres(travels: list[float], changes: int) -> None:
+    # Each travel takes 1 s at a speed that rises and falls as a sine over it.
+    phase = np.arange(1000) / 1000.0
+    v = np.concatenate([[0.0], *[travel * 0.5 * pi * np.sin(pi * phase) for travel in travels]])
+    assert direction_changes(0.001 * np.arange(len(v)), v) == changes
+    assert direction_changes(0.001 * np.arange(len(v)), -v) == changes
+
+
+def test_errors_are_in_the_frame_of_the_goal_and_wrapped() -> None:
+    poses = np.tile((1.0, 2.0, -pi + 0.1), (len(TIMES), 1))
+    truth = truth_of(poses=poses, goal=(1.5, 2.0, pi / 2.0))
+    # The goal looks along y: half a metre towards -x is to its left.
+    assert goal_errors(truth)[0] == pytest.approx((0.0, 0.5, pi / 2.0 + 0.1), abs=1e-12)
+    truth = truth_of(poses=np.tile((0.0, 0.0, 5.0 * pi), (len(TIMES), 1)), goal=(0.0, 0.0, -pi + 0.01))
+    assert goal_errors(truth)[-1, 2] == pytest.approx(-0.01, abs=1e-9)
+
+
+def test_time_to_tolerance_is_the_first_time_inside_standing_or_not(run: RunResult) -> None:
+    truth = truth_of(poses=arriving(np.abs(TIMES - 3.0)), v=np.where(TIMES < 3.0, 1.0, -1.0))
+    figures = summary(replace(run, truth=truth))
+    assert figures["time_to_tolerance_s"] == pytest.approx(2.95, abs=0.0101)
+    assert figures["time_to_dock_s"] is None
+    assert figures["docked"] is False
+
+
+@pytest.mark.parametrize(("axis", "limit"), [(0, 0.05), (1, 0.05), (2, 0.03490658503988659)])
+def test_each_tolerance_counts(run: RunResult, axis: int, limit: float) -> None:
+    for factor, reached in ((0.999, True), (1.001, False)):
+        poses = np.tile(DOCKED_POSE, (len(TIMES), 1))
+        poses[:, axis] += factor * limit
+        figures = summary(replace(run, truth=truth_of(poses=poses)))
+        assert (figures["time_to_tolerance_s"] == 0.0) is reached
+        assert figures["docked"] is reached
+
+
+@pytest.mark.parametrize(
+    ("spans", "dock"),
+    [
+        ([(2.0, 2.49)], None),
+        ([(2.0, 2.5)], 2.0),
+        ([(2.0, 2.4), (4.0, 4.8), (6.0, 9.0)], 4.0),
+        ([(0.0, 10.0)], 0.0),
+        ([], None),
+    ],
+)
+def test_time_to_dock_is_the_start_of_the_first_half_second(
+    spans: list[tuple[float, float]], dock: float | None
+) -> None:
+    standing = np.zeros(len(TIMES), dtype=np.bool_)
+    for begin, end in spans:
+        standing |= np.abs(TIMES - 0.5 * (begin + end)) <= 0.5 * (end - begin) + 1e-9
+    assert time_to_dock(TIMES, standing) == (None if dock is None else pytest.approx(dock, abs=1e-9))
+
+
+def test_docked_must_hold_at_the_end(run: RunResult) -> None:
+    poses = arriving(np.where((TIMES > 2.0) & (TIMES < 6.0), 0.0, 1.0))
+    figures = summary(replace(run, truth=truth_of(poses=poses)))
+    assert figures["time_to_dock_s"] == pytest.approx(2.01, abs=1e-9)
+    assert figures["docked"] is False
+
+
+def test_creeping_is_not_standing(run: RunResult) -> None:
+    for speed, docked in ((0.019, True), (-0.019, True), (0.021, False), (-0.021, False)):
+        truth = truth_of(poses=arriving(np.zeros_like(TIMES)), v=np.full_like(TIMES, speed))
+        assert summary(replace(run, truth=truth))["docked"] is docked
+
+
+def test_clearance_of_a_body_beside_a_straight_boundary(run: RunResult) -> None:
+    poses = np.tile((5.0, 0.0, 0.0), (len(TIMES), 1))
+    poses[:, 1] = np.linspace(0.0, 2.5, len(TIMES))
+    result = replace(run, truth=truth_of(poses=poses))
+    assert clearances(result) == pytest.approx(3.0 - 0.5 * 2.069 - poses[:, 1], abs=1e-6)
+    assert summary(result)["min_clearance_m"] == pytest.approx(0.5 - 0.5 * 2.069, abs=1e-6)
+
+
+def test_clearance_looks_at_the_obstacles_of_the_time(run: RunResult) -> None:
+    corridor = run.corridors[0][1]
+    wall = np.array([[9.0, -1.0], [9.5, -1.0], [9.5, 1.0], [9.0, 1.0]])
+    scenes = ((0.0, corridor), (2.0, corridor.with_obstacles([wall])), (4.0, corridor))
+    poses = np.tile((4.5, 0.0, 0.0), (len(TIMES), 1))
+    result = replace(run, truth=truth_of(poses=poses), corridors=scenes)
+    distances = clearances(result)
+    before_wall = 9.0 - 4.5 - 3.6775
+    inside = (TIMES >= 2.0 - 1e-9) & (TIMES < 4.0 - 1e-9)
+    assert distances[inside] == pytest.approx(before_wall, abs=1e-6)
+    assert distances[~inside] == pytest.approx(3.0 - 0.5 * 2.069, abs=1e-6)
+
+
+def test_distance_and_steering_of_there_and_back(run: RunResult) -> None:
+    truth = truth_of(v=np.where(TIMES < 5.0, 1.0, -1.0), delta=-0.4 * np.sin(TIMES))
+    figures = summary(replace(run, truth=truth))
+    assert figures["distance_m"] == pytest.approx(10.0, abs=0.02)
+    assert figures["max_steering_rad"] == pytest.approx(0.4, abs=1e-4)
+
+
+def test_computing_figures_leave_the_first_cycle_out(run: RunResult) -> None:
+    count = len(run.cycles.times)
+    step_ms = np.linspace(1.0, 2.0, count)
+    step_ms[0] = 500.0
+    iterations = np.arange(count)
+    cycles = replace(run.cycles, step_ms=step_ms, iterations=iterations, solved=iterations >= 10)
+    figures = summary(replace(run, cycles=cycles))
+    assert figures["cycle_ms"]["max"] == 2.0
+    assert figures["cycle_ms"]["p50"] == pytest.approx(np.median(step_ms[1:]))
+    assert figures["feedback_ms"] == {"p50": 0.5, "p95": 0.5, "p99": 0.5, "max": 0.5}
+    assert figures["solver"] == {"iterations_p50": 15.0, "iterations_p95": 19.5, "failures": 0}
+
+
+def test_substitutes_are_counted_and_braking_to_the_goal_is_none(run: RunResult) -> None:
+    kinds = [
+        (Source.SOLUTION, Status.FOLLOWING),
+        (Source.BRAKING, Status.SETTLING),
+        (Source.STANDSTILL, Status.DOCKED),
+        (Source.STANDSTILL, Status.STARTING),
+        (Source.SHIFTED_PLAN, Status.FAILED),
+        (Source.SHIFTED_PLAN, Status.FOLLOWING),
+        (Source.BRAKING, Status.BLOCKED),
+        (Source.BRAKING, Status.FAILED),
+        (Source.STANDSTILL, Status.FAILED),
+    ]
+    cycles = replace(
+        run.cycles, source=tuple(kind[0] for kind in kinds), status=tuple(kind[1] for kind in kinds)
+    )
+    assert summary(replace(run, cycles=cycles))["fallback_cycles"] == 5
+
+
+def test_a_run_of_one_cycle_has_no_spread(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=lambda now, state: (0.0, 0.0), iterations=lambda now: 0)
+    figures = summary(simulate(changed(straight, {"simulation.duration": 0.01}), controller=controller))
+    assert figures["cycle_ms"] == dict.fromkeys(("p50", "p95", "p99", "max"))
+    assert figures["solver"] == {"iterations_p50": None, "iterations_p95": None, "failures": 0}
+    assert json.loads(json.dumps(figures, allow_nan=False)) == figures
+
+
+def test_summary_has_the_names_of_the_contract(run: RunResult) -> None:
+    figures = summary(run)
+    names = (
+        "scenario method preset seed docked time_to_tolerance_s time_to_dock_s final_error min_clearance_m "
+        "direction_changes max_steering_rad rms energy energy_to_dock distance_m cycle_ms feedback_ms solver "
+        "fallback_cycles deadline_misses"
+    )
+    assert set(names.split()) <= set(figures)
+    assert set(figures["final_error"]) == {"longitudinal_m", "lateral_m", "heading_rad"}
+    assert set(figures["rms"]) == {"steering", "steering_rate", "acceleration", "lateral_acceleration"}
+    for name in ("energy", "energy_to_dock"):
+        assert set(figures[name]) == {"steering_rate", "acceleration", "lateral_acceleration"}
+
+
+def test_lateral_acceleration_on_a_circle(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=lambda now, state: (0.0, 0.0))
+    start = VehicleState(x=1.0, y=0.0, phi=0.0, v=1.5, delta=0.2)
+    truth = simulate(
+        changed(straight, {"simulation.duration": 2.0}), controller=controller, start=start
+    ).truth
+    lateral = 1.5**2 * tan(0.2) / 2.875
+    assert truth.lateral_acceleration == pytest.approx(np.full(len(truth.times), lateral), abs=1e-9)
+    assert energy(truth, None)["lateral_acceleration"] == pytest.approx(2.0 * lateral**2, abs=1e-9)

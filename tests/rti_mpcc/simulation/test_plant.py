@@ -1,0 +1,131 @@
+"""The plant against motions known in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, inf, nan, pi, sin, tan
+
+import pytest
+from scipy.integrate import solve_ivp
+
+from rti_mpcc.config import Limits, Vehicle
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+
+PARAMETERS = PlantParameters.of(Vehicle(), Limits())
+REST = PlantState(x=0.0, y=0.0, phi=0.0)
+
+
+def driven(plant: PlantState, parameters: PlantParameters, until: float, step: float) -> PlantState:
+    for k in range(1, round(until / step) + 1):
+        plant = advance(plant, parameters, k * step)
+    return plant
+
+
+def commanded(plant: PlantState, acceleration: float, steering_rate: float) -> PlantState:
+    return issue(plant, PARAMETERS, acceleration=acceleration, steering_rate=steering_rate)
+
+
+@pytest.mark.parametrize("acceleration", [2.0, -0.5])
+@pytest.mark.parametrize("heading", [0.0, 1.2, -3.0])
+def test_constant_acceleration_goes_straight(acceleration: float, heading: float) -> None:
+    start = PlantState(x=1.0, y=-2.0, phi=heading, v=0.5)
+    end = driven(commanded(start, acceleration, 0.0), PARAMETERS, 3.0, 0.01)
+    way = 0.5 * 3.0 + 0.5 * acceleration * 9.0
+    assert (end.x, end.y) == pytest.approx((1.0 + way * cos(heading), -2.0 + way * sin(heading)), abs=1e-9)
+    assert (end.phi, end.v) == pytest.approx((heading, 0.5 + 3.0 * acceleration), abs=1e-12)
+
+
+@pytest.mark.parametrize("steering", [0.5, -0.3])
+@pytest.mark.parametrize("speed", [3.0, -2.0])
+def test_constant_steering_goes_in_a_circle(steering: float, speed: float) -> None:
+    start = PlantState(x=0.0, y=0.0, phi=0.3, v=speed, delta=steering)
+    end = driven(start, PARAMETERS, 4.0, 0.01)
+    radius = Vehicle().wheelbase / tan(steering)
+    heading = 0.3 + speed * 4.0 / radius
+    assert end.phi == pytest.approx(heading, abs=1e-10)
+    assert end.x == pytest.approx(radius * (sin(heading) - sin(0.3)), abs=1e-9)
+    assert end.y == pytest.approx(-radius * (cos(heading) - cos(0.3)), abs=1e-9)
+
+
+def test_heading_is_continuous_over_full_turns() -> None:
+    start = PlantState(x=0.0, y=0.0, phi=0.0, v=5.0, delta=0.6)
+    assert driven(start, PARAMETERS, 10.0, 0.01).phi > 2.0 * pi
+
+
+def test_changing_speed_and_steering_agree_with_a_reference_integrator() -> None:
+    plant = commanded(PlantState(x=0.0, y=0.0, phi=0.2, v=1.0, delta=-0.5), 1.5, 0.4)
+
+    def slope(t: float, z: list[float]) -> list[float]:
+        v, delta = 1.0 + 1.5 * t, -0.5 + 0.4 * t
+        return [v * cos(z[2]), v * sin(z[2]), v * tan(delta) / Vehicle().wheelbase]
+
+    reference = solve_ivp(slope, (0.0, 2.5), [0.0, 0.0, 0.2], method="DOP853", rtol=1e-12, atol=1e-12).y[
+        :, -1
+    ]
+    for step in (0.01, 0.05):
+        end = driven(plant, PARAMETERS, 2.5, step)
+        assert (end.x, end.y, end.phi) == pytest.approx(tuple(reference), abs=1e-9)
+
+
+@pytest.mark.parametrize("dead_time", [0.0, 0.004, 0.183, 0.5])
+def test_command_acts_after_the_dead_time_whatever_the_plant_step(dead_time: float) -> None:
+    parameters = replace(PARAMETERS, dead_time=dead_time)
+    plant = issue(REST, parameters, acceleration=2.0, steering_rate=0.5)
+    for step in (0.01, 0.05):
+        end = driven(plant, parameters, 1.0, step)
+        acting = 1.0 - dead_time
+        assert (end.v, end.delta) == pytest.approx((2.0 * acting, 0.5 * acting), abs=1e-12)
+        assert advance(end, parameters, 1.0) == end
+
+
+def test_queued_commands_act_in_order_each_for_its_own_time() -> None:
+    parameters = replace(PARAMETERS, dead_time=0.183)
+    plant = REST
+    for k, acceleration in enumerate((1.0, -2.0, 3.0)):
+        plant = issue(
+            advance(plant, parameters, 0.05 * k), parameters, acceleration=acceleration, steering_rate=0
+        )
+    assert len(plant.pending) == 3
+    # 1 m/s² acts from 0.183 s, -2 from 0.233 s, 3 from 0.283 s on.
+    for time, speed in (
+        (0.18, 0.0),
+        (0.2, 0.017),
+        (0.233, 0.05),
+        (0.26, -0.004),
+        (0.283, -0.05),
+        (0.4, 0.301),
+    ):
+        assert advance(plant, parameters, time).v == pytest.approx(speed, abs=1e-12)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_steering_stops_at_its_limit_and_comes_back(side: float) -> None:
+    plant = issue(PlantState(x=0.0, y=0.0, phi=0.0, v=1.0), PARAMETERS, acceleration=0.0, steering_rate=side)
+    plant = driven(plant, PARAMETERS, 0.593, 0.001)
+    assert plant.delta == pytest.approx(0.593 * side, abs=1e-12)
+    plant = advance(plant, PARAMETERS, 1.0)
+    assert plant.delta == 0.6 * side
+    plant = issue(plant, PARAMETERS, acceleration=0.0, steering_rate=-side)
+    assert advance(plant, PARAMETERS, 1.1).delta == pytest.approx(0.5 * side, abs=1e-12)
+
+
+def test_actuators_saturate_before_the_gain() -> None:
+    parameters = PlantParameters.of(Vehicle(), Limits(), acceleration_gain=1.2)
+    end = advance(issue(REST, parameters, acceleration=50.0, steering_rate=-9.0), parameters, 0.1)
+    assert (end.v, end.delta) == pytest.approx((0.1 * 5.0 * 1.2, -0.1), abs=1e-12)
+
+
+def test_errors_of_the_model_show_in_the_turn_only() -> None:
+    parameters = PlantParameters.of(Vehicle(), Limits(), wheelbase_error=0.05, steering_offset=0.02)
+    end = driven(PlantState(x=0.0, y=0.0, phi=0.0, v=2.0, delta=0.3), parameters, 1.0, 0.01)
+    assert end.delta == 0.3
+    assert end.phi == pytest.approx(2.0 * tan(0.32) / (1.05 * Vehicle().wheelbase), abs=1e-12)
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf])
+@pytest.mark.parametrize("name", ["acceleration", "steering_rate"])
+def test_command_that_is_not_finite_is_refused(name: str, value: float) -> None:
+    command = {"acceleration": 0.0, "steering_rate": 0.0} | {name: value}
+    with pytest.raises(InputError, match=rf"command\.{name} = .*finite"):
+        issue(REST, PARAMETERS, **command)
