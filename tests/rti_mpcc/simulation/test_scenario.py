@@ -1,0 +1,361 @@
+"""Scenario files: what they mean, and every way of getting them wrong."""
+
+from __future__ import annotations
+
+import logging
+from math import inf, nan, pi
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.errors import InputError, ScenarioError
+from rti_mpcc.simulation import Scenario, builtin_names, changed, load_scenario, scenario_from_dict
+
+BUILT_IN = ("docking_behind", "docking_full_course", "docking_inside", "long_approach", "path_following")
+TRIANGLE = [[6.0, 1.0], [7.0, 1.0], [7.0, 2.0]]
+BOX = [[-2.0, -3.0], [12.0, -3.0], [12.0, 3.0], [-2.0, 3.0]]
+
+
+def put(tables: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
+    *names, last = key.split(".")
+    table = tables
+    for name in names:
+        table = table.setdefault(name, {})
+    table[last] = value
+    return tables
+
+
+def test_built_in_scenarios_are_those_of_the_contract() -> None:
+    assert builtin_names() == BUILT_IN
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_built_in_scenarios_load_without_a_warning(name: str, caplog: pytest.LogCaptureFixture) -> None:
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.description
+    assert (scenario.simulation.dead_time, scenario.simulation.cycle) == (0.18, 0.05)
+    assert scenario.build_path().max_curvature <= 0.2 + 1e-12
+    assert not caplog.records
+
+
+def test_docking_scenarios_have_the_goals_of_the_contract() -> None:
+    inside, behind = load_scenario("docking_inside"), load_scenario("docking_behind")
+    goal = inside.goal_pose(inside.build_path())
+    assert (goal.x, goal.y, goal.phi) == pytest.approx((11.08, -15.24, 1.171), abs=0.005)
+    path = behind.build_path()
+    assert path.length == pytest.approx(30.0)
+    error = behind.goal_pose(path).relative_to(path.end)
+    assert (error.x, error.y, error.phi) == pytest.approx((-4.1, -3.0, 0.1))
+
+
+def test_full_course_is_thirty_metres_longer_and_so_are_its_narrowings() -> None:
+    course, behind = load_scenario("docking_full_course"), load_scenario("docking_behind")
+    assert course.build_path().cusps == pytest.approx((30.0,))
+    for far, near in zip(course.corridor.narrowings, behind.corridor.narrowings, strict=True):
+        assert (far.start - 30.0, far.end - 30.0, far.left, far.right) == (
+            near.start,
+            near.end,
+            near.left,
+            near.right,
+        )
+
+
+def test_long_approach_is_as_described() -> None:
+    scenario = load_scenario("long_approach")
+    path = scenario.build_path()
+    assert path.length == pytest.approx(150.0)
+    assert not path.cusps
+    assert scenario.limits.speed == 3.0
+    goal = scenario.goal_pose(path).relative_to(path.end)
+    assert (goal.x, abs(goal.y)) == pytest.approx((2.0, 0.8))
+
+
+def test_defaults_are_those_of_the_contract(straight: Scenario) -> None:
+    config = straight.controller_config()
+    assert config.goal_tolerance == (0.05, 0.05, pi / 90.0)
+    assert (config.cycle, config.dead_time, config.deadline) == (0.05, 0.0, None)
+    assert (config.vehicle.wheelbase, config.limits.speed) == (2.875, 10.0)
+    assert (straight.simulation.plant_step, straight.simulation.duration) == (0.01, 120.0)
+    assert straight.goal_is_path_end
+    assert straight.goal_pose(straight.build_path()) == Pose2(10.0, 0.0, 0.0)
+
+
+def test_controller_assumes_the_dead_time_of_the_plant_unless_told(straight: Scenario) -> None:
+    scenario = changed(straight, {"simulation.dead_time": 0.18})
+    assert scenario.controller_config().dead_time == 0.18
+    scenario = changed(scenario, {"controller.dead_time": 0.1, "controller.comfort_acceleration": 0.3})
+    config = scenario.controller_config("paper")
+    assert (config.dead_time, config.comfort_acceleration) == (0.1, 0.3)
+    assert scenario.plant_parameters().dead_time == 0.18
+
+
+def test_presets_are_the_configs(straight: Scenario) -> None:
+    assert straight.controller_config("default").arrival
+    assert straight.controller_config("paper").weights.lateral_acceleration == 100.0
+    assert not straight.controller_config("paper_printed").references_end
+    with pytest.raises(InputError, match="preset = 'none': must be one of default, paper, paper_printed"):
+        straight.controller_config("none")
+
+
+def test_integers_stand_for_numbers(tables: dict[str, Any]) -> None:
+    put(tables, "simulation.duration", 30)
+    assert scenario_from_dict(tables).simulation.duration == 30.0
+
+
+def test_polygon_corridor_and_obstacles(tables: dict[str, Any]) -> None:
+    tables["corridor"] = {"polygon": BOX, "obstacles": [TRIANGLE]}
+    scenario = scenario_from_dict(tables)
+    corridor = scenario.build_corridor(scenario.build_path())
+    assert len(corridor.obstacles) == 1
+
+
+def test_path_file_lies_beside_the_scenario(tmp_path: Path) -> None:
+    rows = ["x,y,heading,direction", *(f"{x},0.0,0.0,1" for x in range(0, 11, 2))]
+    (tmp_path / "way.csv").write_text("\n".join(rows))
+    file = tmp_path / "mine.toml"
+    file.write_text('name = "mine"\n[path]\nfile = "way.csv"\n[corridor]\nleft = 3\nright = -3\n')
+    scenario = load_scenario(file)
+    assert scenario.build_path().length == pytest.approx(10.0)
+    assert changed(scenario, {"simulation.cycle": 0.1}).build_path().length == pytest.approx(10.0)
+
+
+def test_too_sharp_a_path_is_a_warning(tables: dict[str, Any], caplog: pytest.LogCaptureFixture) -> None:
+    tables["path"]["segments"].append({"direction": 1, "curvature": 0.3, "length": 3.0})
+    with caplog.at_level(logging.WARNING):
+        scenario_from_dict(tables, source="sharp.toml")
+    (record,) = caplog.records
+    assert "sharp.toml: path: its largest curvature 0.3 1/m" in record.getMessage()
+
+
+def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:
+    assert changed(straight, {"goal.offset": [1, 0, 0]}).goal.offset == (1.0, 0.0, 0.0)
+    assert changed(straight, {"goal.offset": None}) == straight
+    with pytest.raises(ScenarioError, match=r"straight: simulation.cycle = 1.0: must be <= 0.2"):
+        changed(straight, {"simulation.cycle": 1.0})
+
+
+# Key, value, and what the message says behind `file: `.
+WRONG: list[tuple[str, Any, str]] = [
+    ("speed", 3.0, "speed = 3.0: unknown key, allowed are name, description, path, corridor"),
+    ("faults", [{"kind": "lost_cycles"}], "faults = "),
+    ("goal.measurement", {"rate": 10.0}, "goal.measurement = "),
+    ("simulation.plantstep", 0.01, "simulation.plantstep = 0.01: unknown key, allowed are plant_step, cycle"),
+    (
+        "path.segments",
+        [{"direction": 1, "curvature": 0, "length": 9, "radius": 3}],
+        "path.segments[0].radius = 3",
+    ),
+    (
+        "corridor.narrowings",
+        [{"start": 1, "from": 1, "to": 2, "left": 2}],
+        "narrowings[0].start = 1: unknown key",
+    ),
+    ("name", 3, "name = 3: must be text"),
+    ("name", "../up", "name = '../up': must be letters"),
+    ("description", True, "description = True: must be text"),
+    ("path", 3, "path = 3: must be a table"),
+    ("path.start", [0.0, 0.0], "path.start[2]: required"),
+    (
+        "path.start",
+        [0.0, 0.0, 0.0, 0.0],
+        "path.start = [0.0, 0.0, 0.0, 0.0]: must have at most 3 entries, not 4",
+    ),
+    ("path.start", "origin", "path.start = 'origin': must be a list"),
+    ("path.start", [0.0, "0", 0.0], "path.start[1] = '0': must be a number"),
+    ("path.start", [0.0, True, 0.0], "path.start[1] = True: must be a number"),
+    ("path.start", [0.0, nan, 0.0], "path.start[1] = nan: must be a finite number"),
+    ("path.start", None, "path.start: required where path.file is not given"),
+    ("path.segments", None, "path.segments: required where path.file is not given"),
+    ("path.segments", [], "path.segments = []: must have at least 1 entries, not 0"),
+    (
+        "path.segments",
+        [{"direction": 2, "curvature": 0, "length": 9}],
+        "path.segments[0].direction = 2: must be 1 or -1",
+    ),
+    (
+        "path.segments",
+        [{"direction": 1, "curvature": inf, "length": 9}],
+        "path.segments[0].curvature = inf: must be a fin",
+    ),
+    (
+        "path.segments",
+        [{"direction": 1, "curvature": 0, "length": 0}],
+        "path.segments[0].length = 0: must be > 0",
+    ),
+    ("path.segments", [{"direction": 1, "curvature": 0}], "path.segments[0].length: required"),
+    ("path.file", "path.csv", "path.file = 'path.csv': either file, or start and segments, not both"),
+    ("corridor", None, "corridor: required"),
+    ("corridor.left", None, "corridor.left: required where corridor.polygon is not given"),
+    ("corridor.left", "wide", "corridor.left = 'wide': must be a number"),
+    (
+        "corridor.left",
+        -2.0,
+        "corridor.left = -2.0 with right = -3.0: left - right must be >= the body's width 2.069 m",
+    ),
+    ("corridor.polygon", BOX, "corridor.left = 3.0: either polygon, or left and right, not both"),
+    (
+        "corridor.obstacles",
+        [TRIANGLE[:2]],
+        "corridor.obstacles[0] = [[6.0, 1.0], [7.0, 1.0]]: must have at least 3",
+    ),
+    (
+        "corridor.obstacles",
+        [[[6, 1], [7, 1], [7, nan]]],
+        "corridor.obstacles[0][2][1] = nan: must be a finite number",
+    ),
+    ("corridor.obstacles", [[[0, 0], [1, 1], [1, 0], [0, 1]]], "corridor: "),
+    (
+        "corridor.narrowings",
+        [{"from": 3, "to": 3, "left": 2}],
+        "corridor.narrowings[0].to = 3.0: must be above from",
+    ),
+    (
+        "corridor.narrowings",
+        [{"from": 3, "to": 11, "left": 2}],
+        "corridor.narrowings[0].to = 11.0: must be above from",
+    ),
+    (
+        "corridor.narrowings",
+        [{"from": -1, "to": 3, "left": 2}],
+        "corridor.narrowings[0].from = -1: must be >= 0",
+    ),
+    ("corridor.narrowings", [{"from": 1, "to": 3}], "corridor.narrowings[0]: needs left, right or both"),
+    (
+        "corridor.narrowings",
+        [{"from": 1, "to": 3, "left": -1.0}],
+        "corridor.narrowings[0] = left -1.0, right -3.0: left",
+    ),
+    ("goal.offset", [1.0, 2.0], "goal.offset[2]: required"),
+    ("goal.offset", [inf, 0.0, 0.0], "goal.offset[0] = inf: must be a finite number"),
+    (
+        "goal",
+        {"offset": [0, 0, 0], "pose": [1, 0, 0]},
+        "goal.pose = (1.0, 0.0, 0.0): either offset or pose, not both",
+    ),
+    ("goal.pose", [40.0, 0.0, 0.0], "goal = pose (40, 0, 0): out of reach, 30 m from the path's last part"),
+    ("goal.pose", [9.0, 0.0, 2.0], "goal = pose (9, 0, 2): out of reach, turned by 2 rad"),
+    (
+        "goal.pose",
+        [6.0, 2.5, 0.0],
+        "goal = pose (6, 2.5, 0): out of reach, the body there crosses a boundary or obstacle",
+    ),
+    ("goal.tolerance", [0.05, 0.0, 0.03], "goal.tolerance[1] = 0.0: must be > 0"),
+    ("goal.shifts", [{"at_distance": 0, "offset": [0, 0, 0]}], "goal.shifts[0].at_distance = 0: must be > 0"),
+    (
+        "goal.shifts",
+        [{"at_distance": 5, "offset": [30, 0, 0]}],
+        "goal.shifts[0] = pose (40, 0, 0): out of reach",
+    ),
+    ("vehicle.width", 0.0, "vehicle.width = 0.0: must be > 0"),
+    ("vehicle.rear", -0.1, "vehicle.rear = -0.1: must be >= 0"),
+    ("vehicle.length", 4.0, "vehicle.length = 4.0: unknown key, allowed are wheelbase, width, front, rear"),
+    (
+        "vehicle.width",
+        7.0,
+        "corridor.left = 3.0 with right = -3.0: left - right must be >= the body's width 7.0 m",
+    ),
+    ("limits.steering", 1.6, "limits.steering = 1.6: must be <= 1.4"),
+    ("limits.speed", "fast", "limits.speed = 'fast': must be a number"),
+    ("controller.dead_time", -0.1, "controller.dead_time = -0.1: must be >= 0"),
+    ("controller.deadline", 0.0, "controller.deadline = 0.0: must be > 0"),
+    ("controller.comfort_acceleration", 6.0, "controller: "),
+    ("controller.stages", 70, "controller.stages = 70: unknown key"),
+    ("simulation.cycle", 0.004, "simulation.cycle = 0.004: must be >= 0.005"),
+    ("simulation.cycle", 0.21, "simulation.cycle = 0.21: must be <= 0.2"),
+    ("simulation.plant_step", 0.0, "simulation.plant_step = 0.0: must be >= 0.0005"),
+    ("simulation.dead_time", -0.1, "simulation.dead_time = -0.1: must be >= 0"),
+    ("simulation.duration", 0.0, "simulation.duration = 0.0: must be > 0"),
+    ("simulation.wheelbase_error", 0.6, "simulation.wheelbase_error = 0.6: must be <= 0.5"),
+    ("simulation.steering_offset", nan, "simulation.steering_offset = nan: must be a finite number"),
+    ("simulation.acceleration_gain", 0.0, "simulation.acceleration_gain = 0.0: must be >= 0.1"),
+    ("simulation.state_noise", [0.0, 0.0, 0.0, 0.0, -1.0], "simulation.state_noise[4] = -1.0: must be >= 0"),
+    ("simulation.state_noise", [0.0, 0.0, 0.0], "simulation.state_noise[3]: required"),
+    (
+        "simulation",
+        {"cycle": 0.005, "plant_step": 0.01},
+        "simulation.plant_step = 0.01: must be <= simulation.cycle",
+    ),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "message"), WRONG, ids=[f"{k}={v}"[:60] for k, v, _ in WRONG])
+def test_wrong_values_are_named(tables: dict[str, Any], key: str, value: Any, message: str) -> None:
+    if value is None:
+        *names, last = key.split(".")
+        table = tables
+        for name in names:
+            table = table[name]
+        del table[last]
+    else:
+        put(tables, key, value)
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from_dict(tables, source="bad.toml")
+    assert any(line.startswith("bad.toml: ") and message in line for line in str(caught.value).splitlines())
+
+
+def test_each_problem_has_a_line(tables: dict[str, Any]) -> None:
+    put(tables, "simulation.cycle", 9.0)
+    put(tables, "goal.tolerance", [0.05, -1.0, 0.03])
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from_dict(tables, source="bad.toml")
+    assert str(caught.value).splitlines() == [
+        "bad.toml: goal.tolerance[1] = -1.0: must be > 0",
+        "bad.toml: simulation.cycle = 9.0: must be <= 0.2",
+    ]
+
+
+def test_corridor_that_crosses_the_path_is_refused(tables: dict[str, Any]) -> None:
+    put(tables, "corridor.right", 0.5)
+    with pytest.raises(ScenarioError, match=r"bad.toml: corridor"):
+        scenario_from_dict(tables, source="bad.toml")
+
+
+def test_polygon_narrower_than_the_body_is_refused(tables: dict[str, Any]) -> None:
+    waist = [[-2, -3], [5, -1], [12, -3], [12, 3], [5, 1], [-2, 3]]
+    tables["corridor"] = {"polygon": waist}
+    with pytest.raises(
+        ScenarioError, match=r"bad.toml: corridor = 2 m wide at 5 m .* at least as wide as the body"
+    ):
+        scenario_from_dict(tables, source="bad.toml")
+
+
+def test_polygon_without_the_path_is_refused(tables: dict[str, Any]) -> None:
+    tables["corridor"] = {"polygon": [[x, y + 20.0] for x, y in BOX]}
+    with pytest.raises(ScenarioError, match=r"bad.toml: corridor"):
+        scenario_from_dict(tables, source="bad.toml")
+
+
+def test_bad_path_files_are_named(tables: dict[str, Any], tmp_path: Path) -> None:
+    tables["path"] = {"file": "way.csv"}
+    with pytest.raises(ScenarioError, match=r"bad.toml: path.file = .*way.csv"):
+        scenario_from_dict(tables, source="bad.toml", folder=tmp_path)
+    (tmp_path / "way.csv").write_text("x,y,heading,direction\n0,0,0,1\n2,zero,0,1\n")
+    with pytest.raises(ScenarioError, match=r"bad.toml: path.file = .*way.csv"):
+        scenario_from_dict(tables, source="bad.toml", folder=tmp_path)
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"nowhere.toml: cannot be read"):
+        load_scenario(tmp_path / "nowhere.toml")
+    folder = tmp_path / "folder.toml"
+    folder.mkdir()
+    with pytest.raises(ScenarioError, match=r"folder.toml: cannot be read"):
+        load_scenario(folder)
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"name = \xff\xfe")
+    with pytest.raises(ScenarioError, match=r"binary.toml: is not UTF-8 text"):
+        load_scenario(binary)
+    broken = tmp_path / "broken.toml"
+    broken.write_text("name = \n")
+    with pytest.raises(ScenarioError, match=r"broken.toml: is not TOML, .*line 1"):
+        load_scenario(broken)
+
+
+def test_unknown_names_list_the_known_ones() -> None:
+    with pytest.raises(
+        ScenarioError, match=r"docking_besides: must be a .toml file or one of docking_behind, "
+    ):
+        load_scenario("docking_besides")
