@@ -7,7 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
-from geometry import Corridor, HalfPlanes, PathPart, Pose2, lift
+from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
@@ -141,16 +141,17 @@ class RtiMpcc:
         Args:
             at: when the plan begins [s], that is when its first control begins to act.
             last: the solution to go on from; default: this object's last one.
-            plan: a trajectory to linearise about instead of the last solution's.
+            plan: a trajectory to begin afresh from, with nothing kept of the last solution.
             arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
             retreat: speed allowed against the part's direction [m/s].
         """
         begun = perf_counter()
         config, target, wheelbase = self.config, self.target, self.config.vehicle.wheelbase
-        last = last or self._last
-        plan = plan or (last.trajectory if last else None)
+        last = None if plan is not None else last or self._last
+        if last is not None:
+            plan = last.trajectory
         if plan is None:
-            raise ValueError("the first prepare of a part needs a plan to linearise about")
+            raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
         horizon = config.cruise_horizon if arrive_at is None else arrive_at - at
         lengths = stage_lengths(horizon, config.cycle, config.stages)

@@ -165,23 +165,41 @@ class DockingController:
             return self._stop(situation, Status.SETTLING, "braking to rest inside the tolerance", land=True)
         if phase is Phase.STARTING:
             return self._start(situation)
-        solution = self._iterate(situation)
-        return self._judge((solution,), situation)
+        if route.arrival_due(self._memory, situation, self.config):
+            contouring = self._memory
+            solutions = self._begin(situation)
+            if self._memory.phase is Phase.ARRIVING:
+                return self._judge(solutions, situation)
+            self._memory = contouring
+        return self._judge(self._converge(situation, None), situation)
 
     def _start(self, situation: Situation) -> Act:
-        """Iterate from a first guess until the plan obeys the dynamics; stand still until then."""
-        memory = route.begin_phase(self._memory, situation, self.config)
-        self._memory = memory
-        plan: Trajectory | None = self._first_guess(situation)
+        """Begin from rest; stand still until there is a plan."""
+        solutions = self._begin(situation)
+        if self._memory.phase is Phase.STARTING:
+            problem = ladder.complaint(solutions[-1], self.config)
+            return self._stop(situation, Status.STARTING, problem, solutions=solutions)
+        return self._judge(solutions, situation)
+
+    def _begin(self, situation: Situation) -> tuple[Solution, ...]:
+        """Iterate from a first guess; the phase changes once the plan obeys the dynamics."""
+        self._memory = route.begin_phase(self._memory, situation, self.config)
+        solutions = self._converge(situation, self._first_guess(situation))
+        if not ladder.complaint(solutions[-1], self.config):
+            phase = Phase.CONTOURING if self._memory.arrive_at is None else Phase.ARRIVING
+            self._memory = replace(self._memory, phase=phase, driving_since=situation.now)
+        return solutions
+
+    def _converge(self, situation: Situation, guess: Trajectory | None) -> tuple[Solution, ...]:
+        """One real-time iteration; more of them only until the plan obeys the dynamics."""
+        least = 1 if guess is None else START_ITERATIONS // 3
         solutions: list[Solution] = []
         for _ in range(START_ITERATIONS):
-            solutions.append(self._iterate(situation, plan=plan))
-            plan = None
-            if not ladder.complaint(solutions[-1], self.config) and len(solutions) >= 3:
-                phase = Phase.CONTOURING if memory.arrive_at is None else Phase.ARRIVING
-                self._memory = replace(memory, phase=phase, driving_since=situation.now)
+            solutions.append(self._iterate(situation, guess))
+            guess = None
+            if len(solutions) >= least and not ladder.complaint(solutions[-1], self.config):
                 break
-        return self._judge(tuple(solutions), situation)
+        return tuple(solutions)
 
     def _first_guess(self, situation: Situation) -> Trajectory:
         config, arrive_at = self.config, self._memory.arrive_at
@@ -208,8 +226,6 @@ class DockingController:
         if not problem:
             plan, source, reason = solutions[-1].trajectory, Source.SOLUTION, ""
             self._memory = replace(self._memory, accepted_at=now)
-        elif self._memory.phase is Phase.STARTING:
-            return self._stop(situation, Status.STARTING, problem, solutions=solutions)
         elif (
             accepted is not None
             and now - accepted <= ladder.PLAN_LIFE

@@ -43,8 +43,14 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     return _timed(memory, situation, config)
 
 
+def arrival_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+    """Whether a contouring vehicle should turn to its arrival now."""
+    contouring = memory.phase is Phase.CONTOURING and config.arrival
+    return contouring and within_reach(situation.way, situation.speed, config)
+
+
 def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
-    """Choose between contouring and a planned arrival, for a vehicle about to start."""
+    """Choose between contouring and a planned arrival, for a vehicle about to begin one."""
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
@@ -101,14 +107,12 @@ def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 
 def _timed(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
-    """Begin the arrival once it is within reach; let its time fall, but not below the floor."""
+    """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival."""
     way, speed, begin = situation.way, situation.speed, situation.begin
     if not config.arrival:
         return memory
     duration = time_to_go(way, speed, config.comfort_acceleration)
     if memory.phase is Phase.CONTOURING:
-        if within_reach(way, speed, config):
-            return replace(memory, phase=Phase.ARRIVING, arrive_at=begin + duration)
         return memory
     assert memory.arrive_at is not None
     if moved(memory.target, situation.target) > MOVED:
