@@ -151,6 +151,8 @@ def _warnings_on_stderr() -> Iterator[None]:
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.WARNING)
     handler.setFormatter(logging.Formatter(f"{_PROGRAM}: warning: %(message)s"))
+    # The controller tells again what the check of the file has told with the file's name.
+    handler.addFilter(lambda record: record.name != "rti_mpcc.docking")
     logger = logging.getLogger("rti_mpcc")
     logger.addHandler(handler)
     try:

@@ -7,6 +7,8 @@ from typing import Any
 
 from rich.table import Table
 
+_NEVER = "never"
+
 
 def summary_table(summary: dict[str, Any]) -> Table:
     """The figures of `simulation.summary` with names and units for humans."""
@@ -15,7 +17,7 @@ def summary_table(summary: dict[str, Any]) -> Table:
     table.add_column("value", justify="right", no_wrap=True)
     table.add_column("unit", no_wrap=True)
     for name, value, unit in _rows(summary):
-        table.add_row(name, value, unit)
+        table.add_row(name, value, "" if value == _NEVER else unit)
     return table
 
 
@@ -50,7 +52,7 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
 
 
 def _number(value: float | None, digits: int) -> str:
-    return "never" if value is None else f"{value:.{digits}f}"
+    return _NEVER if value is None else f"{value:.{digits}f}"
 
 
 def _spread(values: dict[str, float | None]) -> str:

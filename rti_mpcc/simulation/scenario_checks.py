@@ -9,6 +9,7 @@ from math import hypot, pi, tan
 import numpy as np
 
 from geometry import Corridor, Pose2, ReferencePath, wrap
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.scenario import Scenario
@@ -28,7 +29,8 @@ class Problem:
 
 def problems(scenario: Scenario) -> list[Problem]:
     """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
-    found = [*_path_choice(scenario), *_corridor_choice(scenario), *_goal_choice(scenario), *_clock(scenario)]
+    checks = (_path_choice, _corridor_choice, _goal_choice, _clock, _comfort)
+    found = [problem for check in checks for problem in check(scenario)]
     if found:
         return found
     try:
@@ -106,6 +108,18 @@ def _clock(scenario: Scenario) -> Iterator[Problem]:
             key="simulation.plant_step",
             value=simulation.plant_step,
             allowed=f"must be <= simulation.cycle = {simulation.cycle}",
+        )
+
+
+def _comfort(scenario: Scenario) -> Iterator[Problem]:
+    comfort = scenario.controller.comfort_acceleration
+    if comfort is None:
+        comfort = float(ControllerConfig.model_fields["comfort_acceleration"].default)
+    if comfort > scenario.limits.acceleration:
+        yield Problem(
+            key="controller.comfort_acceleration",
+            value=comfort,
+            allowed=f"must be <= limits.acceleration = {scenario.limits.acceleration}",
         )
 
 

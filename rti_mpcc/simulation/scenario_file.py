@@ -59,7 +59,7 @@ def scenario_from_dict(
     try:
         scenario = Scenario.model_validate(dict(data), context={"folder": folder})
     except ValidationError as error:
-        raise ScenarioError("\n".join(f"{source}: {_worded(item)}" for item in error.errors())) from error
+        raise ScenarioError("\n".join(f"{source}: {line}" for line in _lines(error))) from error
     found = problems(scenario)
     if found:
         raise ScenarioError("\n".join(f"{source}: {_line(p.key, p.value, p.allowed)}" for p in found))
@@ -103,6 +103,13 @@ def _shown(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
+def _lines(error: ValidationError) -> list[str]:
+    """One line a problem. A list whose entries are wrong is also told to be too short: that is dropped."""
+    items = error.errors()
+    inner = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
+    return [_worded(item) for item in items if not (item["type"] == "too_short" and item["loc"] in inner)]
+
+
 def _worded(error: ErrorDetails) -> str:
     """One of pydantic's errors in this project's words."""
     key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"]).lstrip(".")
@@ -137,8 +144,8 @@ def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
         "string_pattern_mismatch": "must be letters, digits, dots, dashes and underscores",
     }
     if kind in ("too_long", "too_short"):
-        word, limit = ("most", "max_length") if kind == "too_long" else ("least", "min_length")
-        return f"must have at {word} {context[limit]} entries, not {context['actual_length']}"
+        sign, limit = ("<=", "max_length") if kind == "too_long" else (">=", "min_length")
+        return f"number of entries must be {sign} {context[limit]}, not {context['actual_length']}"
     return f"must be {context['expected']}" if kind == "literal_error" else words.get(kind)
 
 

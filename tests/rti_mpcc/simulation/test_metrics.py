@@ -15,7 +15,7 @@ from rti_mpcc.simulation.metrics import clearances, direction_changes, energy, g
 from rti_mpcc.types import Array, Source, Status, VehicleState
 
 STEP = 0.01
-TIMES = STEP * np.arange(1001)
+TIMES: Array = STEP * np.arange(1001, dtype=np.float64)
 DOCKED_POSE = (10.0, 0.0, 0.0)
 
 
@@ -106,8 +106,9 @@ def test_direction_changes_count_after_five_centimetres(travels: list[float], ch
     # Each travel takes 1 s at a speed that rises and falls as a sine over it.
     phase = np.arange(1000) / 1000.0
     v = np.concatenate([[0.0], *[travel * 0.5 * pi * np.sin(pi * phase) for travel in travels]])
-    assert direction_changes(0.001 * np.arange(len(v)), v) == changes
-    assert direction_changes(0.001 * np.arange(len(v)), -v) == changes
+    times: Array = 0.001 * np.arange(len(v), dtype=np.float64)
+    assert direction_changes(times, v) == changes
+    assert direction_changes(times, -v) == changes
 
 
 def test_errors_are_in_the_frame_of_the_goal_and_wrapped() -> None:

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.types import Array
 
 PARAMETERS = PlantParameters.of(Vehicle(), Limits())
 REST = PlantState(x=0.0, y=0.0, phi=0.0)
@@ -56,7 +57,7 @@ def test_heading_is_continuous_over_full_turns() -> None:
 def test_changing_speed_and_steering_agree_with_a_reference_integrator() -> None:
     plant = commanded(PlantState(x=0.0, y=0.0, phi=0.2, v=1.0, delta=-0.5), 1.5, 0.4)
 
-    def slope(t: float, z: list[float]) -> list[float]:
+    def slope(t: float, z: Array) -> list[float]:
         v, delta = 1.0 + 1.5 * t, -0.5 + 0.4 * t
         return [v * cos(z[2]), v * sin(z[2]), v * tan(delta) / Vehicle().wheelbase]
 

@@ -1,0 +1,72 @@
+"""The files and the table of a run."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from rti_mpcc.report.files import write_files
+from rti_mpcc.report.table import summary_table
+from rti_mpcc.simulation import RunResult
+
+
+def test_trajectory_is_the_truth_at_every_plant_step(
+    run: RunResult, figures: dict[str, Any], tmp_path: Path
+) -> None:
+    write_files(run, figures, tmp_path, plots=False)
+    file = tmp_path / "trajectory.csv"
+    assert file.read_text().splitlines()[0] == "t,x,y,phi,v,delta,theta,a,delta_dot"
+    table = np.genfromtxt(file, delimiter=",", names=True)
+    truth = run.truth
+    assert len(table) == 321
+    assert table["t"] == pytest.approx(0.01 * np.arange(321), abs=1e-9)
+    for name, values in (("y", truth.poses[:, 1]), ("v", truth.v), ("theta", truth.theta)):
+        assert table[name] == pytest.approx(values, rel=1e-9, abs=1e-9)
+    for name, values in (("a", truth.acceleration), ("delta_dot", truth.steering_rate)):
+        assert table[name] == pytest.approx(values, rel=1e-9, abs=1e-9)
+
+
+def test_summary_file_is_the_summary(run: RunResult, figures: dict[str, Any], tmp_path: Path) -> None:
+    write_files(run, figures, tmp_path, plots=False)
+    assert json.loads((tmp_path / "summary.json").read_text()) == figures
+
+
+@pytest.mark.parametrize("plots", [True, False])
+def test_pictures_are_written_unless_not_wanted(
+    run: RunResult, figures: dict[str, Any], tmp_path: Path, plots: bool
+) -> None:
+    written = write_files(run, figures, tmp_path, plots=plots)
+    names = ["summary.json", "trajectory.csv", *(["overview.png", "timeline.png"] if plots else [])]
+    assert [file.name for file in written] == names
+    assert sorted(names) == sorted(file.name for file in tmp_path.iterdir())
+    for file in written[2:]:
+        assert file.read_bytes().startswith(b"\x89PNG")
+
+
+def test_summary_with_infinity_is_not_written(
+    run: RunResult, figures: dict[str, Any], tmp_path: Path
+) -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        write_files(run, {**figures, "distance_m": float("inf")}, tmp_path, plots=False)
+
+
+def test_table_tells_the_figures_and_what_never_happened(figures: dict[str, Any]) -> None:
+    stream = io.StringIO()
+    Console(file=stream, width=100).print(
+        summary_table({**figures, "time_to_tolerance_s": 22.951, "time_to_dock_s": None})
+    )
+    rows = {}
+    for line in stream.getvalue().splitlines():
+        cells = [cell.strip() for cell in line.split("│")[1:-1]]
+        if len(cells) == 3:
+            rows[cells[0]] = (cells[1], cells[2])
+    assert rows["docked"] == ("no", "")
+    assert rows["time to tolerance"] == ("22.95", "s")
+    assert rows["time to dock"] == ("never", "")
+    assert rows["smallest clearance"] == (f"{figures['min_clearance_m']:.3f}", "m")

@@ -1,0 +1,81 @@
+"""The pictures show what they promise."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import PatchCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from rti_mpcc.report.overview import overview_figure
+from rti_mpcc.report.timeline import timeline_figure
+from rti_mpcc.simulation import RunResult
+
+
+def collection(figure: Figure, label: str) -> Any:
+    return next(one for one in figure.axes[0].collections if one.get_label() == label)
+
+
+def test_overview_shows_path_corridor_bodies_goal_and_obstacles(run: RunResult) -> None:
+    figure = overview_figure(run)
+    (axes,) = figure.axes
+    labels = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
+    assert {"path", "corridor", "obstacle", "goal", "body each second", "body at the end"} <= labels
+    assert "discs" not in labels
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [m]", "y [m]")
+    assert axes.get_aspect() == 1.0
+    # At 0, 1, 2, 3 s and at the end.
+    assert len(collection(figure, "body each second").get_paths()) == 5
+
+
+def test_goal_body_stands_at_the_goal(run: RunResult) -> None:
+    shape = collection(overview_figure(run), "goal")
+    assert isinstance(shape, PolyCollection)
+    corners = np.asarray(shape.get_paths()[0].vertices)[:4]
+    x, y, phi = run.truth.goals[-1]
+    ahead = 0.5 * (3.6775 - 0.8027)
+    assert corners.mean(axis=0) == pytest.approx((x + ahead * np.cos(phi), y + ahead * np.sin(phi)), abs=1e-9)
+
+
+def test_overview_shows_discs_on_request(run: RunResult) -> None:
+    discs = collection(overview_figure(run, discs=True), "discs")
+    assert isinstance(discs, PatchCollection)
+    assert len(discs.get_paths()) == 5 * run.config.footprint.discs
+
+
+def test_everything_drawn_lies_in_view_and_the_legend_beside_it(run: RunResult) -> None:
+    figure = overview_figure(run)
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    for line in run.corridors[0][1].lines(1)[0]:
+        assert (line[:, 0] >= axes.get_xlim()[0]).all()
+        assert (line[:, 0] <= axes.get_xlim()[1]).all()
+    (legend,) = figure.legends
+    assert legend.get_window_extent().x0 >= axes.get_window_extent().x1
+
+
+def test_timeline_shares_its_time_axis_and_names_units(run: RunResult, figures: dict[str, Any]) -> None:
+    figure = timeline_figure(run, figures)
+    names = ["v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]", "effective weights", "time a cycle [ms]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == names
+    assert {axes.get_xlim() for axes in figure.axes} == {(0.0, run.truth.times[-1])}
+    assert figure.axes[-1].get_xlabel() == "time [s]"
+
+
+@pytest.mark.parametrize(("tolerance", "dock", "marks"), [(None, None, 0), (1.0, None, 1), (1.0, 2.0, 2)])
+def test_timeline_marks_arrival_and_docking(
+    run: RunResult, figures: dict[str, Any], tolerance: float | None, dock: float | None, marks: int
+) -> None:
+    times = {"time_to_tolerance_s": tolerance, "time_to_dock_s": dock}
+    figure = timeline_figure(run, {**figures, **times})
+    for axes in figure.axes:
+        names = [line.get_label() for line in axes.get_lines()]
+        assert sum(name in ("inside tolerance", "docked") for name in names) == marks
+
+
+def test_pictures_need_no_pyplot(run: RunResult, figures: dict[str, Any]) -> None:
+    timeline_figure(run, figures).draw_without_rendering()
+    assert "matplotlib.pyplot" not in sys.modules
