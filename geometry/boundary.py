@@ -89,14 +89,22 @@ class Boundary:
     coarse_tree: cKDTree[None]
 
     @classmethod
-    def from_polylines(cls, polylines: Sequence[Array], *, closed: bool = False) -> Boundary | None:
+    def from_polylines(
+        cls,
+        polylines: Sequence[Array],
+        *,
+        closed: bool = False,
+        leads: tuple[complex, complex] | None = None,
+    ) -> Boundary | None:
         """Sample polylines (m, 2) [m] with their allowed side on the left; None if there are none.
 
         Args:
             polylines: at least one point each; a single point is a boundary without extent.
             closed: the polylines are rings, the first point follows the last.
+            leads: unit tangents with which another boundary leads to their start and on from their end, so
+                that these are not open.
         """
-        chains = [ring(line) if closed else chain(line, is_ring=False) for line in map(as_complex, polylines)]
+        chains = [ring(line) if closed else chain(line, leads=leads) for line in map(as_complex, polylines)]
         if not chains:
             return None
         samples = list(accumulate((each.vertex.size for each in chains), initial=0))

@@ -30,7 +30,8 @@ def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: 
     for obstacle in obstacles.shapes:
         hit |= _near(obstacle, shapes, margin)
     free = np.flatnonzero(~hit)
-    hit[free] = (_wall_distance(walls, corners[free]) < 0.0).all(axis=1)
+    sides = [side for side in (walls.left, walls.right) if side is not None]
+    hit[free] = (_beyond(sides, corners[free]) > 0.0).all(axis=1)
     return hit
 
 
@@ -49,12 +50,15 @@ def clearance(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Arra
     for thing in things:
         # The distance to nothing is nan.
         distance = np.fmin(distance, shapely.distance(shapes, thing))
-    wrong = np.maximum(-_wall_distance(walls, corners), -_signed(obstacles.boundary, corners))
-    outside = (_wall_distance(walls, corners) < 0.0).all(axis=1)
+    sides = [side for side in (walls.left, walls.right) if side is not None]
+    beyond = _beyond(sides, corners)
+    outside = (beyond > 0.0).all(axis=1)
+    if obstacles.boundary is not None:
+        sides.append(obstacles.boundary)
+        beyond = np.maximum(beyond, _beyond(sides[-1:], corners))
     crossed = np.flatnonzero((distance == 0.0) | outside)
-    sides = [side for side in (walls.left, walls.right, obstacles.boundary) if side is not None]
     for i in crossed:
-        distance[i] = -max(0.0, float(wrong[i].max()), _depth(sides, shapes[i]))
+        distance[i] = -max(0.0, float(beyond[i].max()), _depth(sides, shapes[i]))
     return distance
 
 
@@ -73,15 +77,11 @@ def _near(thing: shapely.Geometry, shapes: NDArray[np.object_], margin: float) -
     return np.asarray(near, dtype=np.bool_)
 
 
-def _signed(side: Boundary | None, corners: Array) -> Array:
-    """Signed distance (n, m) of corners (n, m, 2) to one side [m]."""
-    planes = half_planes([side], corners.reshape(-1, 2), None, 0.0)
-    return planes.distance.reshape(corners.shape[:2])
-
-
-def _wall_distance(walls: PartWalls, corners: Array) -> Array:
-    """The lower of the signed distances (n, m) to both walls [m]."""
-    return np.minimum(_signed(walls.left, corners), _signed(walls.right, corners))
+def _beyond(sides: Sequence[Boundary], corners: Array) -> Array:
+    """How far corners (n, m, 2) are beyond a boundary, the nearest of those, (n, m) [m]; 0 within all."""
+    distance = half_planes(sides, corners.reshape(-1, 2), None, 0.0).distance
+    depth = np.where(distance < 0.0, -distance, np.inf).min(axis=1, initial=np.inf)
+    return np.where(np.isfinite(depth), depth, 0.0).reshape(corners.shape[:2])
 
 
 def _depth(sides: Sequence[Boundary], shape: shapely.Polygon) -> float:

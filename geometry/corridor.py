@@ -109,7 +109,7 @@ class Corridor:
         for i, part in enumerate(path.parts):
             if not shape.covers(path_line(part, _CHECKED)):
                 raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
-            walls.append(PartWalls.from_lines(*split(part, shape), narrowest_in(part, shape)))
+            walls.append(PartWalls.from_lines(*split(part, shape), narrowest_in(part, shape), joined=True))
         return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
 
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:

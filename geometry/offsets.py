@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from geometry.part import PathPart
-from geometry.sampling import SPACING, as_complex, as_pairs
+from geometry.sampling import SPACING, as_complex, as_pairs, merged
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -93,7 +93,7 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
             lines.append([_opened(part, sections, distance, raw, after[0], -1)])
         body = following
     lines[-1] += [body, _opened(part, sections, distance, raw, runs[-1][1] - 1, 1)]
-    return [as_pairs(np.concatenate(pieces)) for pieces in lines]
+    return [as_pairs(merged(np.concatenate(pieces))) for pieces in lines]
 
 
 def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
@@ -210,14 +210,19 @@ def _cut(line: Complex, joint: complex) -> Complex:
 
 
 def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> bool:
-    """Whether the straight way over a gap may be boundary: it is short or nowhere in the corridor."""
+    """Whether the straight way over a gap is boundary: it is short or nowhere in the corridor.
+
+    Where the offset steps within a fold the ends do not meet; there it has to keep half the offset only,
+    so that no gap is left in the wall.
+    """
     i, j = before[1] - 1, after[0]
     way = raw.point[j] - raw.point[i]
     if abs(way) <= _GAP:
         return True
     n = int(np.ceil(abs(way) / SPACING)) + 1
     d, _, _ = distance(raw.point[i] + way * np.linspace(0.0, 1.0, n))
-    return bool((d >= min(abs(raw.offset[i]), abs(raw.offset[j])) - 2.0 * _PROBE).all())
+    free = min(abs(raw.offset[i]), abs(raw.offset[j]))
+    return bool((d >= (0.5 * free if raw.folded[i:j].any() else free - 2.0 * _PROBE)).all())
 
 
 def sections_of(

@@ -37,7 +37,7 @@ class Chain:
 
 def ring(line: Complex) -> Chain:
     """Sample a ring from a corner on, so that no feature but a smooth loop runs over its seam."""
-    line = _merged(line)
+    line = merged(line)
     if line.size > 1 and abs(line[-1] - line[0]) <= _MERGED:
         line = line[:-1]
     way = np.roll(line, -1) - line
@@ -46,9 +46,9 @@ def ring(line: Complex) -> Chain:
     return chain(np.append(line, line[0]), is_ring=True)
 
 
-def chain(line: Complex, *, is_ring: bool) -> Chain:
-    """Sample a polyline (m,); a ring repeats its first point at its end."""
-    line = _merged(line)
+def chain(line: Complex, *, is_ring: bool = False, leads: tuple[complex, complex] | None = None) -> Chain:
+    """Sample a polyline (m,); a ring repeats its first point at its end. For `leads` see Boundary."""
+    line = merged(line)
     if line.size == 1:
         return _point(line)
     way = np.diff(line)
@@ -64,15 +64,17 @@ def chain(line: Complex, *, is_ring: bool) -> Chain:
     starts = np.concatenate(([0], np.flatnonzero(corner) + 1))
     smooth_seam = bool(np.abs(np.angle(tangent[0] * tangent[-1].conj())) <= CORNER)
     ends = np.zeros(vertex.size, dtype=np.bool_)
-    ends[[0, -1]] = not is_ring
+    ends[[0, -1]] = not is_ring and leads is None
+    lead_in = tangent[before] if leads is None else leads[0]
+    lead_out = tangent[after] if leads is None else leads[1]
     return Chain(
         vertex=vertex,
-        tangent_in=np.concatenate((tangent[before : before + 1 or None], tangent)),
-        tangent_out=np.concatenate((tangent, tangent[after : after + 1 or None])),
+        tangent_in=np.concatenate(([lead_in], tangent)),
+        tangent_out=np.concatenate((tangent, [lead_out])),
         length_in=np.concatenate(([length[-1] if is_ring else 0.0], length)),
         length_out=np.concatenate((length, [length[0] if is_ring else 0.0])),
-        feature_in=np.concatenate((feature[before : before + 1 or None], feature)),
-        feature_out=np.concatenate((feature, feature[after : after + 1 or None])),
+        feature_in=np.concatenate((feature[[before]], feature)),
+        feature_out=np.concatenate((feature, feature[[after]])),
         is_end=ends,
         first=starts,
         last=np.append(starts[1:], vertex.size - 1),
@@ -98,7 +100,7 @@ def _point(line: Complex) -> Chain:
     )
 
 
-def _merged(line: Complex) -> Complex:
+def merged(line: Complex) -> Complex:
     """Drop points that repeat the one before."""
     return line[np.concatenate(([True], np.abs(np.diff(line)) > _MERGED))]
 

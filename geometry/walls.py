@@ -58,9 +58,19 @@ class PartWalls:
 
     @classmethod
     def from_lines(
-        cls, left: Sequence[Array], right: Sequence[Array], narrowest: tuple[float, float]
+        cls,
+        left: Sequence[Array],
+        right: Sequence[Array],
+        narrowest: tuple[float, float],
+        *,
+        joined: bool = False,
     ) -> PartWalls:
-        """Build from polylines (k, 2) with their allowed side on the left [m]."""
+        """Build from polylines (k, 2) with their allowed side on the left [m].
+
+        Args:
+            left, right: the polylines; joined: one of each, and either begins where the other ends.
+            narrowest: smallest width [m] and its theta [m].
+        """
         for line in (*left, *right):
             line.setflags(write=False)
         # One point is a boundary too (an arc's collapsed inside), but a line needs two.
@@ -68,8 +78,8 @@ class PartWalls:
         return cls(
             left_lines=tuple(left),
             right_lines=tuple(right),
-            left=Boundary.from_polylines(left),
-            right=Boundary.from_polylines(right),
+            left=Boundary.from_polylines(left, leads=_leads(right[0]) if joined else None),
+            right=Boundary.from_polylines(right, leads=_leads(left[0]) if joined else None),
             lines=shapely.multilinestrings([shapely.linestrings(line) for line in lines]),
             narrowest=narrowest,
         )
@@ -139,3 +149,10 @@ def half_planes(
     for values in (planes.point, planes.normal, planes.distance, planes.feature, planes.sample):
         values.setflags(write=False)
     return planes
+
+
+def _leads(other: Array) -> tuple[complex, complex]:
+    """Last and first unit tangent of a polyline (k, 2), which lead to and from the one that closes it."""
+    way = np.diff(as_complex(other))
+    way = way[way != 0.0]
+    return complex(way[-1] / abs(way[-1])), complex(way[0] / abs(way[0]))

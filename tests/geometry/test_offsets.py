@@ -1,0 +1,253 @@
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+import shapely
+
+from geometry import Corridor, Narrowing, Pose2, ReferencePath
+
+SEGMENTS = {
+    "reversing": (
+        Pose2(0.0, 0.0, pi / 2),
+        [(-1, -0.2, 10.0), (-1, 0.2, 10.0), (-1, 0.0, 5.0), (-1, 0.2, 5.0)],
+    ),
+    "quarter": (Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0), (1, 0.5, pi), (1, 0.0, 10.0)]),
+    "hairpin": (Pose2(0.0, 0.0, 0.0), [(1, 0.0, 15.0), (1, -0.5, 2.0 * pi), (1, 0.0, 15.0)]),
+    "loop": (Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0), (1, 0.1, 15.0 * pi), (1, 0.0, 20.0)]),
+    "bend": (Pose2(0.0, 0.0, 0.0), [(1, 0.0, 8.0), (1, 0.5, 0.04), (1, 0.0, 8.0)]),
+}
+
+
+def route(name: str) -> ReferencePath:
+    start, segments = SEGMENTS[name]
+    return ReferencePath.from_segments(start, segments)
+
+
+def path_line(path: ReferencePath, part: int = 0, spacing: float = 0.05) -> shapely.LineString:
+    at = path.sample(spacing)[part]
+    return shapely.LineString(np.column_stack([at.x, at.y]))
+
+
+def test_straight_corridor_has_two_parallel_lines_and_open_ends() -> None:
+    path = ReferencePath.from_segments(Pose2(1.0, 0.0, 0.0), [(1, 0.0, 7.0)])
+    left, right = Corridor.from_offsets(path, left=2.0, right=-3.0).lines(0)
+    assert len(left) == len(right) == 1
+    for line, y in ((left[0], 2.0), (right[0], -3.0)):
+        np.testing.assert_allclose(line[:, 1], y, atol=1e-12)
+        assert (line[:, 0].min(), line[:, 0].max()) == pytest.approx((1.0, 8.0))
+
+
+def test_left_is_left_of_the_vehicle_in_reverse_too() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(-1, 0.0, 7.0)])
+    left, right = Corridor.from_offsets(path, left=2.0, right=-3.0).lines(0)
+    np.testing.assert_allclose(left[0][:, 1], 2.0)
+    np.testing.assert_allclose(right[0][:, 1], -3.0)
+    assert left[0][:, 0].min() == pytest.approx(-7.0)
+
+
+def test_outside_of_an_arc_is_an_arc() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.2, 10.0)])
+    left, right = Corridor.from_offsets(path, left=3.0, right=-4.0).lines(0)
+    np.testing.assert_allclose(np.hypot(left[0][:, 0], left[0][:, 1] - 5.0), 2.0)
+    np.testing.assert_allclose(np.hypot(right[0][:, 0], right[0][:, 1] - 5.0), 9.0)
+    assert np.hypot(*np.diff(right[0], axis=0).T).max() <= 0.05 + 1e-9
+
+
+def test_inside_of_an_arc_collapses_to_its_centre() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.2, 8.0)])
+    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
+    (left,), _ = corridor.lines(0)
+    np.testing.assert_allclose(left, [[0.0, 5.0]], atol=1e-9)
+    planes = corridor.half_planes(0, np.array([[0.0, 0.0], [1.0, 3.0]]))
+    np.testing.assert_allclose(planes.distance[:, 0], [5.0, np.hypot(1.0, 2.0)])
+    np.testing.assert_allclose(planes.normal[0, 0], [0.0, -1.0], atol=1e-9)
+
+
+def test_reversing_course_of_the_design() -> None:
+    path = route("reversing")
+    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
+    (left,), (right,) = corridor.lines(0)
+    ends = path.parts[0]
+    for line, side in ((left, 5.0), (right, -5.0)):
+        expected = [ends.first.compose(Pose2(0.0, side, 0.0)), ends.last.compose(Pose2(0.0, side, 0.0))]
+        for pose in expected:
+            assert np.hypot(line[:, 0] - pose.x, line[:, 1] - pose.y).min() == pytest.approx(0.0, abs=1e-9)
+    # The insides of the second and the fourth arc, and of the first, are their centres.
+    for theta, side, line in ((15.0, 5.0, left), (27.0, 5.0, left), (5.0, -5.0, right)):
+        centre = ends.pose(theta).compose(Pose2(0.0, side, 0.0))
+        assert np.hypot(line[:, 0] - centre.x, line[:, 1] - centre.y).min() < 1e-9
+    for line in (left, right):
+        assert shapely.LineString(line).is_simple
+        distance = shapely.distance(path_line(path), shapely.points(line))
+        np.testing.assert_allclose(distance, 5.0, atol=2e-3)
+
+
+@pytest.mark.parametrize("name", sorted(SEGMENTS))
+@pytest.mark.parametrize("half_width", [1.5, 2.0, 3.0, 5.0, 6.0])
+def test_no_boundary_is_nearer_to_the_path_than_its_offset(name: str, half_width: float) -> None:
+    path = route(name)
+    corridor = Corridor.from_offsets(path, left=half_width, right=-half_width)
+    line = path_line(path)
+    for lines in corridor.lines(0):
+        for points in lines:
+            assert shapely.distance(line, shapely.points(points)).min() >= half_width - 5e-3
+            assert len(points) < 2 or shapely.LineString(points).is_simple
+
+
+@pytest.mark.parametrize("name", sorted(SEGMENTS))
+@pytest.mark.parametrize("half_width", [1.5, 1.9, 2.1, 3.0])
+def test_boundaries_enclose_what_the_offset_sweeps(name: str, half_width: float) -> None:
+    # Reference: the outline of the path widened with flat ends. It has the caps besides.
+    path = route(name)
+    outline = shapely.boundary(path_line(path).buffer(half_width, cap_style="flat", quad_segs=50))
+    caps = [
+        shapely.LineString([(a.x, a.y), (b.x, b.y)])
+        for pose in (path.start, path.end)
+        for a, b in [[pose.compose(Pose2(0.0, side, 0.0)) for side in (half_width, -half_width)]]
+    ]
+    corridor = Corridor.from_offsets(path, left=half_width, right=-half_width)
+    lines = shapely.union_all(
+        [shapely.LineString(points) for side in corridor.lines(0) for points in side if len(points) > 1]
+        + caps
+    )
+    for one, other in ((outline, lines), (lines, outline)):
+        points = shapely.points(shapely.get_coordinates(shapely.segmentize(one, 0.1)))
+        shapely.prepare(other)
+        assert shapely.distance(other, points).max() < 0.02
+
+
+def test_a_fold_is_joined_at_its_crossing() -> None:
+    # A quarter turn of radius 2 m with 3 m to the inside: a right angle 3 m from both legs.
+    (left,), _ = Corridor.from_offsets(route("quarter"), left=3.0, right=-3.0).lines(0)
+    corner = np.hypot(left[:, 0] - 9.0, left[:, 1] - 3.0)
+    assert corner.min() == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(np.minimum(np.abs(left[:, 0] - 9.0), np.abs(left[:, 1] - 3.0)), 0.0, atol=1e-9)
+
+
+def test_lanes_that_touch_have_no_wall_between_them() -> None:
+    corridor = Corridor.from_offsets(route("hairpin"), left=2.0, right=-2.0)
+    _, right = corridor.lines(0)
+    points = np.concatenate([*right, np.zeros((0, 2))])
+    assert len(points) <= 1 or np.hypot(points[:, 0] - 15.0, points[:, 1] + 2.0).max() < 0.1
+    # With a strip of 20 cm between them there are two.
+    corridor = Corridor.from_offsets(route("hairpin"), left=1.9, right=-1.9)
+    assert len(corridor.lines(0)[1]) == 1
+    planes = corridor.half_planes(0, np.array([[5.0, -1.0], [5.0, -2.0], [5.0, -3.0]]))
+    np.testing.assert_allclose(planes.distance[:, 1], [0.9, -0.1, 0.9], atol=1e-9)
+
+
+def test_a_loop_is_open_where_it_crosses_itself() -> None:
+    path = route("loop")
+    corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
+    assert len(corridor.lines(0)[0]) + len(corridor.lines(0)[1]) > 2
+    at = path.sample(0.5)[0]
+    bodies = np.stack(
+        [np.column_stack([at.x + dx, at.y + dy]) for dx, dy in ((0.5, 0), (0, 0.5), (-0.5, -0.5))], 1
+    )
+    assert not corridor.collides(0, bodies).any()
+
+
+def test_narrowings_have_transverse_edges(docking_behind: Corridor, reversing: ReferencePath) -> None:
+    (left,), (right,) = docking_behind.lines(0)
+    part = reversing.parts[0]
+    for line, theta, low, high in (
+        (left, 22.0, 1.3, 5.0),
+        (left, 23.0, 1.3, 5.0),
+        (right, 27.5, -5, -1),
+        (right, 28.4, -5, -1),
+    ):
+        outline = shapely.LineString(line)
+        for lateral in np.linspace(low, high, 9):
+            pose = part.pose(theta).compose(Pose2(0.0, float(lateral), 0.0))
+            assert outline.distance(shapely.Point(pose.x, pose.y)) < 1e-6
+    for line, theta, lateral in (
+        (left, 22.5, 1.3),
+        (right, 28.0, -1.0),
+        (left, 21.9, 5.0),
+        (right, 27.4, -5.0),
+    ):
+        pose = part.pose(theta).compose(Pose2(0.0, lateral, 0.0))
+        assert shapely.LineString(line).distance(shapely.Point(pose.x, pose.y)) < 1e-4
+        inner = part.pose(theta).compose(Pose2(0.0, 0.97 * lateral, 0.0))
+        assert docking_behind.half_planes(0, np.array([[inner.x, inner.y]])).distance.min() > 0.0
+
+
+def test_narrowing_may_begin_or_end_with_the_route_and_span_a_cusp(full_course: ReferencePath) -> None:
+    narrowings = [
+        Narrowing(0.0, 3.0, left=2.0),
+        Narrowing(28.0, 33.0, right=-1.5),
+        Narrowing(57.0, 60.0, left=1.2),
+    ]
+    corridor = Corridor.from_offsets(full_course, left=5.0, right=-5.0, narrowings=narrowings)
+    assert corridor.narrowest(0) == (6.5, 28.0)
+    assert corridor.narrowest(1) == (6.2, 57.0)
+    for part, theta, lateral, side in (
+        (0, 1.0, 2.0, 0),
+        (0, 29.0, -1.5, 1),
+        (1, 31.0, -1.5, 1),
+        (1, 59.0, 1.2, 0),
+    ):
+        pose = full_course.parts[part].pose(theta)
+        planes = corridor.half_planes(part, np.array([[pose.x, pose.y]]))
+        assert planes.distance[0, side] == pytest.approx(abs(lateral), abs=1e-3)
+
+
+def test_of_overlapping_narrowings_the_tightest_holds() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0)])
+    narrowings = [Narrowing(2.0, 6.0, left=1.0), Narrowing(4.0, 8.0, left=2.0, right=-1.0)]
+    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0, narrowings=narrowings)
+    points = np.array([[3.0, 0.0], [5.0, 0.0], [7.0, 0.0]])
+    distance = corridor.half_planes(0, points).distance
+    np.testing.assert_allclose(distance, [[1.0, np.hypot(1.0, 1.0)], [1.0, 1.0], [np.hypot(1.0, 1.0), 1.0]])
+    assert corridor.narrowest() == (2.0, 4.0)
+
+
+def test_a_step_inside_a_fold_leaves_no_gap() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0), (1, 0.2, 6.0), (1, 0.0, 10.0)])
+    corridor = Corridor.from_offsets(path, left=6.0, right=-6.0, narrowings=[Narrowing(12.0, 26.0, left=1.5)])
+    left, _ = corridor.lines(0)
+    assert len(left) == 1
+    assert corridor.half_planes(0, np.array([[9.0, 7.0], [5.0, 6.5]])).distance[:, 0].max() < 0.0
+
+
+def test_boundaries_of_a_part_do_not_act_on_another(full_course: ReferencePath) -> None:
+    corridor = Corridor.from_offsets(full_course, left=5.0, right=-5.0)
+    alone = Corridor.from_offsets(ReferencePath(parts=full_course.parts[1:]), left=5.0, right=-5.0)
+    points = np.random.default_rng(0).uniform(-30.0, 20.0, (200, 2))
+    np.testing.assert_array_equal(
+        corridor.half_planes(1, points).distance, alone.half_planes(0, points).distance
+    )
+
+
+def test_mirror_and_rigid_motion_symmetry() -> None:
+    start, segments = SEGMENTS["reversing"]
+    narrowings = [Narrowing(22.0, 23.0, left=1.3), Narrowing(27.5, 28.4, right=-1.0)]
+    corridor = Corridor.from_offsets(
+        ReferencePath.from_segments(start, segments), left=5.0, right=-4.0, narrowings=narrowings
+    )
+    points = np.random.default_rng(3).uniform((-8.0, -22.0), (20.0, 4.0), (300, 2))
+    planes = corridor.half_planes(0, points)
+
+    mirrored = Corridor.from_offsets(
+        ReferencePath.from_segments(Pose2(0.0, 0.0, -pi / 2), [(d, -k, s) for d, k, s in segments]),
+        left=4.0,
+        right=-5.0,
+        narrowings=[Narrowing(22.0, 23.0, right=-1.3), Narrowing(27.5, 28.4, left=1.0)],
+    )
+    other = mirrored.half_planes(0, points * [1.0, -1.0])
+    np.testing.assert_allclose(other.distance[:, ::-1], planes.distance, atol=1e-9)
+    np.testing.assert_allclose(other.point[:, ::-1] * [1.0, -1.0], planes.point, atol=1e-6)
+
+    motion = Pose2(5000.0, -3000.0, 2.3)
+    rotation = np.array([[np.cos(2.3), -np.sin(2.3)], [np.sin(2.3), np.cos(2.3)]])
+    moved = Corridor.from_offsets(
+        ReferencePath.from_segments(motion.compose(start), segments),
+        left=5.0,
+        right=-4.0,
+        narrowings=narrowings,
+    )
+    other = moved.half_planes(0, points @ rotation.T + [5000.0, -3000.0])
+    np.testing.assert_allclose(other.distance, planes.distance, atol=1e-8)
+    np.testing.assert_allclose(other.normal, planes.normal @ rotation.T, atol=1e-5)

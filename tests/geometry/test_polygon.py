@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+import shapely
+
+from geometry import Corridor, Pose2, ReferencePath
+
+STRAIGHT = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(1, 0.0, 16.0)])
+BOX = [(0.0, -3.0), (20.0, -3.0), (20.0, 2.0), (0.0, 2.0)]
+
+
+def test_a_box_is_split_where_the_tangents_meet_its_caps() -> None:
+    corridor = Corridor.from_polygon(STRAIGHT, BOX)
+    (left,), (right,) = corridor.lines(0)
+    np.testing.assert_allclose(left, [(20.0, 0.0), (20.0, 2.0), (0.0, 2.0), (0.0, 0.0)])
+    np.testing.assert_allclose(right, [(0.0, 0.0), (0.0, -3.0), (20.0, -3.0), (20.0, 0.0)])
+    planes = corridor.half_planes(0, np.array([[10.0, 0.5], [19.0, -1.0], [19.0, 1.5]]))
+    np.testing.assert_allclose(planes.distance, [[1.5, 3.5], [np.sqrt(2.0), 1.0], [0.5, np.hypot(1.0, 1.5)]])
+    np.testing.assert_allclose(corridor.narrowest(), (5.0, 0.0))
+
+
+def test_either_sense_and_a_closed_list_are_the_same() -> None:
+    points = np.random.default_rng(0).uniform((-2.0, -5.0), (22.0, 4.0), (100, 2))
+    expected = Corridor.from_polygon(STRAIGHT, BOX).half_planes(0, points).distance
+    for outline in (BOX[::-1], [*BOX, BOX[0]], BOX[2:] + BOX[:2]):
+        planes = Corridor.from_polygon(STRAIGHT, outline).half_planes(0, points)
+        np.testing.assert_allclose(planes.distance, expected, atol=1e-12)
+
+
+def test_left_is_left_of_the_vehicle_in_reverse_too() -> None:
+    path = ReferencePath.from_segments(Pose2(18.0, 0.0, 0.0), [(-1, 0.0, 16.0)])
+    planes = Corridor.from_polygon(path, BOX).half_planes(0, np.array([[10.0, 0.5]]))
+    np.testing.assert_allclose(planes.distance, [[1.5, 3.5]])
+
+
+def test_a_turn_in_a_room() -> None:
+    path = ReferencePath.from_segments(
+        Pose2(3.0, -8.0, pi / 2), [(1, 0.0, 8.0), (1, 1 / 3, 3 * pi), (1, 0.0, 8.0)]
+    )
+    room = [(-6.0, -10.0), (6.0, -10.0), (6.0, 8.0), (-6.0, 8.0)]
+    (left,), (right,) = Corridor.from_polygon(path, room).lines(0)
+    np.testing.assert_allclose(left, [(-3.0, -10.0), (3.0, -10.0)], atol=1e-9)
+    assert len(right) == 6
+
+
+def test_every_part_has_all_of_it(full_course: ReferencePath) -> None:
+    outline = [(-40.0, -60.0), (30.0, -60.0), (30.0, 30.0), (-40.0, 30.0)]
+    corridor = Corridor.from_polygon(full_course, outline)
+    for part in (0, 1):
+        length = sum(shapely.LineString(line).length for side in corridor.lines(part) for line in side)
+        assert length == pytest.approx(320.0)
+
+
+def test_narrowest_is_found_beside_corners_of_the_outline() -> None:
+    outline = [
+        (0, -2),
+        (9.13, -2),
+        (9.135, -1.2),
+        (9.14, -2),
+        (20, -2),
+        (20, 2),
+        (9.14, 2),
+        (9.135, 1.1),
+        (9.13, 2),
+        (0, 2),
+    ]
+    width, theta = Corridor.from_polygon(STRAIGHT, outline).narrowest(0)
+    np.testing.assert_allclose((width, theta), (2.3, 7.135))
+
+
+def test_narrowest_of_offsets(docking_behind: Corridor) -> None:
+    assert docking_behind.narrowest() == (6.0, 27.5)
+    assert docking_behind.narrowest(0) == (6.0, 27.5)
+
+
+def test_outline_is_closed_to_bodies() -> None:
+    corridor = Corridor.from_polygon(STRAIGHT, BOX)
+    body = np.array([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
+    places = np.array([(2.0, 0.0), (0.5, 0.0), (17.5, 0.0), (-8.0, 0.0), (30.0, 0.0), (8.0, 1.5)])
+    bodies = body + places[:, None, :]
+    assert corridor.collides(0, bodies).tolist() == [False, True, True, True, True, True]
+    np.testing.assert_allclose(corridor.clearance(0, bodies), [1.0, -0.5, -0.5, -9.0, -13.0, -0.5], atol=1e-9)
