@@ -31,10 +31,13 @@ def checked_polygon(corners: ArrayLike, name: str) -> shapely.Polygon:
         points = points[:-1]
     if len(points) < 3:
         raise CorridorError(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
+    x, y = (points - points[0]).T
+    if (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() < 0.0:
+        points = points[::-1]
     shape = shapely.Polygon(points)
     if not shape.is_valid:
         raise CorridorError(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
-    return shapely.geometry.polygon.orient(shape, 1.0)
+    return shape
 
 
 def path_line(part: PathPart, spacing: float) -> shapely.LineString:
