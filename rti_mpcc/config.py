@@ -178,8 +178,8 @@ class ControllerConfig(Settings):
         arrival: plan one arrival at rest once the goal is within reach; otherwise contour to the end.
         corridor_rows: keep every disc of the body inside the corridor (soft, with an exact penalty).
         speed_profile: bound on speed near the stop point, or None.
-        references_end: references stop at min(theta_e, theta_g), theta may pass it by 0.1 m and
-            theta_dot may be negative (published code).
+        progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
+            error hardly knows theta, and a plan whose progress may run back can then hang there.
         deadline: of one step [s], or None.
     """
 
@@ -198,7 +198,7 @@ class ControllerConfig(Settings):
     arrival: bool = True
     corridor_rows: bool = True
     speed_profile: SpeedProfile | None = None
-    references_end: bool = True
+    progress_reverses: bool = False
     deadline: Annotated[float, Field(gt=0.0, le=10.0)] | None = None
 
     @model_validator(mode="after")
@@ -243,7 +243,6 @@ class ControllerConfig(Settings):
             "weights": weights,
             "cruise_horizon": 7.0,
             "arrival": False,
-            "corridor_rows": False,
             "speed_profile": SpeedProfile(),
         }
         return cls(**{**preset, **changes})
@@ -259,6 +258,5 @@ class ControllerConfig(Settings):
             "weights": Weights(virtual_speed=0.0),
             "cruise_horizon": 7.0,
             "arrival": False,
-            "references_end": False,
         }
         return cls(**{**preset, **changes})

@@ -160,7 +160,7 @@ class DockingController:
         phase = self._memory.phase
         if phase is Phase.HOLDING:
             status = Status.DOCKED if situation.last_part else Status.CHANGING_DIRECTION
-            return self._stop(situation, status, "inside the tolerance, standing")
+            return self._stop(situation, status, "standing inside the tolerance")
         if phase is Phase.SETTLING:
             return self._stop(situation, Status.SETTLING, "braking to rest inside the tolerance", land=True)
         if phase is Phase.STARTING:
@@ -279,10 +279,11 @@ class DockingController:
             rate = float(solutions[-1].trajectory.controls[0, 1])
         if failed:
             wanted = ladder.braking(config)
+        standing = route.stands(self._memory, situation)
         lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
         motion = stopping_motion(state, stage_times(situation.begin, lengths), wanted, config.vehicle.wheelbase)
         return Act(
-            drive=ladder.brake(state, wanted, config, rate),
+            drive=ladder.hold(state, config) if standing else ladder.brake(state, wanted, config, rate),
             status=status,
             reason=reason,
             trajectory=motion,

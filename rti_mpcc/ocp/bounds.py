@@ -53,5 +53,5 @@ def stage_bounds(
     controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]
     ahead = speed if profile is not None else HEADROOM * speed
     controls[:, 1, 2] = ahead
-    controls[:, 0, 2] = -ahead if config.references_end else 0.0
+    controls[:, 0, 2] = -ahead if config.progress_reverses else 0.0
     return StageBounds(states=states, controls=controls)

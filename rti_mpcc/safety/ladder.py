@@ -37,8 +37,10 @@ SETTLING_TIME = 0.15
 """Time constant with which the last of the speed is taken out [s]."""
 SPARE = 0.3
 """Distance to a contact at which a blocked vehicle means to stand [m]."""
-REST = 0.002
-"""Speed that is left alone [m/s]."""
+HOLDING_TIME = 0.5
+"""The same while standing [s]."""
+SLOW = 0.1
+"""Below this speed the steering is not turned while braking [m/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,15 +90,19 @@ def follow(controls: Array, source: Source, config: ControllerConfig) -> Drive:
 
 
 def brake(state: Array, deceleration: float, config: ControllerConfig, steering_rate: float = 0.0) -> Drive:
-    """Brake at `deceleration` [m/s²] to a standstill, softly at its end, and stay there."""
+    """Brake at `deceleration` [m/s²] to a standstill, softly at its end, keeping `steering_rate` [rad/s] on."""
     speed = float(state[V])
-    if abs(speed) <= REST:
-        return Drive(acceleration=0.0, steering_rate=0.0, source=Source.STANDSTILL)
     wanted = min(deceleration, abs(speed) / max(SETTLING_TIME, config.cycle), config.limits.acceleration)
-    rate = steering_rate if abs(speed) > 0.1 else 0.0
     stop = config.limits.steering
-    rate = float(np.clip(rate, (-stop - state[DELTA]) / config.cycle, (stop - state[DELTA]) / config.cycle))
+    least, most = (-stop - state[DELTA]) / config.cycle, (stop - state[DELTA]) / config.cycle
+    rate = float(np.clip(steering_rate, min(least, 0.0), max(most, 0.0))) if abs(speed) > SLOW else 0.0
     return Drive(acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING)
+
+
+def hold(state: Array, config: ControllerConfig) -> Drive:
+    """Stay at a standstill: what speed is left fades out gently, so that noise hardly shows."""
+    wanted = float(np.clip(-state[V] / HOLDING_TIME, -config.limits.acceleration, config.limits.acceleration))
+    return Drive(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
 
 
 def braking(config: ControllerConfig) -> float:
