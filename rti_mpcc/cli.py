@@ -126,7 +126,7 @@ def _with_progress(scenario: Scenario, arguments: argparse.Namespace) -> RunResu
         TextColumn("{task.completed:.1f} s"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
         task = bar.add_task("", total=scenario.simulation.duration)
         return run(lambda time: bar.update(task, completed=time))
 

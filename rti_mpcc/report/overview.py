@@ -19,6 +19,10 @@ _BODY_EVERY = 1.0
 """Time between two drawn bodies [s]."""
 _PATH_SPACING = 0.1
 """Spacing of the drawn path [m]."""
+_WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5
+"""Bounds on the size of the axes [inch]."""
+_MARGINS = {"left": 0.9, "right": 2.3, "bottom": 0.6, "top": 0.5}
+"""Room beside the axes for labels and legend [inch]."""
 
 
 def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
@@ -26,7 +30,7 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
 
     Axes are equal, in metres; the legend stands outside of the data.
     """
-    figure = Figure(figsize=(9.0, 7.0), layout="constrained")
+    figure = Figure()
     axes = figure.add_subplot()
     _draw_corridor(axes, result)
     _draw_path(axes, result)
@@ -34,15 +38,31 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     _draw_bodies(axes, result, poses)
     if discs:
         _draw_discs(axes, result, poses)
-    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_aspect("equal", adjustable="box", anchor="NW")
     axes.margins(0.05)
     axes.autoscale_view()
+    _fit(figure, axes)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(f"{result.scenario.name} ({result.preset}): {result.truth.times[-1]:.1f} s")
     axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
-    figure.legend(loc="outside right upper", frameon=False)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False)
     return figure
+
+
+def _fit(figure: Figure, axes: Axes) -> None:
+    """A wide course gets a low picture and a tall one a high picture, within limits [inch]."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    width, height = _WIDEST, _WIDEST * (top - bottom) / (right - left)
+    if height > _HIGHEST:
+        width, height = _HIGHEST * width / height, _HIGHEST
+    height = max(height, _LOWEST)
+    whole = (width + _MARGINS["left"] + _MARGINS["right"], height + _MARGINS["bottom"] + _MARGINS["top"])
+    figure.set_size_inches(*whole)
+    # By hand: matplotlib's own layouts cut labels off where the aspect is fixed.
+    axes.set_position(
+        (_MARGINS["left"] / whole[0], _MARGINS["bottom"] / whole[1], width / whole[0], height / whole[1])
+    )
 
 
 def _poses_drawn(result: RunResult) -> Array:

@@ -22,7 +22,9 @@ def collection(figure: Figure, label: str) -> Any:
 def test_overview_shows_path_corridor_bodies_goal_and_obstacles(run: RunResult) -> None:
     figure = overview_figure(run)
     (axes,) = figure.axes
-    labels = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
+    legend = axes.get_legend()
+    assert legend is not None
+    labels = {text.get_text() for text in legend.get_texts()}
     assert {"path", "corridor", "obstacle", "goal", "body each second", "body at the end"} <= labels
     assert "discs" not in labels
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [m]", "y [m]")
@@ -53,8 +55,14 @@ def test_everything_drawn_lies_in_view_and_the_legend_beside_it(run: RunResult) 
     for line in run.corridors[0][1].lines(1)[0]:
         assert (line[:, 0] >= axes.get_xlim()[0]).all()
         assert (line[:, 0] <= axes.get_xlim()[1]).all()
-    (legend,) = figure.legends
+    legend = axes.get_legend()
+    assert legend is not None
     assert legend.get_window_extent().x0 >= axes.get_window_extent().x1
+    # Nothing of it is cut off by the edges of the picture.
+    whole, drawn = figure.bbox, axes.get_tightbbox()
+    assert drawn is not None
+    assert (drawn.x0 >= whole.x0, drawn.y0 >= whole.y0) == (True, True)
+    assert (drawn.x1 <= whole.x1, drawn.y1 <= whole.y1) == (True, True)
 
 
 def test_timeline_shares_its_time_axis_and_names_units(run: RunResult, figures: dict[str, Any]) -> None:
