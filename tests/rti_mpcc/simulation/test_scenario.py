@@ -95,7 +95,8 @@ def test_controller_assumes_the_dead_time_of_the_plant_unless_told(straight: Sce
 def test_presets_are_the_configs(straight: Scenario) -> None:
     assert straight.controller_config("default").arrival
     assert straight.controller_config("paper").weights.lateral_acceleration == 100.0
-    assert not straight.controller_config("paper_printed").references_end
+    printed = straight.controller_config("paper_printed")
+    assert (printed.arrival, printed.weights.lateral_acceleration) == (False, 0.0)
     with pytest.raises(InputError, match="preset = 'none': must be one of default, paper, paper_printed"):
         straight.controller_config("none")
 
