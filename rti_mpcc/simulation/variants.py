@@ -1,0 +1,106 @@
+"""The same docking problem elsewhere, mirrored, or driven the other way round.
+
+A controller must not care; tests compare the runs. All take and give a `Scenario` whose path is made of
+segments.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+from geometry import Pose2
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scenario_file import changed
+
+Points = list[list[float]]
+
+
+def moved(scenario: Scenario, to: Pose2) -> Scenario:
+    """The scenario turned by `to.phi` [rad] about the world's origin and then shifted by x, y [m]."""
+    start = to.compose(_start(scenario))
+    changes: dict[str, Any] = {"path.start": [start.x, start.y, start.phi]}
+    if scenario.goal.pose is not None:
+        pose = to.compose(Pose2(*scenario.goal.pose))
+        changes["goal.pose"] = [pose.x, pose.y, pose.phi]
+    return changed(scenario, {**changes, **_outlines(scenario, lambda x, y: _xy(to.compose(Pose2(x, y, 0.0))))})
+
+
+def mirrored(scenario: Scenario) -> Scenario:
+    """The scenario mirrored at the world's x axis: left and right change places."""
+    start, corridor, goal = _start(scenario), scenario.corridor, scenario.goal
+    changes: dict[str, Any] = {
+        "path.start": [start.x, -start.y, -start.phi],
+        "path.segments": _segments(scenario, direction=1),
+        **_outlines(scenario, lambda x, y: [x, -y]),
+    }
+    if corridor.left is not None and corridor.right is not None:
+        changes["corridor.left"], changes["corridor.right"] = -corridor.right, -corridor.left
+        changes["corridor.narrowings"] = _swapped_narrowings(scenario)
+    for key, value in (("offset", goal.offset), ("pose", goal.pose)):
+        if value is not None:
+            changes[f"goal.{key}"] = [value[0], -value[1], -value[2]]
+    return changed(scenario, changes)
+
+
+def turned_round(scenario: Scenario) -> Scenario:
+    """Everything driven with the other end of the vehicle ahead: headings by pi, forward for reverse.
+
+    Front and rear of the body are exchanged, so the body passes over the same ground.
+    """
+    start, corridor, goal = _start(scenario), scenario.corridor, scenario.goal
+    changes: dict[str, Any] = {
+        "path.start": [start.x, start.y, start.phi + pi],
+        "path.segments": _segments(scenario, direction=-1),
+        "vehicle.front": scenario.vehicle.rear,
+        "vehicle.rear": scenario.vehicle.front,
+    }
+    if corridor.left is not None and corridor.right is not None:
+        changes["corridor.left"], changes["corridor.right"] = -corridor.right, -corridor.left
+        changes["corridor.narrowings"] = _swapped_narrowings(scenario)
+    if goal.offset is not None:
+        changes["goal.offset"] = [-goal.offset[0], -goal.offset[1], goal.offset[2]]
+    if goal.pose is not None:
+        changes["goal.pose"] = [goal.pose[0], goal.pose[1], goal.pose[2] + pi]
+    return changed(scenario, changes)
+
+
+def _start(scenario: Scenario) -> Pose2:
+    if scenario.path.start is None or scenario.path.segments is None:
+        raise InputError(f"path.file = {scenario.path.file!r}: only a path made of segments can be changed")
+    return Pose2(*scenario.path.start)
+
+
+def _segments(scenario: Scenario, *, direction: int) -> list[dict[str, float]]:
+    """All curvatures negated, directions multiplied by `direction`."""
+    return [
+        {"direction": direction * piece.direction, "curvature": -piece.curvature, "length": piece.length}
+        for piece in scenario.path.segments or ()
+    ]
+
+
+def _swapped_narrowings(scenario: Scenario) -> list[dict[str, float]]:
+    swapped = []
+    for piece in scenario.corridor.narrowings:
+        entry = {"from": piece.start, "to": piece.end}
+        if piece.right is not None:
+            entry["left"] = -piece.right
+        if piece.left is not None:
+            entry["right"] = -piece.left
+        swapped.append(entry)
+    return swapped
+
+
+def _outlines(scenario: Scenario, move: Any) -> dict[str, list[Any]]:
+    """Corridor polygon and obstacles with every point moved."""
+    corridor, changes = scenario.corridor, {}
+    if corridor.polygon is not None:
+        changes["corridor.polygon"] = [move(*point) for point in corridor.polygon]
+    if corridor.obstacles:
+        changes["corridor.obstacles"] = [[move(*point) for point in outline] for outline in corridor.obstacles]
+    return changes
+
+
+def _xy(pose: Pose2) -> list[float]:
+    return [pose.x, pose.y]
