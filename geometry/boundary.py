@@ -1,8 +1,8 @@
 """Polylines with an allowed side, and the nearest of their points to many others.
 
 Polylines are stored as samples at most SPACING apart, oriented so that the allowed side is on the left. A
-corner is a vertex that turns by more than CORNER; a feature is a smooth run of segments between corners or
-open ends.
+corner is a vertex where the boundary recedes from the allowed side, turning left by more than CORNER; a
+feature is a run of segments between corners or open ends: on it the nearest point moves without jumps.
 
 Points and tangents are complex numbers here: with r = c - vertex and a unit tangent t, conj(t) r has the
 way along the segment as its real part and the distance to its left, the allowed side, as its imaginary
@@ -70,7 +70,7 @@ class Boundary:
         first, last: (F,) first and last sample of each feature.
         is_loop: (F,) whether the feature closes on itself.
         tree: of the samples.
-        coarse, coarse_tree: every STRIDE-th sample and all ends of features, indices (j,) and tree.
+        coarse, coarse_tree: every STRIDE-th sample, all ends of features and all sharp turns, indices (j,) and tree.
     """
 
     vertex: Complex
@@ -113,7 +113,8 @@ class Boundary:
         vertex = np.concatenate([each.vertex for each in chains])
         first = np.concatenate([each.first + s for each, s, _ in shifts])
         last = np.concatenate([each.last + s for each, s, _ in shifts])
-        coarse = np.unique(np.concatenate((np.arange(0, vertex.size, STRIDE), first, last)))
+        sharp = np.concatenate([each.sharp + s for each, s, _ in shifts])
+        coarse = np.unique(np.concatenate((np.arange(0, vertex.size, STRIDE), first, last, sharp)))
         return cls(
             vertex=vertex,
             tangent_in=np.concatenate([each.tangent_in for each in chains]),

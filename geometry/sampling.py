@@ -15,12 +15,16 @@ Mask = NDArray[np.bool_]
 
 SPACING = 0.05  # [m] at most, between samples
 CORNER = pi / 9.0  # [rad]
+_REVERSAL = pi - 1e-6  # [rad] a turn back on itself juts into the allowed side, whatever sign rounding gives it
 _MERGED = 1e-6  # [m] samples nearer to each other are one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chain:
-    """One sampled polyline; attributes as in geometry.boundary.Boundary, indices from 0."""
+    """One sampled polyline; attributes as in geometry.boundary.Boundary, indices from 0.
+
+    `sharp` (j,) are the samples at turns of more than CORNER to either side.
+    """
 
     vertex: Complex
     tangent_in: Complex
@@ -33,15 +37,16 @@ class Chain:
     first: Index
     last: Index
     is_loop: Mask
+    sharp: Index
 
 
 def ring(line: Complex) -> Chain:
-    """Sample a ring from a corner on, so that no feature but a smooth loop runs over its seam."""
+    """Sample a ring from a receding corner on, so that no feature but a loop without one runs over its seam."""
     line = merged(line)
     if line.size > 1 and abs(line[-1] - line[0]) <= _MERGED:
         line = line[:-1]
     way = np.roll(line, -1) - line
-    corner = np.abs(np.angle(way * np.roll(way, 1).conj())) > CORNER
+    corner = recedes(way * np.roll(way, 1).conj())
     line = np.roll(line, -int(np.argmax(corner)))
     return chain(np.append(line, line[0]), is_ring=True)
 
@@ -58,11 +63,12 @@ def chain(line: Complex, *, is_ring: bool = False, leads: tuple[complex, complex
     vertex = np.append(np.repeat(line[:-1], counts) + step * share, line[-1])
     length = np.repeat(np.abs(way) / counts, counts)
     tangent = np.repeat(way / np.abs(way), counts)
-    corner = np.abs(np.angle(tangent[1:] * tangent[:-1].conj())) > CORNER
+    turn = tangent[1:] * tangent[:-1].conj()
+    corner = recedes(turn)
     feature = np.concatenate(([0], np.cumsum(corner)))
     before, after = (-1, 0) if is_ring else (0, -1)
     starts = np.concatenate(([0], np.flatnonzero(corner) + 1))
-    smooth_seam = bool(np.abs(np.angle(tangent[0] * tangent[-1].conj())) <= CORNER)
+    smooth_seam = not bool(recedes(tangent[0] * tangent[-1].conj()))
     ends = np.zeros(vertex.size, dtype=np.bool_)
     ends[[0, -1]] = not is_ring and leads is None
     lead_in = tangent[before] if leads is None else leads[0]
@@ -79,7 +85,18 @@ def chain(line: Complex, *, is_ring: bool = False, leads: tuple[complex, complex
         first=starts,
         last=np.append(starts[1:], vertex.size - 1),
         is_loop=np.full(starts.size, is_ring and smooth_seam and starts.size == 1),
+        sharp=np.flatnonzero(np.abs(np.angle(turn)) > CORNER) + 1,
     )
+
+
+def recedes(turn: Complex) -> Mask:
+    """Which turns, complex numbers with the turn as their angle, are corners that recede from the allowed side.
+
+    Only there does the nearest boundary point jump as a point goes by. Round a corner that juts out it
+    moves on without a break, so both sides of such a corner are one feature.
+    """
+    angle = np.angle(turn)
+    return np.asarray((angle > CORNER) & (angle < _REVERSAL))
 
 
 def _point(line: Complex) -> Chain:
@@ -97,6 +114,7 @@ def _point(line: Complex) -> Chain:
         first=index,
         last=index,
         is_loop=np.zeros(1, dtype=np.bool_),
+        sharp=index[:0],
     )
 
 
