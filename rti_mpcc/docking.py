@@ -161,6 +161,8 @@ class DockingController:
         if phase is Phase.HOLDING:
             status = Status.DOCKED if situation.last_part else Status.CHANGING_DIRECTION
             return self._stop(situation, status, "standing inside the tolerance")
+        if phase is Phase.STALLED:
+            return self._stop(situation, Status.STALLED, "no plan from here ends inside the tolerance")
         if phase is Phase.SETTLING:
             return self._stop(situation, Status.SETTLING, "braking to rest inside the tolerance", land=True)
         if phase is Phase.STARTING:
@@ -212,7 +214,13 @@ class DockingController:
 
     def _iterate(self, situation: Situation, plan: Trajectory | None = None) -> Solution:
         last = None if plan is not None else self._memory.solution
-        self._mpcc.prepare(situation.begin, last=last, plan=plan, arrive_at=self._memory.arrive_at)
+        self._mpcc.prepare(
+            situation.begin,
+            last=last,
+            plan=plan,
+            arrive_at=self._memory.arrive_at,
+            retreat=route.retreat(self._memory, situation),
+        )
         solution = self._mpcc.feedback(situation.state, situation.begin)
         if solution.solved:
             self._memory = replace(self._memory, solution=solution)

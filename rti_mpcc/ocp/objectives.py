@@ -23,6 +23,11 @@ GOAL_CLIP = (0.5, 0.3)
 linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed."""
 
 
+FIRM = 5.0
+"""Time to go [s] below which an arrival's effort counts less and less, as its cube. The error that a plan
+accepts at the goal to save effort grows with 1/t_go³: without this it is all of the way left at 1 s."""
+
+
 class TargetKind(Enum):
     """What ends a part."""
 
@@ -144,6 +149,7 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
     """
     share = _share(lengths, weights)
     none = np.zeros_like(share)
+    effort = share[:-1] * min(1.0, float(lengths.sum()) / FIRM) ** 3
     on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)
     contouring = weights.arrival_contouring * on_path * share
     return StageWeights(
@@ -153,8 +159,8 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         lateral_acceleration=weights.lateral_acceleration * share,
         bound_distance=none,
         bound_speed=none,
-        acceleration=weights.acceleration * share[:-1],
-        steering_rate=weights.steering_rate * share[:-1],
+        acceleration=weights.acceleration * effort,
+        steering_rate=weights.steering_rate * effort,
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
         goal=np.full(3, weights.arrival_pose),

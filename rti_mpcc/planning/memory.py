@@ -20,6 +20,7 @@ class Phase(Enum):
     ARRIVING = "arriving"
     SETTLING = "settling"
     HOLDING = "holding"
+    STALLED = "stalled"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,6 +20,14 @@ CUSP_REACH = 0.5
 """A vehicle that stands within this distance of a cusp may pass it [m]."""
 SETTLE_SHARE = 0.5
 """Share of the goal tolerance inside which a braked stop ends the arrival."""
+SETTLE_TIME = 0.75
+"""A braked stop that ends the arrival takes no longer than this [s]; until then the plan is driven."""
+RESTARTS = 2
+"""So often a vehicle that stopped outside the tolerance tries again."""
+RETREAT_REACH = 0.5
+"""Distance to the target within which a vehicle that tries again may back off [m]."""
+RETREAT_SPEED = 0.3
+"""Speed of backing off, against the direction of the part [m/s]."""
 MOVED = 0.1
 """A target that moves by more than this in one cycle is a new arrival [m]."""
 
@@ -32,11 +40,14 @@ def decide(memory: ControllerMemory, situation: Situation, config: ControllerCon
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     if memory.phase is Phase.HOLDING:
         return memory if situation.inside(situation.error) else restart(memory)
+    if memory.phase is Phase.STALLED:
+        return replace(restart(memory), restarts=0) if moved(memory.target, situation.target) > 0.0 else memory
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
         return replace(memory, arrive_at=None) if memory.solution is None else memory
-    if situation.inside(situation.stop_error, SETTLE_SHARE):
+    stopping = situation.speed <= SETTLE_TIME * config.comfort_acceleration
+    if stopping and situation.inside(situation.stop_error, SETTLE_SHARE):
         return replace(memory, phase=Phase.SETTLING)
     if stands(memory, situation, STANDSTILL_TIME) and situation.now - memory.driving_since > STANDSTILL_TIME:
         return _stalled(memory, situation)
@@ -103,7 +114,15 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     if situation.inside(situation.error):
         return replace(memory, phase=Phase.HOLDING)
+    if memory.restarts >= RESTARTS:
+        return replace(memory, phase=Phase.STALLED)
     return replace(restart(memory), restarts=memory.restarts + 1)
+
+
+def retreat(memory: ControllerMemory, situation: Situation) -> float:
+    """Speed allowed against the direction of the part [m/s]: only to try again, near the target."""
+    near = situation.error.x**2 + situation.error.y**2 <= RETREAT_REACH**2
+    return RETREAT_SPEED if memory.restarts > 0 and near else 0.0
 
 
 def _timed(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:

@@ -14,7 +14,7 @@ from rti_mpcc.model.layout import A, CONTROLS, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
-from rti_mpcc.planning.route import CUSP_TOLERANCE
+from rti_mpcc.planning.route import CUSP_TOLERANCE, RETREAT_REACH
 from rti_mpcc.types import Array, VehicleState
 
 PROJECTION_REACH = 2.0
@@ -83,7 +83,7 @@ def _way(here: Pose2, theta: float, part: PathPart, target: Target) -> float:
     offset = here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
-    return hypot(max(along, 0.0), across)
+    return hypot(along, across) if along > 0.0 or hypot(along, across) < RETREAT_REACH else 0.0
 
 
 def _stopped(state: Array, config: ControllerConfig) -> Array:
