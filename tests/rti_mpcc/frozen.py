@@ -1,0 +1,316 @@
+"""Optimal control problems frozen out of runs, and the real-time iteration repeated on them.
+
+A cycle's problem moves with every cycle: the horizon shifts, weights follow the plan, half-planes follow
+the discs. Here all of that stands still as it was in one cycle, so that repeated steps solve one nonlinear
+program, which `nonlinear_program.py` writes down independently.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry import Corridor, HalfPlanes, PathPart, lift
+from rti_mpcc import docking
+from rti_mpcc.config import ControllerConfig, SolverSettings
+from rti_mpcc.controller import RETURN_SHARE, Linearisation, RtiMpcc, Solution
+from rti_mpcc.model.bicycle import linearised_step
+from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V
+from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
+from rti_mpcc.ocp.corridor_rows import corridor_rows
+from rti_mpcc.ocp.frame import LocalFrame
+from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.ocp.objectives import StageWeights, Target
+from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.qp.filling import (
+    QpValues,
+    empty_values,
+    fill_bounds,
+    fill_corridor,
+    fill_cost,
+    fill_dynamics,
+    fill_initial,
+)
+from rti_mpcc.qp.pattern import BOUNDED, QpPattern, build_pattern
+from rti_mpcc.qp.solver import QpSolution, QpSolver
+from rti_mpcc.simulation import Scenario, changed, simulate
+from rti_mpcc.types import Array
+
+TIGHT = SolverSettings(tolerance=1e-8, max_iterations=500_000, check_interval=25, polish=True)
+"""OSQP at 1e-8 needs up to 1e5 iterations where several discs touch one corner of a boundary."""
+
+AT_REST = 1e-5
+"""Steps below this have come to rest, in scaled units."""
+NOISE = 1e-6
+"""Steps below this say nothing about the contraction: OSQP's tolerance moves the soft directions so much."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrozenPlanes:
+    """Half-planes normal . c >= offset that stay where they are; those that do not act have normal 0."""
+
+    normal: Array
+    """(n, s, 2) unit, in the problem's frame."""
+    offset: Array
+    """(n, s) [m]."""
+
+    @classmethod
+    def of(
+        cls, planes: HalfPlanes, points: Array, frame: LocalFrame, acts: NDArray[np.bool_]
+    ) -> FrozenPlanes:
+        """From world half-planes of world points (n, 2); those that do not act (n, s) are dropped."""
+        normal = frame.planes_in(planes).normal * acts[..., None]
+        local = frame.states_in(np.column_stack([points, np.zeros(len(points))]))[:, :2]
+        distance = np.where(acts, planes.distance, 0.0)
+        return cls(normal=normal, offset=np.einsum("nsj,nj->ns", normal, local) - distance)
+
+    def at(self, points: Array) -> HalfPlanes:
+        """What the package's functions take, for points (n, 2) in the problem's frame."""
+        distance = np.einsum("nsj,nj->ns", self.normal, points) - self.offset
+        none = np.full(distance.shape, -1)
+        return HalfPlanes(
+            point=np.zeros_like(self.normal),
+            normal=self.normal,
+            distance=np.where(self.normal.any(axis=-1), distance, np.inf),
+            feature=none,
+            sample=none,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrozenProblem:
+    """One optimal control problem in the coordinates of its frame.
+
+    Attributes:
+        name: which run and time it is from.
+        states (N+1, 6), controls (N, 3): the plan that the cycle linearised about.
+        measured: (6,) state at the horizon's begin.
+        lengths: (N,) [s]; weights, bounds (widened as the measured state needs), planes of the discs of
+            stages 1..N, walls of the rear axle at stages 0..N: as they were in the cycle.
+        solution: what the controller made of it in its one step.
+    """
+
+    name: str
+    config: ControllerConfig
+    part: PathPart
+    target: Target
+    frame: LocalFrame
+    states: Array
+    controls: Array
+    measured: Array
+    lengths: Array
+    weights: StageWeights
+    bounds: StageBounds
+    planes: FrozenPlanes | None
+    walls: FrozenPlanes | None
+    solution: Solution
+
+    @property
+    def sides(self) -> int:
+        return 0 if self.planes is None else self.planes.normal.shape[1]
+
+    @property
+    def discs(self) -> int:
+        return 0 if self.planes is None else self.config.footprint.discs
+
+    def build_pattern(self) -> QpPattern:
+        return build_pattern(len(self.lengths), self.discs, self.sides)
+
+    def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array) -> None:
+        """The QP about `states` (N+1, 6) and `controls` (N, 3), from the package's own functions."""
+        config, part, wheelbase = self.config, self.part, self.config.vehicle.wheelbase
+        reference = self.frame.reference_in(part.reference(states[:, THETA]))
+        errors = frenet_errors(states, reference, part.direction)
+        walls = self.walls.at(states[:, :2]) if self.walls is not None else None
+        goal = self.frame.pose_in(self.target.pose)
+        cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase)
+        fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale)
+        step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
+        fill_dynamics(values, pattern, step, states)
+        fill_bounds(values, pattern, self.bounds, states, controls)
+        if self.planes is not None:
+            discs = cover(config.vehicle, config.footprint.discs)
+            planes = self.planes.at(disc_centres(states[1:], discs).reshape(-1, 2))
+            margin = config.footprint.margin
+            fill_corridor(values, pattern, corridor_rows(states[1:], planes, discs, margin, near=np.inf))
+        fill_initial(values, pattern, self.measured - states[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Iterates:
+    """What repeated steps came to: the last iterate, and the size of each step in scaled units."""
+
+    states: Array
+    controls: Array
+    slack: Array
+    steps: tuple[float, ...]
+
+    @property
+    def converged_after(self) -> int | None:
+        """Steps until they had come to rest; None if they had not."""
+        small = np.array(self.steps) < AT_REST
+        if not small[-1]:
+            return None
+        large = np.flatnonzero(~small)
+        return int(large[-1]) + 2 if len(large) else 1
+
+    @property
+    def contraction(self) -> float:
+        """Geometric mean ratio of a step to the one before, over the steps above the solver's noise."""
+        steps = np.array([size for size in self.steps if size > NOISE])
+        return float((steps[-1] / steps[0]) ** (1.0 / (len(steps) - 1))) if len(steps) > 1 else 0.0
+
+
+def iterate(problem: FrozenProblem, *, most: int = 60, settings: SolverSettings = TIGHT) -> Iterates:
+    """Repeat full real-time-iteration steps about the last iterate until they come to rest."""
+    pattern = problem.build_pattern()
+    values, solver = empty_values(pattern), QpSolver(pattern, settings)
+    states, controls = problem.states, problem.controls
+    dual = np.zeros(pattern.constraints.shape[0])
+    primal = np.zeros(pattern.constraints.shape[1])
+    steps: list[float] = []
+    for _ in range(most):
+        problem.fill(values, pattern, states, controls)
+        refused = solver.update(values)
+        assert refused == "", refused
+        result = solver.solve(values, primal, dual)
+        assert result.solved, f"{problem.name}, step {len(steps)}: {result.status}"
+        dual, primal = result.dual, np.zeros_like(primal)
+        primal[pattern.slack_columns] = result.primal[pattern.slack_columns]
+        change = result.primal * pattern.column_units
+        states = states + change[pattern.state_columns]
+        controls = controls + change[pattern.control_columns]
+        steps.append(_size(result, pattern, problem))
+        if len(steps) >= 3 and max(steps[-2:]) < AT_REST:
+            break
+    return Iterates(
+        states=states,
+        controls=controls,
+        slack=np.maximum(change[pattern.slack_columns], 0.0),
+        steps=tuple(steps),
+    )
+
+
+def _size(result: QpSolution, pattern: QpPattern, problem: FrozenProblem) -> float:
+    """Largest change of a state or control in scaled units; progress only where a Frenet cost holds it."""
+    states = np.abs(result.primal[pattern.state_columns])
+    controls = np.abs(result.primal[pattern.control_columns])
+    states[:, THETA] *= problem.weights.lag > 0.0
+    controls[:, 2] *= problem.weights.lag[1:] > 0.0
+    return float(max(states.max(), controls.max()))
+
+
+@dataclass(kw_only=True)
+class Taker:
+    """Takes the problems of chosen times out of a run: the first cycle that begins at or after each."""
+
+    name: str
+    times: list[float]
+    taken: list[FrozenProblem] = field(default_factory=list)
+
+    def due(self, at: float) -> bool:
+        return bool(self.times) and at >= self.times[0] - 1e-9
+
+    def core(self) -> type[RtiMpcc]:
+        """An RtiMpcc that hands its problems to this taker."""
+        taker = self
+
+        class Recorded(RtiMpcc):
+            def __init__(
+                self, part: PathPart, corridor: Corridor, config: ControllerConfig, **index: Any
+            ) -> None:
+                super().__init__(part, corridor, config, **index)
+                self.corridor = corridor
+
+            def set_obstacles(self, corridor: Corridor) -> None:
+                super().set_obstacles(corridor)
+                self.corridor = corridor
+
+            def prepare(self, at: float, **options: Any) -> Linearisation:
+                self.retreat = float(options.get("retreat", 0.0))
+                self.linear = super().prepare(at, **options)
+                return self.linear
+
+            def feedback(self, state: Array, at: float, *, time_limit: float | None = None) -> Solution:
+                solution = super().feedback(state, at, time_limit=time_limit)
+                if taker.due(at):
+                    taker.times.pop(0)
+                    name = f"{taker.name} at {at:.2f} s"
+                    taker.taken.append(
+                        _freeze(self, self.linear, self.corridor, self.retreat, state, solution, name)
+                    )
+                return solution
+
+        return Recorded
+
+
+def take(
+    scenario: Scenario, preset: str, times: Sequence[float], monkeypatch: pytest.MonkeyPatch, **options: Any
+) -> list[FrozenProblem]:
+    """Problems of a run at `times` [s] (begin of the horizon), ascending."""
+    taker = Taker(name=f"{scenario.name} ({preset})", times=sorted(times))
+    short = changed(scenario, {"simulation.duration": max(times) + 0.2})
+    with monkeypatch.context() as patch:
+        patch.setattr(docking, "RtiMpcc", taker.core())
+        simulate(short, preset=preset, **options)
+    return taker.taken
+
+
+def _freeze(
+    mpcc: RtiMpcc,
+    linear: Linearisation,
+    corridor: Corridor,
+    retreat: float,
+    state: Array,
+    solution: Solution,
+    name: str,
+) -> FrozenProblem:
+    config, frame, target = mpcc.config, linear.frame, mpcc.target
+    measured = frame.states_in(state)
+    measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
+    measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
+    theta = linear.states[:, THETA]
+    bounds = stage_bounds(config, target, mpcc.part.direction, theta, retreat=retreat)
+    planes, walls = None, None
+    if linear.planes is not None:
+        discs = cover(config.vehicle, config.footprint.discs)
+        centres = disc_centres(linear.trajectory.states[1:], discs).reshape(-1, 2)
+        acts = linear.planes.distance - discs.radius - config.footprint.margin < config.footprint.near
+        planes = FrozenPlanes.of(linear.planes, centres, frame, acts)
+    if linear.weights.bound_distance.any() or linear.weights.bound_speed.any():
+        points = linear.trajectory.states[:, :2]
+        near = corridor.half_planes(mpcc.index, points)
+        walls = FrozenPlanes.of(near, points, frame, np.isfinite(near.distance))
+    return FrozenProblem(
+        name=name,
+        config=config,
+        part=mpcc.part,
+        target=target,
+        frame=frame,
+        states=linear.states,
+        controls=linear.trajectory.controls,
+        measured=measured,
+        lengths=linear.lengths,
+        weights=linear.weights,
+        bounds=_widened(bounds, measured, linear.lengths, config),
+        planes=planes,
+        walls=walls,
+        solution=solution,
+    )
+
+
+def _widened(bounds: StageBounds, measured: Array, lengths: Array, config: ControllerConfig) -> StageBounds:
+    """Bounds on v and delta as far out as a measured state outside them needs to come back."""
+    states, elapsed = bounds.states.copy(), np.cumsum(lengths)
+    for quantity, rate in ((V, config.limits.acceleration), (DELTA, config.limits.steering_rate)):
+        column = int(np.flatnonzero(quantity == BOUNDED)[0])
+        back = RETURN_SHARE * rate * elapsed
+        states[:, 0, column] = np.minimum(states[:, 0, column], measured[quantity] + back)
+        states[:, 1, column] = np.maximum(states[:, 1, column], measured[quantity] - back)
+    return replace(bounds, states=states)

@@ -1,0 +1,230 @@
+"""A frozen problem as one nonlinear program in casadi, written from the equations alone, for IPOPT.
+
+Nothing but numbers is taken from the package: the path is the sum of its arcs, the dynamics Eq. (M1) under
+a textbook Runge-Kutta step, the cost Eq. (C1)-(C3) with Huber's goal term, half-planes Eq. (H1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from rti_mpcc.model.footprint import cover
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.ocp.objectives import GOAL_CLIP
+from rti_mpcc.ocp.stage_cost import BOUND_DISTANCE, BOUND_SPEED
+from rti_mpcc.qp.pattern import BOUNDED
+from rti_mpcc.types import Array
+from tests.rti_mpcc.frozen import FrozenPlanes, FrozenProblem
+
+IPOPT: dict[str, Any] = {
+    "print_level": 0,
+    "sb": "yes",
+    "tol": 1e-9,
+    "constr_viol_tol": 1e-9,
+    "dual_inf_tol": 1e-7,
+    "compl_inf_tol": 1e-9,
+    "acceptable_tol": 1e-8,
+    "max_iter": 1000,
+    "bound_relax_factor": 0.0,
+    "mu_strategy": "adaptive",
+}
+NEARBY = {
+    "mu_strategy": "monotone",
+    "mu_init": 1e-7,
+    "bound_push": 1e-9,
+    "bound_frac": 1e-9,
+    "slack_bound_push": 1e-9,
+    "slack_bound_frac": 1e-9,
+}
+"""Options that keep IPOPT's first steps near its start."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Optimum:
+    """Where IPOPT ended: cost in the units of the weights, states (N+1, 6), controls (N, 3), slack (N,)."""
+
+    success: bool
+    status: str
+    iterations: int
+    cost: float
+    states: Array
+    controls: Array
+    slack: Array
+
+
+class NonlinearProgram:
+    """Variables: states of stages 0..N, controls, slacks of stages 1..N, one after another."""
+
+    def __init__(self, problem: FrozenProblem) -> None:
+        self._problem = problem
+        stages = len(problem.lengths)
+        z, u, s = ca.SX.sym("z", STATES, stages + 1), ca.SX.sym("u", CONTROLS, stages), ca.SX.sym("s", stages)
+        self._variables = ca.veccat(z, u, s)
+        self._cost = _cost(problem, z, u, s)
+        self._evaluate = ca.Function("cost", [self._variables], [self._cost])
+        rows, self._rows_lower, self._rows_upper = _rows(problem, z, u, s)
+        self._rows = rows
+        self._lower, self._upper = _bounds(problem)
+
+    def cost(self, states: Array, controls: Array, slack: Array) -> float:
+        """J of a trajectory, in the units of the weights."""
+        return float(self._evaluate(_stacked(states, controls, slack)))
+
+    def solve(self, states: Array, controls: Array, slack: Array, *, nearby: bool) -> Optimum:
+        """IPOPT from a start; `nearby` keeps its first steps small."""
+        options: dict[str, Any] = {"print_time": False, "ipopt": {**IPOPT, **(NEARBY if nearby else {})}}
+        program = {"x": self._variables, "f": self._problem.weights.scale * self._cost, "g": self._rows}
+        solver = ca.nlpsol("solver", "ipopt", program, options)
+        answer = solver(
+            x0=_stacked(states, controls, slack),
+            lbx=self._lower,
+            ubx=self._upper,
+            lbg=self._rows_lower,
+            ubg=self._rows_upper,
+        )
+        found = np.array(answer["x"]).ravel()
+        stages = len(self._problem.lengths)
+        split = np.cumsum([STATES * (stages + 1), CONTROLS * stages])
+        z, u, s = np.split(found, split)
+        return Optimum(
+            success=bool(solver.stats()["success"]),
+            status=str(solver.stats()["return_status"]),
+            iterations=int(solver.stats()["iter_count"]),
+            cost=float(answer["f"]) / self._problem.weights.scale,
+            states=z.reshape(-1, STATES),
+            controls=u.reshape(-1, CONTROLS),
+            slack=s,
+        )
+
+
+def roll_out(problem: FrozenProblem, controls: Array) -> Array:
+    """States (N+1, 6) from the measured state under controls (N, 3)."""
+    z, u, h = ca.SX.sym("z", STATES), ca.SX.sym("u", CONTROLS), ca.SX.sym("h")
+    step = ca.Function("step", [z, u, h], [_step(z, u, h, problem.config.vehicle.wheelbase)])
+    states = [problem.measured]
+    for control, length in zip(controls, problem.lengths, strict=True):
+        states.append(np.array(step(states[-1], control, length)).ravel())
+    return np.array(states)
+
+
+def _stacked(states: Array, controls: Array, slack: Array) -> Array:
+    return np.concatenate([states.ravel(), controls.ravel(), slack])
+
+
+def _rates(z: Any, u: Any, wheelbase: float) -> Any:
+    return ca.vertcat(
+        z[V] * ca.cos(z[PHI]),
+        z[V] * ca.sin(z[PHI]),
+        z[V] * ca.tan(z[DELTA]) / wheelbase,
+        u[A],
+        u[DELTA_DOT],
+        u[THETA_DOT],
+    )
+
+
+def _step(z: Any, u: Any, h: Any, wheelbase: float) -> Any:
+    k_1 = _rates(z, u, wheelbase)
+    k_2 = _rates(z + h / 2 * k_1, u, wheelbase)
+    k_3 = _rates(z + h / 2 * k_2, u, wheelbase)
+    k_4 = _rates(z + h * k_3, u, wheelbase)
+    return z + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
+
+
+def _path_pose(problem: FrozenProblem, theta: Any) -> tuple[Any, Any, Any]:
+    """Path pose at theta: the first pose plus what every arc adds, straight on behind both ends."""
+    part, frame = problem.part, problem.frame
+    d, first = part.direction, frame.pose_in(part.first)
+    x, y, phi = first.x, first.y, first.phi
+    before = ca.fmin(theta - part.start, 0)
+    x, y = x + d * before * np.cos(phi), y + d * before * np.sin(phi)
+    heading: Any = phi
+    at_knot = phi
+    for begin, end, kappa in zip(part.knots[:-1], part.knots[1:], part.curvatures, strict=True):
+        s = ca.fmin(ca.fmax(theta - begin, 0), end - begin)
+        if kappa == 0.0:
+            x, y = x + d * s * np.cos(at_knot), y + d * s * np.sin(at_knot)
+        else:
+            turned = at_knot + d * kappa * s
+            x = x + (ca.sin(turned) - np.sin(at_knot)) / kappa
+            y = y - (ca.cos(turned) - np.cos(at_knot)) / kappa
+        heading = heading + d * kappa * s
+        at_knot += d * kappa * (end - begin)
+    beyond = ca.fmax(theta - part.end, 0)
+    return x + d * beyond * np.cos(at_knot), y + d * beyond * np.sin(at_knot), heading
+
+
+def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
+    w, stages = problem.weights, len(problem.lengths)
+    total: Any = w.slack * ca.sum1(s)
+    for k in range(stages + 1):
+        v, tangent = z[V, k], ca.tan(z[DELTA, k])
+        total += w.lateral_acceleration[k] * (v**2 * tangent / problem.config.vehicle.wheelbase) ** 2
+        if w.lag[k] or w.contouring[k] or w.heading[k]:
+            x_r, y_r, phi_r = _path_pose(problem, z[THETA, k])
+            dx, dy = z[X, k] - x_r, z[Y, k] - y_r
+            total += w.lag[k] * (ca.cos(phi_r) * dx + ca.sin(phi_r) * dy) ** 2
+            total += w.contouring[k] * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
+            total += w.heading[k] * (z[PHI, k] - phi_r) ** 2
+        for normal, offset in _acting(problem.walls, k):
+            distance = normal[0] * z[X, k] + normal[1] * z[Y, k] - offset
+            total += w.bound_distance[k] * ca.fmax(BOUND_DISTANCE - distance, 0) ** 2
+            total += w.bound_speed[k] * (v * ca.fmax(BOUND_SPEED - distance, 0)) ** 2
+    for k in range(stages):
+        total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
+        total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
+    return total + _goal_cost(problem, z[:, stages])
+
+
+def _goal_cost(problem: FrozenProblem, last: Any) -> Any:
+    w, goal = problem.weights, problem.frame.pose_in(problem.target.pose)
+    dx, dy, dphi = last[X] - goal.x, last[Y] - goal.y, last[PHI] - goal.phi
+    speed = w.goal_speed * last[V] ** 2
+    if not w.goal_clipped:
+        return w.goal[0] * dx**2 + w.goal[1] * dy**2 + w.goal[2] * dphi**2 + speed
+    assert w.goal[0] == w.goal[1], "Huber's cost of a distance needs one weight on x and y"
+    return w.goal[0] * _huber(dx**2 + dy**2, GOAL_CLIP[0]) + w.goal[2] * _huber(dphi**2, GOAL_CLIP[1]) + speed
+
+
+def _huber(square: Any, clip: float) -> Any:
+    """square below the clip, the tangent 2 clip |e| - clip² beyond it."""
+    return ca.if_else(square <= clip**2, square, 2 * clip * ca.sqrt(ca.fmax(square, clip**2)) - clip**2)
+
+
+def _acting(planes: FrozenPlanes | None, point: int) -> list[tuple[Array, float]]:
+    if planes is None:
+        return []
+    pairs = zip(planes.normal[point], planes.offset[point], strict=True)
+    return [(normal, float(offset)) for normal, offset in pairs if normal.any()]
+
+
+def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, Array]:
+    """Dynamics = 0, and acting half-planes with their slack >= 0."""
+    config, stages = problem.config, len(problem.lengths)
+    equal, above = [], []
+    discs = cover(config.vehicle, config.footprint.discs)
+    for k in range(stages):
+        equal.append(z[:, k + 1] - _step(z[:, k], u[:, k], problem.lengths[k], config.vehicle.wheelbase))
+        for i in range(problem.discs):
+            x = z[X, k + 1] + discs.offsets[i] * ca.cos(z[PHI, k + 1])
+            y = z[Y, k + 1] + discs.offsets[i] * ca.sin(z[PHI, k + 1])
+            for normal, offset in _acting(problem.planes, k * problem.discs + i):
+                gap = normal[0] * x + normal[1] * y - offset - discs.radius - config.footprint.margin
+                above.append(gap + s[k])
+    zeros = np.zeros(STATES * stages + len(above))
+    upper = np.concatenate([np.zeros(STATES * stages), np.full(len(above), np.inf)])
+    return ca.vertcat(*equal, *above), zeros, upper
+
+
+def _bounds(problem: FrozenProblem) -> tuple[Array, Array]:
+    stages, limits = len(problem.lengths), []
+    for side, infinite in ((0, -np.inf), (1, np.inf)):
+        z = np.full((stages + 1, STATES), infinite)
+        z[0] = problem.measured
+        z[1:, BOUNDED] = problem.bounds.states[:, side]
+        slack = np.full(stages, 0.0 if side == 0 else np.inf)
+        limits.append(_stacked(z, problem.bounds.controls[:, side], slack))
+    return limits[0], limits[1]

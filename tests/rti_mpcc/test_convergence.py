@@ -1,0 +1,64 @@
+"""Repeated real-time iterations at frozen states solve the nonlinear program. The full list: acceptance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rti_mpcc.qp.filling import empty_values
+from rti_mpcc.simulation import load_scenario
+from tests.rti_mpcc.convergence import examine
+from tests.rti_mpcc.frozen import FrozenProblem, iterate, take
+from tests.rti_mpcc.nonlinear_program import NonlinearProgram
+
+STATES = [
+    ("docking_inside", "default", 5.18),  # arrival at a goal beside the path
+    ("docking_behind", "default", 12.18),  # arrival behind the path's end, touching a narrowing
+    ("long_approach", "default", 30.18),  # contouring with the progress reward
+    ("docking_behind", "paper", 5.18),  # all terms of the published code
+]
+
+
+@pytest.mark.parametrize(("scenario", "preset", "time"), STATES)
+def test_repeated_iterations_solve_the_nonlinear_program(
+    scenario: str, preset: str, time: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (problem,) = take(load_scenario(scenario), preset, [time], monkeypatch)
+    examine(problem).check()
+
+
+@pytest.fixture(scope="module")
+def problem() -> FrozenProblem:
+    with pytest.MonkeyPatch.context() as patch:
+        return take(load_scenario("docking_behind"), "paper", [5.18], patch)[0]
+
+
+def test_the_frozen_problem_is_the_one_that_the_controller_solved(problem: FrozenProblem) -> None:
+    """Its first step, at the controller's own tolerance, ends where the controller's did."""
+    first = iterate(problem, most=1, settings=problem.config.solver)
+    planned = problem.frame.states_in(problem.solution.trajectory.states)
+    np.testing.assert_allclose(first.states, planned, atol=2e-2)
+    soon = slice(0, 20)  # far stages are soft: OSQP's tolerance moves their controls more
+    np.testing.assert_allclose(first.controls[soon], problem.solution.trajectory.controls[soon], atol=2e-2)
+
+
+def test_the_qps_gradient_is_the_slope_of_the_nonlinear_programs_cost(problem: FrozenProblem) -> None:
+    """One function for both: d J along random directions, casadi's cost against the filled q."""
+    random, pattern = np.random.default_rng(7), problem.build_pattern()
+    values, program = empty_values(pattern), NonlinearProgram(problem)
+    problem.fill(values, pattern, problem.states, problem.controls)
+    slack = np.full(len(problem.lengths), 0.1)
+    for _ in range(5):
+        direction = random.standard_normal(len(pattern.column_units)) * pattern.column_units
+        columns = (pattern.state_columns, pattern.control_columns, pattern.slack_columns)
+        d_states, d_controls, d_slack = (direction[c] for c in columns)
+        h = 1e-6
+        costs = [
+            program.cost(
+                problem.states + e * d_states, problem.controls + e * d_controls, slack + e * d_slack
+            )
+            for e in (-h, h)
+        ]
+        slope = (costs[1] - costs[0]) / (2.0 * h) * problem.weights.scale
+        planned = float(values.gradient @ (direction / pattern.column_units))
+        assert planned == pytest.approx(slope, rel=1e-5)
