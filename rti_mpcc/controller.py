@@ -135,6 +135,7 @@ class RtiMpcc:
         plan: Trajectory | None = None,
         arrive_at: float | None = None,
         retreat: float = 0.0,
+        damping: float = 0.0,
     ) -> Linearisation:
         """Preparation phase: everything about the QP that needs no measurement.
 
@@ -144,12 +145,16 @@ class RtiMpcc:
             plan: a trajectory to begin afresh from, with nothing kept of the last solution.
             arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
             retreat: speed allowed against the part's direction [m/s].
+            damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
         """
         begun = perf_counter()
         config, target, wheelbase = self.config, self.target, self.config.vehicle.wheelbase
-        last = None if plan is not None else last or self._last
-        if last is not None:
-            plan = last.trajectory
+        if plan is not None:
+            last = None
+            self._solver.forget()
+        else:
+            last = last or self._last
+            plan = last.trajectory if last else None
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
@@ -168,7 +173,7 @@ class RtiMpcc:
         bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat)
 
         values, pattern = self._values, self._pattern
-        fill_cost(values, pattern, cost, weights.slack, weights.scale)
+        fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls)
         planes = self._planes(shifted.states, last)

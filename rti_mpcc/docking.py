@@ -40,6 +40,12 @@ _log = logging.getLogger(__name__)
 START_ITERATIONS = 10
 """Real-time iterations in one cycle, at most, while the first plan of a part is being found."""
 
+START_DAMPING = 1e-2
+"""Weight on the change (qp/filling.py) from a first guess on: it may be far from the optimum, and what is
+far from a linearisation is not known to it."""
+DAMPING = 1e-3
+"""The same from cycle to cycle."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Act:
@@ -196,8 +202,9 @@ class DockingController:
         """One real-time iteration; more of them only until the plan obeys the dynamics."""
         least = 1 if guess is None else START_ITERATIONS // 3
         solutions: list[Solution] = []
+        damping = DAMPING if guess is None else START_DAMPING
         for _ in range(START_ITERATIONS):
-            solutions.append(self._iterate(situation, guess))
+            solutions.append(self._iterate(situation, guess, damping))
             guess = None
             if len(solutions) >= least and not ladder.complaint(solutions[-1], self.config):
                 break
@@ -212,7 +219,9 @@ class DockingController:
             return guess.cruise_guess(part, target, situation.state, times, config)
         return guess.arrival_guess(part, target, situation.state, times, situation.way, config)
 
-    def _iterate(self, situation: Situation, plan: Trajectory | None = None) -> Solution:
+    def _iterate(
+        self, situation: Situation, plan: Trajectory | None, damping: float
+    ) -> Solution:
         last = None if plan is not None else self._memory.solution
         self._mpcc.prepare(
             situation.begin,
@@ -220,6 +229,7 @@ class DockingController:
             plan=plan,
             arrive_at=self._memory.arrive_at,
             retreat=route.retreat(self._memory, situation),
+            damping=damping,
         )
         solution = self._mpcc.feedback(situation.state, situation.begin)
         if solution.solved:

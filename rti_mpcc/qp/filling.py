@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rti_mpcc.model.bicycle import Step
-from rti_mpcc.model.layout import THETA, THETA_DOT
+from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
@@ -25,6 +25,7 @@ IDLE_WEIGHT = 1e-2
 """Weight on the change of progress where no Frenet cost acts on it: it just goes on as planned."""
 
 _DIAGONAL = HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]
+_DAMPED = _DIAGONAL & np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
 _PROGRESS = int(np.flatnonzero((HESSIAN_PAIRS == THETA).all(axis=1))[0])
 
 
@@ -57,13 +58,27 @@ def empty_values(pattern: QpPattern) -> QpValues:
     return values
 
 
-def fill_cost(values: QpValues, pattern: QpPattern, cost: QuadraticCost, slack: float, scale: float) -> None:
-    """P and q. `slack` is the linear weight of the corridor slack [1/m], `scale` multiplies all of it."""
+def fill_cost(
+    values: QpValues,
+    pattern: QpPattern,
+    cost: QuadraticCost,
+    slack: float,
+    scale: float,
+    damping: float = 0.0,
+) -> None:
+    """P and q.
+
+    Args:
+        slack: linear weight of the corridor slack [1/m]; scale: multiplies all of the cost.
+        damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
+            one iteration trusts its linearisation (Levenberg and Marquardt).
+    """
     slots = pattern.cost
     states = cost.state_hessian[:, HESSIAN_PAIRS[:, 0], HESSIAN_PAIRS[:, 1]]
     slots.write(values.cost, "states", scale * states)
     slots.write(values.cost, "controls", scale * cost.control_hessian)
     values.cost[slots.groups["states"][:, _DIAGONAL]] += CHANGE_WEIGHT
+    values.cost[slots.groups["states"][:, _DAMPED]] += damping
     values.cost[slots.groups["controls"]] += CHANGE_WEIGHT
     if not cost.state_hessian[:, THETA, THETA].any():
         values.cost[slots.groups["states"][:, _PROGRESS]] += IDLE_WEIGHT

@@ -19,6 +19,9 @@ from rti_mpcc.types import Array
 
 GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED), int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE)})
 
+RHO = 0.1
+"""First step-size parameter; OSQP adapts it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QpSolution:
@@ -87,7 +90,7 @@ class QpSolver:
         info = result.info
         good = info.status_val in GOOD and np.isfinite(result.x).all() and np.isfinite(result.y).all()
         if not good:
-            self._osqp.warm_start(x=np.zeros_like(primal), y=np.zeros_like(dual))
+            self.forget()
             return self.nothing(str(info.status), iterations=int(info.iter), seconds=float(info.run_time))
         return QpSolution(
             solved=True,
@@ -99,6 +102,13 @@ class QpSolver:
             seconds=float(info.run_time),
         )
 
+    def forget(self) -> None:
+        """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
+        if self._osqp is not None:
+            rows, columns = self._pattern.constraints.shape
+            self._osqp.warm_start(x=np.zeros(columns), y=np.zeros(rows))
+            self._osqp.update_settings(rho=RHO)
+
     def _set_up(self, values: QpValues) -> None:
         settings = self._settings
         self._osqp = osqp.OSQP()
@@ -108,6 +118,7 @@ class QpSolver:
             A=self._pattern.constraints.matrix(values.constraints.copy()),
             l=values.lower.copy(),
             u=values.upper.copy(),
+            rho=RHO,
             eps_abs=settings.tolerance,
             eps_rel=settings.tolerance,
             max_iter=settings.max_iterations,
