@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from rti_mpcc.model.bicycle import rates
+from rti_mpcc.model.delay import QueuedCommand, roll_forward, still_acting
+from rti_mpcc.model.layout import DELTA, V
+from rti_mpcc.types import Array
+
+WHEELBASE, STOP = 2.875, 0.6
+STATE = np.array([1.0, -2.0, 0.5, -1.5, 0.2, 3.0])
+QUEUE = (
+    QueuedCommand(0.003, 0.8, 0.5),
+    QueuedCommand(0.0531, -1.2, -0.9),
+    QueuedCommand(0.1029, 0.3, 0.7),
+    QueuedCommand(0.1537, 2.0, 0.0),
+)
+
+
+def fine(
+    state: Array, queue: Sequence[QueuedCommand], now: float, until: float, steps: int = 20_000
+) -> Array:
+    """Mid-point steps, each with the command that acts in its middle; the steering stops at its stop."""
+    h = (until - now) / steps
+    z = state.copy()
+    for i in range(steps):
+        time = now + (i + 0.5) * h
+        acting = [c for c in queue if c.begins <= time]
+        a, rate = (acting[-1].acceleration, acting[-1].steering_rate) if acting else (0.0, 0.0)
+        if (z[DELTA] >= STOP and rate > 0.0) or (z[DELTA] <= -STOP and rate < 0.0):
+            rate = 0.0
+        control = np.array([[a, rate, 0.0]])
+        middle = z + 0.5 * h * rates(z[None], control, WHEELBASE)[0]
+        z = z + h * rates(middle[None], control, WHEELBASE)[0]
+    return z
+
+
+@pytest.mark.parametrize("until", [0.18, 0.1537, 0.07])
+def test_queue_edges_off_the_grid_of_cycles(until: float) -> None:
+    got = roll_forward(STATE, QUEUE, 0.0, until, wheelbase=WHEELBASE, steering=STOP)
+    np.testing.assert_allclose(got, fine(STATE, QUEUE, 0.0, until), atol=1e-4)
+    assert got[V] == pytest.approx(
+        STATE[V] + sum(_share(k, until) * c.acceleration for k, c in enumerate(QUEUE)), abs=1e-12
+    )
+
+
+def _share(k: int, until: float) -> float:
+    """How long command k acts before `until` [s]."""
+    end = QUEUE[k + 1].begins if k + 1 < len(QUEUE) else until
+    return max(min(end, until) - QUEUE[k].begins, 0.0)
+
+
+def test_nothing_acts_before_the_first_command() -> None:
+    got = roll_forward(STATE, QUEUE[1:], 0.0, 0.05, wheelbase=WHEELBASE, steering=STOP)
+    assert got[V] == STATE[V]
+    assert got[DELTA] == STATE[DELTA]
+
+
+def test_the_last_command_goes_on_acting() -> None:
+    got = roll_forward(STATE, QUEUE[:1], 0.05, 0.45, wheelbase=WHEELBASE, steering=STOP)
+    assert got[V] == pytest.approx(STATE[V] + 0.4 * 0.8)
+
+
+def test_the_steering_does_not_pass_its_stop() -> None:
+    state = STATE.copy()
+    state[DELTA] = 0.55
+    got = roll_forward(state, (QueuedCommand(0.0, 0.0, 1.0),), 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP)
+    assert got[DELTA] == pytest.approx(STOP)
+    state[DELTA] = 0.7  # measured beyond the stop: not pushed further, free to come back
+    out = roll_forward(state, (QueuedCommand(0.0, 0.0, 1.0),), 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP)
+    back = roll_forward(state, (QueuedCommand(0.0, 0.0, -1.0),), 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP)
+    assert out[DELTA] == pytest.approx(0.7)
+    assert back[DELTA] == pytest.approx(0.5)
+
+
+def test_no_dead_time_changes_nothing() -> None:
+    got = roll_forward(STATE, QUEUE, 0.1, 0.1, wheelbase=WHEELBASE, steering=STOP)
+    np.testing.assert_array_equal(got, STATE)
+
+
+def test_commands_that_another_has_replaced_are_forgotten() -> None:
+    assert still_acting(QUEUE, 0.12) == QUEUE[2:]
+    assert still_acting(QUEUE, 0.0) == QUEUE
+    assert still_acting((), 0.0) == ()
+    before = roll_forward(STATE, QUEUE, 0.12, 0.3, wheelbase=WHEELBASE, steering=STOP)
+    after = roll_forward(STATE, still_acting(QUEUE, 0.12), 0.12, 0.3, wheelbase=WHEELBASE, steering=STOP)
+    np.testing.assert_array_equal(before, after)

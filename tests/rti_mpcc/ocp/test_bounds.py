@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig, Limits, SpeedProfile
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
+from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
+from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.qp.pattern import BOUNDED
+
+SPEED, STEERING, PROGRESS = (int(np.flatnonzero(quantity == BOUNDED)[0]) for quantity in (V, DELTA, THETA))
+LIMITS = Limits(speed=4.0, acceleration=2.0, steering=0.5, steering_rate=0.7)
+THETAS = np.linspace(0.0, 30.0, 71)
+
+
+def bounds(
+    direction: int = 1, *, theta: float = 30.0, kind: TargetKind = TargetKind.POSE, **changes: object
+) -> StageBounds:
+    retreat = float(str(changes.pop("retreat", 0.0)))
+    config = ControllerConfig.model_validate({"limits": LIMITS, **changes})
+    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=theta, theta_end=30.0, kind=kind)
+    return stage_bounds(config, target, direction, THETAS, retreat=retreat)
+
+
+def test_limits_are_those_of_the_vehicle() -> None:
+    got = bounds()
+    assert got.states.shape == (70, 2, 3)
+    assert got.controls.shape == (70, 2, 3)
+    np.testing.assert_allclose(got.states[:, 1, SPEED], 4.0)
+    np.testing.assert_allclose(got.states[:, :, STEERING], [[-0.5, 0.5]] * 70)
+    np.testing.assert_allclose(got.controls[:, :, A], [[-2.0, 2.0]] * 70)
+    np.testing.assert_allclose(got.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * 70)
+    assert (got.controls[:, 1, THETA_DOT] >= 4.0).all()
+    assert (got.controls[:, 0, THETA_DOT] <= 0.0).all()
+
+
+def test_each_part_has_one_direction_of_motion() -> None:
+    forward, reverse = bounds(1), bounds(-1)
+    assert (forward.states[:, 0, SPEED] == 0.0).all()
+    assert (reverse.states[:, 1, SPEED] == 0.0).all()
+    assert (reverse.states[:, 0, SPEED] == -4.0).all()
+
+
+def test_a_retreat_opens_the_other_direction_that_far() -> None:
+    assert (bounds(1, retreat=0.3).states[:, 0, SPEED] == -0.3).all()
+    assert (bounds(-1, retreat=0.3).states[:, 1, SPEED] == 0.3).all()
+    assert (bounds(1, retreat=9.0).states[:, 0, SPEED] == -4.0).all()
+
+
+@pytest.mark.parametrize("theta", [20.0, 35.0])
+def test_progress_ends_just_behind_the_stop_point(theta: float) -> None:
+    limit = bounds(theta=theta).states[:, 1, PROGRESS]
+    assert (limit > min(theta, 30.0)).all()
+    assert (limit < min(theta, 30.0) + 0.2).all()
+    assert np.isneginf(bounds(theta=theta).states[:, 0, PROGRESS]).all()
+
+
+def test_the_speed_profile_falls_to_its_final_speed_at_the_stop_point() -> None:
+    profile = SpeedProfile(final=1.0, final_behind=1.5, deceleration=0.25)
+    got = bounds(speed_profile=profile, kind=TargetKind.PATH_END).states[:, 1, SPEED]
+    expected = np.minimum(4.0, np.sqrt(1.0 + 2.0 * 0.25 * (30.0 - THETAS[1:])))
+    np.testing.assert_allclose(got, expected)
+    behind = bounds(speed_profile=profile, theta=32.0).states[:, 1, SPEED]
+    assert behind[-1] == pytest.approx(1.5)
+    reverse = bounds(-1, speed_profile=profile, kind=TargetKind.PATH_END).states[:, 0, SPEED]
+    np.testing.assert_allclose(reverse, -expected)
+    assert (bounds().states[:, 1, SPEED] == 4.0).all()

@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.model.layout import PHI
+from rti_mpcc.ocp.frame import LocalFrame
+from rti_mpcc.ocp.frenet import frenet_errors
+
+FRAME = LocalFrame(x=5000.0, y=-3000.0, phi=7.5)
+
+
+def test_in_and_out_are_inverse_and_the_origin_is_zero() -> None:
+    states = np.random.default_rng(2).uniform(-10.0, 10.0, (8, 6))
+    states += np.array([5000.0, -3000.0, 7.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(FRAME.states_out(FRAME.states_in(states)), states, atol=1e-11)
+    local = LocalFrame.at(states[3]).states_in(states)
+    np.testing.assert_allclose(local[3, :3], 0.0, atol=1e-12)
+    np.testing.assert_allclose(local[:, 3:], states[:, 3:])
+
+
+def test_headings_keep_their_branch() -> None:
+    state = np.array([5000.0, -3000.0, 7.5 + 4.0 * pi, 0.0, 0.0, 0.0])
+    assert FRAME.states_in(state)[PHI] == 4.0 * pi
+    assert FRAME.pose_in(Pose2(5000.0, -3000.0, 7.5 + 4.0 * pi)).phi == 4.0 * pi
+
+
+def test_frenet_errors_do_not_depend_on_the_frame() -> None:
+    part = ReferencePath.from_segments(Pose2(5000.0, -3000.0, 1.0), [(-1, 0.2, 10.0)]).parts[0]
+    states = np.random.default_rng(4).uniform(-2.0, 2.0, (6, 6))
+    states += np.array([5000.0, -3000.0, 0.0, 0.0, 0.0, 5.0])
+    reference = part.reference(states[:, 5])
+    world = frenet_errors(states, reference, -1)
+    local = frenet_errors(FRAME.states_in(states), FRAME.reference_in(reference), -1)
+    np.testing.assert_allclose(local.lag, world.lag, atol=1e-9)
+    np.testing.assert_allclose(local.contouring, world.contouring, atol=1e-9)
+    np.testing.assert_allclose(local.heading, world.heading, atol=1e-12)
+
+
+def test_half_planes_turn_with_the_frame() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.3), [(1, 0.1, 10.0)])
+    corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
+    points = np.array([[3.0, 1.0], [6.0, 3.0]])
+    world = corridor.half_planes(0, points)
+    frame = LocalFrame(x=1.0, y=2.0, phi=0.9)
+    shift = np.array([0.02, -0.03, 0.0])  # both tell the same gain in distance for a shift
+    local_shift = frame.states_in(shift + np.array([1.0, 2.0, 0.9]))[:2]
+    np.testing.assert_allclose(
+        frame.planes_in(world).normal @ local_shift, world.normal @ shift[:2], atol=1e-12
+    )

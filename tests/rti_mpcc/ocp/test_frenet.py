@@ -1,0 +1,59 @@
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from geometry import PathPart, Pose2, ReferencePath
+from rti_mpcc.model.layout import STATES, THETA
+from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.types import Array
+from tests.rti_mpcc.differences import slopes
+
+ARCS = [(1, 0.0), (1, 0.2), (1, -0.15), (-1, 0.0), (-1, 0.2), (-1, -0.15)]
+
+
+def part(direction: int, curvature: float) -> PathPart:
+    return ReferencePath.from_segments(Pose2(1.0, -2.0, 2.9), [(direction, curvature, 12.0)]).parts[0]
+
+
+@pytest.mark.parametrize(("direction", "curvature"), ARCS)
+def test_slopes(direction: int, curvature: float) -> None:
+    way, random = part(direction, curvature), np.random.default_rng(3)
+    states = random.uniform(-3.0, 3.0, (20, STATES))
+    states[:, THETA] = random.uniform(0.5, 11.5, 20)
+    errors = frenet_errors(states, way.reference(states[:, THETA]), direction)
+    for k, state in enumerate(states):
+
+        def all_errors(z: Array) -> Array:
+            at = frenet_errors(z[None], way.reference(z[THETA : THETA + 1]), direction)
+            return np.array([at.lag[0], at.contouring[0], at.heading[0]])
+
+        expected = slopes(all_errors, state)
+        np.testing.assert_allclose(errors.lag_by[k], expected[0], atol=1e-7)
+        np.testing.assert_allclose(errors.contouring_by[k], expected[1], atol=1e-7)
+        np.testing.assert_allclose(errors.heading_by[k], expected[2], atol=1e-7)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_errors_beside_ahead_of_and_turned_to_the_reference(direction: int) -> None:
+    way = ReferencePath.from_segments(Pose2(0.0, 0.0, pi / 2.0), [(direction, 0.0, 10.0)]).parts[0]
+    at = way.pose(4.0)
+    lag, left, turn = 0.3, 0.5, 0.1  # in the frame of the vehicle's heading
+    pose = at.compose(Pose2(lag, left, turn))
+    state = np.array([[pose.x, pose.y, pose.phi, 0.0, 0.0, 4.0]])
+    errors = frenet_errors(state, way.reference(np.array([4.0])), direction)
+    assert errors.lag[0] == pytest.approx(lag)
+    assert errors.contouring[0] == pytest.approx(left)
+    assert errors.heading[0] == pytest.approx(turn)
+
+
+def test_the_error_in_theta_goes_the_other_way_in_reverse() -> None:
+    """A reference that runs ahead leaves the vehicle behind it: paper Eq. 4."""
+    for direction in (1, -1):
+        way = part(direction, 0.0)
+        on_path = way.pose(4.0)
+        state = np.array([[on_path.x, on_path.y, on_path.phi, 0.0, 0.0, 5.0]])
+        lag = frenet_errors(state, way.reference(np.array([5.0])), direction).lag[0]
+        assert lag == pytest.approx(-direction * 1.0)

@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+import pytest
+
+from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.ocp.horizon import controls_over, resample, stage_lengths, stage_times, states_at
+from rti_mpcc.types import Array, Trajectory
+
+WHEELBASE = 2.875
+
+
+@pytest.mark.parametrize("duration", [1.0, 3.0, 6.9, 7.0, 10.0, 25.0])
+@pytest.mark.parametrize("first", [0.005, 0.05, 0.2])
+@pytest.mark.parametrize("stages", [10, 70])
+def test_lengths_sum_up_and_the_first_is_one_cycle(duration: float, first: float, stages: int) -> None:
+    lengths = stage_lengths(duration, first, stages)
+    assert lengths.shape == (stages,)
+    assert lengths.sum() == pytest.approx(duration, rel=1e-9)
+    assert lengths[0] == first
+    assert (lengths > 0.0).all()
+    ratio = lengths[2:] / lengths[1:-1]
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
+    assert ratio[0] >= 1.0 - 1e-9
+
+
+def test_short_horizons_are_uniform_and_long_ones_grow() -> None:
+    short, long = stage_lengths(6.0, 0.05, 70), stage_lengths(25.0, 0.05, 70)
+    np.testing.assert_allclose(short[1:], short[1])
+    assert long[1] < 0.11
+    assert long[-1] > 5.0 * long[1]
+
+
+def test_lengths_change_continuously_with_the_duration() -> None:
+    durations = np.arange(6.8, 7.4, 0.005)
+    lengths = np.array([stage_lengths(float(d), 0.05, 70) for d in durations])
+    assert np.abs(np.diff(lengths, axis=0)).max() < 1e-3
+
+
+def test_too_short_a_duration_is_stretched() -> None:
+    lengths = stage_lengths(0.0, 0.05, 70)
+    assert lengths.sum() == pytest.approx(0.15)
+    assert (lengths > 0.0).all()
+
+
+def test_times_begin_where_told() -> None:
+    np.testing.assert_allclose(stage_times(3.0, np.array([0.1, 0.2, 0.3])), [3.0, 3.1, 3.3, 3.6])
+
+
+def driven(lengths: Array, controls: Array, state: Array, begin: float = 2.0) -> Trajectory:
+    states = [state]
+    for control, length in zip(controls, lengths, strict=True):
+        states.append(step(states[-1][None], control[None], np.array([length]), WHEELBASE)[0])
+    return Trajectory(times=stage_times(begin, lengths), states=np.array(states), controls=controls)
+
+
+@pytest.fixture
+def winding() -> Trajectory:
+    lengths = stage_lengths(8.0, 0.05, 40)
+    t = np.cumsum(lengths)
+    controls = np.column_stack([0.5 * np.cos(t), 0.2 * np.sin(2.0 * t), 1.0 + 0.3 * np.sin(t)])
+    return driven(lengths, controls, np.array([3.0, 4.0, 1.0, 1.5, 0.1, 7.0]))
+
+
+def test_the_same_grid_changes_nothing(winding: Trajectory) -> None:
+    again = resample(winding, winding.times, WHEELBASE)
+    np.testing.assert_allclose(again.states, winding.states, atol=1e-12)
+    np.testing.assert_allclose(again.controls, winding.controls, atol=1e-12)
+
+
+def test_integrals_of_controls_are_kept(winding: Trajectory) -> None:
+    times = np.linspace(winding.times[0], winding.times[-1], 24)
+    again = resample(winding, times, WHEELBASE)
+    whole = (winding.controls * np.diff(winding.times)[:, None]).sum(axis=0)
+    np.testing.assert_allclose((again.controls * np.diff(times)[:, None]).sum(axis=0), whole, atol=1e-12)
+    # So speed, steering and progress go with the states at every stage's end.
+    rise = np.diff(again.states[:, [V, DELTA, THETA]], axis=0)
+    np.testing.assert_allclose(again.controls * np.diff(times)[:, None], rise, atol=1e-12)
+
+
+def test_a_straight_motion_at_constant_acceleration_is_exact() -> None:
+    lengths, a, phi = stage_lengths(10.0, 0.05, 30), 0.3, 0.8
+    controls = np.tile([a, 0.0, 1.2], (30, 1))
+    plan = driven(lengths, controls, np.array([1.0, 2.0, phi, 0.5, 0.0, 4.0]))
+    times = plan.times[0] + np.sort(np.random.default_rng(5).uniform(0.0, 10.0, 50))
+    t = times - plan.times[0]
+    way = 0.5 * t + 0.5 * a * t**2
+    expected = np.column_stack(
+        [1.0 + way * cos(phi), 2.0 + way * sin(phi), np.full(50, phi), 0.5 + a * t, 0.0 * t, 4.0 + 1.2 * t]
+    )
+    np.testing.assert_allclose(states_at(plan, times, WHEELBASE), expected, atol=1e-10)
+
+
+def test_between_stages_the_pose_follows_the_curve(winding: Trajectory) -> None:
+    """Against a fine roll-out of the same controls."""
+    k, share = 12, 0.4
+    h = share * (winding.times[k + 1] - winding.times[k])
+    fine = winding.states[k : k + 1]
+    for _ in range(50):
+        fine = step(fine, winding.controls[k : k + 1], np.array([h / 50.0]), WHEELBASE)
+    got = states_at(winding, np.array([winding.times[k] + h]), WHEELBASE)
+    np.testing.assert_allclose(got, fine, atol=1e-4)
+
+
+def test_shifting_by_a_cycle_stays_on_the_motion(winding: Trajectory) -> None:
+    """The defect that the shift leaves in the dynamics is small against what a cycle moves."""
+    lengths = np.diff(winding.times)
+    shifted = resample(winding, winding.times[:-1] + 0.05, WHEELBASE)
+    reached = step(shifted.states[:-1], shifted.controls, np.diff(shifted.times), WHEELBASE)
+    assert np.abs(reached - shifted.states[1:])[:, [X, Y]].max() < 5e-3
+    assert len(lengths) == len(shifted.controls) + 1
+
+
+def test_outside_the_plan_the_motion_goes_on_straight_or_is_held(
+    winding: Trajectory,
+) -> None:
+    last = winding.states[-1]
+    beyond = states_at(winding, winding.times[-1:] + 2.0, WHEELBASE)[0]
+    assert beyond[X] == pytest.approx(last[X] + 2.0 * last[V] * cos(last[PHI]))
+    assert beyond[Y] == pytest.approx(last[Y] + 2.0 * last[V] * sin(last[PHI]))
+    np.testing.assert_allclose(beyond[[PHI, V, DELTA]], last[[PHI, V, DELTA]])
+    assert beyond[THETA] == pytest.approx(last[THETA] + 2.0 * winding.controls[-1, THETA_DOT])
+    held = states_at(winding, winding.times[:1] - 1.0, WHEELBASE)[0]
+    np.testing.assert_allclose(held, winding.states[0])
+    outside = controls_over(winding, winding.times[-1] + np.array([1.0, 2.0]))[0]
+    assert outside[A] == 0.0
+    assert outside[DELTA_DOT] == 0.0
+    assert outside[THETA_DOT] == pytest.approx(winding.controls[-1, THETA_DOT])

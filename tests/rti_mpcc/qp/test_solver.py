@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rti_mpcc.config import SolverSettings
+from rti_mpcc.model.layout import V
+from rti_mpcc.qp.filling import QpValues, empty_values
+from rti_mpcc.qp.pattern import QpPattern, build_pattern
+from rti_mpcc.qp.solver import QpSolution, QpSolver
+from rti_mpcc.types import Array
+
+STAGES = 10
+SETTINGS = SolverSettings(tolerance=1e-8, max_iterations=20_000)
+
+
+@pytest.fixture
+def pattern() -> QpPattern:
+    return build_pattern(STAGES, 2, 2)
+
+
+def problem(pattern: QpPattern, seed: int) -> QpValues:
+    """A convex QP that is feasible at 0: random diagonal cost, random slopes, bounds around 0."""
+    random = np.random.default_rng(seed)
+    values = empty_values(pattern)
+    slots = pattern.cost
+    for name in ("controls", "slacks"):
+        values.cost[slots.groups[name]] = random.uniform(0.1, 2.0, slots.groups[name].shape)
+    diagonal = slots.matrix(np.arange(len(values.cost), dtype=float) + 1.0).diagonal()
+    values.cost[diagonal.astype(int) - 1] = random.uniform(0.1, 2.0, len(diagonal))
+    values.gradient[:] = random.standard_normal(len(values.gradient))
+    for name in ("by state", "by control", "half-planes"):
+        group = pattern.constraints.groups[name]
+        values.constraints[group] = random.uniform(-0.3, 0.3, group.shape)
+    values.lower[:], values.upper[:] = -random.uniform(0.1, 1.0, (2, len(values.lower))) * [[1.0], [-1.0]]
+    rows = pattern.dynamics_rows
+    values.lower[rows] = values.upper[rows] = 0.0
+    values.lower[pattern.slack_rows] = 0.0
+    return values
+
+
+def solve(solver: QpSolver, values: QpValues) -> QpSolution:
+    return solver.solve(values, np.zeros(len(values.gradient)), np.zeros(len(values.lower)))
+
+
+def good(solution: QpSolution, values: QpValues, pattern: QpPattern) -> None:
+    """Optimality of a solution, from the matrices."""
+    p, a = pattern.cost.matrix(values.cost), pattern.constraints.matrix(values.constraints)
+    whole = p + p.T
+    whole.setdiag(p.diagonal())
+    assert solution.solved
+    row = a @ solution.primal
+    assert (row >= values.lower - 1e-6).all()
+    assert (row <= values.upper + 1e-6).all()
+    slope = whole @ solution.primal + values.gradient + a.T @ solution.dual
+    np.testing.assert_allclose(slope, 0.0, atol=1e-6)
+    inside = (row > values.lower + 1e-5) & (row < values.upper - 1e-5)
+    np.testing.assert_allclose(solution.dual[inside], 0.0, atol=1e-5)
+
+
+def nothing(solution: QpSolution) -> None:
+    assert not solution.solved
+    assert solution.status
+    assert not solution.primal.any()
+    assert not solution.dual.any()
+
+
+def test_solutions_are_optimal(pattern: QpPattern) -> None:
+    values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
+    assert solver.update(values) == ""
+    good(solve(solver, values), values, pattern)
+
+
+def test_an_updated_solver_answers_as_a_fresh_one(pattern: QpPattern) -> None:
+    updated = QpSolver(pattern, SETTINGS)
+    for seed in range(4):
+        values, fresh = problem(pattern, seed), QpSolver(pattern, SETTINGS)
+        kept = replace(values, cost=values.cost.copy(), constraints=values.constraints.copy())
+        assert updated.update(values) == ""
+        assert fresh.update(values) == ""
+        np.testing.assert_allclose(solve(updated, values).primal, solve(fresh, values).primal, atol=1e-6)
+        np.testing.assert_array_equal(values.cost, kept.cost)  # OSQP must not write into them
+        np.testing.assert_array_equal(values.constraints, kept.constraints)
+
+
+def test_feedback_takes_new_bounds_without_an_update(pattern: QpPattern) -> None:
+    values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
+    solver.update(values)
+    solve(solver, values)
+    rows = pattern.dynamics_rows[0]
+    values.lower[rows] = values.upper[rows] = 0.05
+    solution = solve(solver, values)
+    good(solution, values, pattern)
+    np.testing.assert_allclose(solution.primal[pattern.state_columns[0]], 0.05, atol=1e-6)
+
+
+def test_without_an_update_there_is_no_solution(pattern: QpPattern) -> None:
+    nothing(solve(QpSolver(pattern, SETTINGS), problem(pattern, 1)))
+
+
+def shorter(values: QpValues, name: str) -> QpValues:
+    short: Array = getattr(values, name)[:-1]
+    return replace(values, **{name: short})
+
+
+def spoilt(values: QpValues, name: str, number: float) -> QpValues:
+    array: Array = getattr(values, name).copy()
+    array[3] = number
+    return replace(values, **{name: array})
+
+
+@pytest.mark.parametrize("name", ["gradient", "lower"])
+def test_wrong_lengths_are_refused(pattern: QpPattern, name: str) -> None:
+    solver = QpSolver(pattern, SETTINGS)
+    assert solver.update(shorter(problem(pattern, 1), name)) != ""
+
+
+@pytest.mark.parametrize("name", ["cost", "gradient", "constraints", "lower", "upper"])
+@pytest.mark.parametrize("fresh", [True, False])
+def test_what_is_not_a_number_is_refused(pattern: QpPattern, name: str, fresh: bool) -> None:
+    solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
+    if not fresh:
+        solver.update(values)
+    assert solver.update(spoilt(values, name, np.nan)) != ""
+    assert solver.update(values) == ""
+    good(solve(solver, values), values, pattern)
+
+
+def test_a_lower_bound_above_the_upper_one_is_refused(pattern: QpPattern) -> None:
+    solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
+    crossed = spoilt(values, "lower", 9.0)
+    assert "above" in solver.update(crossed)
+    assert solver.update(values) == ""
+    nothing(solve(solver, crossed))
+    nothing(solve(solver, spoilt(values, "lower", np.nan)))
+    nothing(solve(solver, spoilt(values, "lower", np.inf)))
+    good(solve(solver, values), values, pattern)
+
+
+def test_an_infeasible_qp_gives_nothing_and_the_next_one_solves(pattern: QpPattern) -> None:
+    solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
+    solver.update(values)
+    impossible = replace(values, lower=values.lower.copy(), upper=values.upper.copy())
+    row = pattern.dynamics_rows[0, V]  # the speed begins far beyond its own bound
+    impossible.lower[row] = impossible.upper[row] = 1e4
+    nothing(solve(solver, impossible))
+    good(solve(solver, values), values, pattern)
+
+
+def test_too_few_iterations_give_nothing_and_say_so(pattern: QpPattern) -> None:
+    solver = QpSolver(pattern, SolverSettings(tolerance=1e-9, max_iterations=2, check_interval=1))
+    values = problem(pattern, 1)
+    solver.update(values)
+    solution = solve(solver, values)
+    nothing(solution)
+    assert solution.iterations == 2
+
+
+def test_a_time_limit_that_is_too_short_gives_nothing(pattern: QpPattern) -> None:
+    """1e-4 s at least are granted; a tolerance out of reach outlasts any of that."""
+    large = build_pattern(200, 5, 2)
+    solver = QpSolver(large, SolverSettings(tolerance=1e-16, max_iterations=1_000_000))
+    values = problem(large, 1)
+    solver.update(values)
+    zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
+    nothing(solver.solve(values, *zero, time_limit=1e-4))
