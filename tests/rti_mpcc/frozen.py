@@ -93,6 +93,7 @@ class FrozenProblem:
         measured: (6,) state at the horizon's begin.
         lengths: (N,) [s]; weights, bounds (widened as the measured state needs), planes of the discs of
             stages 1..N, walls of the rear axle at stages 0..N: as they were in the cycle.
+        damping: of the cycle's step; it moves no fixed point.
         solution: what the controller made of it in its one step.
     """
 
@@ -109,6 +110,7 @@ class FrozenProblem:
     bounds: StageBounds
     planes: FrozenPlanes | None
     walls: FrozenPlanes | None
+    damping: float
     solution: Solution
 
     @property
@@ -130,7 +132,7 @@ class FrozenProblem:
         walls = self.walls.at(states[:, :2]) if self.walls is not None else None
         goal = self.frame.pose_in(self.target.pose)
         cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase)
-        fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale)
+        fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, self.bounds, states, controls)
@@ -233,7 +235,7 @@ class Taker:
                 self.corridor = corridor
 
             def prepare(self, at: float, **options: Any) -> Linearisation:
-                self.retreat = float(options.get("retreat", 0.0))
+                self.options = options
                 self.linear = super().prepare(at, **options)
                 return self.linear
 
@@ -243,7 +245,7 @@ class Taker:
                     taker.times.pop(0)
                     name = f"{taker.name} at {at:.2f} s"
                     taker.taken.append(
-                        _freeze(self, self.linear, self.corridor, self.retreat, state, solution, name)
+                        _freeze(self, self.linear, self.corridor, self.options, state, solution, name)
                     )
                 return solution
 
@@ -266,7 +268,7 @@ def _freeze(
     mpcc: RtiMpcc,
     linear: Linearisation,
     corridor: Corridor,
-    retreat: float,
+    options: dict[str, Any],
     state: Array,
     solution: Solution,
     name: str,
@@ -276,7 +278,7 @@ def _freeze(
     measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
     measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
     theta = linear.states[:, THETA]
-    bounds = stage_bounds(config, target, mpcc.part.direction, theta, retreat=retreat)
+    bounds = stage_bounds(config, target, mpcc.part.direction, theta, retreat=options.get("retreat", 0.0))
     planes, walls = None, None
     if linear.planes is not None:
         discs = cover(config.vehicle, config.footprint.discs)
@@ -301,6 +303,7 @@ def _freeze(
         bounds=_widened(bounds, measured, linear.lengths, config),
         planes=planes,
         walls=walls,
+        damping=options.get("damping", 0.0),
         solution=solution,
     )
 

@@ -1,0 +1,344 @@
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Corridor, InputError, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
+from rti_mpcc.controller import RtiMpcc, Solution
+from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
+from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.objectives import TargetKind
+from rti_mpcc.planning.guess import arrival_guess, cruise_guess
+from rti_mpcc.types import Array, Trajectory
+
+FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
+TIGHT = SolverSettings(tolerance=1e-6, max_iterations=100_000)
+DAMPING = 1e-4
+"""As little as lets repeated steps come to rest within a few."""
+SMALL: dict[str, Any] = {"stages": 30, "solver": TIGHT}
+
+
+def core(
+    segments: list[tuple[int, float, float]] | None = None, width: float = 5.0, **changes: Any
+) -> RtiMpcc:
+    path = ReferencePath.from_segments(Pose2(1.0, 2.0, 0.5), segments or FORWARD)
+    obstacles = changes.pop("obstacles", ())
+    corridor = Corridor.from_offsets(path, left=width, right=-width, obstacles=obstacles)
+    preset = changes.pop("preset", ControllerConfig)
+    return RtiMpcc(path.parts[0], corridor, preset(**{**SMALL, **changes}))
+
+
+def at(mpcc: RtiMpcc, theta: float, *, v: float = 0.0, delta: float = 0.0, left: float = 0.0) -> Array:
+    pose = mpcc.part.pose(theta).compose(Pose2(0.0, left, 0.0))
+    return np.array([pose.x, pose.y, pose.phi, v, delta, theta])
+
+
+def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> Solution:
+    """Iterate a planned arrival from a first guess until it hardly moves any more."""
+    config = mpcc.config
+    times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
+    way = mpcc.target.theta - state[THETA]
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, config)
+    return repeat(mpcc, state, guess, iterations, arrive_at=seconds)
+
+
+def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8) -> Solution:
+    config = mpcc.config
+    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+    guess = cruise_guess(mpcc.part, mpcc.target, state, times, config)
+    return repeat(mpcc, state, guess, iterations)
+
+
+def repeat(mpcc: RtiMpcc, state: Array, guess: Trajectory, iterations: int, **options: Any) -> Solution:
+    mpcc.prepare(0.0, plan=guess, damping=DAMPING, **options)
+    solution = mpcc.feedback(state, 0.0)
+    for _ in range(iterations - 1):
+        mpcc.prepare(0.0, last=solution, damping=DAMPING, **options)
+        solution = mpcc.feedback(state, 0.0)
+    assert solution.solved, solution.status
+    return solution
+
+
+def test_an_arrival_ends_at_rest_at_the_goal_and_obeys_the_dynamics() -> None:
+    mpcc = core()
+    goal = mpcc.part.last.compose(Pose2(0.5, 1.0, 0.1))
+    mpcc.set_goal(goal)
+    solution = arrive(mpcc, at(mpcc, 0.0), 25.0)
+    plan = solution.trajectory
+    np.testing.assert_allclose(plan.states[-1, :4], [goal.x, goal.y, goal.phi, 0.0], atol=0.25)
+    np.testing.assert_allclose(plan.states[-1, :3], [goal.x, goal.y, goal.phi], atol=0.02)
+    reached = step(plan.states[:-1], plan.controls, np.diff(plan.times), mpcc.config.vehicle.wheelbase)
+    np.testing.assert_allclose(reached[:, :5], plan.states[1:, :5], atol=5e-3)
+    assert solution.slack.max() < 1e-3
+
+
+def test_a_straight_arrival_is_the_cubic_of_least_acceleration() -> None:
+    """a(t) is linear in time: Pontryagin for r a² with the end's weights q on position and p on speed.
+
+    a = f (T - t) + g with r f = q (D - x_T) and r g = -p v_T.
+    """
+    mpcc = core([(1, 0.0, 30.0)])
+    solution = arrive(mpcc, at(mpcc, 0.0), 20.0)
+    way, span, weights = 30.0, 20.0, mpcc.config.weights
+    r = weights.acceleration / weights.stage_length
+    q, p = weights.arrival_pose, weights.arrival_speed
+    # v_T = f T²/2 + g T and x_T = f T³/3 + g T²/2
+    lines = [[r + q * span**3 / 3.0, q * span**2 / 2.0], [p * span**2 / 2.0, r + p * span]]
+    f, g = np.linalg.solve(lines, [q * way, 0.0])
+    middle = 0.5 * (solution.trajectory.times[1:] + solution.trajectory.times[:-1])
+    np.testing.assert_allclose(solution.trajectory.controls[:, A], f * (span - middle) + g, atol=5e-3)
+    np.testing.assert_allclose(solution.trajectory.states[:, DELTA], 0.0, atol=1e-4)
+
+
+def test_a_cruise_gains_progress_and_keeps_to_the_path() -> None:
+    mpcc = core([(1, 0.0, 20.0), (1, 0.05, 200.0)], stages=70, weights=Weights(contouring=100.0))
+    plan = cruise(mpcc, at(mpcc, 5.0, v=2.0)).trajectory
+    assert plan.states[-1, THETA] > 25.0
+    reference = mpcc.part.reference(plan.states[:, THETA])
+    assert np.hypot(plan.states[:, X] - reference.x, plan.states[:, Y] - reference.y).max() < 0.5
+    assert plan.states[:, V].max() <= mpcc.config.limits.speed + 1e-3
+
+
+def limited(**limits: float) -> Limits:
+    return Limits(**{**Limits().model_dump(), **limits})
+
+
+def test_speed_limit_with_and_without() -> None:
+    weights = Weights(virtual_speed=0.0)
+    for limit, reached in ((1.5, 1.5), (10.0, 3.0)):
+        mpcc = core([(1, 0.0, 300.0)], weights=weights, limits=limited(speed=limit))
+        speed = cruise(mpcc, at(mpcc, 5.0, v=1.0)).trajectory.states[:, V].max()
+        assert speed == pytest.approx(limit, abs=1e-3) if limit < 2.0 else speed > reached
+
+
+def test_acceleration_limit_with_and_without() -> None:
+    for limit in (0.6, 5.0):
+        mpcc = core([(1, 0.0, 12.0)], limits=limited(acceleration=limit))
+        a = np.abs(arrive(mpcc, at(mpcc, 0.0), 8.0).trajectory.controls[:, A]).max()
+        assert a == pytest.approx(limit, abs=1e-3) if limit < 1.0 else a > 0.8
+
+
+def test_steering_limit_with_and_without() -> None:
+    for limit in (0.25, 0.6):
+        mpcc = core([(1, 0.0, 20.0)], limits=limited(steering=limit))
+        mpcc.set_goal(mpcc.part.last.compose(Pose2(0.0, 3.0, 0.0)))
+        delta = np.abs(arrive(mpcc, at(mpcc, 6.0), 15.0, 15).trajectory.states[:, DELTA]).max()
+        assert delta == pytest.approx(limit, abs=1e-3) if limit < 0.3 else delta > 0.3
+
+
+def test_steering_rate_limit_with_and_without() -> None:
+    for limit in (0.06, 1.0):
+        mpcc = core([(1, 0.0, 20.0)], limits=limited(steering_rate=limit))
+        mpcc.set_goal(mpcc.part.last.compose(Pose2(0.0, 2.0, 0.0)))
+        rate = np.abs(arrive(mpcc, at(mpcc, 8.0), 15.0, 15).trajectory.controls[:, DELTA_DOT]).max()
+        assert rate == pytest.approx(limit, abs=1e-3) if limit < 0.1 else rate > 0.08
+
+
+def test_one_direction_of_motion_and_a_retreat() -> None:
+    """A goal 1 m behind the vehicle: reached in reverse only where reverse is allowed."""
+    for retreat in (0.0, 0.1, 1.0):
+        mpcc = core([(1, 0.0, 20.0)])
+        mpcc.set_goal(mpcc.part.pose(15.0))
+        state = at(mpcc, 16.0)
+        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30))
+        plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
+        slowest = repeat(mpcc, state, plan, 8, arrive_at=8.0, retreat=retreat).trajectory.states[:, V].min()
+        assert slowest == pytest.approx(-retreat, abs=1e-3) if retreat < 0.5 else slowest < -0.15
+
+
+def lowest_gap(mpcc: RtiMpcc, corridor: Corridor, plan: Trajectory) -> float:
+    discs = cover(mpcc.config.vehicle, mpcc.config.footprint.discs)
+    planes = corridor.half_planes(0, disc_centres(plan.states, discs).reshape(-1, 2))
+    return float(planes.distance.min() - discs.radius)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_corridor_rows_with_and_without(side: float) -> None:
+    """A goal that lies too far to the side is not reached through the boundary."""
+    for rows in (True, False):
+        mpcc = core([(1, 0.0, 30.0)], width=2.0, corridor_rows=rows)
+        path = ReferencePath.from_segments(Pose2(1.0, 2.0, 0.5), [(1, 0.0, 30.0)])
+        corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
+        mpcc.set_goal(mpcc.part.pose(22.0).compose(Pose2(0.0, 1.5 * side, 0.0)))
+        solution = arrive(mpcc, at(mpcc, 2.0), 20.0, 15)
+        gap = lowest_gap(mpcc, corridor, solution.trajectory)
+        assert gap > mpcc.config.footprint.margin - 0.01 if rows else gap < -0.3
+
+
+def test_an_obstacle_is_passed_with_and_without() -> None:
+    """A block beside the straight way in: the plan goes round it on its side."""
+    block = np.array([[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8]])
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
+    for there in (True, False):
+        obstacles = [block + np.array([18.0, -1.5])] if there else []
+        corridor = Corridor.from_offsets(path, left=6.0, right=-6.0, obstacles=obstacles)
+        mpcc = RtiMpcc(path.parts[0], corridor, ControllerConfig(**SMALL))
+        plan = arrive(mpcc, at(mpcc, 0.0), 25.0, 15).trajectory
+        beside = plan.states[np.abs(plan.states[:, X] - 17.0) < 2.0, Y]
+        assert beside.min() > 0.2 if there else abs(beside).max() < 1e-2
+
+
+def test_a_measured_state_outside_the_limits_is_admitted_and_returns() -> None:
+    mpcc = core([(1, 0.0, 60.0)], limits=limited(speed=2.0, steering=0.4))
+    guess_from = at(mpcc, 5.0, v=2.0)
+    config = mpcc.config
+    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+    mpcc.prepare(0.0, plan=cruise_guess(mpcc.part, mpcc.target, guess_from, times, config))
+    solution = mpcc.feedback(at(mpcc, 5.0, v=2.3, delta=-0.43), 0.0)
+    assert solution.solved
+    states = solution.trajectory.states
+    assert states[0, V] == pytest.approx(2.3, abs=1e-4)
+    assert states[0, DELTA] == pytest.approx(-0.43, abs=1e-4)
+    assert states[-1, V] <= 2.0 + 1e-3
+    assert states[-1, DELTA] >= -0.4 - 1e-3
+
+
+def test_a_heading_on_another_branch_changes_nothing() -> None:
+    mpcc = core()
+    state = at(mpcc, 3.0, v=1.0, left=0.2)
+    plain = cruise(mpcc, state, 2)
+    turned = state.copy()
+    turned[PHI] += 4.0 * pi
+    mpcc.prepare(0.0, last=plain)
+    once = mpcc.feedback(state, 0.0)
+    mpcc.prepare(0.0, last=plain)
+    again = mpcc.feedback(turned, 0.0)
+    np.testing.assert_allclose(again.trajectory.states, once.trajectory.states, atol=1e-6)
+
+
+@pytest.mark.parametrize("cycle", [0.005, 0.05, 0.2])
+def test_the_plan_shifts_by_any_cycle(cycle: float) -> None:
+    """A vehicle that does as planned finds nearly the same plan one cycle on."""
+    mpcc = core(cycle=cycle)
+    mpcc.set_goal(mpcc.part.last.compose(Pose2(0.0, 0.5, 0.0)))
+    before = arrive(mpcc, at(mpcc, 0.0), 20.0, 10).trajectory
+    assert np.diff(before.times)[0] == pytest.approx(cycle)
+    mpcc.prepare(cycle, arrive_at=20.0)
+    after = mpcc.feedback(before.states[1], cycle).trajectory
+    assert after.times[0] == pytest.approx(cycle)
+    assert after.times[-1] == pytest.approx(20.0)
+    np.testing.assert_allclose(after.controls[0, :2], before.controls[1, :2], atol=0.03)
+    np.testing.assert_allclose(after.states[-1, :3], before.states[-1, :3], atol=0.01)
+
+
+def test_feedback_prepares_for_its_own_time_if_that_was_not_done() -> None:
+    mpcc, other = core(), core()
+    state = at(mpcc, 3.0, v=1.0)
+    cruise(mpcc, state, 3)
+    cruise(other, state, 3)
+    later = at(mpcc, 3.05, v=1.0)
+    other.prepare(0.05)
+    np.testing.assert_allclose(
+        mpcc.feedback(later, 0.05).trajectory.controls,
+        other.feedback(later, 0.05).trajectory.controls,
+        atol=1e-6,
+    )
+
+
+def test_the_first_preparation_needs_a_plan() -> None:
+    with pytest.raises(InputError, match="plan"):
+        core().prepare(0.0)
+
+
+def test_a_qp_that_is_not_solved_leaves_the_plan_that_was_linearised_about() -> None:
+    mpcc = core(solver=SolverSettings(tolerance=1e-9, max_iterations=1, check_interval=1))
+    state, config = at(mpcc, 3.0, v=1.0), mpcc.config
+    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+    guess = cruise_guess(mpcc.part, mpcc.target, state, times, config)
+    linear = mpcc.prepare(0.0, plan=guess)
+    solution = mpcc.feedback(state, 0.0)
+    assert not solution.solved
+    assert solution.status
+    np.testing.assert_allclose(solution.trajectory.states, linear.trajectory.states, atol=1e-12)
+    np.testing.assert_array_equal(solution.trajectory.controls, linear.trajectory.controls)
+
+
+def test_numbers_that_are_no_numbers_are_refused_and_the_next_cycle_works() -> None:
+    mpcc = core()
+    state = at(mpcc, 3.0, v=1.0)
+    good = cruise(mpcc, state, 3)
+    for quantity in (X, V, THETA):
+        spoilt = state.copy()
+        spoilt[quantity] = np.nan
+        mpcc.prepare(0.0, last=good)
+        refused = mpcc.feedback(spoilt, 0.0)
+        assert not refused.solved
+        assert np.isfinite(refused.trajectory.states).all()
+    mpcc.prepare(0.0, last=good)
+    again = mpcc.feedback(state, 0.0)
+    assert again.solved
+    np.testing.assert_allclose(again.trajectory.states, good.trajectory.states, atol=0.05)
+
+
+def test_the_target_is_the_parts_end_until_a_goal_is_set() -> None:
+    mpcc = core()
+    assert mpcc.target.kind is TargetKind.PATH_END
+    assert mpcc.target.pose == mpcc.part.last
+    mpcc.set_goal(mpcc.part.pose(20.0).compose(Pose2(0.0, 1.0, 0.2)))
+    beside = mpcc.target
+    assert beside.kind is TargetKind.POSE
+    assert beside.theta == pytest.approx(20.0)
+    assert beside.stop == pytest.approx(20.0)
+    mpcc.set_goal(None)
+    assert mpcc.target.kind is TargetKind.PATH_END
+    mpcc.set_goal(mpcc.part.last.compose(Pose2(2.0, -1.0, 0.1)))
+    assert mpcc.target.theta == pytest.approx(32.0)
+    assert mpcc.target.stop == 30.0
+
+
+@pytest.mark.xfail(reason="the projection of a goal is searched within 2 m of the last goal's only")
+def test_a_goal_may_be_moved_far_along_the_path() -> None:
+    mpcc = core()
+    mpcc.set_goal(mpcc.part.pose(12.0).compose(Pose2(0.0, 1.0, 0.2)))
+    mpcc.set_goal(mpcc.part.pose(25.0).compose(Pose2(0.0, 1.0, 0.2)))
+    assert mpcc.target.theta == pytest.approx(25.0)
+
+
+@pytest.mark.parametrize("turns", [-1, 0, 2])
+def test_a_goals_heading_may_be_on_any_branch(turns: int) -> None:
+    mpcc = core()
+    goal = mpcc.part.pose(20.0).compose(Pose2(0.0, 1.0, 0.2))
+    mpcc.set_goal(Pose2(goal.x, goal.y, goal.phi + 2.0 * pi * turns))
+    assert mpcc.target.pose.phi == pytest.approx(goal.phi)
+
+
+def test_mirrored_problems_have_mirrored_plans() -> None:
+    plans = []
+    for side in (1.0, -1.0):
+        path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(-1, 0.1 * side, 10.0), (-1, 0.0, 10.0)])
+        corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
+        mpcc = RtiMpcc(path.parts[0], corridor, ControllerConfig(**SMALL))
+        mpcc.set_goal(path.end.compose(Pose2(-1.0, 1.5 * side, 0.2 * side)))
+        plans.append(arrive(mpcc, at(mpcc, 0.0), 20.0).trajectory)
+    sign = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
+    np.testing.assert_allclose(plans[0].states, plans[1].states * sign, atol=1e-3)
+
+
+def test_the_world_may_lie_anywhere_and_be_turned() -> None:
+    plans = []
+    for start in (Pose2(0.0, 0.0, 0.0), Pose2(5000.0, -3000.0, 3.1)):
+        path = ReferencePath.from_segments(start, [(-1, 0.1, 10.0), (-1, 0.0, 10.0)])
+        corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
+        mpcc = RtiMpcc(path.parts[0], corridor, ControllerConfig(**SMALL))
+        mpcc.set_goal(path.end.compose(Pose2(-1.0, 1.5, 0.2)))
+        plans.append(arrive(mpcc, at(mpcc, 0.0), 20.0).trajectory)
+    np.testing.assert_allclose(plans[0].controls[:, :2], plans[1].controls[:, :2], atol=1e-4)
+
+
+@pytest.mark.parametrize("preset", [ControllerConfig, ControllerConfig.paper, ControllerConfig.paper_printed])
+def test_all_presets_solve_their_first_problem(preset: Any) -> None:
+    mpcc = core([(1, 0.0, 60.0)], preset=preset, vehicle=Vehicle())
+    assert cruise(mpcc, at(mpcc, 2.0, v=1.0), 3).trajectory.states[-1, THETA] > 5.0
+
+
+def test_plans_that_are_handed_out_are_read_only() -> None:
+    mpcc = core()
+    plan = cruise(mpcc, at(mpcc, 3.0, v=1.0), 2).trajectory
+    for array in (plan.times, plan.states, plan.controls):
+        assert not array.flags.writeable
