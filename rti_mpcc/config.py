@@ -158,7 +158,7 @@ class SolverSettings(Settings):
     """
 
     tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
-    max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 1000
+    max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
     check_interval: Annotated[int, Field(ge=1, le=1000)] = 5
     polish: bool = False
 

@@ -100,7 +100,7 @@ class RtiMpcc:
 
     Args:
         part: the one-direction part.
-        corridor: its boundaries; number of obstacles none or some decides the QP's pattern.
+        corridor: its boundaries and obstacles.
         config: settings.
         index: of the part in its route, which is how the corridor knows it.
     """
@@ -111,21 +111,35 @@ class RtiMpcc:
         self.config = config
         self._corridor = corridor
         self._discs = cover(config.vehicle, config.footprint.discs)
+        self._last: Solution | None = None
+        self.target = path_end(part)
+        self._allocate()
+
+    def _allocate(self) -> None:
+        """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
+        config = self.config
         count = config.footprint.discs if config.corridor_rows else 0
-        self._pattern = build_pattern(config.stages, count, 3 if corridor.obstacles else 2)
+        self._pattern = build_pattern(config.stages, count, 3 if self._corridor.obstacles else 2)
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
         self._linearisation: Linearisation | None = None
-        self._last: Solution | None = None
-        self.target = path_end(part)
 
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
         self.target = path_end(self.part) if goal is None else self._project(goal)
 
+    def set_stop(self, theta: float) -> None:
+        """Stop on the path at progress `theta` [m]."""
+        theta = min(theta, self.part.end)
+        self.target = Target(
+            pose=self.part.pose(theta), theta=theta, theta_end=self.part.end, kind=TargetKind.PATH_END
+        )
+
     def set_obstacles(self, corridor: Corridor) -> None:
-        """The same boundaries with other obstacles; their number must stay none, or stay some."""
+        """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
         self._corridor = corridor
+        if corridor.obstacles and self._pattern.sides == 2:
+            self._allocate()
 
     def prepare(
         self,
@@ -180,8 +194,9 @@ class RtiMpcc:
         if planes is not None:
             footprint = config.footprint
             local = frame.planes_in(planes)
-            rows = corridor_rows(states[1:], local, self._discs, footprint.margin, footprint.near)
-            fill_corridor(values, pattern, rows)
+            fill_corridor(
+                values, pattern, corridor_rows(states[1:], local, self._discs, footprint.margin, footprint.near)
+            )
         fill_initial(values, pattern, np.zeros_like(states[0]))
         self._last = last
         self._linearisation = Linearisation(
@@ -244,10 +259,7 @@ class RtiMpcc:
             return None
         centres = disc_centres(states[1:], self._discs).reshape(-1, 2)
         previous = last.planes if last else None
-        if previous is not None and previous.distance.shape != (len(centres), self._pattern.sides):
-            previous = None
-        planes = self._corridor.half_planes(self.index, centres, previous)
-        return planes
+        return self._corridor.half_planes(self.index, centres, previous)
 
     def _admit(self, measured: Array, linear: Linearisation) -> None:
         """Widen bounds on v and delta as far as a measured state outside them needs to come back."""

@@ -9,7 +9,7 @@ from geometry import Pose2
 from rti_mpcc.controller import Solution
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Trajectory
 
 
 class Phase(Enum):
@@ -30,21 +30,24 @@ class ControllerMemory:
     Attributes:
         part: index of the active part of the route.
         phase: see `Phase`.
-        solution: the last accepted one on this part, or None.
-        accepted_at: `now` of the cycle that accepted it [s].
+        solution: the last iterate on this part, or None: where the next cycle goes on.
+        driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         arrive_at: planned time of arrival at rest [s]; None while contouring.
         goal: the user's goal pose, or None for the path's last pose.
         target: what the active part ends in, at the last cycle.
         queue: commands on their way to the actuators.
         standing_since: when the vehicle came to a standstill [s], or None while it moves.
         driving_since: when the present plan began to be driven [s].
-        blocked: the way is blocked; the vehicle brakes or stands.
+        blocked: the vehicle brakes before a contact that its plan would make.
+        stop_at: progress at which to stop before something that fills the way [m], or None.
+        stop_obstacles: number of obstacle changes known when that was found; stop_since: when [s].
         restarts: how often the active part was begun again after a stop outside the tolerance.
     """
 
     part: int = 0
     phase: Phase = Phase.STARTING
     solution: Solution | None = None
+    driven: Trajectory | None = None
     accepted_at: float | None = None
     arrive_at: float | None = None
     goal: Pose2 | None = None
@@ -53,6 +56,9 @@ class ControllerMemory:
     standing_since: float | None = None
     driving_since: float = 0.0
     blocked: bool = False
+    stop_at: float | None = None
+    stop_obstacles: int = 0
+    stop_since: float = 0.0
     restarts: int = 0
 
 
@@ -68,6 +74,7 @@ class Situation:
         direction: of the active part.
         last_part: whether the active part is the route's last.
         way: left to the target [m]; speed: in the direction of the part [m/s].
+        free: whether the target is the part's own, not a stop before something in the way.
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
         stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
         tolerance: (longitudinal, lateral, heading) of the target.
@@ -80,6 +87,7 @@ class Situation:
     target: Target
     direction: int
     last_part: bool
+    free: bool
     way: float
     speed: float
     error: Pose2

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import V
+from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
@@ -22,6 +22,12 @@ SETTLE_SHARE = 0.5
 """Share of the goal tolerance inside which a braked stop ends the arrival."""
 SETTLE_TIME = 0.75
 """A braked stop that ends the arrival takes no longer than this [s]; until then the plan is driven."""
+STOP_TOLERANCE = (0.2, 1.0, 0.5)
+"""The same for a stop before something that fills the way."""
+NEAR_STOP = 0.2
+"""A vehicle that stands this near to such a stop stays [m]."""
+LOOK_AGAIN = 0.5
+"""Time between two looks whether the way is free again [s]."""
 RESTARTS = 2
 """So often a vehicle that stopped outside the tolerance tries again."""
 RETREAT_REACH = 0.5
@@ -39,13 +45,14 @@ def decide(memory: ControllerMemory, situation: Situation, config: ControllerCon
 
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     if memory.phase is Phase.HOLDING:
-        return memory if situation.inside(situation.error) else restart(memory)
+        stays = not situation.free or situation.inside(situation.error)
+        return memory if stays else restart(memory)
     if memory.phase is Phase.STALLED:
         return replace(restart(memory), restarts=0) if moved(memory.target, situation.target) > 0.0 else memory
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
-        return replace(memory, arrive_at=None) if memory.solution is None else memory
+        return memory
     stopping = situation.speed <= SETTLE_TIME * config.comfort_acceleration
     if stopping and situation.inside(situation.stop_error, SETTLE_SHARE):
         return replace(memory, phase=Phase.SETTLING)
@@ -76,12 +83,42 @@ def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0)
 
 def restart(memory: ControllerMemory) -> ControllerMemory:
     """Begin the active part again from where the vehicle is."""
-    return replace(memory, phase=Phase.STARTING, solution=None, accepted_at=None, arrive_at=None)
+    return replace(memory, phase=Phase.STARTING, solution=None, driven=None, accepted_at=None, arrive_at=None)
+
+
+def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    """A first plan was found: drive it."""
+    phase = Phase.CONTOURING if memory.arrive_at is None else Phase.ARRIVING
+    return replace(memory, phase=phase, driving_since=situation.now)
+
+
+def stop_before(
+    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int
+) -> ControllerMemory:
+    """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near."""
+    stop = replace(
+        restart(memory),
+        stop_at=float(situation.state[THETA]) + max(way, 0.0),
+        stop_obstacles=obstacle_changes,
+        stop_since=situation.now,
+    )
+    return stop if way > NEAR_STOP else replace(stop, phase=Phase.HOLDING)
+
+
+def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
+    """Whether it is worth looking again if something still fills the way."""
+    changed = memory.stop_at is not None and memory.stop_obstacles != obstacle_changes
+    return changed and now - memory.stop_since >= LOOK_AGAIN
+
+
+def released(memory: ControllerMemory) -> ControllerMemory:
+    """Make for the part's own target again."""
+    return replace(restart(memory), stop_at=None)
 
 
 def may_change_direction(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:
     """Whether the next part may begin: standing at the cusp with nothing left in the queue."""
-    if situation.last_part or not stands(memory, situation, dead_time):
+    if situation.last_part or not situation.free or not stands(memory, situation, dead_time):
         return False
     if situation.inside(situation.error):
         return True
@@ -112,7 +149,7 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 
 def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
-    if situation.inside(situation.error):
+    if not situation.free or situation.inside(situation.error):
         return replace(memory, phase=Phase.HOLDING)
     if memory.restarts >= RESTARTS:
         return replace(memory, phase=Phase.STALLED)

@@ -14,28 +14,20 @@ from rti_mpcc.model.layout import A, CONTROLS, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
-from rti_mpcc.planning.route import CUSP_TOLERANCE, RETREAT_REACH
+from rti_mpcc.planning.route import CUSP_TOLERANCE, RETREAT_REACH, STOP_TOLERANCE
 from rti_mpcc.types import Array, VehicleState
 
 PROJECTION_REACH = 2.0
 """How far the progress may be from the planned one [m]; a plan is followed more closely than that."""
 
 
-def assess(
-    state: VehicleState,
-    now: float,
-    memory: ControllerMemory,
-    part: PathPart,
-    target: Target,
-    config: ControllerConfig,
-    *,
-    last_part: bool,
-) -> Situation:
-    """Roll the measured state forward over the dead time and set it against the path and the target."""
+def reached_state(
+    state: VehicleState, now: float, memory: ControllerMemory, part: PathPart, config: ControllerConfig
+) -> Array:
+    """The state (6,) when a command given at `now` begins to act: rolled forward and set on the route."""
     begin = now + config.dead_time
-    measured = np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0])
     reached = roll_forward(
-        measured,
+        np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0]),
         memory.queue,
         now,
         begin,
@@ -43,21 +35,38 @@ def assess(
         steering=config.limits.steering,
     )
     _place_on_route(reached, begin, memory, part, config.vehicle.wheelbase)
+    return reached
+
+
+def assess(
+    reached: Array,
+    now: float,
+    measured_speed: float,
+    part: PathPart,
+    target: Target,
+    config: ControllerConfig,
+    *,
+    last_part: bool,
+    free: bool,
+) -> Situation:
+    """Set the state `reached` (6,) against the path and the target."""
     here = Pose2(float(reached[X]), float(reached[Y]), float(reached[PHI]))
     stopped = _stopped(reached, config)
+    tolerance = config.goal_tolerance if last_part else CUSP_TOLERANCE
     return Situation(
         now=now,
-        begin=begin,
+        begin=now + config.dead_time,
         state=reached,
-        measured_speed=state.v,
+        measured_speed=measured_speed,
         target=target,
         direction=part.direction,
         last_part=last_part,
+        free=free,
         way=_way(here, float(reached[THETA]), part, target),
         speed=max(part.direction * float(reached[V]), 0.0),
         error=here.relative_to(target.pose),
         stop_error=Pose2(float(stopped[X]), float(stopped[Y]), float(stopped[PHI])).relative_to(target.pose),
-        tolerance=config.goal_tolerance if last_part else CUSP_TOLERANCE,
+        tolerance=tolerance if free else STOP_TOLERANCE,
     )
 
 

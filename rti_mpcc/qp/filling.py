@@ -14,7 +14,7 @@ import numpy as np
 from rti_mpcc.model.bicycle import Step
 from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
-from rti_mpcc.ocp.corridor_rows import CorridorRows
+from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.pattern import BOUNDED, CONTROL_SLOPES, HESSIAN_PAIRS, STATE_SLOPES, QpPattern
 from rti_mpcc.types import Array
@@ -117,9 +117,13 @@ def fill_bounds(
 
 
 def fill_corridor(values: QpValues, pattern: QpPattern, rows: CorridorRows) -> None:
-    """The half-planes of all discs."""
-    pattern.constraints.write(values.constraints, "half-planes", rows.slopes)
-    values.lower[pattern.corridor_rows] = rows.lower
+    """The half-planes of all discs; those of sides that the corridor no longer has are loose."""
+    slopes = np.zeros((*pattern.corridor_rows.shape, 3))
+    lower = np.full(pattern.corridor_rows.shape, LOOSE)
+    sides = rows.lower.shape[2]
+    slopes[:, :, :sides], lower[:, :, :sides] = rows.slopes, rows.lower
+    pattern.constraints.write(values.constraints, "half-planes", slopes)
+    values.lower[pattern.corridor_rows] = lower
 
 
 def fill_initial(values: QpValues, pattern: QpPattern, change: Array) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry import Corridor
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import body_polygons, cover
 from rti_mpcc.model.layout import X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.safety.ladder import SPARE, braking
@@ -37,6 +37,16 @@ def way_to_contact(
         clearance = corridor.clearance(part, bodies)
         touching &= clearance < clearance[0] - 1e-3
     return float(marks[np.argmax(touching)]) if touching.any() else np.inf
+
+
+def stop_clearance(config: ControllerConfig) -> float:
+    """Distance that a planned stop keeps from something that fills the way [m].
+
+    The discs reach beyond the ends of the body; nearer than that the corridor rows let no plan come.
+    """
+    vehicle, footprint = config.vehicle, config.footprint
+    overhang = cover(vehicle, footprint.discs).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs
+    return overhang + footprint.margin + SPACING
 
 
 def stopping_distance(speed: float, config: ControllerConfig) -> float:

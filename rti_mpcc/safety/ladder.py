@@ -1,6 +1,7 @@
 """The ladder: which plan is driven, and what is driven instead when there is none.
 
-1. The solution, if OSQP calls it solved, it is finite, keeps the input limits and obeys the dynamics.
+1. The solution, if OSQP calls it solved, it is finite, keeps the input limits and obeys the dynamics
+   (`planning.search.complaint`).
 2. The last accepted plan, for at most `PLAN_LIFE`.
 3. Braking with the steering held.
 4. Standing still.
@@ -12,27 +13,16 @@ driven either: the vehicle brakes along its steering and is blocked until the wa
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import radians
 
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import Solution
-from rti_mpcc.model.bicycle import step
-from rti_mpcc.model.layout import A, DELTA, DELTA_DOT, PHI, V, X, Y
+from rti_mpcc.model.layout import A, DELTA, DELTA_DOT, V
 from rti_mpcc.planning.memory import Situation
-from rti_mpcc.types import Array, Source, Trajectory
+from rti_mpcc.types import Array, Source
 
 PLAN_LIFE = 1.0
 """How long the last accepted plan may be driven on [s]."""
-CHECKED_SPAN = 2.0
-"""Beginning of a plan over which it has to obey the dynamics [s]."""
-POSITION_DEFECT = 0.05
-"""Largest position error of a plan against the dynamics over that span [m]."""
-HEADING_DEFECT = radians(2.0)
-"""The same for the heading [rad]."""
-INPUT_SLACK = 0.02
-"""Share of an input limit by which a solver's answer may pass it before it is cut."""
 SETTLING_TIME = 0.15
 """Time constant with which the last of the speed is taken out [s]."""
 SPARE = 0.3
@@ -50,33 +40,6 @@ class Drive:
     acceleration: float
     steering_rate: float
     source: Source
-
-
-def complaint(solution: Solution, config: ControllerConfig) -> str:
-    """Why a solution must not be driven, or ""."""
-    if not solution.solved:
-        return f"the QP was not solved: {solution.status}"
-    plan, limits = solution.trajectory, config.limits
-    if not (np.isfinite(plan.states).all() and np.isfinite(plan.controls).all()):
-        return "the plan is not finite"
-    a, rate = plan.controls[0, A], plan.controls[0, DELTA_DOT]
-    most = 1.0 + INPUT_SLACK
-    if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
-        return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
-    position, heading = defect(plan, config.vehicle.wheelbase)
-    if position > POSITION_DEFECT or heading > HEADING_DEFECT:
-        return f"the plan breaks the dynamics by {position:.2f} m and {np.degrees(heading):.1f} deg"
-    return ""
-
-
-def defect(plan: Trajectory, wheelbase: float) -> tuple[float, float]:
-    """Errors [m], [rad] that a plan's first `CHECKED_SPAN` adds up to against the dynamics."""
-    stages = int(np.searchsorted(plan.times - plan.times[0], CHECKED_SPAN))
-    stages = min(max(stages, 1), len(plan.controls))
-    lengths = np.diff(plan.times[: stages + 1])
-    reached = step(plan.states[:stages], plan.controls[:stages], lengths, wheelbase)
-    gap = reached - plan.states[1 : stages + 1]
-    return float(np.hypot(gap[:, X], gap[:, Y]).sum()), float(np.abs(gap[:, PHI]).sum())
 
 
 def follow(controls: Array, source: Source, config: ControllerConfig) -> Drive:
