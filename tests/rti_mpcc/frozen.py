@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from geometry import Corridor, HalfPlanes, PathPart, lift
+from geometry import Corridor, HalfPlanes, PathPart, PathReference, lift
 from rti_mpcc import docking
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RETURN_SHARE, Linearisation, RtiMpcc, Solution
@@ -84,6 +84,42 @@ class FrozenPlanes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FrozenPath:
+    """For each stage the piece of constant curvature that it was on, prolonged behind both ends.
+
+    Where the curvature jumps the slopes of the Frenet errors jump with it, so the cost has a kink in
+    theta there: which piece a stage is on is a switch, and frozen like the others.
+    """
+
+    begin: Array
+    """(n,) theta of a point on the piece [m]."""
+    pose: Array
+    """(n, 3) x, y, phi there, in the problem's frame."""
+    slope: Array
+    """(n,) dphi/dtheta = d kappa [rad/m]."""
+    direction: int
+
+    @classmethod
+    def of(cls, part: PathPart, theta: Array, frame: LocalFrame) -> FrozenPath:
+        at = part.reference(theta)
+        pose = frame.states_in(np.stack([at.x, at.y, at.phi], axis=-1))
+        return cls(begin=theta.copy(), pose=pose, slope=at.slope, direction=part.direction)
+
+    def reference(self, theta: Array) -> PathReference:
+        """What the package's functions take, for theta (n,) [m]."""
+        s = theta - self.begin
+        half = 0.5 * self.slope * s
+        chord = self.direction * s * np.sinc(half / np.pi)
+        x, y, phi = self.pose.T
+        return PathReference(
+            x=x + chord * np.cos(phi + half),
+            y=y + chord * np.sin(phi + half),
+            phi=phi + 2.0 * half,
+            slope=self.slope,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FrozenProblem:
     """One optimal control problem in the coordinates of its frame.
 
@@ -93,7 +129,7 @@ class FrozenProblem:
         measured: (6,) state at the horizon's begin.
         lengths: (N,) [s]; weights, bounds (widened as the measured state needs), planes of the discs of
             stages 1..N, walls of the rear axle at stages 0..N: as they were in the cycle.
-        damping: of the cycle's step; it moves no fixed point.
+        path: the piece of each stage; damping: of the cycle's step; it moves no fixed point.
         solution: what the controller made of it in its one step.
     """
 
@@ -101,6 +137,7 @@ class FrozenProblem:
     config: ControllerConfig
     part: PathPart
     target: Target
+    path: FrozenPath
     frame: LocalFrame
     states: Array
     controls: Array
@@ -127,7 +164,7 @@ class FrozenProblem:
     def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array) -> None:
         """The QP about `states` (N+1, 6) and `controls` (N, 3), from the package's own functions."""
         config, part, wheelbase = self.config, self.part, self.config.vehicle.wheelbase
-        reference = self.frame.reference_in(part.reference(states[:, THETA]))
+        reference = self.path.reference(states[:, THETA])
         errors = frenet_errors(states, reference, part.direction)
         walls = self.walls.at(states[:, :2]) if self.walls is not None else None
         goal = self.frame.pose_in(self.target.pose)
@@ -293,6 +330,7 @@ def _freeze(
         name=name,
         config=config,
         part=mpcc.part,
+        path=FrozenPath.of(mpcc.part, theta, frame),
         target=target,
         frame=frame,
         states=linear.states,

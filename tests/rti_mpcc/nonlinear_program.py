@@ -1,6 +1,6 @@
 """A frozen problem as one nonlinear program in casadi, written from the equations alone, for IPOPT.
 
-Nothing but numbers is taken from the package: the path is the sum of its arcs, the dynamics Eq. (M1) under
+Nothing but numbers is taken from the package: the path by its arcs, the dynamics Eq. (M1) under
 a textbook Runge-Kutta step, the cost Eq. (C1)-(C3) with Huber's goal term, half-planes Eq. (H1).
 """
 
@@ -134,27 +134,19 @@ def _step(z: Any, u: Any, h: Any, wheelbase: float) -> Any:
     return z + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
 
 
-def _path_pose(problem: FrozenProblem, theta: Any) -> tuple[Any, Any, Any]:
-    """Path pose at theta: the first pose plus what every arc adds, straight on behind both ends."""
-    part, frame = problem.part, problem.frame
-    d, first = part.direction, frame.pose_in(part.first)
-    x, y, phi = first.x, first.y, first.phi
-    before = ca.fmin(theta - part.start, 0)
-    x, y = x + d * before * np.cos(phi), y + d * before * np.sin(phi)
-    heading: Any = phi
-    at_knot = phi
-    for begin, end, kappa in zip(part.knots[:-1], part.knots[1:], part.curvatures, strict=True):
-        s = ca.fmin(ca.fmax(theta - begin, 0), end - begin)
-        if kappa == 0.0:
-            x, y = x + d * s * np.cos(at_knot), y + d * s * np.sin(at_knot)
-        else:
-            turned = at_knot + d * kappa * s
-            x = x + (ca.sin(turned) - np.sin(at_knot)) / kappa
-            y = y - (ca.cos(turned) - np.cos(at_knot)) / kappa
-        heading = heading + d * kappa * s
-        at_knot += d * kappa * (end - begin)
-    beyond = ca.fmax(theta - part.end, 0)
-    return x + d * beyond * np.cos(at_knot), y + d * beyond * np.sin(at_knot), heading
+def _path_pose(problem: FrozenProblem, k: int, theta: Any) -> tuple[Any, Any, Any]:
+    """Path pose at theta on the piece of stage k: dx/dtheta = d cos(phi), dphi/dtheta = slope, integrated."""
+    path = problem.path
+    x, y, phi = (float(number) for number in path.pose[k])
+    d, slope, s = path.direction, float(path.slope[k]), theta - path.begin[k]
+    if slope == 0.0:
+        return x + d * s * np.cos(phi), y + d * s * np.sin(phi), phi
+    turned = phi + slope * s
+    return (
+        x + d / slope * (ca.sin(turned) - np.sin(phi)),
+        y - d / slope * (ca.cos(turned) - np.cos(phi)),
+        turned,
+    )
 
 
 def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
@@ -164,7 +156,7 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
         total += w.lateral_acceleration[k] * (v**2 * tangent / problem.config.vehicle.wheelbase) ** 2
         if w.lag[k] or w.contouring[k] or w.heading[k]:
-            x_r, y_r, phi_r = _path_pose(problem, z[THETA, k])
+            x_r, y_r, phi_r = _path_pose(problem, k, z[THETA, k])
             dx, dy = z[X, k] - x_r, z[Y, k] - y_r
             total += w.lag[k] * (ca.cos(phi_r) * dx + ca.sin(phi_r) * dy) ** 2
             total += w.contouring[k] * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
