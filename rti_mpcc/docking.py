@@ -50,6 +50,7 @@ class DockingController:
         self._corridor = corridor
         self._obstacles: Sequence[ArrayLike] = corridor.obstacles
         self._obstacle_changes = 0
+        self._obstacles_are_new = False
         self._memory = ControllerMemory()
         self._check()
         self._mpcc = self._core(0)
@@ -112,6 +113,7 @@ class DockingController:
             self._corridor = self._corridor.with_obstacles(obstacles)
             self._obstacles = tuple(np.array(outline, dtype=np.float64) for outline in obstacles)
             self._obstacle_changes += 1
+            self._obstacles_are_new = True
             self._mpcc.set_obstacles(self._corridor)
         if goal is not None and goal != self._memory.goal:
             self._memory = replace(self._memory, goal=goal)
@@ -175,16 +177,24 @@ class DockingController:
             if self._memory.phase is Phase.STARTING:
                 return self._stop(situation, Status.STARTING, attempt.problem, attempt=attempt)
             return self._judge(attempt, situation)
-        if route.arrival_due(self._memory, situation, self.config):
-            contouring = self._memory
-            attempt, arrival = self._begin(situation)
-            if self._memory.phase is Phase.ARRIVING:
-                return self._judge(attempt, arrival)
-            self._memory = contouring
+        if route.arrival_due(self._memory, situation, self.config) or self._plan_is_cut():
+            driving = self._memory
+            attempt, other = self._begin(situation)
+            if not attempt.problem and self._memory.phase is not Phase.HOLDING:
+                return self._judge(attempt, other)
+            self._memory = driving
             self._aim()
         attempt = search.converge(self._mpcc, self._memory, situation, None)
         self._keep(attempt)
         return self._judge(attempt, situation)
+
+    def _plan_is_cut(self) -> bool:
+        """Whether an obstacle that is new in this cycle lies in the way of the plan being driven."""
+        new, self._obstacles_are_new = self._obstacles_are_new, False
+        plan = self._memory.driven
+        if not new or plan is None:
+            return False
+        return contact.way_to_contact(plan, self._corridor, self._memory.part, self.config, inf) < inf
 
     def _hold(self, situation: Situation) -> Act:
         if not situation.free:
@@ -283,7 +293,7 @@ class DockingController:
         drive = act.drive
         sent = QueuedCommand(situation.begin, drive.acceleration, drive.steering_rate)
         queue = (*still_acting(self._memory.queue, situation.now), sent)
-        self._memory = replace(self._memory, queue=queue)
+        self._memory = replace(self._memory, queue=queue, reached=situation.state)
         blocked = act.status is Status.BLOCKED and self._memory.stop_at is None
         if blocked and route.stands(self._memory, situation):
             self._memory = route.restart(self._memory)

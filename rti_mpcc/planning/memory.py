@@ -35,6 +35,7 @@ class ControllerMemory:
         arrive_at: planned time of arrival at rest [s]; None while contouring.
         goal: the user's goal pose, or None for the path's last pose.
         target: what the active part ends in, at the last cycle.
+        reached: state (6,) that the last cycle's command began to act in, or None at the begin of a part.
         queue: commands on their way to the actuators.
         standing_since: when the vehicle came to a standstill [s], or None while it moves.
         driving_since: when the present plan began to be driven [s].
@@ -52,6 +53,7 @@ class ControllerMemory:
     arrive_at: float | None = None
     goal: Pose2 | None = None
     target: Target | None = None
+    reached: Array | None = None
     queue: tuple[QueuedCommand, ...] = ()
     standing_since: float | None = None
     driving_since: float = 0.0

@@ -11,14 +11,13 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.delay import roll_forward
 from rti_mpcc.model.layout import A, CONTROLS, PHI, THETA, V, X, Y
-from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import CUSP_TOLERANCE, RETREAT_REACH, STOP_TOLERANCE
 from rti_mpcc.types import Array, VehicleState
 
 PROJECTION_REACH = 2.0
-"""How far the progress may be from the planned one [m]; a plan is followed more closely than that."""
+"""How far the progress may move from one cycle to the next [m]."""
 
 
 def reached_state(
@@ -34,7 +33,7 @@ def reached_state(
         wheelbase=config.vehicle.wheelbase,
         steering=config.limits.steering,
     )
-    _place_on_route(reached, begin, memory, part, config.vehicle.wheelbase)
+    _place_on_route(reached, memory.reached, part)
     return reached
 
 
@@ -70,20 +69,16 @@ def assess(
     )
 
 
-def _place_on_route(
-    reached: Array, begin: float, memory: ControllerMemory, part: PathPart, wheelbase: float
-) -> None:
-    """Give the state its progress and the branch of its heading, both nearest the plan's if there is one."""
-    x, y = float(reached[X]), float(reached[Y])
-    if memory.solution is None:
-        theta = part.project(x, y, heading=float(reached[PHI]))
-        heading = part.pose(theta).phi
+def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
+    """Give the state its progress and the branch of its heading, both nearest to the last ones."""
+    x, y, phi = float(reached[X]), float(reached[Y]), float(reached[PHI])
+    if last is None:
+        reached[THETA] = part.project(x, y, heading=phi)
+        heading = part.pose(float(reached[THETA])).phi
     else:
-        planned = states_at(memory.solution.trajectory, np.array([begin]), wheelbase)[0]
-        theta = part.project(x, y, near=float(planned[THETA]), reach=PROJECTION_REACH)
-        heading = float(planned[PHI])
-    reached[THETA] = theta
-    reached[PHI] = lift(float(reached[PHI]), heading)
+        reached[THETA] = part.project(x, y, near=float(last[THETA]), reach=PROJECTION_REACH)
+        heading = float(last[PHI])
+    reached[PHI] = lift(phi, heading)
 
 
 def _way(here: Pose2, theta: float, part: PathPart, target: Target) -> float:
