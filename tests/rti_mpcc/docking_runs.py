@@ -1,0 +1,162 @@
+"""What the closed-loop tests share: scenarios, obstacles across the way, and figures of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from geometry import Pose2, ReferencePath, wrap
+from rti_mpcc.simulation import RunResult, Scenario, scenario_from_dict, summary
+from rti_mpcc.simulation.closed_loop import Controller
+from rti_mpcc.types import Array, Command, Objective, Status, VehicleState
+
+DOCKING = ("docking_inside", "docking_behind", "docking_full_course", "long_approach")
+"""The built-in scenarios that end in a goal pose."""
+BODY_HALF_WIDTH = 2.069 / 2
+"""Of the default vehicle [m]."""
+FREE_SIDE = 0.25
+"""What the passage leaves on either side of the body [m]."""
+PASSAGE = (15.0, 17.0)
+"""Where the passage begins and ends along the straight path [m]."""
+
+Obstacles = list[Array]
+
+
+def straight(
+    direction: int,
+    length: float = 40.0,
+    *,
+    corridor: dict[str, Any] | None = None,
+    speed: float | None = None,
+    **simulation: Any,
+) -> Scenario:
+    """A straight route along x in a corridor 3 m to both sides; the goal pose is its end."""
+    tables: dict[str, Any] = {
+        "name": "straight",
+        "path": {
+            "start": [0.0, 0.0, 0.0],
+            "segments": [{"direction": direction, "curvature": 0.0, "length": length}],
+        },
+        "corridor": {"left": 3.0, "right": -3.0, **(corridor or {})},
+        "goal": {"offset": [0.0, 0.0, 0.0]},
+        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 120.0, **simulation},
+    }
+    if speed is not None:
+        tables["limits"] = {"speed": speed}
+    return scenario_from_dict(tables)
+
+
+def narrow(direction: int, aside: float = 0.0) -> Scenario:
+    """`straight` with a narrowing that leaves the body 0.25 m on either side, `aside` [m] of the path."""
+    half = BODY_HALF_WIDTH + FREE_SIDE
+    begin, end = PASSAGE
+    piece = {"from": begin, "to": end, "left": aside + half, "right": aside - half}
+    return straight(direction, corridor={"narrowings": [piece]})
+
+
+def between_obstacles(direction: int, aside: float = 0.0) -> Scenario:
+    """The same passage between two obstacles."""
+    half = BODY_HALF_WIDTH + FREE_SIDE
+    begin, end = (direction * x for x in PASSAGE)
+    sides = [(aside + half, 2.9), (-2.9, aside - half)]
+    outlines = [[[begin, low], [end, low], [end, high], [begin, high]] for low, high in sides]
+    return straight(direction, corridor={"obstacles": outlines})
+
+
+def wall(path: ReferencePath, theta: float, half_width: float, thickness: float = 0.5) -> Array:
+    """Outline (4, 2) [m] across the path at progress `theta` [m], `half_width` [m] to both sides."""
+    pose = next(part for part in path.parts if theta <= part.end).pose(theta)
+    corners = [(-0.5, -1), (0.5, -1), (0.5, 1), (-0.5, 1)]
+    placed = [pose.compose(Pose2(thickness * a, half_width * b, 0.0)) for a, b in corners]
+    return np.array([[corner.x, corner.y] for corner in placed])
+
+
+def present(outline: Array, begin: float, end: float) -> Callable[[float], Obstacles]:
+    """An obstacle that is there from `begin` to `end` [s]."""
+    return lambda now: [outline] if begin <= now < end else []
+
+
+class Wrapped:
+    """A controller that is told headings between -pi and pi only, as a localisation gives them."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+
+    def step(
+        self,
+        state: VehicleState,
+        *,
+        now: float,
+        goal: Pose2 | None = None,
+        obstacles: Sequence[Array] | None = None,
+    ) -> Command:
+        state = VehicleState(x=state.x, y=state.y, phi=float(wrap(state.phi)), v=state.v, delta=state.delta)
+        if goal is not None:
+            goal = Pose2(goal.x, goal.y, float(wrap(goal.phi)))
+        return self._controller.step(state, now=now, goal=goal, obstacles=obstacles)
+
+
+def docking_figures(result: RunResult) -> dict[str, Any]:
+    """What is recorded of every run."""
+    found = summary(result)
+    names = (
+        "docked",
+        "time_to_tolerance_s",
+        "time_to_dock_s",
+        "final_error",
+        "min_clearance_m",
+        "direction_changes",
+        "energy",
+        "fallback_cycles",
+    )
+    return {
+        **{name: found[name] for name in names},
+        "solver_failures": found["solver"]["failures"],
+        "iterations_p95": found["solver"]["iterations_p95"],
+        "cycle_ms_p50": found["cycle_ms"]["p50"],
+        **acceleration_steps(result),
+    }
+
+
+def acceleration_steps(result: RunResult) -> dict[str, float]:
+    """Largest change of the commanded acceleration [m/s²] from one cycle to the next.
+
+    At the change from contouring to arrival while driving; elsewhere in a plan that is driven on; and where a
+    plan is begun from rest, or braking takes over from it.
+    """
+    cycles, driving = result.cycles, (Status.FOLLOWING, Status.ARRIVING)
+    changes = np.abs(np.diff(cycles.acceleration))
+    found = {"step_at_change_over": 0.0, "step_elsewhere": 0.0, "step_at_begin_or_end": 0.0}
+    order = (Objective.CONTOURING, Objective.ARRIVAL)
+    for change, status, objective in zip(
+        changes, pairwise(cycles.status), pairwise(cycles.objective), strict=True
+    ):
+        if not (status[0] in driving and status[1] in driving):
+            name = "step_at_begin_or_end"
+        else:
+            name = "step_at_change_over" if objective == order else "step_elsewhere"
+        found[name] = max(found[name], float(change))
+    return found
+
+
+def deviation(base: Array, other: Array) -> float:
+    """Largest distance [m] between two runs' poses (n, 3), (m, 3) at the same times."""
+    count = min(len(base), len(other))
+    difference = base[:count, :2] - other[:count, :2]
+    return float(np.hypot(difference[:, 0], difference[:, 1]).max())
+
+
+def seen_from(frame: Pose2, poses: Array) -> Array:
+    """World poses (n, 3) in the coordinates of `frame`; headings are kept continuous."""
+    c, s = np.cos(frame.phi), np.sin(frame.phi)
+    x, y = poses[:, 0] - frame.x, poses[:, 1] - frame.y
+    return np.stack([c * x + s * y, -s * x + c * y, poses[:, 2] - frame.phi], axis=-1)
+
+
+def statuses(result: RunResult) -> dict[str, int]:
+    """How many cycles each status lasted."""
+    names = [status.value for status in result.cycles.status]
+    return {name: names.count(name) for name in dict.fromkeys(names)}
