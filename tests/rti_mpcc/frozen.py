@@ -206,7 +206,7 @@ class Iterates:
         return float((steps[-1] / steps[0]) ** (1.0 / (len(steps) - 1))) if len(steps) > 1 else 0.0
 
 
-def iterate(problem: FrozenProblem, *, most: int = 60, settings: SolverSettings = TIGHT) -> Iterates:
+def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings = TIGHT) -> Iterates:
     """Repeat full real-time-iteration steps about the last iterate until they come to rest."""
     pattern = problem.build_pattern()
     values, solver = empty_values(pattern), QpSolver(pattern, settings)
