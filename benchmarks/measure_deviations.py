@@ -1,0 +1,228 @@
+"""Undoes, one at a time, what this project does otherwise than the paper or its own first design.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.measure_deviations
+
+Writes the table of docs/method.md, section 'Deviations', and docs/deviations.json. Every row is a whole run
+in closed loop; rows with the same letter belong together, the first of them is the product as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
+from geometry import Pose2
+from rti_mpcc import ControllerConfig, DockingController
+from rti_mpcc.config import Footprint, SolverSettings, Weights
+from rti_mpcc.simulation import Scenario, changed, load_scenario, simulate, summary
+from rti_mpcc.simulation.metrics import goal_errors
+from rti_mpcc.simulation.result import RunResult
+from rti_mpcc.simulation.variants import mirrored, moved, turned_round
+from rti_mpcc.types import Array
+
+COMMAND = "python -m benchmarks.measure_deviations"
+PATIENT = {"solver": SolverSettings(max_iterations=1000)}
+TURN = Pose2(0.0, 0.0, 2.0)
+SHIFT = Pose2(5000.0, -3000.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variation:
+    """One run.
+
+    Attributes:
+        settings: replace those of the preset; constants: of modules ("module.NAME"), patched for the run.
+        changes: of the scenario file.
+    """
+
+    letter: str
+    what: str
+    scenario: str
+    preset: str = "default"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+
+EASE, FIRM = "rti_mpcc.qp.pattern.BOUND_EASE", "rti_mpcc.ocp.objectives.FIRM"
+IDLE = "rti_mpcc.qp.filling.IDLE_WEIGHT"
+DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
+LAZY = {"simulation.acceleration_gain": 0.8}
+SHORT = {"simulation.duration": 60.0}
+
+VARIATIONS = (
+    Variation(letter="a", what="as it is", scenario="long_approach", settings=PATIENT),
+    Variation(
+        letter="a",
+        what="linear progress reward, speed at its bound",
+        scenario="long_approach",
+        settings={**PATIENT, "weights": Weights(virtual_speed=0.0)},
+    ),
+    Variation(letter="b", what="as it is", scenario="docking_behind", settings=PATIENT),
+    Variation(
+        letter="b",
+        what="bound rows in their own unit",
+        scenario="docking_behind",
+        settings=PATIENT,
+        constants={EASE: 1.0},
+    ),
+    Variation(
+        letter="c",
+        what="half-planes of far boundaries stay in the QP",
+        scenario="docking_behind",
+        settings={**PATIENT, "footprint": Footprint(near=1e3)},
+    ),
+    Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_inside", changes=LAZY),
+    Variation(
+        letter="d",
+        what="effort in full to the end, gain 0.8",
+        scenario="docking_inside",
+        constants={FIRM: 1e-9},
+        changes=LAZY,
+    ),
+    Variation(
+        letter="e",
+        what="progress of an arrival without a weight of its own",
+        scenario="docking_behind",
+        settings=PATIENT,
+        constants={IDLE: 1e-6},
+    ),
+    Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
+    Variation(
+        letter="f",
+        what="progress of both signs",
+        scenario="docking_behind",
+        preset="paper",
+        settings={"progress_reverses": True},
+    ),
+    Variation(
+        letter="f",
+        what="no corridor rows",
+        scenario="docking_behind",
+        preset="paper",
+        settings={"corridor_rows": False},
+    ),
+    Variation(letter="g", what="as it is", scenario="docking_full_course", settings=PATIENT, changes=SHORT),
+    Variation(
+        letter="g",
+        what="no damping (full Gauss-Newton steps)",
+        scenario="docking_full_course",
+        settings=PATIENT,
+        constants={DAMPING: 0.0, START: 0.0},
+        changes=SHORT,
+    ),
+)
+
+
+def run(variation: Variation) -> dict[str, Any]:
+    """Drive a variation and give its figures."""
+    scenario = changed(load_scenario(variation.scenario), variation.changes)
+    config = scenario.controller_config(variation.preset)
+    # Anew, not by model_copy: settings are checked when they are made.
+    config = ControllerConfig(
+        **{**{n: getattr(config, n) for n in type(config).model_fields}, **variation.settings}
+    )
+    path = scenario.build_path()
+    with ExitStack() as stack:
+        for name, value in variation.constants.items():
+            stack.enter_context(patch(name, value))
+        controller = DockingController(path, scenario.build_corridor(path), config)
+        result = simulate(scenario, preset=variation.preset, controller=controller)
+    figures = summary(result)
+    iterations = result.cycles.iterations[result.cycles.solved]
+    return {
+        "letter": variation.letter,
+        "what": variation.what,
+        "scenario": variation.scenario,
+        "preset": variation.preset,
+        "docked": figures["docked"],
+        "time_to_tolerance_s": figures["time_to_tolerance_s"],
+        "time_to_dock_s": figures["time_to_dock_s"],
+        "ended": f"{figures['ended']}, {figures['duration_s']:.1f} s",
+        "overshoot_m": overshoot(result),
+        "min_clearance_m": figures["min_clearance_m"],
+        "iterations": [float(np.percentile(iterations, p)) for p in (50, 95)] + [int(iterations.max())],
+        "failures": figures["solver"]["failures"],
+        "first_iterations": int(result.cycles.iterations[0]),
+    }
+
+
+def overshoot(result: RunResult) -> float:
+    """How far the rear axle went past the goal, along it in the direction of the last part [m]."""
+    direction = result.path.parts[-1].direction
+    last = result.truth.part == result.truth.part[-1]
+    return max(0.0, float((direction * goal_errors(result.truth)[last, 0]).max()))
+
+
+def invariance(name: str) -> dict[str, float]:
+    """Largest distance [m] between a scenario's trajectory and the same one elsewhere, put back."""
+    base = load_scenario(name)
+    reference = simulate(base).truth.poses
+    cases: dict[str, tuple[Scenario, Callable[[Array], Array]]] = {
+        "turned by 2 rad": (moved(base, TURN), lambda p: _turned(p, -TURN.phi)),
+        "mirrored": (mirrored(base), lambda p: p * [1.0, -1.0]),
+        "shifted by (5000, −3000) m": (moved(base, SHIFT), lambda p: p - [SHIFT.x, SHIFT.y]),
+        "driven with the other end ahead": (turned_round(base), lambda p: p),
+    }
+    found = {}
+    for case, (scenario, back) in cases.items():
+        poses = simulate(scenario).truth.poses
+        n = min(len(poses), len(reference))
+        found[case] = float(np.linalg.norm(back(poses[:n, :2]) - reference[:n, :2], axis=1).max())
+    return found
+
+
+def _turned(points: Array, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    turned: Array = points @ np.array([[c, s], [-s, c]])
+    return turned
+
+
+def rows(runs: list[dict[str, Any]]) -> list[list[str]]:
+    return [
+        [
+            f"({each['letter']}) {each['what']}",
+            f"{each['scenario']}, {each['preset']}",
+            "yes" if each["docked"] else "no",
+            number(each["time_to_tolerance_s"], 2),
+            number(each["time_to_dock_s"], 2),
+            number(100.0 * each["overshoot_m"], 1),
+            number(each["min_clearance_m"], 2),
+            " / ".join(f"{value:.0f}" for value in each["iterations"]),
+            str(each["failures"]),
+            str(each["first_iterations"]),
+        ]
+        for each in runs
+    ]
+
+
+def main() -> None:
+    runs = []
+    for variation in VARIATIONS:
+        runs.append(run(variation))
+        print(runs[-1])
+    same = invariance("docking_behind")
+    print(same)
+    source = origin(COMMAND)
+    write_json(ROOT / "docs" / "deviations.json", {"origin": source, "runs": runs, "invariance_m": same})
+    header = ["run", "scenario, preset", "docked", "to tolerance [s]", "to dock [s]", "overshoot [cm]"]
+    header += ["clearance [m]", "iterations a cycle p50 / p95 / max", "cycles without a plan"]
+    header += ["iterations, first cycle"]
+    method = ROOT / "docs" / "method.md"
+    replace_block(method, "deviations", f"{table(header, rows(runs))}\n\n{told(source)}")
+    distances = [[case, f"{distance:.1e}"] for case, distance in same.items()]
+    replace_block(
+        method,
+        "invariance",
+        f"{table(['docking_behind', 'largest distance [m]'], distances)}\n\n{told(source)}",
+    )
+
+
+if __name__ == "__main__":
+    main()

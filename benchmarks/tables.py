@@ -1,0 +1,69 @@
+"""Markdown tables, the blocks of the documents that they replace, and where figures come from."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table; the first column is left-aligned, the others are right-aligned."""
+    rule = ["---", *["---:"] * (len(header) - 1)]
+    return "\n".join("| " + " | ".join(row) + " |" for row in [header, rule, *rows])
+
+
+def number(value: float | None, digits: int) -> str:
+    """A number for a table; what was never reached is a dash."""
+    return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")
+
+
+def replace_block(file: Path, name: str, text: str) -> None:
+    """Put `text` between `<!-- begin NAME -->` and `<!-- end NAME -->` of a document.
+
+    Raises ValueError where the document has no such block.
+    """
+    begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
+    head, found_begin, rest = file.read_text(encoding="utf-8").partition(begin)
+    _, found_end, tail = rest.partition(end)
+    if not (found_begin and found_end):
+        raise ValueError(f"{file.name}: needs a block {begin} ... {end}")
+    file.write_text(f"{head}{begin}\n{text}\n{end}{tail}", encoding="utf-8")
+
+
+def origin(command: str) -> dict[str, Any]:
+    """What measured: command, commit, whether the tree differed from it, versions, cores."""
+    return {
+        "command": command,
+        "commit": _git("rev-parse", "--short", "HEAD"),
+        "changed": bool(_git("status", "--porcelain", "--", "geometry", "rti_mpcc")),
+        "python": platform.python_version(),
+        **{name: importlib.metadata.version(name) for name in ("osqp", "numpy", "scipy")},
+        "cores": os.cpu_count(),
+    }
+
+
+def told(origin: dict[str, Any]) -> str:
+    """The origin as a sentence."""
+    changed = " with local changes" if origin["changed"] else ""
+    return (
+        f"Measured by `{origin['command']}` at commit {origin['commit']}{changed}, "
+        f"Python {origin['python']}, OSQP {origin['osqp']}, one thread, a shared machine with {origin['cores']} cores."
+    )
+
+
+def write_json(file: Path, content: dict[str, Any]) -> None:
+    """Write figures for other programs."""
+    file.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _git(*arguments: str) -> str:
+    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
+    return done.stdout.strip() or ("unknown" if done.returncode else "")
