@@ -55,7 +55,8 @@ def told(origin: dict[str, Any]) -> str:
     changed = " with local changes" if origin["changed"] else ""
     return (
         f"Measured by `{origin['command']}` at commit {origin['commit']}{changed}, "
-        f"Python {origin['python']}, OSQP {origin['osqp']}, one thread, a shared machine with {origin['cores']} cores."
+        f"Python {origin['python']}, OSQP {origin['osqp']}, one thread, "
+        f"a shared machine with {origin['cores']} cores."
     )
 
 
