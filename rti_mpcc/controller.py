@@ -211,13 +211,16 @@ class RtiMpcc:
         )
         return self._linearisation
 
-    def feedback(self, state: Array, at: float, *, time_limit: float | None = None) -> Solution:
+    def feedback(
+        self, state: Array, at: float, *, time_limit: float | None = None, patience: int = 1
+    ) -> Solution:
         """Feedback phase: insert the state and solve.
 
         Args:
             state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
             at: as in the last `prepare`, which is done here if it was for another time [s].
             time_limit: of the solver [s].
+            patience: how many times the configured iterations the solver may take.
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
             self.prepare(at)
@@ -229,6 +232,7 @@ class RtiMpcc:
         measured[THETA] = min(measured[THETA], self.target.stop + OVERRUN)
         fill_initial(self._values, self._pattern, measured - linear.states[0])
         self._admit(measured, linear)
+        self._solver.allow(patience)
         result = self._solve(linear, measured - linear.states[0], time_limit)
         solution = self._read(linear, result, begun)
         if solution.solved:
@@ -246,6 +250,7 @@ class RtiMpcc:
             lengths,
             cruise_speed=self.config.cruise_speed,
             clip_goal=self.config.corridor_rows,
+            allocate=not self.config.arrival,
         )
 
     def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:

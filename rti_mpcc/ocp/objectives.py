@@ -90,7 +90,14 @@ def sigma(distance: Array | float, weights: Weights) -> Array:
 
 
 def contouring_weights(
-    weights: Weights, target: Target, theta: Array, lengths: Array, *, cruise_speed: float, clip_goal: bool
+    weights: Weights,
+    target: Target,
+    theta: Array,
+    lengths: Array,
+    *,
+    cruise_speed: float,
+    clip_goal: bool,
+    allocate: bool = True,
 ) -> StageWeights:
     """Contouring with dynamic weights: paper Eq. 7 where the path's end is the goal, else Eq. 9-11.
 
@@ -99,10 +106,12 @@ def contouring_weights(
         lengths: (N,) of the stages [s].
         cruise_speed: where the progress reward has its best if the weights leave virtual_speed open [m/s].
         clip_goal: whether the goal's pull is bounded (where corridor rows act).
+        allocate: False leaves all weights as they are far from the end: a cruise that will turn to a
+            planned arrival in time.
     """
     share = _share(lengths, weights)
-    near = sigma(target.stop - theta, weights)
-    if target.kind is TargetKind.PATH_END:  # Eq. 7
+    near = sigma(target.stop - theta, weights) * allocate
+    if target.kind is TargetKind.PATH_END or not allocate:  # Eq. 7
         lag = np.full_like(near, weights.lag)
         contouring = near * weights.contouring_at_end + (1.0 - near) * weights.contouring
         heading = weights.heading + near * weights.heading_at_end

@@ -22,6 +22,8 @@ ITERATIONS = 10
 """Real-time iterations in one cycle, at most."""
 UNSOLVED = 2
 """So many QPs may remain unsolved in one cycle; the second one began without the first one's guess."""
+PATIENCE = 5
+"""From a first guess on a QP may take so many times the configured iterations."""
 FIRST_ITERATIONS = 3
 """Real-time iterations from a first guess on, at least."""
 START_DAMPING = 1e-2
@@ -67,7 +69,7 @@ def converge(
     """One iteration from the last solution, or several from a `guess`; more only while there is a problem."""
     least, damping = (1, DAMPING) if guess is None else (FIRST_ITERATIONS, START_DAMPING)
     solutions: list[Solution] = []
-    unsolved = 0
+    unsolved, patience = 0, 1 if guess is None else PATIENCE
     last = None if guess is not None else memory.solution
     while len(solutions) < ITERATIONS:
         mpcc.prepare(
@@ -78,7 +80,7 @@ def converge(
             retreat=retreat(memory, situation),
             damping=damping,
         )
-        solutions.append(mpcc.feedback(situation.state, situation.begin))
+        solutions.append(mpcc.feedback(situation.state, situation.begin, patience=patience))
         if solutions[-1].solved:
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved

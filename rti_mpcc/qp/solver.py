@@ -52,6 +52,7 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
+        self._patience = 1
 
     def update(self, values: QpValues) -> str:
         """Preparation: hand over all numbers (factorises). Returns "" or why they were refused."""
@@ -101,6 +102,12 @@ class QpSolver:
             refactorisations=int(info.rho_updates),
             seconds=float(info.run_time),
         )
+
+    def allow(self, patience: int) -> None:
+        """From now on a QP may take `patience` times the configured iterations."""
+        if self._osqp is not None and patience != self._patience:
+            self._osqp.update_settings(max_iter=patience * self._settings.max_iterations)
+            self._patience = patience
 
     def forget(self) -> None:
         """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
