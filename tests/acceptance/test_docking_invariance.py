@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc import DockingController
 from rti_mpcc.simulation import RunResult, Scenario, load_scenario, simulate, summary
 from rti_mpcc.simulation.variants import mirrored, moved, turned_round
-from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, seen_from
+from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, docking_controller, seen_from
 
 Figures = MutableMapping[str, Any]
 Runs = Callable[[str], RunResult]
@@ -53,9 +52,7 @@ def compare(base: RunResult, other: RunResult, poses: Any, figures: Figures) -> 
 def rotated_run(scenario: Scenario, angle: float) -> RunResult:
     """Turned about the origin, with every heading told to the controller wrapped to +-pi."""
     scenario = moved(scenario, Pose2(0.0, 0.0, angle))
-    path = scenario.build_path()
-    controller = DockingController(path, scenario.build_corridor(path), scenario.controller_config())
-    return simulate(scenario, controller=Wrapped(controller))
+    return simulate(scenario, controller=Wrapped(docking_controller(scenario)))
 
 
 @pytest.mark.parametrize("name", DOCKING)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from geometry import Pose2, ReferencePath, wrap
+from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import RunResult, Scenario, scenario_from_dict, summary
 from rti_mpcc.simulation.closed_loop import Controller
+from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Array, Command, Objective, Status, VehicleState
 
 DOCKING = ("docking_inside", "docking_behind", "docking_full_course", "long_approach")
@@ -19,8 +21,8 @@ BODY_HALF_WIDTH = 2.069 / 2
 """Of the default vehicle [m]."""
 FREE_SIDE = 0.25
 """What the passage leaves on either side of the body [m]."""
-PASSAGE = (15.0, 17.0)
-"""Where the passage begins and ends along the straight path [m]."""
+PASSAGE = (0.375, 0.425)
+"""Where the passage begins and ends, in shares of the straight path."""
 
 Obstacles = list[Array]
 
@@ -49,21 +51,21 @@ def straight(
     return scenario_from_dict(tables)
 
 
-def narrow(direction: int, aside: float = 0.0) -> Scenario:
+def narrow(direction: int, aside: float = 0.0, length: float = 40.0) -> Scenario:
     """`straight` with a narrowing that leaves the body 0.25 m on either side, `aside` [m] of the path."""
     half = BODY_HALF_WIDTH + FREE_SIDE
-    begin, end = PASSAGE
+    begin, end = (length * share for share in PASSAGE)
     piece = {"from": begin, "to": end, "left": aside + half, "right": aside - half}
-    return straight(direction, corridor={"narrowings": [piece]})
+    return straight(direction, length, corridor={"narrowings": [piece]})
 
 
-def between_obstacles(direction: int, aside: float = 0.0) -> Scenario:
+def between_obstacles(direction: int, aside: float = 0.0, length: float = 40.0) -> Scenario:
     """The same passage between two obstacles."""
     half = BODY_HALF_WIDTH + FREE_SIDE
-    begin, end = (direction * x for x in PASSAGE)
+    begin, end = (direction * length * share for share in PASSAGE)
     sides = [(aside + half, 2.9), (-2.9, aside - half)]
     outlines = [[[begin, low], [end, low], [end, high], [begin, high]] for low, high in sides]
-    return straight(direction, corridor={"obstacles": outlines})
+    return straight(direction, length, corridor={"obstacles": outlines})
 
 
 def wall(path: ReferencePath, theta: float, half_width: float, thickness: float = 0.5) -> Array:
@@ -160,3 +162,51 @@ def statuses(result: RunResult) -> dict[str, int]:
     """How many cycles each status lasted."""
     names = [status.value for status in result.cycles.status]
     return {name: names.count(name) for name in dict.fromkeys(names)}
+
+
+def short(**simulation: Any) -> Scenario:
+    """An S of 12 m in reverse with a goal pose beside and behind its end: docks in about 15 s."""
+    return scenario_from_dict(
+        {
+            "name": "short",
+            "path": {
+                "start": [1.0, 2.0, 1.0],
+                "segments": [
+                    {"direction": -1, "curvature": 0.08, "length": 6.0},
+                    {"direction": -1, "curvature": -0.08, "length": 6.0},
+                ],
+            },
+            "corridor": {"left": 3.0, "right": -3.0},
+            "goal": {"offset": [-0.5, 0.3, 0.05]},
+            "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0, **simulation},
+        }
+    )
+
+
+def docking_controller(scenario: Scenario) -> DockingController:
+    """The controller that `simulate` would make."""
+    path = scenario.build_path()
+    return DockingController(path, scenario.build_corridor(path), scenario.controller_config())
+
+
+def drive(
+    scenario: Scenario,
+    seconds: float,
+    *,
+    goal_at: Callable[[float], Pose2 | None] | None = None,
+    controller: DockingController | None = None,
+) -> Iterator[tuple[PlantState, Command]]:
+    """The true state that each cycle measures, and its command, for `seconds` [s] whatever happens."""
+    path, simulation = scenario.build_path(), scenario.simulation
+    controller = controller or docking_controller(scenario)
+    parameters = scenario.plant_parameters()
+    plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
+    for cycle in range(round(seconds / simulation.cycle)):
+        plant = advance(plant, parameters, cycle * simulation.cycle)
+        state = VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)
+        goal = scenario.goal_pose(path) if goal_at is None else goal_at(plant.time)
+        command = controller.step(state, now=plant.time, goal=goal)
+        yield plant, command
+        plant = issue(
+            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
+        )
