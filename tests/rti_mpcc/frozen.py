@@ -276,8 +276,8 @@ class Taker:
                 self.linear = super().prepare(at, **options)
                 return self.linear
 
-            def feedback(self, state: Array, at: float, *, time_limit: float | None = None) -> Solution:
-                solution = super().feedback(state, at, time_limit=time_limit)
+            def feedback(self, state: Array, at: float, **options: Any) -> Solution:
+                solution = super().feedback(state, at, **options)
                 if taker.due(at):
                     taker.times.pop(0)
                     name = f"{taker.name} at {at:.2f} s"
