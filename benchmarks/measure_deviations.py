@@ -227,10 +227,7 @@ def wall() -> dict[str, Any]:
     scenario = scenario_from_dict(
         {
             "name": "wall",
-            "path": {
-                "start": [0.0, 0.0, 0.0],
-                "segments": [{"direction": 1, "curvature": 0.0, "length": 40.0}],
-            },
+            "path": {"start": [0.0, 0.0, 0.0], "segments": [straight]},
             "corridor": {"left": 3.0, "right": -3.0},
             "goal": {"offset": [0.0, 0.0, 0.0]},
             "simulation": {"dead_time": 0.18},
