@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from rti_mpcc.config import ControllerConfig, Limits
+from rti_mpcc.planning.arrival import FLOOR, peak_speed, time_to_go, within_reach
+
+CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
+"""Way [m] and speed [m/s] from which the comfort acceleration is enough."""
+COMFORT = 0.4
+
+
+def cubic(way: float, speed: float, duration: float, t: float) -> tuple[float, float, float]:
+    """Way driven, speed and acceleration at `t` on the cubic arrival, straight from its four conditions."""
+    # s = v t + b t² + c t³ with s(T) = D, s'(T) = 0
+    matrix = [[duration**2, duration**3], [2.0 * duration, 3.0 * duration**2]]
+    b, c = np.linalg.solve(matrix, [way - speed * duration, -speed])
+    return speed * t + b * t**2 + c * t**3, speed + 2.0 * b * t + 3.0 * c * t**2, 2.0 * b + 6.0 * c * t
+
+
+@pytest.mark.parametrize(("way", "speed"), CASES)
+def test_the_last_deceleration_is_the_comfort_one(way: float, speed: float) -> None:
+    duration = time_to_go(way, speed, COMFORT)
+    assert cubic(way, speed, duration, duration)[2] == pytest.approx(-COMFORT)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize(("way", "speed"), CASES)
+def test_along_its_own_cubic_the_time_to_go_falls_by_the_time_passed(
+    way: float, speed: float, share: float
+) -> None:
+    duration = time_to_go(way, speed, COMFORT)
+    driven, now, _ = cubic(way, speed, duration, share * duration)
+    left = time_to_go(way - driven, now, COMFORT)
+    assert left == pytest.approx(max((1.0 - share) * duration, FLOOR))
+
+
+def test_from_rest_it_is_the_square_root_of_six_ways() -> None:
+    assert time_to_go(24.0, 0.0, 0.4) == pytest.approx(sqrt(6.0 * 24.0 / 0.4))
+
+
+def test_out_of_a_cruise_it_begins_without_a_step_in_acceleration() -> None:
+    speed = 3.0
+    way = 4.0 * speed**2 / (3.0 * COMFORT)
+    assert cubic(way, speed, time_to_go(way, speed, COMFORT), 0.0)[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_too_fast_for_the_comfort_acceleration_it_is_the_constant_deceleration() -> None:
+    way, speed = 5.0, 4.0
+    duration = time_to_go(way, speed, COMFORT)
+    assert duration == pytest.approx(2.0 * way / speed)
+    accelerations = [cubic(way, speed, duration, t)[2] for t in (0.0, 0.5 * duration, duration)]
+    np.testing.assert_allclose(accelerations, -(speed**2) / (2.0 * way))
+
+
+@pytest.mark.parametrize(("way", "speed"), [(0.0, 0.0), (-1.0, 0.0), (1e-9, 0.01), (0.01, 0.0)])
+def test_it_is_never_shorter_than_the_floor(way: float, speed: float) -> None:
+    assert time_to_go(way, speed, COMFORT) == FLOOR
+
+
+@pytest.mark.parametrize(("way", "speed"), [*CASES, (5.0, 4.0), (6.7, 2.0)])
+def test_the_peak_speed_is_the_highest_on_the_cubic(way: float, speed: float) -> None:
+    duration = time_to_go(way, speed, COMFORT)
+    speeds = [cubic(way, speed, duration, t)[1] for t in np.linspace(0.0, duration, 20_001)]
+    assert peak_speed(way, speed, duration) == pytest.approx(max(speeds), abs=1e-6)
+
+
+def test_an_arrival_begins_when_it_is_short_and_slow_enough() -> None:
+    config = ControllerConfig(limits=Limits(speed=2.0))
+    # From rest the peak of the cubic is 1.5 D / T = sqrt(3 a D / 8): 2 m/s at D = 26.7 m.
+    assert within_reach(26.0, 0.0, config)
+    assert not within_reach(27.5, 0.0, config)
+
+
+def test_an_arrival_that_would_be_too_fast_begins_when_it_is_due() -> None:
+    config = ControllerConfig(limits=Limits(speed=2.0))
+    due = 4.0 * 2.1**2 / (3.0 * config.comfort_acceleration)
+    assert within_reach(due - 0.1, 2.1, config)
+    assert not within_reach(due + 1.0, 2.1, config)
+
+
+def test_an_arrival_longer_than_the_horizon_waits() -> None:
+    config = ControllerConfig(limits=Limits(speed=50.0))
+    longest = config.arrival_horizon**2 * config.comfort_acceleration / 6.0
+    assert within_reach(longest - 0.1, 0.0, config)
+    assert not within_reach(longest + 0.1, 0.0, config)

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig, Limits
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.planning.guess import arrival_guess, cruise_guess
+from rti_mpcc.types import Array, Trajectory
+
+CONFIG = ControllerConfig(limits=Limits(speed=2.0, steering_rate=0.5))
+
+
+def core(direction: int) -> RtiMpcc:
+    segments = [(direction, 0.1, 12.0), (direction, -0.1, 12.0)]
+    path = ReferencePath.from_segments(Pose2(3.0, -1.0, 2.0), segments)
+    mpcc = RtiMpcc(path.parts[0], Corridor.from_offsets(path, left=4.0, right=-4.0), CONFIG)
+    mpcc.set_goal(path.end.compose(Pose2(-0.5, 0.8, 0.2)))
+    return mpcc
+
+
+def beside(mpcc: RtiMpcc, speed: float) -> Array:
+    """A state 0.6 m beside the path and turned against it."""
+    pose = mpcc.part.pose(2.0).compose(Pose2(0.0, 0.6, -0.2))
+    return np.array([pose.x, pose.y, pose.phi, mpcc.part.direction * speed, 0.1, 2.0])
+
+
+def arrival(mpcc: RtiMpcc, state: Array) -> Trajectory:
+    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages))
+    way = mpcc.target.theta - float(state[THETA])
+    return arrival_guess(mpcc.part, mpcc.target, state, times, way, CONFIG)
+
+
+def cruise(mpcc: RtiMpcc, state: Array) -> Trajectory:
+    times = stage_times(5.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages))
+    return cruise_guess(mpcc.part, mpcc.target, state, times, CONFIG)
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_an_arrival_leads_from_the_state_to_rest_at_the_target(direction: int, speed: float) -> None:
+    mpcc = core(direction)
+    state = beside(mpcc, speed)
+    guess = arrival(mpcc, state)
+    np.testing.assert_allclose(guess.states[0], state, atol=1e-12)
+    target = mpcc.target.pose
+    np.testing.assert_allclose(guess.states[-1, [X, Y, PHI]], [target.x, target.y, target.phi], atol=1e-9)
+    assert guess.states[-1, V] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("make", [arrival, cruise])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_guess_keeps_direction_and_input_limits(direction: int, make: type) -> None:
+    mpcc = core(direction)
+    guess = make(mpcc, beside(mpcc, 1.0))
+    assert (direction * guess.states[:, V] >= 0.0).all()
+    assert (np.diff(guess.states[:, THETA]) >= 0.0).all()
+    assert guess.states[:, THETA].max() <= mpcc.target.stop
+    assert np.abs(guess.controls[:, A]).max() <= CONFIG.limits.acceleration
+    assert np.abs(guess.controls[:, DELTA_DOT]).max() <= CONFIG.limits.steering_rate
+    assert np.abs(guess.states[1:, DELTA]).max() <= CONFIG.limits.steering
+    assert guess.controls[:, THETA_DOT].min() >= 0.0
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_cruise_speeds_up_at_the_comfort_acceleration_to_the_cruise_speed(direction: int) -> None:
+    mpcc = core(direction)
+    guess = cruise(mpcc, beside(mpcc, 1.0))
+    elapsed = guess.times - guess.times[0]
+    driving = guess.states[:, THETA] < mpcc.target.theta - 1e-9
+    expected = np.minimum(1.0 + CONFIG.comfort_acceleration * elapsed, CONFIG.cruise_speed)
+    np.testing.assert_allclose(direction * guess.states[driving, V], expected[driving], atol=1e-9)
+
+
+def test_a_cruise_slows_down_to_the_cruise_speed() -> None:
+    mpcc = core(1)
+    guess = cruise(mpcc, beside(mpcc, 3.0))
+    expected = np.maximum(3.0 - CONFIG.comfort_acceleration * (guess.times - guess.times[0]), 2.0)
+    driving = guess.states[:, THETA] < mpcc.target.theta - 1e-9
+    np.testing.assert_allclose(guess.states[driving, V], expected[driving], atol=1e-9)
+
+
+def test_a_heading_on_another_branch_gives_the_same_guess() -> None:
+    mpcc = core(1)
+    state = beside(mpcc, 0.0)
+    lifted = state.copy()
+    lifted[PHI] += 2.0 * pi
+    one, other = arrival(mpcc, state), arrival(mpcc, lifted)
+    np.testing.assert_allclose(other.states[:, [X, Y]], one.states[:, [X, Y]], atol=1e-9)
+    assert np.abs(np.diff(other.states[:, PHI])).max() < 1.0

@@ -1,0 +1,224 @@
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig, Limits
+from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.planning import route
+from rti_mpcc.planning.arrival import FLOOR, time_to_go
+from rti_mpcc.planning.memory import ControllerMemory, Phase
+
+CONFIG = ControllerConfig(dead_time=0.2)
+NEAR = Pose2(0.01, -0.01, 0.01)
+"""Inside half the tolerance."""
+
+
+def target_at(x: float) -> Target:
+    return Target(pose=Pose2(x, 0.0, 0.0), theta=x, theta_end=20.0, kind=TargetKind.POSE)
+
+
+def arriving(**changes: Any) -> ControllerMemory:
+    usual: dict[str, Any] = {"phase": Phase.ARRIVING, "arrive_at": 20.0, "target": target_at(20.0)}
+    return ControllerMemory(**{**usual, **changes})
+
+
+# -- phases ----------------------------------------------------------------------------------------------
+
+
+def test_a_plan_under_way_goes_on(situations: Any) -> None:
+    memory = arriving()
+    after = route.decide(memory, situations(), CONFIG)
+    assert after == replace(memory, target=situations().target)
+
+
+def test_a_slow_vehicle_that_would_stop_inside_half_the_tolerance_settles(situations: Any) -> None:
+    after = route.decide(arriving(), situations(speed=0.2, stop_error=NEAR), CONFIG)
+    assert after.phase is Phase.SETTLING
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"speed": 0.35, "stop_error": NEAR},
+        {"speed": 0.2, "stop_error": Pose2(0.04, 0.0, 0.0)},
+        {"speed": 0.2, "stop_error": Pose2(0.0, -0.04, 0.0)},
+        {"speed": 0.2, "stop_error": Pose2(0.0, 0.0, 0.03)},
+    ],
+)
+def test_a_fast_vehicle_or_one_off_the_goal_drives_its_plan(changes: dict[str, Any], situations: Any) -> None:
+    assert route.decide(arriving(), situations(**changes), CONFIG).phase is Phase.ARRIVING
+
+
+def test_a_settling_vehicle_that_stands_holds(situations: Any) -> None:
+    memory = arriving(phase=Phase.SETTLING)
+    assert route.decide(memory, situations.standing(), CONFIG).phase is Phase.HOLDING
+
+
+def test_a_settling_vehicle_whose_goal_moves_away_begins_again(situations: Any) -> None:
+    memory = arriving(phase=Phase.SETTLING)
+    after = route.decide(memory, situations(speed=0.2, stop_error=Pose2(0.3, 0.0, 0.0)), CONFIG)
+    assert after.phase is Phase.STARTING
+    assert after.driven is None
+
+
+def test_a_holding_vehicle_holds_inside_the_tolerance_and_begins_again_outside(situations: Any) -> None:
+    memory = arriving(phase=Phase.HOLDING)
+    assert route.decide(memory, situations.standing(19.96), CONFIG).phase is Phase.HOLDING
+    assert route.decide(memory, situations.standing(19.90), CONFIG).phase is Phase.STARTING
+
+
+def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situations: Any) -> None:
+    memory = arriving(phase=Phase.HOLDING, stop_at=15.0)
+    assert route.decide(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
+
+
+def test_a_vehicle_that_stands_outside_the_tolerance_tries_twice_more(situations: Any) -> None:
+    memory = arriving(standing_since=5.0)
+    for attempt in range(route.RESTARTS):
+        memory = route.decide(memory, situations.standing(19.8), CONFIG)
+        assert memory.phase is Phase.STARTING
+        assert memory.restarts == attempt + 1
+        memory = replace(memory, phase=Phase.ARRIVING, arrive_at=20.0)
+    assert route.decide(memory, situations.standing(19.8), CONFIG).phase is Phase.STALLED
+
+
+def test_a_plan_that_has_just_begun_is_given_time_to_move_off(situations: Any) -> None:
+    memory = arriving(standing_since=5.0, driving_since=9.5)
+    assert route.decide(memory, situations.standing(12.0), CONFIG).phase is Phase.ARRIVING
+
+
+def test_a_stalled_vehicle_waits_for_another_target(situations: Any) -> None:
+    memory = arriving(phase=Phase.STALLED, restarts=2)
+    assert route.decide(memory, situations.standing(19.8), CONFIG).phase is Phase.STALLED
+    after = route.decide(memory, situations.standing(19.8, target=target_at(20.5)), CONFIG)
+    assert after.phase is Phase.STARTING
+    assert after.restarts == 0
+
+
+def test_deciding_changes_nothing_but_what_it_returns(situations: Any) -> None:
+    memory, situation = arriving(), situations()
+    state = situation.state.copy()
+    assert route.decide(memory, situation, CONFIG) == route.decide(memory, situation, CONFIG)
+    np.testing.assert_array_equal(situation.state, state)
+    with pytest.raises(FrozenInstanceError):
+        memory.part = 1  # type: ignore[misc]
+
+
+# -- standing --------------------------------------------------------------------------------------------
+
+
+def test_standing_is_counted_from_its_first_cycle_and_ends_with_motion(situations: Any) -> None:
+    memory = route.decide(arriving(), situations.standing(12.0, now=3.0), CONFIG)
+    assert memory.standing_since == 3.0
+    memory = route.decide(memory, situations.standing(12.0, now=3.5), CONFIG)
+    assert memory.standing_since == 3.0
+    assert route.stands(memory, situations.standing(12.0, now=4.0), 1.0)
+    assert not route.stands(memory, situations.standing(12.0, now=3.9), 1.0)
+    assert route.decide(memory, situations(now=4.0), CONFIG).standing_since is None
+
+
+def test_a_vehicle_about_to_move_does_not_stand(situations: Any) -> None:
+    """Measured at rest, but the queued commands will have it moving."""
+    state = np.array([12.0, 0.0, 0.0, 0.1, 0.0, 12.0])
+    after = route.decide(arriving(), situations.standing(12.0, state=state), CONFIG)
+    assert after.standing_since is None
+
+
+# -- the time to the arrival -----------------------------------------------------------------------------
+
+
+def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor(situations: Any) -> None:
+    assert route.decide(arriving(arrive_at=20.0), situations(), CONFIG).arrive_at == 20.0
+    late = route.decide(arriving(arrive_at=10.5), situations(), CONFIG).arrive_at
+    assert late == pytest.approx(10.2 + FLOOR)
+
+
+def test_a_target_that_moves_is_a_new_arrival(situations: Any) -> None:
+    moved = situations(target=target_at(20.5), way=10.5)
+    after = route.decide(arriving(), moved, CONFIG)
+    expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.comfort_acceleration)
+    assert after.arrive_at == pytest.approx(expected)
+    slightly = situations(target=target_at(20.05), way=10.05)
+    assert route.decide(arriving(), slightly, CONFIG).arrive_at == 20.0
+
+
+def test_begin_with_an_arrival_within_reach_and_with_contouring_beyond(situations: Any) -> None:
+    memory = ControllerMemory()
+    near = route.begin_phase(memory, situations(), CONFIG)
+    assert near.arrive_at == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.comfort_acceleration))
+    slow = ControllerConfig(limits=Limits(speed=1.0))
+    assert route.begin_phase(memory, situations(way=90.0), slow).arrive_at is None
+    assert route.begin_phase(memory, situations(), ControllerConfig.paper()).arrive_at is None
+
+
+@pytest.mark.parametrize(("arrive_at", "phase"), [(None, Phase.CONTOURING), (20.0, Phase.ARRIVING)])
+def test_a_plan_that_was_found_is_driven(arrive_at: float | None, phase: Phase, situations: Any) -> None:
+    after = route.begun(ControllerMemory(arrive_at=arrive_at), situations())
+    assert after.phase is phase
+    assert after.driving_since == 10.0
+
+
+# -- parts -----------------------------------------------------------------------------------------------
+
+
+def test_the_direction_changes_at_the_cusp_after_the_dead_time_at_rest(situations: Any) -> None:
+    tolerance = route.CUSP_TOLERANCE
+    at_cusp = situations.standing(19.95, last_part=False, tolerance=tolerance)
+    assert route.may_change_direction(ControllerMemory(standing_since=9.75), at_cusp, 0.2)
+    assert not route.may_change_direction(ControllerMemory(standing_since=9.85), at_cusp, 0.2)
+    assert not route.may_change_direction(ControllerMemory(), at_cusp, 0.2)
+    last = replace(at_cusp, last_part=True)
+    assert not route.may_change_direction(ControllerMemory(standing_since=5.0), last, 0.2)
+    held = replace(at_cusp, free=False)
+    assert not route.may_change_direction(ControllerMemory(standing_since=5.0), held, 0.2)
+
+
+def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on(situations: Any) -> None:
+    near = situations.standing(19.6, last_part=False, tolerance=route.CUSP_TOLERANCE)
+    assert not route.may_change_direction(ControllerMemory(standing_since=9.5), near, 0.2)
+    assert route.may_change_direction(ControllerMemory(standing_since=9.0), near, 0.2)
+    far = situations.standing(19.4, last_part=False, tolerance=route.CUSP_TOLERANCE)
+    assert not route.may_change_direction(ControllerMemory(standing_since=5.0), far, 0.2)
+
+
+def test_the_next_part_knows_the_goal_and_the_queue_and_nothing_else() -> None:
+    queue = (QueuedCommand(9.0, 0.1, 0.2),)
+    goal = Pose2(1.0, 2.0, 3.0)
+    memory = arriving(goal=goal, queue=queue, standing_since=9.0, restarts=1, stop_at=3.0)
+    assert route.next_part(memory) == ControllerMemory(part=1, goal=goal, queue=queue, standing_since=9.0)
+
+
+# -- something in the way --------------------------------------------------------------------------------
+
+
+def test_a_stop_is_made_for_or_kept_where_it_is_near(situations: Any) -> None:
+    memory = route.stop_before(arriving(), situations(), 4.0, 7)
+    assert memory.phase is Phase.STARTING
+    assert memory.stop_at == pytest.approx(14.0)
+    assert (memory.stop_obstacles, memory.stop_since) == (7, 10.0)
+    near = route.stop_before(arriving(), situations(), route.NEAR_STOP, 7)
+    assert near.phase is Phase.HOLDING
+    assert route.stop_before(arriving(), situations(), -1.0, 7).stop_at == pytest.approx(10.0)
+
+
+def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situations: Any) -> None:
+    memory = route.stop_before(arriving(), situations(), 4.0, 7)
+    assert not route.may_be_free(memory, 30.0, 7)
+    assert not route.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 8)
+    assert route.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 8)
+    assert not route.may_be_free(arriving(), 30.0, 8)
+    free = route.released(memory)
+    assert free.stop_at is None
+    assert free.phase is Phase.STARTING
+
+
+def test_backing_off_is_for_another_try_near_the_goal(situations: Any) -> None:
+    assert route.retreat(arriving(), situations.standing(19.8)) == 0.0
+    assert route.retreat(arriving(restarts=1), situations.standing(19.8)) == route.RETREAT_SPEED
+    assert route.retreat(arriving(restarts=1), situations.standing(19.0)) == 0.0
