@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import RtiMpcc, Solution
+from rti_mpcc.model.bicycle import step
+from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.planning import search
+from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.types import Array, Trajectory
+
+CONFIG = ControllerConfig()
+
+
+@pytest.fixture(scope="module")
+def mpcc() -> RtiMpcc:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+    return RtiMpcc(path.parts[0], Corridor.from_offsets(path, left=3.0, right=-3.0), CONFIG)
+
+
+@pytest.fixture(scope="module")
+def solution(mpcc: RtiMpcc) -> Solution:
+    """A plan fit to be driven, from 1 m/s."""
+    times = stage_times(0.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages))
+    plan = obedient(np.array([5.0, 0.0, 0.0, 1.0, 0.05, 5.0]), times)
+    mpcc.prepare(0.0, plan=plan)
+    return replace(mpcc.feedback(plan.states[0], 0.0), solved=True, trajectory=plan)
+
+
+def obedient(state: Array, times: Array) -> Trajectory:
+    """A motion of the model itself."""
+    controls = np.tile([0.1, 0.01, 1.0], (len(times) - 1, 1))
+    states = [state]
+    for control, length in zip(controls, np.diff(times), strict=True):
+        states.append(step(states[-1][None], control[None], np.array([length]), CONFIG.vehicle.wheelbase)[0])
+    return Trajectory(times=times, states=np.array(states), controls=controls)
+
+
+def changed(solution: Solution, *, states: Any = None, controls: Any = None) -> Solution:
+    plan = solution.trajectory
+    altered = Trajectory(
+        times=plan.times,
+        states=plan.states if states is None else states(plan.states.copy()),
+        controls=plan.controls if controls is None else controls(plan.controls.copy()),
+    )
+    return replace(solution, trajectory=altered)
+
+
+def put(row: int, column: int, value: float) -> Any:
+    def change(array: Array) -> Array:
+        array[row, column] = value
+        return array
+
+    return change
+
+
+def test_a_plan_that_obeys_the_model_is_accepted(solution: Solution) -> None:
+    assert search.complaint(solution, CONFIG) == ""
+    assert search.defect(solution.trajectory, CONFIG.vehicle.wheelbase) == pytest.approx((0.0, 0.0))
+
+
+def test_what_osqp_did_not_solve_is_refused_by_its_word(solution: Solution) -> None:
+    refused = replace(solution, solved=False, status="primal infeasible")
+    assert search.complaint(refused, CONFIG) == "the QP was not solved: primal infeasible"
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_plan_that_is_not_finite_is_refused(value: float, solution: Solution) -> None:
+    for broken in (
+        changed(solution, states=put(30, 2, value)),
+        changed(solution, controls=put(30, 1, value)),
+    ):
+        assert search.complaint(broken, CONFIG) == "the plan is not finite"
+
+
+@pytest.mark.parametrize(("column", "value"), [(0, 5.2), (0, -5.2), (1, 1.1), (1, -1.1)])
+def test_a_plan_that_begins_outside_the_input_limits_is_refused(
+    column: int, value: float, solution: Solution
+) -> None:
+    broken = changed(solution, controls=put(0, column, value))
+    assert "outside the input limits" in search.complaint(broken, CONFIG)
+
+
+@pytest.mark.parametrize(("column", "value"), [(0, 0.06), (1, -0.06), (2, 0.04)])
+def test_a_plan_that_breaks_the_dynamics_is_refused(column: int, value: float, solution: Solution) -> None:
+    def later(states: Array) -> Array:
+        states[5:, column] += value  # one jump after 0.3 s
+        return states
+
+    assert "breaks the dynamics" in search.complaint(changed(solution, states=later), CONFIG)
+
+
+def test_what_a_plan_breaks_far_ahead_does_not_matter_yet(solution: Solution) -> None:
+    broken = changed(solution, states=put(40, 0, 99.0))
+    assert broken.trajectory.times[39] > search.CHECKED_SPAN
+    assert search.complaint(broken, CONFIG) == ""
+
+
+def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc, situations: Any) -> None:
+    situation = situations(target=mpcc.target, begin=0.2)
+    memory = ControllerMemory(arrive_at=15.0)
+    guess = search.first_guess(mpcc, memory, situation)
+    assert guess.times[-1] == pytest.approx(15.0)
+    attempt = search.converge(mpcc, memory, situation, guess)
+    assert attempt.problem == ""
+    assert not attempt.squeezed
+    assert search.FIRST_ITERATIONS <= len(attempt.solutions) <= search.ITERATIONS
+    again = search.converge(mpcc, replace(memory, solution=attempt.last), situation, None)
+    assert len(again.solutions) == 1
+
+
+def test_without_a_planned_arrival_the_guess_spans_the_cruise_horizon(mpcc: RtiMpcc, situations: Any) -> None:
+    guess = search.first_guess(mpcc, ControllerMemory(), situations(target=mpcc.target, begin=0.2))
+    assert guess.times[-1] == pytest.approx(0.2 + CONFIG.cruise_horizon)
+
+
+def test_it_gives_up_when_two_problems_are_not_solved(
+    mpcc: RtiMpcc, solution: Solution, situations: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        mpcc, "feedback", lambda state, at, **_: replace(solution, solved=False, status="limit")
+    )
+    memory = ControllerMemory(solution=solution)
+    attempt = search.converge(mpcc, memory, situations(target=mpcc.target, begin=0.2), None)
+    assert attempt.problem == "the QP was not solved: limit"
+    assert len(attempt.solutions) == search.UNSOLVED

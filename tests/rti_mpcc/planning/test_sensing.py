@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from geometry import PathPart, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import path_end
+from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.planning import sensing
+from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
+from rti_mpcc.types import Array, VehicleState
+
+CONFIG = ControllerConfig(dead_time=0.2)
+
+
+def part(direction: int = 1) -> PathPart:
+    return ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(direction, 0.0, 20.0)]).parts[0]
+
+
+def assess(
+    reached: Array,
+    on: PathPart,
+    target: Target | None = None,
+    *,
+    last_part: bool = True,
+    free: bool = True,
+) -> Situation:
+    return sensing.assess(
+        reached, 1.0, float(reached[3]), on, target or path_end(on), CONFIG, last_part=last_part, free=free
+    )
+
+
+def test_the_state_is_rolled_over_the_queued_commands() -> None:
+    queue = (QueuedCommand(0.9, 0.5, 0.0), QueuedCommand(1.1, -0.5, 0.1))
+    state = VehicleState(x=3.0, y=0.0, phi=0.0, v=1.0, delta=0.0)
+    reached = sensing.reached_state(state, 1.0, ControllerMemory(queue=queue), part(), CONFIG)
+    assert reached[3] == pytest.approx(1.0)
+    assert reached[4] == pytest.approx(0.01)
+    assert reached[0] == pytest.approx(3.0 + 0.2 + 0.5 * 0.1**2, abs=1e-4)
+    assert reached[5] == pytest.approx(reached[0], abs=1e-4)
+
+
+@pytest.mark.parametrize("turns", [-2, 0, 1])
+def test_the_heading_is_set_on_the_branch_of_the_route(turns: int) -> None:
+    state = VehicleState(x=3.0, y=0.2, phi=0.1 + 2.0 * pi * turns, v=0.0, delta=0.0)
+    first = sensing.reached_state(state, 1.0, ControllerMemory(), part(), CONFIG)
+    assert first[2] == pytest.approx(0.1)
+    later = sensing.reached_state(state, 1.0, ControllerMemory(reached=first), part(), CONFIG)
+    assert later[2] == pytest.approx(0.1)
+
+
+def test_the_progress_follows_the_last_cycles_where_the_route_comes_back_near_itself() -> None:
+    loop = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.25, 40.0)]).parts[0]
+    twice_round = loop.pose(5.0 + 8.0 * pi)
+    state = VehicleState(x=twice_round.x, y=twice_round.y, phi=twice_round.phi, v=0.0, delta=0.0)
+    for theta in (5.0, 5.0 + 8.0 * pi):
+        last = np.array([twice_round.x, twice_round.y, loop.pose(theta).phi, 0.0, 0.0, theta - 0.3])
+        reached = sensing.reached_state(state, 1.0, ControllerMemory(reached=last), loop, CONFIG)
+        assert reached[5] == pytest.approx(theta, abs=1e-6)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_way_and_speed_count_in_the_direction_of_the_part(direction: int) -> None:
+    reached = np.array([direction * 12.0, 0.0, 0.0, direction * 1.5, 0.0, 12.0])
+    situation = assess(reached, part(direction))
+    assert situation.way == pytest.approx(8.0)
+    assert situation.speed == pytest.approx(1.5)
+    assert situation.begin == pytest.approx(1.2)
+
+
+def test_the_way_goes_on_straight_behind_the_end_and_across_to_the_goal() -> None:
+    on = part()
+    goal = Target(pose=Pose2(24.0, 3.0, 0.0), theta=24.0, theta_end=20.0, kind=TargetKind.POSE)
+    situation = assess(np.array([20.0, 0.0, 0.0, 0.0, 0.0, 20.0]), on, goal)
+    assert situation.way == pytest.approx(5.0)
+
+
+def test_a_goal_that_was_passed_is_no_way_ahead() -> None:
+    on = part()
+    goal = Target(pose=Pose2(10.0, 0.0, 0.0), theta=10.0, theta_end=20.0, kind=TargetKind.POSE)
+    assert assess(np.array([12.0, 0.0, 0.0, 0.0, 0.0, 12.0]), on, goal).way == 0.0
+    assert assess(np.array([10.3, 0.0, 0.0, 0.0, 0.0, 10.3]), on, goal).way == pytest.approx(0.3)
+
+
+def test_where_it_would_stop_is_one_braking_distance_on() -> None:
+    situation = assess(np.array([19.0, 0.1, 0.0, 0.8, 0.0, 19.0]), part())
+    assert situation.error.x == pytest.approx(-1.0)
+    assert situation.stop_error.x == pytest.approx(-1.0 + 0.8**2 / (2.0 * CONFIG.comfort_acceleration))
+    assert situation.stop_error.y == pytest.approx(0.1)
+
+
+def test_the_tolerance_is_the_goals_the_cusps_or_a_stops() -> None:
+    reached = np.array([12.0, 0.0, 0.0, 0.0, 0.0, 12.0])
+    assert assess(reached, part()).tolerance == CONFIG.goal_tolerance
+    assert assess(reached, part(), last_part=False).tolerance == CUSP_TOLERANCE
+    assert assess(reached, part(), free=False).tolerance == STOP_TOLERANCE

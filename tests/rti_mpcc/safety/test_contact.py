@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig, Footprint
+from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
+from rti_mpcc.safety import contact
+from rti_mpcc.safety.ladder import SPARE, braking
+from rti_mpcc.types import Array, Trajectory
+
+CONFIG = ControllerConfig()
+WALL_AT = 20.0
+
+
+def corridor(direction: int = 1, wall_at: float | None = WALL_AT, width: float = 3.0) -> Corridor:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(direction, 0.0, 40.0)])
+    walls: list[Array] = []
+    if wall_at is not None:
+        near, far = direction * wall_at, direction * (wall_at + 0.5)
+        walls = [np.array([[near, -3.0], [far, -3.0], [far, 3.0], [near, 3.0]])]
+    return Corridor.from_offsets(path, left=width, right=-width, obstacles=walls)
+
+
+def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0, n: int = 20) -> Trajectory:
+    """At constant speed from x = `begin` to `end` [m] in 10 s; the stages are coarser than the check."""
+    times = np.linspace(0.0, 10.0, n + 1)
+    states = np.zeros((n + 1, 6))
+    states[:, 0] = direction * np.linspace(begin, end, n + 1)
+    states[:, 1] = y
+    states[:, 3] = direction * (end - begin) / 10.0
+    controls = np.zeros((n, 3))
+    controls[:, 2] = (end - begin) / 10.0
+    return Trajectory(times=times, states=states, controls=controls)
+
+
+def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
+    return contact.way_to_contact(plan, inside, 0, CONFIG, reach)
+
+
+@pytest.mark.parametrize(("direction", "ahead"), [(1, CONFIG.vehicle.front), (-1, CONFIG.vehicle.rear)])
+def test_the_way_to_a_wall_is_found_within_the_spacing(direction: int, ahead: float) -> None:
+    found = way(straight_on(2.0, 30.0, direction=direction), corridor(direction))
+    expected = WALL_AT - ahead - 2.0
+    assert expected <= found <= expected + contact.SPACING
+
+
+def test_nothing_in_the_way_is_infinite() -> None:
+    assert way(straight_on(2.0, 30.0), corridor(wall_at=None)) == np.inf
+    assert way(straight_on(2.0, 15.0), corridor()) == np.inf
+
+
+def test_beyond_the_reach_nothing_is_looked_for() -> None:
+    assert way(straight_on(2.0, 30.0), corridor(), reach=10.0) == np.inf
+    assert way(straight_on(2.0, 30.0), corridor(), reach=16.0) < np.inf
+
+
+def test_a_plan_that_leaves_the_corridor_makes_contact() -> None:
+    plan = straight_on(2.0, 30.0)
+    states = plan.states.copy()
+    states[:, 1] = np.linspace(0.0, 4.0, len(states))
+    leaving = Trajectory(times=plan.times, states=states, controls=plan.controls)
+    # The body's side reaches 3 m where y is about 2 m: half the way.
+    assert way(leaving, corridor(wall_at=None)) == pytest.approx(14.0, abs=1.0)
+
+
+def test_a_body_that_touches_already_may_leave_but_not_press_on() -> None:
+    inside = corridor(wall_at=None, width=3.0)
+    y = 3.0 - 0.5 * CONFIG.vehicle.width + 0.05
+    begin = straight_on(2.0, 12.0, y=y)
+    outwards, inwards = begin.states.copy(), begin.states.copy()
+    outwards[:, 1] += np.linspace(0.0, 0.3, len(outwards))
+    inwards[:, 1] -= np.linspace(0.0, 0.3, len(inwards))
+    leave = Trajectory(times=begin.times, states=inwards, controls=begin.controls)
+    press = Trajectory(times=begin.times, states=outwards, controls=begin.controls)
+    assert inside.collides(0, body_polygons(begin.states[:1], CONFIG.vehicle)).all()
+    assert way(leave, inside) == np.inf
+    assert way(press, inside) < 1.0
+
+
+def test_a_plan_that_stands_still_is_checked_where_it_stands() -> None:
+    assert way(straight_on(5.0, 5.0), corridor()) == np.inf
+
+
+def test_the_stopping_distance_is_that_of_the_braking_and_a_spare() -> None:
+    assert contact.stopping_distance(0.0, CONFIG) == SPARE
+    expected = 2.0**2 / (2.0 * braking(CONFIG)) + SPARE
+    assert contact.stopping_distance(2.0, CONFIG) == pytest.approx(expected)
+    assert contact.stopping_distance(-2.0, CONFIG) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("discs", [1, 3, 5])
+def test_at_the_stop_clearance_the_discs_are_free(discs: int) -> None:
+    """Where the body stops so far before a wall, no corridor row is violated."""
+    config = ControllerConfig(footprint=Footprint(discs=discs))
+    stop = WALL_AT - config.vehicle.front - contact.stop_clearance(config)
+    shape = cover(config.vehicle, discs)
+    centres = disc_centres(np.array([[stop, 0.0, 0.0, 0.0, 0.0, stop]]), shape)
+    gap = WALL_AT - centres[0, :, 0].max() - shape.radius
+    assert gap >= config.footprint.margin
+    assert gap == pytest.approx(config.footprint.margin + contact.SPACING)
