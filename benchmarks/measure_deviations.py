@@ -9,9 +9,8 @@ in closed loop; rows with the same letter belong together, the first of them is 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from typing import Any
 from unittest.mock import patch
 
@@ -19,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
+from benchmarks.variations import VARIATIONS, Variation
 from geometry import Pose2
 from geometry.sampling import CORNER
 from rti_mpcc import ControllerConfig, DockingController
-from rti_mpcc.config import Footprint, SolverSettings, Weights
 from rti_mpcc.model.layout import X, Y
 from rti_mpcc.simulation import Scenario, changed, load_scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.metrics import goal_errors
@@ -31,106 +30,10 @@ from rti_mpcc.simulation.variants import mirrored, moved, turned_round
 from rti_mpcc.types import Array, Command, Status, VehicleState
 
 COMMAND = "python -m benchmarks.measure_deviations"
-PATIENT = {"solver": SolverSettings(max_iterations=1000)}
 TURN = Pose2(0.0, 0.0, 2.0)
 SHIFT = Pose2(5000.0, -3000.0, 0.0)
 SHORT_TO_GO = 1.2
 """An arrival is a short one when it has less time to go than this [s]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Variation:
-    """One run.
-
-    Attributes:
-        settings: replace those of the preset; constants: of modules ("module.NAME"), patched for the run.
-        changes: of the scenario file.
-    """
-
-    letter: str
-    what: str
-    scenario: str
-    preset: str = "default"
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    constants: Mapping[str, Any] = field(default_factory=dict)
-    changes: Mapping[str, Any] = field(default_factory=dict)
-
-
-EASE, FIRM = "rti_mpcc.qp.pattern.BOUND_EASE", "rti_mpcc.ocp.objectives.FIRM"
-IDLE = "rti_mpcc.qp.filling.IDLE_WEIGHT"
-DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
-LAZY = {"simulation.acceleration_gain": 0.8}
-SHORT = {"simulation.duration": 60.0}
-
-VARIATIONS = (
-    Variation(letter="a", what="as it is", scenario="long_approach", settings=PATIENT),
-    Variation(
-        letter="a",
-        what="linear progress reward, speed at its bound",
-        scenario="long_approach",
-        settings={**PATIENT, "weights": Weights(virtual_speed=0.0)},
-    ),
-    Variation(letter="b", what="as it is", scenario="docking_behind", settings=PATIENT),
-    Variation(
-        letter="b",
-        what="bound rows in their own unit",
-        scenario="docking_behind",
-        settings=PATIENT,
-        constants={EASE: 1.0},
-    ),
-    Variation(
-        letter="b",
-        what="the same with tolerance 1e-4",
-        scenario="docking_behind",
-        settings={"solver": SolverSettings(max_iterations=1000, tolerance=1e-4)},
-        constants={EASE: 1.0},
-    ),
-    Variation(
-        letter="c",
-        what="half-planes of far boundaries stay in the QP",
-        scenario="docking_behind",
-        settings={**PATIENT, "footprint": Footprint(near=1e3)},
-    ),
-    Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_inside", changes=LAZY),
-    Variation(
-        letter="d",
-        what="effort in full to the end, gain 0.8",
-        scenario="docking_inside",
-        constants={FIRM: 1e-9},
-        changes=LAZY,
-    ),
-    Variation(
-        letter="e",
-        what="progress of an arrival without a weight of its own",
-        scenario="docking_behind",
-        settings=PATIENT,
-        constants={IDLE: 1e-6},
-    ),
-    Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
-    Variation(
-        letter="f",
-        what="progress of both signs",
-        scenario="docking_behind",
-        preset="paper",
-        settings={"progress_reverses": True},
-    ),
-    Variation(
-        letter="f",
-        what="no corridor rows",
-        scenario="docking_behind",
-        preset="paper",
-        settings={"corridor_rows": False},
-    ),
-    Variation(letter="g", what="as it is", scenario="docking_full_course", settings=PATIENT, changes=SHORT),
-    Variation(
-        letter="g",
-        what="no damping (full Gauss-Newton steps)",
-        scenario="docking_full_course",
-        settings=PATIENT,
-        constants={DAMPING: 0.0, START: 0.0},
-        changes=SHORT,
-    ),
-)
 
 
 class Recorder:
@@ -187,6 +90,7 @@ def run(variation: Variation) -> dict[str, Any]:
         "accepted_m": recorder.accepted,
         "iterations": [float(np.percentile(later, p)) for p in (50, 95, 100)],
         "failures": figures["solver"]["failures"],
+        "jitter": float(np.sqrt(np.mean(np.diff(result.cycles.steering_rate) ** 2))),
         "first_iterations": int(result.cycles.iterations[0]),
     }
 
@@ -266,6 +170,7 @@ def rows(runs: list[dict[str, Any]]) -> list[list[str]]:
             " / ".join(f"{value:.0f}" for value in each["iterations"]),
             str(each["failures"]),
             str(each["first_iterations"]),
+            number(each["jitter"], 4),
         ]
         for each in runs
     ]
@@ -286,7 +191,7 @@ def main() -> None:
     write_json(ROOT / "docs" / "deviations.json", {**content, "wall": blocked})
     header = ["run", "scenario, preset", "docked", "to tolerance [s]", "to dock [s]", "overshoot [cm]"]
     header += ["accepted error [cm]", "clearance [m]", "iterations p50 / p95 / max", "without a plan"]
-    header += ["iterations, first cycle"]
+    header += ["iterations, first cycle", "change of δ̇ a cycle, rms [rad/s]"]
     method = ROOT / "docs" / "method.md"
     replace_block(method, "deviations", f"{table(header, rows(runs))}\n\n{told(source)}")
     distances = [[case, f"{distance:.1e}", f"{before[case]:.1e}"] for case, distance in same.items()]

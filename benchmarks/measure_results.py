@@ -12,6 +12,10 @@ from math import degrees
 from typing import Any
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
+from rti_mpcc import SolverSettings
+from rti_mpcc.ocp import objectives
+from rti_mpcc.planning import arrival, search
+from rti_mpcc.qp import filling, pattern
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 
 COMMAND = "python -m benchmarks.measure_results"
@@ -33,6 +37,7 @@ PUBLISHED: dict[str, dict[str, Any]] = {
     },
     "path_following": {"time_to_tolerance_s": 49.0},
 }
+SOLVER = SolverSettings()
 SOLVED = ("default", "paper")
 
 
@@ -94,6 +99,36 @@ def printed_rows(runs: list[dict[str, Any]]) -> list[list[str]]:
     return rows
 
 
+def not_docked(runs: list[dict[str, Any]]) -> str:
+    """One sentence for each run of the table that did not dock."""
+    told = []
+    for run in runs:
+        error = run["final_error"]
+        if run["preset"] in SOLVED and not run["docked"]:
+            told.append(
+                f"Not docked: `{run['scenario']}` with `{run['preset']}` ended at rest "
+                f"{number(100.0 * error['longitudinal_m'], 1)} cm longitudinally, "
+                f"{number(100.0 * error['lateral_m'], 1)} cm laterally and "
+                f"{number(degrees(error['heading_rad']), 1)} deg off the goal."
+            )
+    return " ".join(told) or "All of them docked."
+
+
+def constant_rows() -> list[list[str]]:
+    """Fixed numbers of the method, read from where they act."""
+    return [
+        ["damping from a first guess on", "`planning.search.START_DAMPING`", f"{search.START_DAMPING:g}"],
+        ["damping from cycle to cycle", "`planning.search.DAMPING`", f"{search.DAMPING:g}"],
+        ["weight on every change", "`qp.filling.CHANGE_WEIGHT`", f"{filling.CHANGE_WEIGHT:g}"],
+        ["the same on idle progress", "`qp.filling.IDLE_WEIGHT`", f"{filling.IDLE_WEIGHT:g}"],
+        ["unit of rows of bounds, in units", "`qp.pattern.BOUND_EASE`", f"{pattern.BOUND_EASE:g}"],
+        ["OSQP tolerance, iterations", "`SolverSettings`", f"{SOLVER.tolerance:g}, {SOLVER.max_iterations}"],
+        ["effort fades below [s]", "`ocp.objectives.FIRM`", f"{objectives.FIRM:g}"],
+        ["shortest time to go [s]", "`planning.arrival.FLOOR`", f"{arrival.FLOOR:g}"],
+        ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{objectives.GOAL_CLIP}"],
+    ]
+
+
 def main() -> None:
     runs = []
     for preset in ("default", "paper", "paper_printed"):
@@ -104,7 +139,14 @@ def main() -> None:
     write_json(ROOT / "docs" / "results.json", {"origin": source, "published": PUBLISHED, "runs": runs})
     header = ["scenario", "preset", "to tolerance [s]", "to dock [s]", "clearance [m]", "direction changes"]
     header += ["∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "cycle p50 [ms]"]
-    replace_block(ROOT / "README.md", "results", f"{table(header, result_rows(runs))}\n\n{told(source)}")
+    replace_block(
+        ROOT / "README.md",
+        "results",
+        f"{table(header, result_rows(runs))}\n\n{not_docked(runs)} {told(source)}",
+    )
+    replace_block(
+        ROOT / "docs" / "method.md", "constants", table(["constant", "where", "value"], constant_rows())
+    )
     header = ["scenario", "docked", "to tolerance [s]", "longitudinal [m]", "lateral [m]", "heading [deg]"]
     header += ["unsolved QPs", "ended", "most frequent statuses (cycles)"]
     replace_block(

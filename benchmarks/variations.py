@@ -1,0 +1,129 @@
+"""What the deviations benchmark runs: the product as it is, and with one thing undone at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rti_mpcc.config import Footprint, SolverSettings, Weights
+
+PATIENT = {"solver": SolverSettings(max_iterations=1000)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variation:
+    """One run.
+
+    Attributes:
+        settings: replace those of the preset; constants: of modules ("module.NAME"), patched for the run.
+        changes: of the scenario file.
+    """
+
+    letter: str
+    what: str
+    scenario: str
+    preset: str = "default"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    constants: Mapping[str, Any] = field(default_factory=dict)
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+
+EASE, FIRM = "rti_mpcc.qp.pattern.BOUND_EASE", "rti_mpcc.ocp.objectives.FIRM"
+IDLE = "rti_mpcc.qp.filling.IDLE_WEIGHT"
+DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
+LAZY = {"simulation.acceleration_gain": 0.8}
+SHORT = {"simulation.duration": 60.0}
+
+CURVATURE = "rti_mpcc.controller.fill_curvature"
+
+
+def _nothing(*_: object) -> None:
+    """In place of a function that only writes."""
+
+
+VARIATIONS = (
+    Variation(letter="a", what="as it is", scenario="long_approach", settings=PATIENT),
+    Variation(
+        letter="a",
+        what="linear progress reward, speed at its bound",
+        scenario="long_approach",
+        settings={**PATIENT, "weights": Weights(virtual_speed=0.0)},
+    ),
+    Variation(letter="b", what="as it is", scenario="docking_behind", settings=PATIENT),
+    Variation(
+        letter="b",
+        what="bound rows in their own unit",
+        scenario="docking_behind",
+        settings=PATIENT,
+        constants={EASE: 1.0},
+    ),
+    Variation(
+        letter="b",
+        what="the same with tolerance 1e-4",
+        scenario="docking_behind",
+        settings={"solver": SolverSettings(max_iterations=1000, tolerance=1e-4)},
+        constants={EASE: 1.0},
+    ),
+    Variation(
+        letter="c",
+        what="half-planes of far boundaries stay in the QP",
+        scenario="docking_behind",
+        settings={**PATIENT, "footprint": Footprint(near=1e3)},
+    ),
+    Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_behind", changes=LAZY),
+    Variation(
+        letter="d",
+        what="effort in full to the end, gain 0.8",
+        scenario="docking_behind",
+        constants={FIRM: 1e-9},
+        changes=LAZY,
+    ),
+    Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_inside", changes=LAZY),
+    Variation(
+        letter="d",
+        what="effort in full to the end, gain 0.8",
+        scenario="docking_inside",
+        constants={FIRM: 1e-9},
+        changes=LAZY,
+    ),
+    Variation(
+        letter="e",
+        what="progress of an arrival without a weight of its own",
+        scenario="docking_behind",
+        settings=PATIENT,
+        constants={IDLE: 1e-6},
+    ),
+    Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
+    Variation(
+        letter="f",
+        what="progress of both signs",
+        scenario="docking_behind",
+        preset="paper",
+        settings={"progress_reverses": True},
+    ),
+    Variation(
+        letter="f",
+        what="no corridor rows",
+        scenario="docking_behind",
+        preset="paper",
+        settings={"corridor_rows": False},
+    ),
+    Variation(letter="g", what="as it is", scenario="docking_full_course", settings=PATIENT, changes=SHORT),
+    Variation(
+        letter="g",
+        what="no damping (full Gauss-Newton steps)",
+        scenario="docking_full_course",
+        settings=PATIENT,
+        constants={DAMPING: 0.0, START: 0.0},
+        changes=SHORT,
+    ),
+    Variation(
+        letter="g",
+        what="without the curvature of the dynamics, (Q1)",
+        scenario="docking_full_course",
+        settings=PATIENT,
+        constants={CURVATURE: _nothing},
+        changes=SHORT,
+    ),
+)
