@@ -132,6 +132,17 @@ def test_passes_with_a_quarter_metre_on_either_side(
     assert found["direction_changes"] == 0
 
 
+def test_a_new_goal_counts_also_while_it_stops_before_something_in_the_way() -> None:
+    scenario = straight(1, 30.0)
+    outline = wall(scenario.build_path(), 18.0, 2.9)
+    controller = docking_controller(changed(scenario, {"corridor.obstacles": [outline.tolist()]}))
+    behind, before = Pose2(30.0, 0.0, 0.0), Pose2(11.0, 0.0, 0.0)
+    run = drive(scenario, 30.0, controller=controller, goal_at=lambda now: behind if now < 5.0 else before)
+    *_, (plant, command) = run
+    assert command.docked
+    assert abs(plant.x - before.x) <= 0.05
+
+
 # -- the goal --------------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,98 @@
+"""Settings that are refused, one by one: the message names the field, the value and what is allowed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from math import inf, nan
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from geometry import InputError
+from rti_mpcc import ControllerConfig, Footprint, Limits, RtiMpccError, SolverSettings, Vehicle, Weights
+from rti_mpcc.errors import ConfigError
+
+REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
+    (ControllerConfig, "cycle", 0.3, "less than or equal to 0.2"),
+    (ControllerConfig, "cycle", 0.004, "greater than or equal to 0.005"),
+    (ControllerConfig, "cycle", nan, "finite"),
+    (ControllerConfig, "cycle", "fast", "number"),
+    (ControllerConfig, "cycle", None, "number"),
+    (ControllerConfig, "dead_time", -0.1, "greater than or equal to 0"),
+    (ControllerConfig, "dead_time", 2.0, "less than or equal to 1"),
+    (ControllerConfig, "stages", 9, "greater than or equal to 10"),
+    (ControllerConfig, "stages", 70.5, "integer"),
+    (ControllerConfig, "comfort_acceleration", 0.0, "greater than 0"),
+    (ControllerConfig, "cruise_horizon", 0.5, "greater than or equal to 1"),
+    (ControllerConfig, "arrival_horizon", inf, "finite"),
+    (ControllerConfig, "deadline", 0.0, "greater than 0"),
+    (ControllerConfig, "vehicle", 3, "Vehicle"),
+    (ControllerConfig.paper, "cycle", 1.0, "less than or equal to 0.2"),
+    (ControllerConfig.paper_printed, "stages", 0, "greater than or equal to 10"),
+    (Vehicle, "wheelbase", 0.0, "greater than 0"),
+    (Vehicle, "width", -2.0, "greater than 0"),
+    (Vehicle, "front", nan, "finite"),
+    (Vehicle, "rear", -0.1, "greater than or equal to 0"),
+    (Limits, "speed", 0.0, "greater than 0"),
+    (Limits, "acceleration", inf, "finite"),
+    (Limits, "steering", 1.5, "less than or equal to 1.4"),
+    (Limits, "steering_rate", -1.0, "greater than 0"),
+    (Weights, "lag", -1.0, "greater than or equal to 0"),
+    (Weights, "transition_slope", 0.0, "greater than 0"),
+    (Footprint, "discs", 0, "greater than or equal to 1"),
+    (SolverSettings, "tolerance", 0.0, "greater than 0"),
+]
+
+
+@pytest.mark.parametrize(("make", "field", "value", "allowed"), REFUSED)
+def test_a_value_out_of_range_is_refused(
+    make: Callable[..., Any], field: str, value: Any, allowed: str
+) -> None:
+    with pytest.raises(ConfigError, match=rf"\.{field} = {re.escape(repr(value))}: .*{allowed}"):
+        make(**{field: value})
+
+
+@pytest.mark.parametrize("make", [ControllerConfig, ControllerConfig.paper, Limits, Vehicle, Weights])
+def test_an_unknown_setting_is_refused(make: Callable[..., Any]) -> None:
+    with pytest.raises(ConfigError, match=r"\.cycel is not a setting"):
+        make(cycel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "where"),
+    [((0.05, 0.0, 0.03), "1"), ((0.05, 0.05, 4.0), "2"), ((0.05, 0.05), "2"), ((nan, 0.05, 0.03), "0")],
+)
+def test_a_bad_goal_tolerance_is_refused(tolerance: tuple[float, ...], where: str) -> None:
+    with pytest.raises(ConfigError, match=rf"ControllerConfig\.goal_tolerance\.{where}"):
+        ControllerConfig(goal_tolerance=tolerance)
+
+
+def test_a_comfort_above_the_acceleration_limit_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"comfort_acceleration = 0\.4 .* limits\.acceleration = 0\.3"):
+        ControllerConfig(limits=Limits(acceleration=0.3))
+
+
+def test_everything_that_is_wrong_is_said_at_once() -> None:
+    with pytest.raises(ConfigError, match=r"cycle = 9\.0: .*stages = 1: "):
+        ControllerConfig(cycle=9.0, stages=1)
+
+
+def test_the_error_is_an_input_error_of_this_package() -> None:
+    assert issubclass(ConfigError, RtiMpccError)
+    assert issubclass(ConfigError, InputError) or issubclass(ConfigError, ValueError)
+
+
+def test_settings_cannot_be_changed_and_take_no_positions() -> None:
+    config = ControllerConfig()
+    with pytest.raises(ValidationError):
+        config.cycle = 0.1
+    with pytest.raises(TypeError):
+        ControllerConfig(Vehicle())  # type: ignore[call-arg]
+
+
+def test_presets_take_changes() -> None:
+    assert ControllerConfig.paper(cycle=0.1).cycle == 0.1
+    assert ControllerConfig.paper().cruise_horizon == 7.0
+    assert not ControllerConfig.paper_printed().arrival

@@ -1,0 +1,140 @@
+"""What is driven when no plan is fit to be driven, and what `DockingController` refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Corridor, CorridorError, InputError, Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, DockingController, Vehicle
+from rti_mpcc.planning import search
+from rti_mpcc.planning.search import Attempt
+from rti_mpcc.safety.ladder import PLAN_LIFE
+from rti_mpcc.simulation.plant import PlantState
+from rti_mpcc.types import Command, Source, Status, VehicleState
+from tests.rti_mpcc.docking_runs import docking_controller, drive, short
+
+Fail = Callable[[float, float], None]
+REFUSED = "the QP was not solved: made up"
+
+
+@pytest.fixture
+def fail(monkeypatch: pytest.MonkeyPatch) -> Fail:
+    """Refuse all that is found from one time to another [s]."""
+    found = search.converge
+
+    def between(begin: float, end: float) -> None:
+        def converge(mpcc: Any, memory: Any, situation: Any, guess: Any) -> Attempt:
+            attempt = found(mpcc, memory, situation, guess)
+            if not begin <= situation.now < end:
+                return attempt
+            refused = tuple(replace(s, solved=False, status="made up") for s in attempt.solutions)
+            return Attempt(solutions=refused, problem=REFUSED, squeezed=False)
+
+        monkeypatch.setattr(search, "converge", converge)
+
+    return between
+
+
+def between(
+    run: list[tuple[PlantState, Command]], begin: float, end: float
+) -> list[tuple[PlantState, Command]]:
+    return [entry for entry in run if begin - 1e-6 <= entry[0].time < end - 1e-6]
+
+
+def finite(run: list[tuple[PlantState, Command]]) -> bool:
+    return all(np.isfinite([c.acceleration, c.steering_rate, c.speed, c.steering]).all() for _, c in run)
+
+
+def test_the_last_plan_is_driven_on_through_a_short_failure(fail: Fail) -> None:
+    usual = list(drive(short(), 6.0))
+    fail(5.0, 5.5)
+    run = list(drive(short(), 22.0))
+    during = between(run, 5.0, 5.5)
+    assert {command.source for _, command in during} == {Source.SHIFTED_PLAN}
+    assert all(command.diagnostics.failed for _, command in during)
+    assert all(command.diagnostics.reason == REFUSED for _, command in during)
+    # It was a good plan: nothing else happens than would have happened.
+    one, other = run[int(5.5 / 0.05)][0], usual[int(5.5 / 0.05)][0]
+    assert np.hypot(one.x - other.x, one.y - other.y) <= 0.02
+    assert run[-1][1].docked
+
+
+def test_it_brakes_when_the_plan_is_too_old_and_goes_on_afterwards(fail: Fail) -> None:
+    fail(5.0, 9.0)
+    run = list(drive(short(), 30.0))
+    shifted = [plant.time for plant, command in run if command.source is Source.SHIFTED_PLAN]
+    assert shifted[0] == pytest.approx(5.0)
+    assert shifted[-1] <= 5.0 + PLAN_LIFE
+    failed = [(plant, command) for plant, command in run if command.status is Status.FAILED]
+    assert failed
+    assert {command.source for _, command in failed} <= {Source.BRAKING, Source.STANDSTILL}
+    assert abs(run[int(8.9 / 0.05)][0].v) <= 0.02
+    assert run[int(8.9 / 0.05)][1].source is Source.STANDSTILL
+    assert finite(run)
+    assert run[-1][1].docked
+
+
+def test_without_a_first_plan_it_does_not_move(fail: Fail) -> None:
+    fail(0.0, inf)
+    run = list(drive(short(), 3.0))
+    assert {command.status for _, command in run} == {Status.STARTING}
+    assert all(command.acceleration == 0.0 and command.steering_rate == 0.0 for _, command in run)
+    assert run[-1][1].diagnostics.reason == REFUSED
+    assert not run[-1][1].docked
+
+
+def test_it_begins_as_soon_as_a_first_plan_is_found(fail: Fail) -> None:
+    fail(0.0, 1.0)
+    run = list(drive(short(), 22.0))
+    assert {command.status for _, command in between(run, 0.0, 1.0)} == {Status.STARTING}
+    assert run[int(1.0 / 0.05)][1].status is Status.ARRIVING
+    assert run[-1][1].docked
+
+
+# -- refused ---------------------------------------------------------------------------------------------
+
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+
+
+@pytest.mark.parametrize(("width", "half"), [(2.069, 1.0), (3.0, 1.4)])
+def test_a_corridor_narrower_than_the_body_is_refused(width: float, half: float) -> None:
+    corridor = Corridor.from_offsets(PATH, left=half, right=-half)
+    with pytest.raises(CorridorError, match=rf"{2 * half:.3f} m wide .* {width:.3f} m"):
+        DockingController(PATH, corridor, ControllerConfig(vehicle=Vehicle(width=width)))
+
+
+@pytest.mark.parametrize("value", [nan, inf])
+@pytest.mark.parametrize("field", ["x", "y", "phi"])
+def test_a_goal_that_is_not_finite_cannot_be_made(field: str, value: float) -> None:
+    with pytest.raises(InputError, match=rf"{field} = {value}"):
+        Pose2(**{"x": 0.0, "y": 0.0, "phi": 0.0, field: value})
+
+
+@pytest.mark.parametrize(
+    "outline", [[[5.0, 1.0], [6.0, 1.0]], [[5.0, nan], [6.0, 1.0], [6.0, 2.0]], [[5.0, 1.0, 0.0]] * 3]
+)
+def test_an_obstacle_that_is_no_polygon_is_refused_and_the_last_ones_stay(outline: Any) -> None:
+    controller = docking_controller(short())
+    start = short().build_path().start
+    state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)
+    with pytest.raises(CorridorError, match=r"obstacles\[0\]"):
+        controller.step(state, now=0.0, obstacles=[np.array(outline)])
+    assert controller.step(state, now=0.05).source is Source.SOLUTION
+
+
+def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
+    """Beside the middle of the path and turned by 34 deg: there is room, but no way to get round to it."""
+    scenario = short()
+    goal = scenario.build_path().parts[0].pose(6.0).compose(Pose2(0.0, 0.5, 0.6))
+    run = list(drive(scenario, 45.0, goal_at=lambda now: goal))
+    plant, command = run[-1]
+    assert command.status is Status.STALLED
+    assert abs(plant.v) <= 0.02
+    assert "no plan" in command.diagnostics.reason
+    assert not any(command.docked for _, command in run)
