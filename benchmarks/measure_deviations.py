@@ -37,7 +37,7 @@ SHORT_TO_GO = 1.2
 
 
 class Recorder:
-    """Passes each cycle on to the controller and keeps what its shortest planned arrivals accept."""
+    """Passes each cycle on to the controller and keeps what its shortest arrivals at the goal accept."""
 
     def __init__(self, controller: DockingController) -> None:
         self.controller = controller
@@ -53,8 +53,9 @@ class Recorder:
     ) -> Command:
         """One cycle of the controller inside."""
         command = self.controller.step(state, now=now, goal=goal, obstacles=obstacles)
-        left = command.diagnostics.time_to_go
-        if goal is not None and command.status is Status.ARRIVING and left is not None and left < SHORT_TO_GO:
+        left, part = command.diagnostics.time_to_go, command.diagnostics.part
+        arriving = command.status is Status.ARRIVING and part == len(self.controller.path.parts) - 1
+        if goal is not None and arriving and left is not None and left < SHORT_TO_GO:
             end = command.trajectory.states[-1]
             self.accepted = max(self.accepted, float(np.hypot(end[X] - goal.x, end[Y] - goal.y)))
         return command
