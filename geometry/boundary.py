@@ -69,6 +69,7 @@ class Boundary:
         is_end: (k,) whether a polyline begins or ends there.
         first, last: (F,) first and last sample of each feature.
         is_loop: (F,) whether the feature closes on itself.
+        is_open: the polylines have ends, so what is beyond them need not be outside.
         tree: of the samples.
         coarse, coarse_tree: every STRIDE-th sample, all ends of features and all sharp turns, indices (j,) and tree.
     """
@@ -84,6 +85,7 @@ class Boundary:
     first: Index
     last: Index
     is_loop: Mask
+    is_open: bool
     tree: cKDTree[None]
     coarse: Index
     coarse_tree: cKDTree[None]
@@ -127,6 +129,7 @@ class Boundary:
             first=first,
             last=last,
             is_loop=np.concatenate([each.is_loop for each in chains]),
+            is_open=not closed and leads is None,
             tree=cKDTree(as_pairs(vertex), leafsize=32),
             coarse=coarse,
             coarse_tree=cKDTree(as_pairs(vertex[coarse]), leafsize=16),

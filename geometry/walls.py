@@ -17,6 +17,8 @@ from geometry.sampling import as_complex, as_pairs
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but behind it, on another way
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HalfPlanes:
@@ -27,7 +29,8 @@ class HalfPlanes:
     Attributes:
         point: (n, s, 2) nearest boundary points b [m].
         normal: (n, s, 2) unit normals into the allowed side, along c - b.
-        distance: (n, s) normal . (c - b), negative where c is on the forbidden side [m].
+        distance: (n, s) normal . (c - b), negative where c is on the forbidden side [m], but at most BEHIND
+            beyond a wall with open ends: what is farther is taken to be on another way behind it.
         feature, sample: (n, s) where on the boundary b is; memory for the next call.
     """
 
@@ -141,6 +144,11 @@ def half_planes(
             best = side.nearest(c, points, previous.feature[:, i], previous.sample[:, i], hysteresis)
         else:
             best = side.nearest(c, points)
+        if side.is_open:
+            # A route that comes back beside itself sees the wall of an earlier way from behind.
+            behind = np.flatnonzero(best.distance < -BEHIND)
+            best.distance[behind] *= -1.0
+            best.normal[behind] *= -1.0
         point[:, i], normal[:, i], distance[:, i] = best.point, best.normal, best.distance
         feature[:, i], sample[:, i] = best.feature, best.sample
     planes = HalfPlanes(

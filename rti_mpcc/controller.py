@@ -30,6 +30,7 @@ from rti_mpcc.qp.filling import (
     fill_bounds,
     fill_corridor,
     fill_cost,
+    fill_curvature,
     fill_dynamics,
     fill_initial,
 )
@@ -188,6 +189,9 @@ class RtiMpcc:
 
         values, pattern = self._values, self._pattern
         fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
+        if last is not None and len(last.dual) == len(values.lower):
+            change_of_scale = weights.scale / last.weights.scale
+            fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls)
         planes = self._planes(shifted.states, last)

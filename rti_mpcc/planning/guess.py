@@ -6,6 +6,8 @@ iteration never begins there: at the start, after a cusp, a stop or a change of 
 
 from __future__ import annotations
 
+from math import tan
+
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
@@ -51,8 +53,9 @@ def along_path(
 ) -> Trajectory:
     """The trajectory that has driven the way `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
-    The offset of the vehicle from the path fades out over the first metres, the target's fades in over
-    the last. The guess need not obey the dynamics; the first iterations see to that.
+    The vehicle's offset from the path fades out over the first metres, the target's fades in over the last,
+    both as cubics whose slope is the heading. The guess need not obey the dynamics, the first iterations
+    see to that, but the less it slips sideways the less they have to change.
     """
     theta = state[THETA] + s
     reference = part.reference(theta)
@@ -60,15 +63,19 @@ def along_path(
     begin = Pose2(float(state[X]), float(state[Y]), float(state[PHI])).relative_to(here)
     end = target.pose.relative_to(there)
     reach = min(BLEND, max(target.theta - float(state[THETA]), 1e-3))
-    fade_out, fade_in = _smooth(1.0 - s / reach), _smooth(1.0 + (theta - target.theta) / reach)
-    along, across = fade_out * begin.x + fade_in * end.x, fade_out * begin.y + fade_in * end.y
+    left, into = 1.0 - s / reach, 1.0 + (theta - target.theta) / reach
+    across_begin, slope_begin = _fade(left, begin.y, -part.direction * _slope(begin.phi), reach)
+    across_end, slope_end = _fade(into, end.y, part.direction * _slope(end.phi), reach)
+    along = _smooth(left) * begin.x + _smooth(into) * end.x
+    across, slope = across_begin + across_end, slope_end - slope_begin
     c, sn = np.cos(reference.phi), np.sin(reference.phi)
+    stretch = np.maximum(1.0 - part.direction * reference.slope * across, 0.2)
 
     states = np.empty((len(times), STATES))
     states[:, X] = reference.x + c * along - sn * across
     states[:, Y] = reference.y + sn * along + c * across
-    states[:, PHI] = reference.phi + fade_out * begin.phi + fade_in * end.phi
-    states[:, V] = part.direction * rate
+    states[:, PHI] = reference.phi + part.direction * np.arctan(slope / stretch)
+    states[:, V] = part.direction * rate * np.hypot(stretch, slope)
     states[:, THETA] = np.minimum(theta, target.stop)
     turn = np.gradient(states[:, PHI]) / np.maximum(np.gradient(s), 1e-6)
     steering = np.arctan(config.vehicle.wheelbase * part.direction * turn)
@@ -84,6 +91,21 @@ def along_path(
     controls[:, A] = np.clip(controls[:, A], -limits.acceleration, limits.acceleration)
     controls[:, DELTA_DOT] = np.clip(controls[:, DELTA_DOT], -limits.steering_rate, limits.steering_rate)
     return Trajectory(times=times, states=states, controls=controls)
+
+
+def _fade(share: Array, offset: float, slope: float, reach: float) -> tuple[Array, Array]:
+    """Cubic that is `offset` with `slope` where `share` is 1, and 0 with slope 0 where it is 0, and its slope.
+
+    Slopes are per metre of way; `share` runs over `reach` [m].
+    """
+    t = np.clip(share, 0.0, 1.0)
+    value = offset * (3.0 - 2.0 * t) * t**2 + reach * slope * (t - 1.0) * t**2
+    return value, offset * 6.0 * t * (1.0 - t) / reach + slope * (3.0 * t - 2.0) * t
+
+
+def _slope(heading: float) -> float:
+    """Lateral way per way of a vehicle turned by `heading` [rad] from the path, within 60 deg."""
+    return tan(min(max(heading, -1.05), 1.05))
 
 
 def _smooth(share: Array) -> Array:

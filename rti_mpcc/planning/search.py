@@ -29,7 +29,7 @@ FIRST_ITERATIONS = 3
 START_DAMPING = 1e-2
 """Weight on the change (qp/filling.py) from a first guess on: it may be far from the optimum, and what is
 far from a linearisation is not known to it."""
-DAMPING = 1e-3
+DAMPING = 1e-4
 """The same from cycle to cycle."""
 CHECKED_SPAN = 2.0
 """Beginning of a plan over which it has to obey the dynamics [s]."""

@@ -16,7 +16,7 @@ from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
-from rti_mpcc.qp.pattern import BOUNDED, CONTROL_SLOPES, HESSIAN_PAIRS, STATE_SLOPES, QpPattern
+from rti_mpcc.qp.pattern import BOUNDED, CONTROL_SLOPES, HESSIAN_PAIRS, STATE_SLOPES, STATE_UNITS, QpPattern
 from rti_mpcc.types import Array
 
 CHANGE_WEIGHT = 1e-6
@@ -26,6 +26,7 @@ IDLE_WEIGHT = 1e-2
 
 _DIAGONAL = HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]
 _DAMPED = _DIAGONAL & np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
+_HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 _PROGRESS = int(np.flatnonzero((HESSIAN_PAIRS == THETA).all(axis=1))[0])
 
 
@@ -91,6 +92,30 @@ def fill_cost(
     values.gradient[columns] = scale * cost.control_gradient * units[columns]
     columns = pattern.slack_columns
     values.gradient[columns] = scale * slack * units[columns]
+
+
+def fill_curvature(
+    values: QpValues, pattern: QpPattern, states: Array, reached: Array, dual: Array, scale: float
+) -> None:
+    """Add the dynamics' own curvature in the heading to P, after `fill_cost` (docs/method.md).
+
+    Turning stage k turns its whole way F - z_k in x and y, so the Lagrangian J + y' (F(z_k, u_k) - z_k+1) has
+
+    (Q1)  d²L/dphi_k² = -(y_x (F_x - x_k) + y_y (F_y - y_k))
+
+    besides Gauss-Newton's part: what a bulge costs that makes the way longer. Without it full steps
+    overshoot in the shape of the way, and diverge where the steering rate is cheap. Negative values are
+    left out, so P stays positive semi-definite. It moves no fixed point.
+
+    Args:
+        states, reached: (N, 6) begin and end of each stage.
+        dual: (m,) multipliers of the last QP, scaled units.
+        scale: cost scale of this QP over that of the last.
+    """
+    force = dual[pattern.dynamics_rows[1:]][:, [X, Y]] / STATE_UNITS[[X, Y]]
+    bulge = -(force * (reached - states)[:, [X, Y]]).sum(axis=1)
+    slots = pattern.cost.groups["states"][:-1, _HEADING]
+    values.cost[slots] += scale * np.maximum(bulge, 0.0) * STATE_UNITS[PHI] ** 2
 
 
 def fill_dynamics(values: QpValues, pattern: QpPattern, step: Step, states: Array) -> None:

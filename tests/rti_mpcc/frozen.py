@@ -34,6 +34,7 @@ from rti_mpcc.qp.filling import (
     fill_bounds,
     fill_corridor,
     fill_cost,
+    fill_curvature,
     fill_dynamics,
     fill_initial,
 )
@@ -161,8 +162,8 @@ class FrozenProblem:
     def build_pattern(self) -> QpPattern:
         return build_pattern(len(self.lengths), self.discs, self.sides)
 
-    def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array) -> None:
-        """The QP about `states` (N+1, 6) and `controls` (N, 3), from the package's own functions."""
+    def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array, dual: Array) -> None:
+        """The QP about `states` (N+1, 6) and `controls` (N, 3) after multipliers `dual` (m,), from the package's own functions."""
         config, part, wheelbase = self.config, self.part, self.config.vehicle.wheelbase
         reference = self.path.reference(states[:, THETA])
         errors = frenet_errors(states, reference, part.direction)
@@ -171,6 +172,7 @@ class FrozenProblem:
         cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase)
         fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
+        fill_curvature(values, pattern, states[:-1], step.state, dual, 1.0)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, self.bounds, states, controls)
         if self.planes is not None:
@@ -215,7 +217,7 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
     primal = np.zeros(pattern.constraints.shape[1])
     steps: list[float] = []
     for _ in range(most):
-        problem.fill(values, pattern, states, controls)
+        problem.fill(values, pattern, states, controls, dual)
         refused = solver.update(values)
         assert refused == "", refused
         result = solver.solve(values, primal, dual)

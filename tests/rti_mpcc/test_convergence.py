@@ -46,7 +46,8 @@ def test_the_qps_gradient_is_the_slope_of_the_nonlinear_programs_cost(problem: F
     """One function for both: d J along random directions, casadi's cost against the filled q."""
     random, pattern = np.random.default_rng(7), problem.build_pattern()
     values, program = empty_values(pattern), NonlinearProgram(problem)
-    problem.fill(values, pattern, problem.states, problem.controls)
+    dual = np.zeros(len(values.lower))
+    problem.fill(values, pattern, problem.states, problem.controls, dual)
     slack = np.full(len(problem.lengths), 0.1)
     for _ in range(5):
         direction = random.standard_normal(len(pattern.column_units)) * pattern.column_units
