@@ -79,7 +79,7 @@ def _near(thing: shapely.Geometry, shapes: NDArray[np.object_], margin: float) -
 
 def _beyond(sides: Sequence[Boundary], corners: Array) -> Array:
     """How far corners (n, m, 2) are beyond a boundary, the nearest of those, (n, m) [m]; 0 within all."""
-    distance = half_planes(sides, corners.reshape(-1, 2), None, 0.0).distance
+    distance = half_planes(sides, corners.reshape(-1, 2), None, 0.0, behind=np.inf).distance
     depth = np.where(distance < 0.0, -distance, np.inf).min(axis=1, initial=np.inf)
     return np.where(np.isfinite(depth), depth, 0.0).reshape(corners.shape[:2])
 

@@ -118,9 +118,16 @@ class Obstacles:
 
 
 def half_planes(
-    sides: Sequence[Boundary | None], points: Array, previous: HalfPlanes | None, hysteresis: float
+    sides: Sequence[Boundary | None],
+    points: Array,
+    previous: HalfPlanes | None,
+    hysteresis: float,
+    *,
+    behind: float = BEHIND,
 ) -> HalfPlanes:
     """Return the half-planes of points (n, 2) against each side [m].
+
+    Points farther than `behind` [m] beyond a wall with open ends are allowed where they are.
 
     Raises:
         InputError: wrong shape, numbers that are not finite, `previous` of other points.
@@ -146,9 +153,9 @@ def half_planes(
             best = side.nearest(c, points)
         if side.is_open:
             # A route that comes back beside itself sees the wall of an earlier way from behind.
-            behind = np.flatnonzero(best.distance < -BEHIND)
-            best.distance[behind] *= -1.0
-            best.normal[behind] *= -1.0
+            elsewhere = np.flatnonzero(best.distance < -behind)
+            best.distance[elsewhere] *= -1.0
+            best.normal[elsewhere] *= -1.0
         point[:, i], normal[:, i], distance[:, i] = best.point, best.normal, best.distance
         feature[:, i], sample[:, i] = best.feature, best.sample
     planes = HalfPlanes(
