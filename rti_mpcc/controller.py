@@ -185,7 +185,8 @@ class RtiMpcc:
         walls = self._walls(shifted.states, frame, weights)
         cost = quadratic_cost(states, controls, weights, errors, walls, frame.pose_in(target.pose), wheelbase)
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
-        bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat)
+        ends = arrive_at is not None or not config.arrival
+        bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat, ends=ends)
 
         values, pattern = self._values, self._pattern
         fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)

@@ -184,6 +184,9 @@ class DockingController:
                 return self._judge(attempt, other)
             self._memory = driving
             self._aim()
+            if route.too_late(driving, situation, self.config):
+                wanted = ladder.braking(self.config)
+                return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
         attempt = search.converge(self._mpcc, self._memory, situation, None)
         self._keep(attempt)
         return self._judge(attempt, situation)

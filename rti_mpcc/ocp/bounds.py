@@ -27,13 +27,16 @@ class StageBounds:
 
 
 def stage_bounds(
-    config: ControllerConfig, target: Target, direction: int, theta: Array, *, retreat: float = 0.0
+    config: ControllerConfig, target: Target, direction: int, theta: Array, *, retreat: float = 0.0, ends: bool = True
 ) -> StageBounds:
     """The limits, one direction of motion, and the speed profile where the configuration has one.
 
     Args:
         direction: d of the part: d v >= -retreat [m/s].
         theta: (N+1,) progress of the plan that is linearised about [m].
+        retreat: speed allowed against the direction [m/s].
+        ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
+            it gets there goes on along the extrapolated path.
     """
     limits, stages = config.limits, len(theta) - 1
     speed = np.full(stages, limits.speed)
@@ -47,7 +50,7 @@ def stage_bounds(
     slow = np.full(stages, min(retreat, limits.speed))
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
     states[:, 0, 1], states[:, 1, 1] = -limits.steering, limits.steering
-    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + OVERRUN
+    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + OVERRUN if ends else np.inf
     controls = np.empty((stages, 2, 3))
     controls[:, :, 0] = [-limits.acceleration, limits.acceleration]
     controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]

@@ -67,6 +67,12 @@ def arrival_due(memory: ControllerMemory, situation: Situation, config: Controll
     return contouring and within_reach(situation.way, situation.speed, config)
 
 
+def too_late(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+    """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
+    needed = situation.speed**2 / (2.0 * config.comfort_acceleration)
+    return memory.phase is Phase.CONTOURING and situation.way <= needed
+
+
 def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     """Choose between contouring and a planned arrival, for a vehicle about to begin one."""
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
