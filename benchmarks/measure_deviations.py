@@ -178,6 +178,7 @@ def rows(runs: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def main() -> None:
+    source = origin(COMMAND)  # first: the code is loaded, the commit may change while it runs
     runs = []
     for variation in VARIATIONS:
         runs.append(run(variation))
@@ -187,7 +188,6 @@ def main() -> None:
         before = invariance("docking_behind")
     blocked = wall()
     print(same, before, blocked)
-    source = origin(COMMAND)
     content = {"origin": source, "runs": runs, "invariance_m": same, "invariance_any_corner_m": before}
     write_json(ROOT / "docs" / "deviations.json", {**content, "wall": blocked})
     header = ["run", "scenario, preset", "docked", "to tolerance [s]", "to dock [s]", "overshoot [cm]"]

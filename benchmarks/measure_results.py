@@ -130,12 +130,12 @@ def constant_rows() -> list[list[str]]:
 
 
 def main() -> None:
+    source = origin(COMMAND)  # first: the code is loaded, the commit may change while it runs
     runs = []
     for preset in ("default", "paper", "paper_printed"):
         for scenario in builtin_names():
             runs.append(measure(scenario, preset))
             print(f"{scenario}, {preset}: docked {runs[-1]['docked']}, T {runs[-1]['time_to_tolerance_s']}")
-    source = origin(COMMAND)
     write_json(ROOT / "docs" / "results.json", {"origin": source, "published": PUBLISHED, "runs": runs})
     header = ["scenario", "preset", "to tolerance [s]", "to dock [s]", "clearance [m]", "direction changes"]
     header += ["∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "cycle p50 [ms]"]
