@@ -71,7 +71,8 @@ class Boundary:
         is_loop: (F,) whether the feature closes on itself.
         is_open: the polylines have ends, so what is beyond them need not be outside.
         tree: of the samples.
-        coarse, coarse_tree: every STRIDE-th sample, all ends of features and all sharp turns, indices (j,) and tree.
+        coarse, coarse_tree: every STRIDE-th sample, all ends of features and all sharp turns (j,), and their
+            tree.
     """
 
     vertex: Complex

@@ -15,7 +15,9 @@ Mask = NDArray[np.bool_]
 
 SPACING = 0.05  # [m] at most, between samples
 CORNER = pi / 9.0  # [rad]
-_REVERSAL = pi - 1e-6  # [rad] a turn back on itself juts into the allowed side, whatever sign rounding gives it
+_REVERSAL = (
+    pi - 1e-6
+)  # [rad] a turn back on itself juts into the allowed side, whatever sign rounding gives it
 _MERGED = 1e-6  # [m] samples nearer to each other are one
 
 
@@ -41,7 +43,7 @@ class Chain:
 
 
 def ring(line: Complex) -> Chain:
-    """Sample a ring from a receding corner on, so that no feature but a loop without one runs over its seam."""
+    """Sample a ring from a receding corner on, so that only a loop without any runs over its seam."""
     line = merged(line)
     if line.size > 1 and abs(line[-1] - line[0]) <= _MERGED:
         line = line[:-1]
@@ -90,7 +92,7 @@ def chain(line: Complex, *, is_ring: bool = False, leads: tuple[complex, complex
 
 
 def recedes(turn: Complex) -> Mask:
-    """Which turns, complex numbers with the turn as their angle, are corners that recede from the allowed side.
+    """Which turns, complex numbers with that angle, are corners that recede from the allowed side.
 
     Only there does the nearest boundary point jump as a point goes by. Round a corner that juts out it
     moves on without a break, so both sides of such a corner are one feature.

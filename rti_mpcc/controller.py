@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import hypot
 from time import perf_counter
 
 import numpy as np
@@ -12,7 +13,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V
-from rti_mpcc.ocp.bounds import OVERRUN, stage_bounds
+from rti_mpcc.ocp.bounds import overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
@@ -40,6 +41,9 @@ from rti_mpcc.types import Array, Trajectory
 
 RETURN_SHARE = 0.9
 """Share of the input limits at which a measured speed or steering outside its limits must return."""
+
+STILL = 1.0
+"""A goal that moves by less than this is projected near its last projection [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +110,9 @@ class RtiMpcc:
         index: of the part in its route, which is how the corridor knows it.
     """
 
-    def __init__(self, part: PathPart, corridor: Corridor, config: ControllerConfig, *, index: int = 0) -> None:
+    def __init__(
+        self, part: PathPart, corridor: Corridor, config: ControllerConfig, *, index: int = 0
+    ) -> None:
         self.part = part
         self.index = index
         self.config = config
@@ -200,7 +206,9 @@ class RtiMpcc:
             footprint = config.footprint
             local = frame.planes_in(planes)
             fill_corridor(
-                values, pattern, corridor_rows(states[1:], local, self._discs, footprint.margin, footprint.near)
+                values,
+                pattern,
+                corridor_rows(states[1:], local, self._discs, footprint.margin, footprint.near),
             )
         fill_initial(values, pattern, np.zeros_like(states[0]))
         self._last = last
@@ -234,7 +242,7 @@ class RtiMpcc:
         assert linear is not None
         measured = linear.frame.states_in(state)
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
-        measured[THETA] = min(measured[THETA], self.target.stop + OVERRUN)
+        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
         fill_initial(self._values, self._pattern, measured - linear.states[0])
         self._admit(measured, linear)
         self._solver.allow(patience)
@@ -318,17 +326,15 @@ class RtiMpcc:
         )
 
     def _project(self, goal: Pose2) -> Target:
-        part, near = self.part, self.target
-        theta = part.project(
-            goal.x, goal.y, heading=goal.phi, near=near.theta if near.kind is TargetKind.POSE else None
-        )
+        """The goal on the part: near its last projection if it has hardly moved, so noise makes no jumps."""
+        part, last = self.part, self.target
+        still = last.kind is TargetKind.POSE and hypot(goal.x - last.pose.x, goal.y - last.pose.y) < STILL
+        theta = part.project(goal.x, goal.y, heading=goal.phi, near=last.theta if still else None)
         reference = part.pose(theta)
-        ahead = reference.phi
-        offset = goal.relative_to(reference)
         if theta >= part.end:  # behind the end: along the extrapolated path
-            theta = part.end + max(0.0, part.direction * offset.x)
+            theta = part.end + max(0.0, part.direction * goal.relative_to(reference).x)
         return Target(
-            pose=replace(goal, phi=lift(goal.phi, ahead)),
+            pose=replace(goal, phi=lift(goal.phi, reference.phi)),
             theta=theta,
             theta_end=part.end,
             kind=TargetKind.POSE,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf
+from math import inf, isfinite
 from time import perf_counter
 
 import numpy as np
@@ -52,6 +52,7 @@ class DockingController:
         self._obstacle_changes = 0
         self._obstacles_are_new = False
         self._memory = ControllerMemory()
+        self._aimed_at: Pose2 | None = None
         self._check()
         self._mpcc = self._core(0)
 
@@ -62,7 +63,7 @@ class DockingController:
 
     def clear_goal(self) -> None:
         """Forget the goal: the path's last pose is the goal again."""
-        self._memory = replace(self._memory, goal=None)
+        self._memory = route.with_goal(self._memory, None)
 
     def step(
         self,
@@ -82,6 +83,13 @@ class DockingController:
         """
         begun = perf_counter()
         self._receive(goal, obstacles, now)
+        if not _is_finite(state):
+            situation = self._assess(self._last_known(), now, 0.0)
+            act = self._stop(
+                situation, Status.FAILED, f"not a finite state: {state}", ladder.braking(self.config)
+            )
+            self._remember(act, situation)
+            return command(act, situation, self._memory, self.config, perf_counter() - begun)
         reached = sensing.reached_state(state, now, self._memory, self._mpcc.part, self.config)
         situation = self._assess(reached, now, state.v)
         if route.may_change_direction(self._memory, situation, self.config.dead_time):
@@ -116,7 +124,7 @@ class DockingController:
             self._obstacles_are_new = True
             self._mpcc.set_obstacles(self._corridor)
         if goal is not None and goal != self._memory.goal:
-            self._memory = replace(self._memory, goal=goal)
+            self._memory = route.with_goal(self._memory, goal)
         if route.may_be_free(self._memory, now, self._obstacle_changes):
             self._memory = route.released(self._memory)
         self._aim()
@@ -136,6 +144,13 @@ class DockingController:
     def _on_last_part(self) -> bool:
         return self._memory.part == len(self.path.parts) - 1
 
+    def _last_known(self) -> Array:
+        """The state that the last cycle reckoned with, or the begin of the part at rest."""
+        if self._memory.reached is not None:
+            return self._memory.reached.copy()
+        first = self._mpcc.part.first
+        return np.array([first.x, first.y, first.phi, 0.0, 0.0, self._mpcc.part.start])
+
     def _assess(self, reached: Array, now: float, speed: float) -> Situation:
         return sensing.assess(
             reached,
@@ -149,7 +164,7 @@ class DockingController:
         )
 
     def _core(self, index: int) -> RtiMpcc:
-        self._aimed_at: Pose2 | None = None
+        self._aimed_at = None
         return RtiMpcc(self.path.parts[index], self._corridor, self.config, index=index)
 
     def _enter_next_part(self, state: VehicleState, now: float) -> Situation:
@@ -252,7 +267,7 @@ class DockingController:
             rate = float(plan.controls[0, DELTA_DOT])
             return self._stop(situation, Status.BLOCKED, f"contact in {way:.2f} m", wanted, attempt, rate)
         return Act(
-            drive=ladder.follow(plan.controls[0], source, config),
+            drive=ladder.follow(plan.controls[0], situation.state, source, config),
             status=Status.FOLLOWING if memory.arrive_at is None else Status.ARRIVING,
             reason=problem or ("" if situation.free else "making for a stop before something in the way"),
             trajectory=plan,
@@ -279,7 +294,9 @@ class DockingController:
         """Brake at `deceleration` [m/s²], by default the comfort acceleration, and stand."""
         config, state = self.config, situation.state
         wanted = config.comfort_acceleration if deceleration is None else deceleration
-        times = stage_times(situation.begin, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+        times = stage_times(
+            situation.begin, stage_lengths(config.cruise_horizon, config.cycle, config.stages)
+        )
         stands = route.stands(self._memory, situation)
         drive = ladder.hold(state, config) if stands else ladder.brake(state, wanted, config, steering_rate)
         return Act(
@@ -300,6 +317,10 @@ class DockingController:
         blocked = act.status is Status.BLOCKED and self._memory.stop_at is None
         if blocked and route.stands(self._memory, situation):
             self._memory = route.restart(self._memory)
+
+
+def _is_finite(state: VehicleState) -> bool:
+    return all(map(isfinite, (state.x, state.y, state.phi, state.v, state.delta)))
 
 
 def _same(outlines: Sequence[ArrayLike], known: Sequence[ArrayLike]) -> bool:

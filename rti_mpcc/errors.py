@@ -1,5 +1,7 @@
 """Exceptions raised on purpose; all derive from `RtiMpccError`, bad input also from `ValueError`."""
 
+from __future__ import annotations
+
 from geometry.errors import CorridorError, InputError, PathError, RtiMpccError
 
 

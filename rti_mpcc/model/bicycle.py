@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rti_mpcc.model.layout import A, CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.types import Array
 
 

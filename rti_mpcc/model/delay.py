@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,13 @@ class QueuedCommand(NamedTuple):
 
 
 def roll_forward(
-    state: Array, queue: Sequence[QueuedCommand], now: float, until: float, *, wheelbase: float, steering: float
+    state: Array,
+    queue: Sequence[QueuedCommand],
+    now: float,
+    until: float,
+    *,
+    wheelbase: float,
+    steering: float,
 ) -> Array:
     """The state (6,) at `until`, driven from `state` (6,) at `now` by the queued commands.
 
@@ -30,12 +37,14 @@ def roll_forward(
         wheelbase: [m]; steering: the mechanical stop of the steering [rad].
     """
     edges = [now, *(c.begins for c in queue if now < c.begins < until), until]
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         acting = [c for c in queue if c.begins <= begin]
         if end <= begin:
             continue
         a, rate = (acting[-1].acceleration, acting[-1].steering_rate) if acting else (0.0, 0.0)
-        reach = np.clip(state[DELTA] + rate * (end - begin), min(-steering, state[DELTA]), max(steering, state[DELTA]))
+        reach = np.clip(
+            state[DELTA] + rate * (end - begin), min(-steering, state[DELTA]), max(steering, state[DELTA])
+        )
         control = np.array([[a, (reach - state[DELTA]) / (end - begin), 0.0]])
         state = step(state[None, :], control, np.array([end - begin]), wheelbase)[0]
     return state

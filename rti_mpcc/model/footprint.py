@@ -35,7 +35,8 @@ def cover(vehicle: Vehicle, count: int) -> Discs:
 def disc_centres(states: Array, discs: Discs) -> Array:
     """Centres (n, discs, 2) [m] of the discs for states (n, >= 3) that begin with x, y, phi."""
     axis = np.stack([np.cos(states[:, PHI]), np.sin(states[:, PHI])], axis=-1)
-    return states[:, None, [X, Y]] + discs.offsets[None, :, None] * axis[:, None, :]
+    centres: Array = states[:, None, [X, Y]] + discs.offsets[None, :, None] * axis[:, None, :]
+    return centres
 
 
 def body_polygons(states: Array, vehicle: Vehicle) -> Array:

@@ -1,5 +1,7 @@
 """Where each quantity stands in a state and in a control. No bare column number appears elsewhere."""
 
+from __future__ import annotations
+
 from typing import Final
 
 X: Final = 0

@@ -1,1 +1,1 @@
-"""The optimal control problem as values: horizon, Frenet errors, weights, bounds, stage costs, corridor rows."""
+"""The optimal control problem as values: horizon, Frenet errors, weights, bounds, costs, corridor rows."""

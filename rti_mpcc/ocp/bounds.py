@@ -11,7 +11,7 @@ from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.types import Array
 
 OVERRUN = 0.1
-"""How far the progress may pass the stop point [m] (published code)."""
+"""How far the progress may pass the stop point of a goal pose [m] (published code)."""
 
 HEADROOM = 1.5
 """Share of the speed limit that theta_dot may reach, so that no bound on it and the one on v ever say the
@@ -26,8 +26,19 @@ class StageBounds:
     controls: Array
 
 
+def overrun(target: Target) -> float:
+    """How far the progress may pass the stop point [m]: at a path's end not at all, it would end there."""
+    return OVERRUN if target.kind is TargetKind.POSE else 0.0
+
+
 def stage_bounds(
-    config: ControllerConfig, target: Target, direction: int, theta: Array, *, retreat: float = 0.0, ends: bool = True
+    config: ControllerConfig,
+    target: Target,
+    direction: int,
+    theta: Array,
+    *,
+    retreat: float = 0.0,
+    ends: bool = True,
 ) -> StageBounds:
     """The limits, one direction of motion, and the speed profile where the configuration has one.
 
@@ -50,7 +61,7 @@ def stage_bounds(
     slow = np.full(stages, min(retreat, limits.speed))
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
     states[:, 0, 1], states[:, 1, 1] = -limits.steering, limits.steering
-    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + OVERRUN if ends else np.inf
+    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + overrun(target) if ends else np.inf
     controls = np.empty((stages, 2, 3))
     controls[:, :, 0] = [-limits.acceleration, limits.acceleration]
     controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]

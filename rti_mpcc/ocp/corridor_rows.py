@@ -1,7 +1,7 @@
 """Half-plane rows that keep every disc of the body inside the corridor.
 
 (H1)  n · (c - b) >= radius + margin,   c = (x, y) + o (cos phi, sin phi)
-(H2)  linearised: n_x dx + n_y dy + o (n_y cos phi - n_x sin phi) dphi + slack >= radius + margin - n · (c - b)
+(H2)  n_x dx + n_y dy + o (n_y cos phi - n_x sin phi) dphi + slack >= radius + margin - n · (c - b)
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ class CorridorRows(NamedTuple):
     lower: Array
 
 
-def corridor_rows(states: Array, planes: HalfPlanes, discs: Discs, margin: float, near: float) -> CorridorRows:
+def corridor_rows(
+    states: Array, planes: HalfPlanes, discs: Discs, margin: float, near: float
+) -> CorridorRows:
     """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage).
 
     Args:

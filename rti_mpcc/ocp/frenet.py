@@ -33,7 +33,7 @@ class FrenetErrors(NamedTuple):
 
 
 def frenet_errors(states: Array, reference: PathReference, direction: int) -> FrenetErrors:
-    """Errors of `states` (n, 6) at `reference` (n references, heading on the states' branch), Eq. (F1), (F2)."""
+    """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2)."""
     c, s = np.cos(reference.phi), np.sin(reference.phi)
     dx, dy = states[:, X] - reference.x, states[:, Y] - reference.y
     lag, contouring = c * dx + s * dy, -s * dx + c * dy

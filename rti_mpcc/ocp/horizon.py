@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from rti_mpcc.model.bicycle import rates
-from rti_mpcc.model.layout import A, DELTA_DOT, PHI, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.model.layout import DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.types import Array, Trajectory
 
 SHORTEST = 0.1
@@ -31,7 +31,8 @@ def stage_lengths(duration: float, first: float, stages: int) -> Array:
         lengths[1:] = rest / count
         return lengths
     target = rest / SHORTEST
-    ratio = brentq(lambda r: np.expm1(count * np.log(r)) / (r - 1.0) - target, 1.0 + 1e-9, 2.0, xtol=1e-12)
+    most = max(2.0, target ** (1.0 / (count - 1)))
+    ratio = brentq(lambda r: np.expm1(count * np.log(r)) / (r - 1.0) - target, 1.0 + 1e-9, most, xtol=1e-12)
     lengths[1:] = SHORTEST * ratio ** np.arange(count)
     lengths[1:] *= rest / lengths[1:].sum()
     return lengths
@@ -89,11 +90,12 @@ def controls_over(plan: Trajectory, times: Array) -> Array:
 
 def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
     """The same motion on another grid `times` (n+1,); the shift of the real-time iteration."""
-    return Trajectory(times=times, states=states_at(plan, times, wheelbase), controls=controls_over(plan, times))
+    return Trajectory(
+        times=times, states=states_at(plan, times, wheelbase), controls=controls_over(plan, times)
+    )
 
 
 def read_only(*arrays: Array) -> None:
     """Close arrays that are handed out to writing."""
     for array in arrays:
         array.flags.writeable = False
-

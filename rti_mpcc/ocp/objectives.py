@@ -119,7 +119,7 @@ def contouring_weights(
         goal = np.zeros(3)
         terminal = 1.0
     else:  # Eq. 9, 10; Eq. 11 is the same with the Frenet costs off from the stop point on
-        ahead = theta < target.stop
+        ahead = (theta < target.stop).astype(np.float64)
         lag = weights.lag * ahead
         contouring = (1.0 - near) * weights.contouring * ahead
         heading = np.full_like(near, weights.heading) * ahead
@@ -187,4 +187,4 @@ def _share(lengths: Array, weights: Weights) -> Array:
 
 def _goal_pull(goal: Array) -> float:
     """Largest gradient of the clipped goal cost per metre of body motion [1/m]."""
-    return float(2.0 * (goal[0] * GOAL_CLIP[0] + goal[2] * GOAL_CLIP[1]))
+    return float(2.0 * (max(goal[0], goal[1]) * GOAL_CLIP[0] + goal[2] * GOAL_CLIP[1]))

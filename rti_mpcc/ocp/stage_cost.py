@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry import HalfPlanes, Pose2
-from rti_mpcc.model.layout import A, CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
 from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights
 from rti_mpcc.types import Array
@@ -24,7 +24,7 @@ BOUND_SPEED = 2.5
 
 
 class QuadraticCost(NamedTuple):
-    """Hessian and gradient of the cost in the change of states and controls; controls' Hessian is diagonal."""
+    """Hessian and gradient of the cost in the change of states and controls (there diagonal)."""
 
     state_hessian: Array  # (N+1, 6, 6)
     state_gradient: Array  # (N+1, 6)

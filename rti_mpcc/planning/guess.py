@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import A, CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.types import Array, Trajectory
 
@@ -49,7 +49,13 @@ def cruise_guess(
 
 
 def along_path(
-    part: PathPart, target: Target, state: Array, times: Array, s: Array, rate: Array, config: ControllerConfig
+    part: PathPart,
+    target: Target,
+    state: Array,
+    times: Array,
+    s: Array,
+    rate: Array,
+    config: ControllerConfig,
 ) -> Trajectory:
     """The trajectory that has driven the way `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
@@ -94,7 +100,7 @@ def along_path(
 
 
 def _fade(share: Array, offset: float, slope: float, reach: float) -> tuple[Array, Array]:
-    """Cubic that is `offset` with `slope` where `share` is 1, and 0 with slope 0 where it is 0, and its slope.
+    """Cubic from 0 with slope 0 at `share` 0 to `offset` with `slope` at `share` 1, and its slope.
 
     Slopes are per metre of way; `share` runs over `reach` [m].
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.objectives import Target
@@ -34,6 +35,8 @@ RETREAT_REACH = 0.5
 """Distance to the target within which a vehicle that tries again may back off [m]."""
 RETREAT_SPEED = 0.3
 """Speed of backing off, against the direction of the part [m/s]."""
+HURRIED = 0.7
+"""An arrival with less than this share of the time that its way takes, as after lost cycles, gets more."""
 MOVED = 0.1
 """A target that moves by more than this in one cycle is a new arrival [m]."""
 
@@ -48,7 +51,9 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
         stays = not situation.free or situation.inside(situation.error)
         return memory if stays else restart(memory)
     if memory.phase is Phase.STALLED:
-        return replace(restart(memory), restarts=0) if moved(memory.target, situation.target) > 0.0 else memory
+        return (
+            replace(restart(memory), restarts=0) if moved(memory.target, situation.target) > 0.0 else memory
+        )
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
@@ -117,6 +122,13 @@ def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> 
     return changed and now - memory.stop_since >= LOOK_AGAIN
 
 
+def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
+    """Another goal; a stop before something in the way to the last one is no longer meant."""
+    if memory.stop_at is not None:
+        memory = released(memory)
+    return replace(memory, goal=goal)
+
+
 def released(memory: ControllerMemory) -> ControllerMemory:
     """Make for the part's own target again."""
     return replace(restart(memory), stop_at=None)
@@ -178,6 +190,8 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
         return memory
     assert memory.arrive_at is not None
     if moved(memory.target, situation.target) > MOVED:
+        return replace(memory, arrive_at=begin + duration)
+    if memory.arrive_at - begin < HURRIED * duration:
         return replace(memory, arrive_at=begin + duration)
     return replace(memory, arrive_at=max(memory.arrive_at, begin + FLOOR))
 

@@ -10,7 +10,7 @@ import numpy as np
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
-from rti_mpcc.model.layout import A, DELTA_DOT, PHI, X, Y
+from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess

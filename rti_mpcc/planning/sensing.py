@@ -10,7 +10,7 @@ from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.delay import roll_forward
-from rti_mpcc.model.layout import A, CONTROLS, PHI, THETA, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import CUSP_TOLERANCE, RETREAT_REACH, STOP_TOLERANCE
@@ -98,4 +98,5 @@ def _stopped(state: Array, config: ControllerConfig) -> Array:
         return state
     control = np.zeros((1, CONTROLS))
     control[0, A] = -np.sign(speed) * config.comfort_acceleration
-    return step(state[None, :], control, np.array([seconds]), config.vehicle.wheelbase)[0]
+    stopped: Array = step(state[None, :], control, np.array([seconds]), config.vehicle.wheelbase)[0]
+    return stopped

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from rti_mpcc.model.layout import A, CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.types import Array
 
 Index = NDArray[np.int64]
@@ -44,15 +44,19 @@ BOUNDED = np.array([V, DELTA, THETA])
 """States with bounds, in the order of their rows."""
 
 HESSIAN_PAIRS = np.array(
-    [(X, X), (X, Y), (Y, Y), (PHI, PHI), (X, V), (Y, V), (V, V), (V, DELTA), (DELTA, DELTA)]
-    + [(X, THETA), (Y, THETA), (PHI, THETA), (THETA, THETA)]
+    [
+        *((X, X), (X, Y), (Y, Y), (PHI, PHI), (X, V), (Y, V), (V, V), (V, DELTA), (DELTA, DELTA)),
+        *((X, THETA), (Y, THETA), (PHI, THETA), (THETA, THETA)),
+    ]
 )
 """Entries of a stage's Hessian that can differ from 0 (row <= column)."""
 STATE_SLOPES = np.array([(X, PHI), (X, V), (X, DELTA), (Y, PHI), (Y, V), (Y, DELTA), (PHI, V), (PHI, DELTA)])
 """Entries of dF/dz that vary; its diagonal is 1."""
 CONTROL_SLOPES = np.array(
-    [(X, A), (X, DELTA_DOT), (Y, A), (Y, DELTA_DOT), (PHI, A), (PHI, DELTA_DOT)]
-    + [(V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)]
+    [
+        *((X, A), (X, DELTA_DOT), (Y, A), (Y, DELTA_DOT), (PHI, A), (PHI, DELTA_DOT)),
+        *((V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)),
+    ]
 )
 """Entries of dF/du that vary."""
 

@@ -71,7 +71,9 @@ class QpSolver:
             )
         return ""
 
-    def solve(self, values: QpValues, primal: Array, dual: Array, time_limit: float | None = None) -> QpSolution:
+    def solve(
+        self, values: QpValues, primal: Array, dual: Array, time_limit: float | None = None
+    ) -> QpSolution:
         """Feedback: hand over the bounds only and solve from a guess.
 
         Args:

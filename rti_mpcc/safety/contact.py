@@ -21,7 +21,7 @@ SPACING = 0.2
 def way_to_contact(
     plan: Trajectory, corridor: Corridor, part: int, config: ControllerConfig, reach: float
 ) -> float:
-    """Way along the plan to the first body that touches a boundary or obstacle [m]; inf if none within `reach`.
+    """Way along the plan to the first body that touches something [m]; inf if none does within `reach`.
 
     A body that touches from the start on is let out: only poses with less clearance than it count.
     """

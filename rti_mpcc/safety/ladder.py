@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import A, DELTA, DELTA_DOT, V
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, A, V
 from rti_mpcc.planning.memory import Situation
 from rti_mpcc.types import Array, Source
 
@@ -42,24 +42,32 @@ class Drive:
     source: Source
 
 
-def follow(controls: Array, source: Source, config: ControllerConfig) -> Drive:
-    """Drive the first control (3,) of a plan, cut to the input limits."""
+def follow(controls: Array, state: Array, source: Source, config: ControllerConfig) -> Drive:
+    """Drive the first control (3,) of a plan, cut to the input limits and to the steering's stop."""
     limits = config.limits
+    least, most = _rates_to_stops(state, config)
     return Drive(
         acceleration=float(np.clip(controls[A], -limits.acceleration, limits.acceleration)),
-        steering_rate=float(np.clip(controls[DELTA_DOT], -limits.steering_rate, limits.steering_rate)),
+        steering_rate=float(np.clip(controls[DELTA_DOT], least, most)),
         source=source,
     )
 
 
 def brake(state: Array, deceleration: float, config: ControllerConfig, steering_rate: float = 0.0) -> Drive:
-    """Brake at `deceleration` [m/s²] to a standstill, softly at its end, keeping `steering_rate` [rad/s] on."""
+    """Brake at `deceleration` [m/s²] to a soft standstill, keeping `steering_rate` [rad/s] on."""
     speed = float(state[V])
     wanted = min(deceleration, abs(speed) / max(SETTLING_TIME, config.cycle), config.limits.acceleration)
-    stop = config.limits.steering
-    least, most = (-stop - state[DELTA]) / config.cycle, (stop - state[DELTA]) / config.cycle
-    rate = float(np.clip(steering_rate, min(least, 0.0), max(most, 0.0))) if abs(speed) > SLOW else 0.0
+    least, most = _rates_to_stops(state, config)
+    rate = float(np.clip(steering_rate, least, most)) if abs(speed) > SLOW else 0.0
     return Drive(acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING)
+
+
+def _rates_to_stops(state: Array, config: ControllerConfig) -> tuple[float, float]:
+    """Least and largest steering rate [rad/s] that pass neither the rate limit nor the steering's stops."""
+    limits, delta = config.limits, float(state[DELTA])
+    least = max(-limits.steering_rate, min((-limits.steering - delta) / config.cycle, 0.0))
+    most = min(limits.steering_rate, max((limits.steering - delta) / config.cycle, 0.0))
+    return least, most
 
 
 def hold(state: Array, config: ControllerConfig) -> Drive:

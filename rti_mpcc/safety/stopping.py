@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rti_mpcc.model.layout import A, CONTROLS, DELTA, PHI, STATES, THETA, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array, Trajectory
 

@@ -24,7 +24,9 @@ def moved(scenario: Scenario, to: Pose2) -> Scenario:
     if scenario.goal.pose is not None:
         pose = to.compose(Pose2(*scenario.goal.pose))
         changes["goal.pose"] = [pose.x, pose.y, pose.phi]
-    return changed(scenario, {**changes, **_outlines(scenario, lambda x, y: _xy(to.compose(Pose2(x, y, 0.0))))})
+    return changed(
+        scenario, {**changes, **_outlines(scenario, lambda x, y: _xy(to.compose(Pose2(x, y, 0.0))))}
+    )
 
 
 def mirrored(scenario: Scenario) -> Scenario:
@@ -98,7 +100,9 @@ def _outlines(scenario: Scenario, move: Any) -> dict[str, list[Any]]:
     if corridor.polygon is not None:
         changes["corridor.polygon"] = [move(*point) for point in corridor.polygon]
     if corridor.obstacles:
-        changes["corridor.obstacles"] = [[move(*point) for point in outline] for outline in corridor.obstacles]
+        changes["corridor.obstacles"] = [
+            [move(*point) for point in outline] for outline in corridor.obstacles
+        ]
     return changes
 
 

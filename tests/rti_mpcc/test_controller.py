@@ -294,7 +294,6 @@ def test_the_target_is_the_parts_end_until_a_goal_is_set() -> None:
     assert mpcc.target.stop == 30.0
 
 
-@pytest.mark.xfail(reason="the projection of a goal is searched within 2 m of the last goal's only")
 def test_a_goal_may_be_moved_far_along_the_path() -> None:
     mpcc = core()
     mpcc.set_goal(mpcc.part.pose(12.0).compose(Pose2(0.0, 1.0, 0.2)))

@@ -138,3 +138,24 @@ def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
     assert abs(plant.v) <= 0.02
     assert "no plan" in command.diagnostics.reason
     assert not any(command.docked for _, command in run)
+
+
+@pytest.mark.parametrize("field", ["x", "y", "phi", "v", "delta"])
+@pytest.mark.parametrize("value", [nan, inf])
+def test_a_state_that_is_not_finite_brakes_and_says_so(field: str, value: float) -> None:
+    controller = docking_controller(short())
+    good = VehicleState(x=1.0, y=2.0, phi=1.0, v=0.0, delta=0.0)
+    controller.step(good, now=0.0)
+    command = controller.step(replace(good, **{field: value}), now=0.05)
+    assert command.status is Status.FAILED
+    assert "finite" in command.diagnostics.reason
+    assert np.isfinite([command.acceleration, command.steering_rate, command.speed, command.steering]).all()
+    assert controller.step(good, now=0.1).source is Source.SOLUTION
+
+
+def test_lost_cycles_do_not_hurry_an_arrival() -> None:
+    controller = docking_controller(short())
+    good = VehicleState(x=1.0, y=2.0, phi=1.0, v=0.0, delta=0.0)
+    first = abs(controller.step(good, now=0.0).acceleration)
+    for now in (2.0, 5.0, 10.0, 30.0):
+        assert abs(controller.step(good, now=now).acceleration) <= 2.0 * first + 0.1

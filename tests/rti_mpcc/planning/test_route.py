@@ -135,8 +135,14 @@ def test_a_vehicle_about_to_move_does_not_stand(situations: Any) -> None:
 
 def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor(situations: Any) -> None:
     assert route.decide(arriving(arrive_at=20.0), situations(), CONFIG).arrive_at == 20.0
-    late = route.decide(arriving(arrive_at=10.5), situations(), CONFIG).arrive_at
+    near = situations(way=0.1, speed=0.3)
+    late = route.decide(arriving(arrive_at=10.9), near, CONFIG).arrive_at
     assert late == pytest.approx(10.2 + FLOOR)
+
+
+def test_an_arrival_that_lost_cycles_gets_its_time_back(situations: Any) -> None:
+    hurried = route.decide(arriving(arrive_at=12.0), situations(), CONFIG).arrive_at
+    assert hurried == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.comfort_acceleration))
 
 
 def test_a_target_that_moves_is_a_new_arrival(situations: Any) -> None:

@@ -37,14 +37,27 @@ def before_the_goal(left: float, speed: float, direction: int = 1) -> Situation:
 
 
 def test_a_plan_is_followed_as_it_is_inside_the_limits() -> None:
-    drive = ladder.follow(np.array([0.3, -0.2, 1.0]), Source.SOLUTION, CONFIG)
+    drive = ladder.follow(np.array([0.3, -0.2, 1.0]), state(1.0), Source.SOLUTION, CONFIG)
     assert (drive.acceleration, drive.steering_rate, drive.source) == (0.3, -0.2, Source.SOLUTION)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_plan_outside_the_limits_is_cut(sign: float) -> None:
-    drive = ladder.follow(sign * np.array([5.05, 1.01, 1.0]), Source.SHIFTED_PLAN, CONFIG)
+    drive = ladder.follow(sign * np.array([5.05, 1.01, 1.0]), state(1.0), Source.SHIFTED_PLAN, CONFIG)
     assert (drive.acceleration, drive.steering_rate) == (sign * 5.0, sign * 1.0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_steering_does_not_pass_its_stop(sign: float) -> None:
+    stop = CONFIG.limits.steering
+    drive = ladder.follow(
+        np.array([0.0, sign, 0.0]), state(1.0, sign * (stop - 0.01)), Source.SOLUTION, CONFIG
+    )
+    assert drive.steering_rate * CONFIG.cycle == pytest.approx(sign * 0.01)
+    beyond = ladder.follow(
+        np.array([0.0, sign, 0.0]), state(1.0, sign * (stop + 0.1)), Source.SOLUTION, CONFIG
+    )
+    assert beyond.steering_rate == 0.0
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
