@@ -163,7 +163,7 @@ class FrozenProblem:
         return build_pattern(len(self.lengths), self.discs, self.sides)
 
     def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array, dual: Array) -> None:
-        """The QP about `states` (N+1, 6), `controls` (N, 3), multipliers `dual` (m,), as the package fills it."""
+        """The QP about states (N+1, 6), controls (N, 3) and multipliers (m,), as the package fills it."""
         config, part, wheelbase = self.config, self.part, self.config.vehicle.wheelbase
         reference = self.path.reference(states[:, THETA])
         errors = frenet_errors(states, reference, part.direction)
