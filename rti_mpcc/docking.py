@@ -226,7 +226,7 @@ class DockingController:
         guess = search.first_guess(self._mpcc, self._memory, situation)
         attempt = search.converge(self._mpcc, self._memory, situation, guess)
         self._keep(attempt)
-        if (attempt.problem or attempt.squeezed) and situation.free:
+        if (attempt.problem or attempt.squeezed) and situation.free and self._corridor.obstacles:
             way = contact.way_to_contact(guess, self._corridor, self._memory.part, self.config, inf)
             if way < inf:
                 return self._begin_stop(attempt, situation, way)
