@@ -115,7 +115,7 @@ class Weights(Settings):
     bound_speed: NonNegative = 0.0
     stage_length: Positive = 0.1
     arrival_pose: Positive = 1e5
-    arrival_speed: NonNegative = 1e4
+    arrival_speed: NonNegative = 1e5
     arrival_contouring: NonNegative = 0.0
 
 

@@ -35,8 +35,8 @@ RETREAT_REACH = 0.5
 """Distance to the target within which a vehicle that tries again may back off [m]."""
 RETREAT_SPEED = 0.3
 """Speed of backing off, against the direction of the part [m/s]."""
-HURRIED = 0.7
-"""An arrival with less than this share of the time that its way takes, as after lost cycles, gets more."""
+LOST_CYCLES = 2.5
+"""After a gap of more cycles than this an arrival gets the time again that its way takes."""
 MOVED = 0.1
 """A target that moves by more than this in one cycle is a new arrival [m]."""
 
@@ -191,7 +191,8 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     assert memory.arrive_at is not None
     if moved(memory.target, situation.target) > MOVED:
         return replace(memory, arrive_at=begin + duration)
-    if memory.arrive_at - begin < HURRIED * duration:
+    lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
+    if lost and memory.arrive_at < begin + duration:
         return replace(memory, arrive_at=begin + duration)
     return replace(memory, arrive_at=max(memory.arrive_at, begin + FLOOR))
 

@@ -141,8 +141,11 @@ def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor(situations: Any
 
 
 def test_an_arrival_that_lost_cycles_gets_its_time_back(situations: Any) -> None:
-    hurried = route.decide(arriving(arrive_at=12.0), situations(), CONFIG).arrive_at
-    assert hurried == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.comfort_acceleration))
+    gap = (QueuedCommand(10.2 - 5.0, 0.0, 0.0),)
+    after = route.decide(replace(arriving(arrive_at=12.0), queue=gap), situations(), CONFIG).arrive_at
+    assert after == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.comfort_acceleration))
+    none = (QueuedCommand(10.2 - CONFIG.cycle, 0.0, 0.0),)
+    assert route.decide(replace(arriving(arrive_at=12.0), queue=none), situations(), CONFIG).arrive_at == 12.0
 
 
 def test_a_target_that_moves_is_a_new_arrival(situations: Any) -> None:
