@@ -83,19 +83,15 @@ class DockingController:
         """
         begun = perf_counter()
         self._receive(goal, obstacles, now)
-        if not _is_finite(state):
-            situation = self._assess(self._last_known(), now, 0.0)
-            act = self._stop(
-                situation, Status.FAILED, f"not a finite state: {state}", ladder.braking(self.config)
-            )
-            self._remember(act, situation)
-            return command(act, situation, self._memory, self.config, perf_counter() - begun)
-        reached = sensing.reached_state(state, now, self._memory, self._mpcc.part, self.config)
-        situation = self._assess(reached, now, state.v)
-        if route.may_change_direction(self._memory, situation, self.config.dead_time):
-            situation = self._enter_next_part(state, now)
-        self._memory = route.decide(self._memory, situation, self.config)
-        act = self._act(situation)
+        if _is_finite(state):
+            situation = self._situation(state, now)
+            self._memory = route.decide(self._memory, situation, self.config)
+            act = self._act(situation)
+        else:
+            reached = sensing.reckoned_state(now, self._memory, self._mpcc.part, self.config)
+            situation = self._assess(reached, now, float(reached[V]))
+            wanted = ladder.braking(self.config)
+            act = self._stop(situation, Status.FAILED, f"not a finite state: {state}", wanted)
         self._remember(act, situation)
         return command(act, situation, self._memory, self.config, perf_counter() - begun)
 
@@ -144,13 +140,6 @@ class DockingController:
     def _on_last_part(self) -> bool:
         return self._memory.part == len(self.path.parts) - 1
 
-    def _last_known(self) -> Array:
-        """The state that the last cycle reckoned with, or the begin of the part at rest."""
-        if self._memory.reached is not None:
-            return self._memory.reached.copy()
-        first = self._mpcc.part.first
-        return np.array([first.x, first.y, first.phi, 0.0, 0.0, self._mpcc.part.start])
-
     def _assess(self, reached: Array, now: float, speed: float) -> Situation:
         return sensing.assess(
             reached,
@@ -167,7 +156,12 @@ class DockingController:
         self._aimed_at = None
         return RtiMpcc(self.path.parts[index], self._corridor, self.config, index=index)
 
-    def _enter_next_part(self, state: VehicleState, now: float) -> Situation:
+    def _situation(self, state: VehicleState, now: float) -> Situation:
+        """Where the command will begin to act, on the part that the vehicle is on by then."""
+        reached = sensing.reached_state(state, now, self._memory, self._mpcc.part, self.config)
+        situation = self._assess(reached, now, state.v)
+        if not route.may_change_direction(self._memory, situation, self.config.dead_time):
+            return situation
         self._memory = route.next_part(self._memory)
         self._mpcc = self._core(self._memory.part)
         self._aim()

@@ -37,6 +37,26 @@ def reached_state(
     return reached
 
 
+def reckoned_state(now: float, memory: ControllerMemory, part: PathPart, config: ControllerConfig) -> Array:
+    """The state (6,) when a command given at `now` begins to act, without a measurement.
+
+    Dead reckoning by the queued commands from the state of the last cycle; before any, the part's begin.
+    """
+    first = part.first
+    if memory.reached is None or not memory.queue:
+        return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
+    reached = roll_forward(
+        memory.reached,
+        memory.queue,
+        memory.queue[-1].begins,
+        now + config.dead_time,
+        wheelbase=config.vehicle.wheelbase,
+        steering=config.limits.steering,
+    )
+    _place_on_route(reached, memory.reached, part)
+    return reached
+
+
 def assess(
     reached: Array,
     now: float,

@@ -159,3 +159,27 @@ def test_lost_cycles_do_not_hurry_an_arrival() -> None:
     first = abs(controller.step(good, now=0.0).acceleration)
     for now in (2.0, 5.0, 10.0, 30.0):
         assert abs(controller.step(good, now=now).acceleration) <= 2.0 * first + 0.1
+
+
+class Blinded(DockingController):
+    """Gets no measurement between two times [s]."""
+
+    between = (5.0, 9.0)
+
+    def step(self, state: VehicleState, *, now: float, **inputs: Any) -> Command:
+        blind = self.between[0] <= now < self.between[1]
+        return super().step(replace(state, x=nan, v=nan) if blind else state, now=now, **inputs)
+
+
+def test_a_vehicle_that_is_not_measured_stops_and_stays_and_goes_on_afterwards() -> None:
+    scenario = short()
+    path = scenario.build_path()
+    blinded = Blinded(path, scenario.build_corridor(path), scenario.controller_config())
+    run = list(drive(scenario, 30.0, controller=blinded))
+    assert all(plant.v <= 1e-3 for plant, _ in run)  # it reverses, and never goes the other way
+    stopped = between(run, 8.0, 9.0)
+    assert {command.status for _, command in stopped} == {Status.FAILED}
+    assert all(abs(plant.v) <= 0.01 for plant, _ in stopped)
+    first, last = stopped[0][0], stopped[-1][0]
+    assert np.hypot(last.x - first.x, last.y - first.y) <= 0.01
+    assert run[-1][1].docked
