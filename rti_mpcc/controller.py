@@ -51,7 +51,7 @@ class Linearisation:
     """What `prepare` leaves for `feedback`: the trajectory linearised about, and what acts on it.
 
     Attributes:
-        begin: trajectory in the world; frame, states: the same in local coordinates (N+1, 6).
+        trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
         lengths: (N,) of the stages [s].
         weights: effective weights; planes: half-planes of all discs of stages 1..N, or None.
         refused: "" or why the solver refused the numbers.
@@ -120,6 +120,7 @@ class RtiMpcc:
         self._discs = cover(config.vehicle, config.footprint.discs)
         self._last: Solution | None = None
         self.target = path_end(part)
+        self._goal: Pose2 | None = None
         self._allocate()
 
     def _allocate(self) -> None:
@@ -133,7 +134,12 @@ class RtiMpcc:
 
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
-        self.target = path_end(self.part) if goal is None else self._project(goal)
+        known = goal == self._goal and self.target.kind is TargetKind.POSE
+        if goal is None:
+            self.target = path_end(self.part)
+        elif not known:
+            self.target = self._project(goal)
+        self._goal = goal
 
     def set_stop(self, theta: float) -> None:
         """Stop on the path at progress `theta` [m]."""

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import RtiMpcc, path_end
+from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.delay import QueuedCommand, still_acting
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times
@@ -50,11 +50,9 @@ class DockingController:
         self._corridor = corridor
         self._obstacles: Sequence[ArrayLike] = corridor.obstacles
         self._obstacle_changes = 0
-        self._obstacles_are_new = False
         self._memory = ControllerMemory()
-        self._aimed_at: Pose2 | None = None
         self._check()
-        self._mpcc = self._core(0)
+        self._mpcc = self._core()
 
     @property
     def memory(self) -> ControllerMemory:
@@ -82,11 +80,12 @@ class DockingController:
             obstacles: polygons (m, 2) [m] to keep out of; None keeps the last ones.
         """
         begun = perf_counter()
+        changes = self._obstacle_changes
         self._receive(goal, obstacles, now)
         if _is_finite(state):
             situation = self._situation(state, now)
             self._memory = route.decide(self._memory, situation, self.config)
-            act = self._act(situation)
+            act = self._act(situation, new_obstacles=self._obstacle_changes > changes)
         else:
             reached = sensing.reckoned_state(now, self._memory, self._mpcc.part, self.config)
             situation = self._assess(reached, now, float(reached[V]))
@@ -117,7 +116,6 @@ class DockingController:
             self._corridor = self._corridor.with_obstacles(obstacles)
             self._obstacles = tuple(np.array(outline, dtype=np.float64) for outline in obstacles)
             self._obstacle_changes += 1
-            self._obstacles_are_new = True
             self._mpcc.set_obstacles(self._corridor)
         if goal is not None and goal != self._memory.goal:
             self._memory = route.with_goal(self._memory, goal)
@@ -127,14 +125,10 @@ class DockingController:
 
     def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
-        goal, stop_at, mpcc = self._memory.goal, self._memory.stop_at, self._mpcc
-        if stop_at is not None:
-            mpcc.set_stop(stop_at)
-        elif goal is None or not self._on_last_part:
-            mpcc.target = path_end(mpcc.part)
-        elif goal != self._aimed_at:
-            mpcc.set_goal(goal)
-        self._aimed_at = goal if stop_at is None else None
+        if self._memory.stop_at is not None:
+            self._mpcc.set_stop(self._memory.stop_at)
+        else:
+            self._mpcc.set_goal(self._memory.goal if self._on_last_part else None)
 
     @property
     def _on_last_part(self) -> bool:
@@ -152,8 +146,8 @@ class DockingController:
             free=self._memory.stop_at is None,
         )
 
-    def _core(self, index: int) -> RtiMpcc:
-        self._aimed_at = None
+    def _core(self) -> RtiMpcc:
+        index = self._memory.part
         return RtiMpcc(self.path.parts[index], self._corridor, self.config, index=index)
 
     def _situation(self, state: VehicleState, now: float) -> Situation:
@@ -163,14 +157,14 @@ class DockingController:
         if not route.may_change_direction(self._memory, situation, self.config.dead_time):
             return situation
         self._memory = route.next_part(self._memory)
-        self._mpcc = self._core(self._memory.part)
+        self._mpcc = self._core()
         self._aim()
         reached = sensing.reached_state(state, now, self._memory, self._mpcc.part, self.config)
         return self._assess(reached, now, state.v)
 
     # -- what is driven -----------------------------------------------------------------------------
 
-    def _act(self, situation: Situation) -> Act:
+    def _act(self, situation: Situation, *, new_obstacles: bool) -> Act:
         phase = self._memory.phase
         if phase is Phase.HOLDING:
             return self._hold(situation)
@@ -186,7 +180,7 @@ class DockingController:
             if self._memory.phase is Phase.STARTING:
                 return self._stop(situation, Status.STARTING, attempt.problem, attempt=attempt)
             return self._judge(attempt, situation)
-        if route.arrival_due(self._memory, situation, self.config) or self._plan_is_cut():
+        if route.arrival_due(self._memory, situation, self.config) or (new_obstacles and self._plan_is_cut()):
             driving = self._memory
             attempt, other = self._begin(situation)
             if not attempt.problem and self._memory.phase is not Phase.HOLDING:
@@ -201,10 +195,9 @@ class DockingController:
         return self._judge(attempt, situation)
 
     def _plan_is_cut(self) -> bool:
-        """Whether an obstacle that is new in this cycle lies in the way of the plan being driven."""
-        new, self._obstacles_are_new = self._obstacles_are_new, False
+        """Whether something lies in the way of the plan being driven, however far along."""
         plan = self._memory.driven
-        if not new or plan is None:
+        if plan is None:
             return False
         return contact.way_to_contact(plan, self._corridor, self._memory.part, self.config, inf) < inf
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import hypot
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
@@ -140,7 +141,7 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
         return False
     if situation.inside(situation.error):
         return True
-    near = situation.error.x**2 + situation.error.y**2 <= CUSP_REACH**2
+    near = hypot(situation.error.x, situation.error.y) <= CUSP_REACH
     return near and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
 
 
@@ -176,7 +177,7 @@ def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 def retreat(memory: ControllerMemory, situation: Situation) -> float:
     """Speed allowed against the direction of the part [m/s]: only to try again, near the target."""
-    near = situation.error.x**2 + situation.error.y**2 <= RETREAT_REACH**2
+    near = hypot(situation.error.x, situation.error.y) <= RETREAT_REACH
     return RETREAT_SPEED if memory.restarts > 0 and near else 0.0
 
 
@@ -201,4 +202,4 @@ def moved(before: Target | None, now: Target) -> float:
     """Distance by which the target has moved since the last cycle [m]."""
     if before is None:
         return 0.0
-    return float(((before.pose.x - now.pose.x) ** 2 + (before.pose.y - now.pose.y) ** 2) ** 0.5)
+    return hypot(before.pose.x - now.pose.x, before.pose.y - now.pose.y)
