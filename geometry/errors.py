@@ -17,3 +17,7 @@ class PathError(InputError):
 
 class CorridorError(InputError):
     """A corridor cannot be built from what was given."""
+
+
+class ConfigError(InputError):
+    """A setting is missing, unknown, of the wrong type or out of range."""

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from rti_mpcc._shadow import check_geometry
+from rti_mpcc._shadow import check_packages
 
-check_geometry()
+check_packages()
 
+from estimation import (
+    DetectionNoise,
+    Frame,
+    GoalEstimate,
+    GoalFilterConfig,
+    GoalMeasurement,
+    GoalPoseFilter,
+    GoalStatus,
+    Judgement,
+    Outcome,
+)
 from geometry import (
     Corridor,
     CorridorError,
@@ -46,14 +57,23 @@ __all__ = [
     "ControllerConfig",
     "Corridor",
     "CorridorError",
+    "DetectionNoise",
     "Diagnostics",
     "DockingController",
     "EffectiveWeights",
     "Footprint",
+    "Frame",
+    "GoalEstimate",
+    "GoalFilterConfig",
+    "GoalMeasurement",
+    "GoalPoseFilter",
+    "GoalStatus",
     "InputError",
+    "Judgement",
     "Limits",
     "Narrowing",
     "Objective",
+    "Outcome",
     "PathError",
     "PathPart",
     "Pose2",

@@ -1,7 +1,7 @@
-"""Check that the package `geometry` is the one this project ships.
+"""Check that the packages `geometry` and `estimation` are the ones this project ships.
 
-`geometry` is a common name: a file geometry.py next to a user's script, or another distribution, is found
-before ours. Without this check that shows as an ImportError about a missing name somewhere else.
+Both are common names: a file geometry.py next to a user's script, or another distribution, is found before
+ours. Without this check that shows as an ImportError about a missing name somewhere else.
 """
 
 from __future__ import annotations
@@ -10,28 +10,33 @@ import importlib.util
 import sys
 from pathlib import Path
 
-_PACKAGE = "geometry"
+_PACKAGES = ("geometry", "estimation")
 
 
-def check_geometry() -> None:
-    """Raise if `import geometry` yields another package than the one installed beside `rti_mpcc`.
+def check_packages() -> None:
+    """Raise if an import of them yields another package than the one installed beside `rti_mpcc`.
 
-    Imports nothing, so that a foreign `geometry` is not run.
+    Imports nothing, so that a foreign one is not run.
 
     Raises:
-        ImportError: `geometry` is missing or shadowed; the message names the file in the way.
+        ImportError: a package is missing or shadowed; the message names the file in the way.
     """
+    for package in _PACKAGES:
+        _check(package)
+
+
+def _check(package: str) -> None:
     root = Path(__file__).parent.parent
-    found = _location(_PACKAGE)
+    found = _location(package)
     if found is None:
         raise ImportError(
-            f"rti_mpcc needs its package '{_PACKAGE}', which is missing from {root}", name=_PACKAGE
+            f"rti_mpcc needs its package '{package}', which is missing from {root}", name=package
         )
-    if not _same(found.parent, root / _PACKAGE):
+    if not _same(found.parent, root / package):
         raise ImportError(
-            f"rti_mpcc needs its own package '{_PACKAGE}' in {root}, but {found} shadows it: "
+            f"rti_mpcc needs its own package '{package}' in {root}, but {found} shadows it: "
             "rename that file or take its directory off sys.path",
-            name=_PACKAGE,
+            name=package,
             path=str(found),
         )
 

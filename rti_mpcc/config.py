@@ -6,41 +6,12 @@ switched on by `ControllerConfig.paper()`, see docs/method.md.
 
 from __future__ import annotations
 
-from math import pi, radians, tan
+from math import radians, tan
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from rti_mpcc.errors import ConfigError
-
-Positive = Annotated[float, Field(gt=0.0, le=1e12)]
-NonNegative = Annotated[float, Field(ge=0.0, le=1e12)]
-Tolerance = tuple[Positive, Positive, Annotated[float, Field(gt=0.0, le=pi)]]
-Triple = tuple[NonNegative, NonNegative, NonNegative]
-
-
-class Settings(BaseModel):
-    """A frozen group of settings that tells in one sentence what is wrong with it."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    def __init__(self, **values: Any) -> None:
-        try:
-            super().__init__(**values)
-        except ValidationError as error:
-            raise ConfigError(_explain(type(self).__name__, error)) from None
-
-
-def _explain(name: str, error: ValidationError) -> str:
-    problems = []
-    for item in error.errors():
-        field = ".".join([name, *(str(part) for part in item["loc"])])
-        if item["type"] == "extra_forbidden":
-            problems.append(f"{field} is not a setting")
-        else:
-            shown = "" if isinstance(item["input"], dict) else f" = {item['input']!r}"
-            problems.append(f"{field}{shown}: {item['msg']}")
-    return "; ".join(problems)
+from geometry.settings import NonNegative, Positive, Settings, Tolerance, Triple
 
 
 class Vehicle(Settings):

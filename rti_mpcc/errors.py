@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from geometry.errors import CorridorError, InputError, PathError, RtiMpccError
-
-
-class ConfigError(InputError):
-    """A setting is missing, unknown, of the wrong type or out of range."""
+from geometry.errors import ConfigError, CorridorError, InputError, PathError, RtiMpccError
 
 
 class ScenarioError(InputError):

@@ -10,13 +10,13 @@ from types import ModuleType
 
 import pytest
 
-from rti_mpcc._shadow import check_geometry
+from rti_mpcc._shadow import check_packages
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_the_own_package_passes() -> None:
-    check_geometry()
+    check_packages()
 
 
 def test_a_module_loaded_already_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -24,14 +24,14 @@ def test_a_module_loaded_already_is_named(monkeypatch: pytest.MonkeyPatch, tmp_p
     foreign.__file__ = str(tmp_path / "geometry.py")
     monkeypatch.setitem(sys.modules, "geometry", foreign)
     with pytest.raises(ImportError, match=r"geometry\.py shadows it") as caught:
-        check_geometry()
+        check_packages()
     assert caught.value.path == str(tmp_path / "geometry.py")
 
 
 def test_a_module_without_a_file_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "geometry", ModuleType("geometry"))
     with pytest.raises(ImportError, match="<memory> shadows it"):
-        check_geometry()
+        check_packages()
 
 
 @pytest.mark.parametrize("name", ["geometry.py", "geometry/__init__.py"])
@@ -44,7 +44,7 @@ def test_a_file_earlier_on_the_path_is_named_and_not_run(
     monkeypatch.delitem(sys.modules, "geometry", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ImportError, match="shadows it") as caught:
-        check_geometry()
+        check_packages()
     assert caught.value.path == str(file)
 
 
@@ -52,7 +52,7 @@ def test_a_missing_package_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch
     monkeypatch.delitem(sys.modules, "geometry", raising=False)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(ImportError, match="which is missing from"):
-        check_geometry()
+        check_packages()
 
 
 def test_importing_the_package_beside_a_foreign_file_names_it(tmp_path: Path) -> None:

@@ -1,0 +1,22 @@
+"""The goal pose from noisy detections: a gated Kalman filter with a clock of its own. Knows geometry only."""
+
+from __future__ import annotations
+
+from estimation.goal_filter import GoalPoseFilter
+from estimation.history import PoseHistory
+from estimation.measurement import Frame, GoalMeasurement
+from estimation.settings import DetectionNoise, GoalFilterConfig
+from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome
+
+__all__ = [
+    "DetectionNoise",
+    "Frame",
+    "GoalEstimate",
+    "GoalFilterConfig",
+    "GoalMeasurement",
+    "GoalPoseFilter",
+    "GoalStatus",
+    "Judgement",
+    "Outcome",
+    "PoseHistory",
+]

@@ -1,0 +1,142 @@
+"""One detection of the goal, and what it says about the goal in the world.
+
+Seen from the vehicle pose (x_v, y_v, phi_v), a detection z = (x, y, phi) of covariance R says
+
+(M1)  goal = (x_v, y_v) + Rot(phi_v) (x, y),  phi_v + phi,
+(M2)  covariance = Rot(phi_v) R Rot(phi_v)' + J P J',  J = [[1, 0, -dy], [0, 1, dx], [0, 0, 1]],
+
+(dx, dy) from vehicle to goal in world axes, P the covariance of the vehicle pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from math import cos, hypot, isfinite, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from estimation.settings import GoalFilterConfig
+from estimation.types import Array
+from geometry import InputError, Pose2
+
+FARTHEST = 1e6
+"""Coordinates and standard deviations beyond this [m], [rad] are a mistake, not a detection."""
+SMALLEST = 1e-9
+"""Smallest standard deviation that is believed [m], [rad]."""
+
+
+class Frame(Enum):
+    """The frame that a detection is given in."""
+
+    WORLD = "world"
+    VEHICLE = "vehicle"
+    """Origin in the middle of the rear axle, x along the heading, y to the left."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GoalMeasurement:
+    """One detection of the goal pose. Any numbers may be given: the filter refuses what is not usable.
+
+    Attributes:
+        stamp: time of exposure [s], on the clock of `now`; not the time of arrival.
+        x, y: [m]; phi: heading of the vehicle when docked [rad], any branch; all in `frame`.
+        covariance: (3, 3) of x, y, phi in the axes of `frame` [m², m rad, rad²]; None: by range, see
+            `DetectionNoise`.
+        frame: see there.
+        vehicle: pose of the vehicle in the world at `stamp`, for a detection in its frame, where the caller
+            knows it better than the controller's own pose history.
+
+    Raises:
+        InputError: the covariance is not a (3, 3) array of numbers.
+    """
+
+    stamp: float
+    x: float
+    y: float
+    phi: float
+    covariance: ArrayLike | None = None
+    frame: Frame = Frame.WORLD
+    vehicle: Pose2 | None = None
+
+    def __post_init__(self) -> None:
+        if self.covariance is None:
+            return
+        covariance = np.array(self.covariance, dtype=np.float64)
+        if covariance.shape != (3, 3):
+            raise InputError(f"covariance has shape {covariance.shape}: must be (3, 3), of x, y, phi")
+        covariance.flags.writeable = False
+        object.__setattr__(self, "covariance", covariance)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Detection:
+    """A usable detection in the world: stamp [s], value (3,) x, y, heading, covariance (3, 3)."""
+
+    stamp: float
+    value: Array
+    covariance: Array
+
+    @property
+    def pose(self) -> Pose2:
+        """The goal by this detection alone."""
+        x, y, phi = self.value.tolist()
+        return Pose2(x, y, phi)
+
+    def same(self, other: Detection) -> bool:
+        """Whether the other one is this one told again."""
+        return self.stamp == other.stamp and bool(np.array_equal(self.value, other.value))
+
+
+def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detection | str:
+    """What a measurement says about the goal in the world, Eq. (M1), (M2), or why it is not usable."""
+    m = measurement
+    if not all(map(isfinite, (m.stamp, m.x, m.y, m.phi))):
+        return f"not finite: stamp {m.stamp}, x {m.x}, y {m.y}, phi {m.phi}"
+    if max(abs(m.x), abs(m.y), abs(m.phi)) > FARTHEST:
+        return f"beyond {FARTHEST:g}: x {m.x}, y {m.y}, phi {m.phi}"
+    covariance = _covariance(m, config)
+    if isinstance(covariance, str):
+        return covariance
+    if m.frame is Frame.WORLD:
+        return Detection(stamp=m.stamp, value=np.array([m.x, m.y, m.phi]), covariance=covariance)
+    if m.vehicle is None:
+        return f"where the vehicle was at stamp {m.stamp:.3f} s is not known"
+    goal = m.vehicle.compose(Pose2(m.x, m.y, m.phi))
+    c, s = cos(m.vehicle.phi), sin(m.vehicle.phi)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    lever = np.eye(3)
+    lever[:2, 2] = m.vehicle.y - goal.y, goal.x - m.vehicle.x
+    vehicle = np.square([config.vehicle_position_std] * 2 + [config.vehicle_heading_std])
+    return Detection(
+        stamp=m.stamp,
+        value=np.array([goal.x, goal.y, goal.phi]),
+        covariance=turn @ covariance @ turn.T + (lever * vehicle) @ lever.T,
+    )
+
+
+def _covariance(measurement: GoalMeasurement, config: GoalFilterConfig) -> Array | str:
+    """The measurement's own covariance if it is one, else the one by range."""
+    m = measurement
+    if m.covariance is None:
+        return config.noise.covariance(_range(m, config))
+    given = np.asarray(m.covariance, dtype=np.float64)
+    if not np.isfinite(given).all() or np.abs(given).max() > FARTHEST**2:
+        return "its covariance is not finite"
+    if not np.allclose(given, given.T, rtol=1e-6, atol=SMALLEST**2):
+        return "its covariance is not symmetric"
+    symmetric = 0.5 * (given + given.T)
+    if float(np.linalg.eigvalsh(symmetric)[0]) < SMALLEST**2:
+        return "its covariance is not positive definite"
+    return symmetric
+
+
+def _range(measurement: GoalMeasurement, config: GoalFilterConfig) -> float:
+    """Rear axle to goal [m]; the reference range where it is not known."""
+    m = measurement
+    if m.frame is Frame.VEHICLE:
+        return hypot(m.x, m.y)
+    if m.vehicle is None:
+        return config.noise.reference_range
+    return hypot(m.x - m.vehicle.x, m.y - m.vehicle.y)

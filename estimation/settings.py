@@ -1,0 +1,80 @@
+"""Settings of the goal filter. SI units and radians; a bad value raises `ConfigError`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from geometry.settings import NonNegative, Positive, Settings
+
+Std = Annotated[float, Field(gt=0.0, le=1e3)]
+Seconds = Annotated[float, Field(gt=0.0, le=1e4)]
+
+
+class DetectionNoise(Settings):
+    """How far a detection is off, by its range r (rear axle to goal): std(r) = max(floor, std r / r_ref).
+
+    Attributes:
+        position_std: of x and y each, at `reference_range` [m].
+        heading_std: at `reference_range` [rad].
+        position_floor, heading_floor: least standard deviations [m], [rad].
+        reference_range: r_ref [m].
+    """
+
+    position_std: Std = 0.05
+    heading_std: Std = 0.035
+    position_floor: Std = 0.002
+    heading_floor: Std = 0.001
+    reference_range: Positive = 10.0
+
+    def covariance(self, distance: float) -> NDArray[np.float64]:
+        """(3, 3) of x, y, heading at `distance` [m]."""
+        share = distance / self.reference_range
+        position = max(self.position_floor, self.position_std * share)
+        heading = max(self.heading_floor, self.heading_std * share)
+        return np.diag([position**2, position**2, heading**2])
+
+
+class GoalFilterConfig(Settings):
+    """All settings of a `GoalPoseFilter`; every one has a default.
+
+    The goal's true pose is taken to walk at random: its variance grows by drift² per second. With `moving`
+    it also has a velocity, which walks at random itself.
+
+    Attributes:
+        noise: of detections that bring no covariance of their own.
+        vehicle_position_std, vehicle_heading_std: of the vehicle pose from which a detection in the
+            vehicle's frame was made [m], [rad]; they add to its covariance.
+        position_drift: of x and y each [m/sqrt(s)]; heading_drift: [rad/sqrt(s)].
+        moving: estimate the goal's velocity and turn rate too.
+        velocity_drift: [m/s/sqrt(s)]; turn_rate_drift: [rad/s/sqrt(s)]; of a moving goal.
+        velocity_std, turn_rate_std: of a moving goal when it is first seen [m/s], [rad/s].
+        gate: probability with which a true detection passes the gate.
+        confirmations: detections that have to agree before the goal counts as seen.
+        reacquire_after: rejected detections that agree with each other over so long are the goal's new
+            place [s].
+        coast_after, lost_after: time without an accepted detection until COASTING, until LOST [s].
+        history: how late a detection may arrive [s]; a clock that runs back further was set anew.
+        clock_skew: how far a stamp may lie ahead of the clock [s].
+    """
+
+    noise: DetectionNoise = DetectionNoise()
+    vehicle_position_std: NonNegative = 0.01
+    vehicle_heading_std: NonNegative = 0.002
+    position_drift: Std = 0.005
+    heading_drift: Std = 0.002
+    moving: bool = False
+    velocity_drift: Std = 0.02
+    turn_rate_drift: Std = 0.01
+    velocity_std: Std = 0.2
+    turn_rate_std: Std = 0.05
+    gate: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.999
+    confirmations: Annotated[int, Field(ge=1, le=100)] = 2
+    reacquire_after: Seconds = 0.65
+    coast_after: Seconds = 0.5
+    lost_after: Seconds = 2.0
+    history: Seconds = 1.0
+    clock_skew: Annotated[float, Field(ge=0.0, le=1.0)] = 0.05

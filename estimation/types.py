@@ -1,0 +1,86 @@
+"""What comes out of the goal filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry import Pose2
+
+Array = NDArray[np.float64]
+
+
+class GoalStatus(Enum):
+    """How well the goal is known."""
+
+    SEARCHING = "searching"
+    """Not seen yet."""
+    TRACKING = "tracking"
+    """Seen a moment ago."""
+    COASTING = "coasting"
+    """Not seen for a while; the estimate is carried on."""
+    LOST = "lost"
+    """Not seen for so long that the estimate is only as good as its covariance says."""
+
+
+class Outcome(Enum):
+    """What became of a detection."""
+
+    ACCEPTED = "accepted"
+    """Passed the gate and moved the estimate."""
+    ACQUIRED = "acquired"
+    """Agreed with others before it: the estimate begins afresh from these."""
+    REJECTED = "rejected"
+    """Did not pass the gate, or waits for others that agree with it."""
+    REFUSED = "refused"
+    """Not usable: not finite, no covariance, too late, from the future, or told already."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """What became of one detection, and why.
+
+    Attributes:
+        stamp: of the detection [s].
+        outcome: see there; reason: one line for humans, "" where accepted.
+        pose: of the goal in the world by this detection alone; None where refused.
+        innovation: (3,) detection minus prediction x, y [m], heading [rad], world axes; None without one.
+        nis: normalised innovation squared against the gate's chi-square law of 3; None without one.
+    """
+
+    stamp: float
+    outcome: Outcome
+    reason: str = ""
+    pose: Pose2 | None = None
+    innovation: Array | None = None
+    nis: float | None = None
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the estimate took it in."""
+        return self.outcome in (Outcome.ACCEPTED, Outcome.ACQUIRED)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalEstimate:
+    """What is known of the goal at one time. Arrays are read-only.
+
+    Attributes:
+        status: see there.
+        pose: in the world, heading on one branch while tracked; None while SEARCHING.
+        covariance: (3, 3) of x, y, heading, world axes [m², m rad, rad²]; None while SEARCHING.
+        velocity: (3,) of a moving goal [m/s, m/s, rad/s]; None if it is not estimated.
+        age: time since the last accepted detection's stamp [s]; None while SEARCHING.
+        innovation, nis: of the last detection that was set against a prediction, see `Judgement`.
+    """
+
+    status: GoalStatus
+    pose: Pose2 | None = None
+    covariance: Array | None = None
+    velocity: Array | None = None
+    age: float | None = None
+    innovation: Array | None = None
+    nis: float | None = None
