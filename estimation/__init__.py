@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from estimation.camera import Camera, CharucoBoard
+from estimation.charuco import CharucoDetection, CharucoGoalDetector
 from estimation.goal_filter import GoalPoseFilter
 from estimation.history import PoseHistory
 from estimation.measurement import Frame, GoalMeasurement
@@ -9,6 +11,10 @@ from estimation.settings import DetectionNoise, GoalFilterConfig
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome
 
 __all__ = [
+    "Camera",
+    "CharucoBoard",
+    "CharucoDetection",
+    "CharucoGoalDetector",
     "DetectionNoise",
     "Frame",
     "GoalEstimate",

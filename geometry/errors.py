@@ -21,3 +21,7 @@ class CorridorError(InputError):
 
 class ConfigError(InputError):
     """A setting is missing, unknown, of the wrong type or out of range."""
+
+
+class MissingExtraError(RtiMpccError, ImportError):
+    """A library that only an optional extra brings is not installed; the message says how to get it."""

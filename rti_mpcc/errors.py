@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
-from geometry.errors import ConfigError, CorridorError, InputError, PathError, RtiMpccError
+from geometry.errors import (
+    ConfigError,
+    CorridorError,
+    InputError,
+    MissingExtraError,
+    PathError,
+    RtiMpccError,
+)
 
 
 class ScenarioError(InputError):
     """A scenario file cannot be read, or says something that is not allowed."""
 
 
-__all__ = ["ConfigError", "CorridorError", "InputError", "PathError", "RtiMpccError", "ScenarioError"]
+__all__ = [
+    "ConfigError",
+    "CorridorError",
+    "InputError",
+    "MissingExtraError",
+    "PathError",
+    "RtiMpccError",
+    "ScenarioError",
+]

@@ -1,0 +1,239 @@
+"""The goal's pose in a camera picture of a ChArUco board. Needs OpenCV: pip install 'rti-mpcc[vision]'.
+
+OpenCV's `CharucoDetector` finds the corners between the squares, `solvePnPGeneric` (IPPE) gives the two poses
+that a flat board can be seen in, and `fit_board` makes of them the goal's pose with its covariance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimation.board_pose import BoardPose, fit_board
+from estimation.camera import Camera, CharucoBoard, turn
+from estimation.measurement import Frame, GoalMeasurement
+from estimation.types import Array
+from geometry.errors import ConfigError, MissingExtraError
+
+Image = NDArray[np.uint8]
+
+FEWEST_CORNERS = 6
+"""With fewer corners a board is not believed."""
+LARGEST_ERROR = 2.0
+"""Corners that miss the best pose by more in the root mean square [px] are no board."""
+FARTHEST_OFF = 5.0
+"""So many times the median residual a single corner may be off; one that is farther was misread."""
+GREEN, ORANGE, BLUE, RED = (80, 200, 80), (0, 140, 255), (255, 120, 0), (40, 40, 230)
+
+
+def opencv() -> ModuleType:
+    """OpenCV with its aruco module; loaded at the first call. Raises MissingExtraError without it."""
+    try:
+        import cv2
+    except ImportError as error:
+        raise MissingExtraError(
+            "Detecting a ChArUco board needs OpenCV: pip install 'rti-mpcc[vision]'"
+        ) from error
+    return cv2
+
+
+def opencv_board(board: CharucoBoard) -> Any:
+    """The board as OpenCV knows it. Raises ConfigError for a dictionary that it does not have or is too small."""
+    aruco = opencv().aruco
+    number = getattr(aruco, board.dictionary, None) if board.dictionary.startswith("DICT_") else None
+    if not isinstance(number, int):
+        raise ConfigError(f"CharucoBoard.dictionary = {board.dictionary!r}: not one of OpenCV's, as DICT_4X4_50")
+    dictionary = aruco.getPredefinedDictionary(number)
+    needed = board.columns * board.rows // 2
+    if len(dictionary.bytesList) < needed:
+        raise ConfigError(f"CharucoBoard.dictionary = {board.dictionary!r}: the board needs {needed} markers")
+    return aruco.CharucoBoard((board.columns, board.rows), board.square, board.marker, dictionary)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CharucoDetection:
+    """The board found in one picture.
+
+    Attributes:
+        measurement: the goal's pose in the vehicle frame, with its covariance.
+        corners: (n, 2) [px]; ids: (n,) of them.
+        residuals: (n, 2) corner seen minus corner expected [px].
+    """
+
+    measurement: GoalMeasurement
+    corners: Array
+    ids: NDArray[np.int32]
+    residuals: Array
+
+    @property
+    def reprojection_error(self) -> float:
+        """Root mean square of the corners' distances to where they are expected [px]."""
+        return float(np.sqrt(np.mean(np.sum(self.residuals**2, axis=1))))
+
+
+class CharucoGoalDetector:
+    """Finds the goal in pictures of a camera. Raises MissingExtraError where OpenCV is not installed.
+
+    Args:
+        camera: that takes the pictures; board: that stands at the goal.
+    """
+
+    def __init__(self, camera: Camera, board: CharucoBoard) -> None:
+        self.camera, self.board = camera, board
+        self._cv2: Any = opencv()
+        printed = opencv_board(board)
+        self._detector: Any = self._cv2.aruco.CharucoDetector(printed)
+        self._detector.setDetectorParameters(self._reading())
+        self._flat = np.asarray(printed.getChessboardCorners(), dtype=np.float64).reshape(-1, 3)[:, :2]
+        self._corners = board.in_goal_frame(self._flat)
+        self._distortion = np.array(camera.distortion)
+
+    def detect(self, image: Image, stamp: float) -> CharucoDetection | None:
+        """The goal in a picture exposed at `stamp` [s], or None.
+
+        Args:
+            image: (height, width) grey or (height, width, 3) blue, green, red. One of another size than the
+                camera's, or without a usable board, gives None.
+        """
+        found = self._find(image)
+        if found is None:
+            return None
+        corners, ids = found
+        for _ in range(2):
+            if not self._spread(ids):
+                return None
+            pose = self._fit(corners, ids)
+            if pose is None:
+                return None
+            errors = np.hypot(*pose.residuals.T)
+            good = errors <= FARTHEST_OFF * max(float(np.median(errors)), 0.1)
+            if good.all():
+                break
+            corners, ids = corners[good], ids[good]
+        if len(errors) != len(ids) or float(np.sqrt(np.mean(errors**2))) > LARGEST_ERROR:
+            return None
+        x, y, phi = pose.value.tolist()
+        measurement = GoalMeasurement(
+            stamp=stamp, x=x, y=y, phi=phi, covariance=pose.covariance, frame=Frame.VEHICLE
+        )
+        return CharucoDetection(measurement=measurement, corners=corners, ids=ids, residuals=pose.residuals)
+
+    def annotated(self, image: Image, detection: CharucoDetection | None) -> Image:
+        """(height, width, 3) copy of a picture with corners, the board's axes and the goal's pose drawn in."""
+        cv2 = self._cv2
+        canvas: Image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
+        if detection is None:
+            self._write(canvas, ["no board"])
+            return canvas
+        for corner in detection.corners:
+            cv2.circle(canvas, tuple(np.rint(corner).astype(int).tolist()), 5, GREEN, 2, cv2.LINE_AA)
+        self._draw_axes(canvas, detection.measurement)
+        m = detection.measurement
+        std = np.sqrt(np.diag(np.asarray(m.covariance)))
+        self._write(
+            canvas,
+            [
+                f"goal from rear axle: x {m.x:.3f} m, y {m.y:.3f} m, heading {np.degrees(m.phi):.2f} deg",
+                f"std: {1e3 * std[0]:.1f} mm, {1e3 * std[1]:.1f} mm, {np.degrees(std[2]):.2f} deg",
+                f"{len(detection.ids)} corners, reprojection error {detection.reprojection_error:.2f} px",
+            ],
+        )
+        return canvas
+
+    # -- from picture to pose -----------------------------------------------------------------------
+
+    def _reading(self) -> Any:
+        """How markers are read. Far away a bit is 2 px wide, and blur reaches into it from its neighbours.
+
+        With OpenCV's defaults a marker is lost below 4 px a bit. Sampled finer, without the bits' margins, and
+        with all the errors corrected that the dictionary allows for, it is read down to 2 px.
+        """
+        parameters = self._cv2.aruco.DetectorParameters()
+        parameters.perspectiveRemovePixelPerCell = 8
+        parameters.perspectiveRemoveIgnoredMarginPerCell = 0.3
+        parameters.errorCorrectionRate = 1.0
+        # The default ends the search for a corner at a step of 0.1 px, where neighbours are still off together.
+        parameters.cornerRefinementMinAccuracy = 0.002
+        parameters.cornerRefinementMaxIterations = 60
+        return parameters
+
+    def _find(self, image: Image) -> tuple[Array, NDArray[np.int32]] | None:
+        """Corners (n, 2) [px] and their ids (n,), or None."""
+        size = (self.camera.height, self.camera.width)
+        if image.shape not in (size, (*size, 1), (*size, 3)) or image.dtype != np.uint8:
+            return None
+        try:
+            corners, ids, _, _ = self._detector.detectBoard(np.ascontiguousarray(image))
+        except self._cv2.error:
+            # OpenCV asserts here and there on what it did not expect to find; that is no board.
+            return None
+        if corners is None or ids is None:
+            return None
+        # (n, 1, 2) before OpenCV 5
+        return np.asarray(corners, dtype=np.float64).reshape(-1, 2), np.asarray(ids, dtype=np.int32).ravel()
+
+    def _spread(self, ids: NDArray[np.int32]) -> bool:
+        """Whether there are enough corners and not all on one line."""
+        if len(ids) < FEWEST_CORNERS:
+            return False
+        flat = self._flat[ids]
+        return bool(np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[1] > 0.5 * self.board.square)
+
+    def _fit(self, corners: Array, ids: NDArray[np.int32]) -> BoardPose | None:
+        """The goal's pose from the corners, or None."""
+        cv2, matrix = self._cv2, self.camera.matrix
+        flat = np.column_stack([self._flat[ids], np.zeros(len(ids))])
+        try:
+            # without distortion, in pixels
+            pixels = cv2.undistortPoints(corners[:, None, :], matrix, self._distortion, P=matrix)[:, 0]
+            _, turns, ways, _ = cv2.solvePnPGeneric(flat, pixels, matrix, None, flags=cv2.SOLVEPNP_IPPE)
+        except cv2.error:
+            return None
+        starts = [
+            self._goal(np.asarray(cv2.Rodrigues(turned)[0]), way.ravel())
+            for turned, way in zip(turns, ways, strict=True)
+        ]
+        return fit_board(self.camera, self._corners[ids], pixels, [s for s in starts if np.isfinite(s).all()])
+
+    def _goal(self, turned: Array, way: Array) -> Array:
+        """(3,) x, y, phi of the goal where the board is turned (3, 3) and moved (3,) into the camera frame."""
+        board, camera = self.board, self.camera
+        middle = turned @ (*(0.5 * np.array(board.size)), 0.0) + way
+        normal = -camera.rotation @ turned[:, 2]
+        phi = atan2(normal[1], normal[0]) - board.yaw
+        at = camera.rotation @ middle + camera.position - turn(phi) @ (board.x, board.y, board.z)
+        return np.array([at[0], at[1], phi])
+
+    # -- drawing ------------------------------------------------------------------------------------
+
+    def _draw_axes(self, canvas: Image, measurement: GoalMeasurement) -> None:
+        """Right, down and normal of the board from its middle, two squares long, by the measured pose."""
+        m, length = measurement, 2.0 * self.board.square
+        ends = np.vstack([np.zeros(3), length * self.board.axes.T * [[1.0], [1.0], [-1.0]]])
+        in_goal = ends + (self.board.x, self.board.y, self.board.z)
+        points = in_goal @ turn(m.phi).T + (m.x, m.y, 0.0)
+        if self.camera.seen(points)[:, 2].min() <= 0.0:
+            return
+        middle, *tips = np.rint(self.camera.project(points)).astype(int).tolist()
+        for tip, colour in zip(tips, (RED, GREEN, BLUE), strict=True):
+            self._cv2.line(canvas, tuple(middle), tuple(tip), colour, 3, self._cv2.LINE_AA)
+
+    def _write(self, canvas: Image, lines: list[str]) -> None:
+        for row, line in enumerate(lines):
+            at = (20, 40 + 34 * row)
+            for colour, thickness in ((0, 0, 0), 5), ((255, 255, 255), 2):
+                self._cv2.putText(
+                    canvas,
+                    line,
+                    at,
+                    self._cv2.FONT_HERSHEY_SIMPLEX,
+                    0.9,
+                    colour,
+                    thickness,
+                    self._cv2.LINE_AA,
+                )

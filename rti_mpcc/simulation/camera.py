@@ -1,0 +1,221 @@
+"""Camera pictures of a ChArUco board for the closed loop: perspective, lens, blur, exposure, noise.
+
+The board's print is warped by the homography of its plane four times finer than the picture and averaged down
+to it, as a sensor does: a board far away doesn't alias. With p the point of the board's plane [m], Eq. (K1) to
+(K3) of `estimation.camera` give the pinhole's homography, f the finer pixels of a window that begins at u_0:
+
+(R1)  p_camera = R' (Rz(phi) (A_2 (p - m) + b) + (x, y, 0) - c) = [h_1 h_2 h_3] (p, 1),  u ~ K [h_1 h_2 h_3] (p, 1),
+(R2)  u_f = FINER (u - u_0 + 1/2) - 1/2,
+
+x, y, phi the goal in the vehicle frame, A_2 the board's right and down. A distorting lens is a second warp, of
+the finer picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector, GoalMeasurement
+from estimation.camera import turn
+from estimation.charuco import opencv, opencv_board
+from geometry import Pose2
+from geometry.settings import NonNegative, Positive, Settings
+from rti_mpcc.types import Array
+
+Image = NDArray[np.uint8]
+Grey = NDArray[np.float32]
+
+FINER = 4
+"""So many times finer than the picture the board is drawn before it is averaged."""
+SQUARE_PIXELS = 128
+"""Side of a square of the print [px]."""
+NEAREST = 0.1
+"""A board with a corner nearer to the lens plane than this, or behind it, is not drawn [m]."""
+
+
+class Optics(Settings):
+    """What becomes of the light on its way into the picture.
+
+    Attributes:
+        blur: standard deviation of the lens's blur [px].
+        exposure: what brightness is multiplied with; beyond 255 it is clipped.
+        noise: standard deviation of a pixel [grey levels of 255].
+        border: white paper around the board [squares].
+    """
+
+    blur: NonNegative = 0.8
+    exposure: Positive = 1.0
+    noise: NonNegative = 4.0
+    border: Annotated[float, Field(ge=0.0, le=5.0)] = 0.5
+
+
+class BoardCamera:
+    """Takes grey pictures of a board. Holds the print and the background; all chance comes from `random`.
+
+    Args:
+        camera, board, optics: the true ones.
+        random: draws the background once, and each picture's noise.
+    """
+
+    def __init__(
+        self, camera: Camera, board: CharucoBoard, optics: Optics, random: np.random.Generator
+    ) -> None:
+        self.camera, self.board, self.optics = camera, board, optics
+        self._cv2: Any = opencv()
+        self._random = random
+        self._prints = self._printed()
+        self._surroundings = surroundings(round(2.0 * pi * camera.fx), camera.height, random)
+
+    def expose(self, vehicle: Pose2, goal: Pose2) -> Image:
+        """(height, width) picture taken from `vehicle` with the board at `goal`, both in the world."""
+        picture = self._background(vehicle.phi)
+        homography = self._homography(goal.relative_to(vehicle))
+        if homography is not None:
+            self._draw(picture, homography)
+        if self.optics.blur > 0.0:
+            picture = self._cv2.GaussianBlur(picture, (0, 0), self.optics.blur)
+        noise = self._random.standard_normal(picture.shape, dtype=np.float32)
+        bright = self.optics.exposure * picture + self.optics.noise * noise
+        return np.clip(np.rint(bright), 0.0, 255.0).astype(np.uint8)
+
+    def _printed(self) -> list[Grey]:
+        """Grey and coverage (h, w, 2) of the board with its border, from fine to coarse by halves."""
+        board, border = self.board, round(self.optics.border * SQUARE_PIXELS)
+        size = (board.columns * SQUARE_PIXELS, board.rows * SQUARE_PIXELS)
+        face = np.pad(opencv_board(board).generateImage(size), border, constant_values=255)
+        # Ink and paper of a real print are neither black nor white.
+        grey = (20.0 + 200.0 / 255.0 * face).astype(np.float32)
+        levels = [np.dstack([grey, np.ones_like(grey)])]
+        while min(levels[-1].shape[:2]) >= 64:
+            height, width = levels[-1].shape[:2]
+            smaller = (width // 2, height // 2)
+            levels.append(self._cv2.resize(levels[-1], smaller, interpolation=self._cv2.INTER_AREA))
+        return levels
+
+    def _background(self, heading: float) -> Grey:
+        """(height, width) of the surroundings that lie in this direction [rad]; far away, so it only turns."""
+        round_about = self._surroundings.shape[1]
+        first = round(-(heading + self.camera.yaw) * self.camera.fx)
+        return self._surroundings[:, np.arange(first, first + self.camera.width) % round_about]
+
+    def _homography(self, goal: Pose2) -> Array | None:
+        """(3, 3) from the board's plane [m] into the camera frame, Eq. (R1); None where its face is not seen."""
+        camera, board = self.camera, self.board
+        plane = np.column_stack([board.axes[:, :2], np.zeros(3)])
+        plane[:, 2] = (board.x, board.y, board.z) - plane @ (*(0.5 * np.array(board.size)), 0.0)
+        in_vehicle = turn(goal.phi) @ plane
+        in_vehicle[:, 2] += (goal.x - camera.x, goal.y - camera.y, -camera.z)
+        homography: Array = camera.rotation.T @ in_vehicle
+        into_board = np.cross(homography[:, 0], homography[:, 1])
+        depth = (homography @ _homogeneous(self._outline(2)))[2]
+        return homography if depth.min() > NEAREST and into_board @ homography[:, 2] > 0.0 else None
+
+    def _outline(self, points: int) -> Array:
+        """(4 points, 2) along the paper's four sides [m]."""
+        border, (width, height) = self.optics.border * self.board.square, self.board.size
+        share = np.linspace(0.0, 1.0, points)
+        zero, one = np.zeros(points), np.ones(points)
+        unit = np.vstack([np.column_stack(s) for s in ((share, zero), (share, one), (zero, share), (one, share))])
+        return unit * (width + 2.0 * border, height + 2.0 * border) - border
+
+    def _draw(self, picture: Grey, homography: Array) -> None:
+        """Draw the board into the picture, in place."""
+        cv2, camera = self._cv2, self.camera
+        outline = (homography @ _homogeneous(self._outline(20))).T
+        pixels = camera.project(outline @ camera.rotation.T + camera.position)
+        low = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - 2, 0)
+        high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + 3, (camera.width, camera.height))
+        width, height = (high - low).tolist()
+        if width <= 0 or height <= 0:
+            return
+        if any(camera.distortion):
+            fine = self._distorted(homography, low, width, height)
+        else:
+            fine = self._warped(homography, low, width, height)
+        drawn = cv2.resize(fine, (width, height), interpolation=cv2.INTER_AREA)
+        window = picture[low[1] : high[1], low[0] : high[0]]
+        window *= 1.0 - drawn[:, :, 1]
+        window += drawn[:, :, 0]
+
+    def _warped(self, homography: Array, low: Array, width: int, height: int) -> Grey:
+        """(FINER height, FINER width, 2) of the pinhole's window that begins at pixel `low`, Eq. (R2)."""
+        to_fine = np.array([[FINER, 0.0, 0.0], [0.0, FINER, 0.0], [0.0, 0.0, 1.0]])
+        to_fine[:2, 2] = FINER * (0.5 - np.asarray(low)) - 0.5
+        # The coarsest print whose pixels are not larger than the finer ones.
+        pixel = homography[2, 2] / (FINER * self.camera.fx)
+        step = self.board.square / SQUARE_PIXELS
+        level = int(np.clip(np.floor(np.log2(max(pixel / step, 1.0))), 0, len(self._prints) - 1))
+        step *= 2.0**level
+        border = self.optics.border * self.board.square
+        to_board = np.array([[step, 0.0, 0.5 * step - border], [0.0, step, 0.5 * step - border], [0.0, 0.0, 1.0]])
+        fine: Grey = self._cv2.warpPerspective(
+            self._prints[level],
+            to_fine @ self.camera.matrix @ homography @ to_board,
+            (FINER * width, FINER * height),
+        )
+        return fine
+
+    def _distorted(self, homography: Array, low: Array, width: int, height: int) -> Grey:
+        """As `_warped`, seen through the lens: each pixel takes what the pinhole has where its ray comes from."""
+        cv2, matrix = self._cv2, self.camera.matrix
+        across, down = np.meshgrid(np.arange(low[0], low[0] + width), np.arange(low[1], low[1] + height))
+        seen = np.column_stack([across.ravel(), down.ravel()]).astype(np.float64)[:, None]
+        ideal = cv2.undistortPoints(seen, matrix, np.array(self.camera.distortion), P=matrix)[:, 0]
+        first = np.floor(ideal.min(axis=0)).astype(int) - 1
+        last = np.ceil(ideal.max(axis=0)).astype(int) + 2
+        fine = self._warped(homography, first, *(last - first).tolist())
+        where = (FINER * (ideal - first + 0.5) - 0.5).reshape(height, width, 2).astype(np.float32)
+        where = cv2.resize(where, (FINER * width, FINER * height), interpolation=cv2.INTER_LINEAR)
+        found: Grey = cv2.remap(fine, where, None, cv2.INTER_LINEAR)
+        return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraDetector:
+    """The goal by camera: a picture at each exposure, and what the detector makes of it. See `Detector`.
+
+    Attributes:
+        pictures: takes them, with the true camera, board and light.
+        detector: works with what is believed of camera and board.
+        rate: exposures a second [Hz]; delay: from an exposure to the arrival of what was detected [s].
+        seen: is told of every exposure: stamp [s], picture, and detection or None.
+    """
+
+    pictures: BoardCamera
+    detector: CharucoGoalDetector
+    rate: float = 5.0
+    delay: float = 0.1
+    seen: Callable[[float, Image, CharucoDetection | None], None] | None = None
+
+    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
+        """What the picture taken at `stamp` [s] says of the goal, or None."""
+        picture = self.pictures.expose(vehicle, goal)
+        detection = self.detector.detect(picture, stamp)
+        if self.seen is not None:
+            self.seen(stamp, picture, detection)
+        return None if detection is None else detection.measurement
+
+
+def surroundings(width: int, height: int, random: np.random.Generator) -> Grey:
+    """(height, width) of a wall above a floor, with boxes before it, grain on it and uneven light."""
+    picture = np.full((height, width), 120.0, np.float32)
+    picture[int(0.55 * height) :] = 85.0
+    for _ in range(width // 40):
+        left, wide = int(random.integers(width)), int(random.integers(20, 160))
+        top, tall = int(random.integers(int(0.8 * height))), int(random.integers(20, height // 3))
+        picture[top : top + tall, left : left + wide] = random.uniform(30.0, 200.0)
+    picture += 6.0 * random.standard_normal((height, width), dtype=np.float32)
+    picture *= (1.0 + 0.15 * np.sin(np.arange(width) * (2.0 * pi * 3.0 / width))).astype(np.float32)
+    return picture
+
+
+def _homogeneous(points: Array) -> Array:
+    """(3, n) of (n, 2)."""
+    return np.vstack([points.T, np.ones(len(points))])
