@@ -4,9 +4,11 @@ A Kalman filter on x, y, heading and, for a moving goal, their rates. What a pla
 
 - A detection is set against the prediction before it may act: with innovation y and S = H P H' + R, it
   passes the gate if y' S^-1 y is below the chi-square quantile of 3 (`gate`).
-- Rejected detections are kept until one is accepted. Those that agree with the newest of them (the same
-  gate, between two detections) over `reacquire_after` are the goal's new place. While SEARCHING or LOST
-  there is nothing to doubt them by: then `confirmations` of them are enough.
+- The goal may have moved, by much or by less than the gate shows. The detections of the last
+  `reacquire_after` that agree with the newest of them (the same gate, between two detections), if they are
+  the most of them and span that time, are fused by themselves; where that contradicts what was believed
+  before them, the estimate begins afresh from them. While SEARCHING or LOST there is nothing to contradict:
+  then `confirmations` detections that agree are enough.
 - A late detection is put where its stamp belongs: the filter goes back and processes what came after
   again, so the order of arrival does not matter.
 """
@@ -15,39 +17,21 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
 import numpy as np
 from scipy.special import chdtri
 
+from estimation.belief import Belief, Recent, bare, contradiction, innovation_of, innovations, shifted
 from estimation.measurement import Detection, GoalMeasurement, in_world
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array, GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2, lift
 
 KEPT = 5.0
-"""So long rejected detections are kept [s]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Belief:
-    """What the detections up to `time` [s] say.
-
-    Attributes:
-        mean: (n,) x, y, heading and for a moving goal their rates; None before the goal was seen.
-        covariance: (n, n); seen_at: stamp of the last accepted detection [s].
-        rejected: detections rejected since then, by stamp.
-        judged: the last detection set against a prediction.
-    """
-
-    time: float
-    mean: Array | None = None
-    covariance: Array | None = None
-    seen_at: float | None = None
-    rejected: tuple[Detection, ...] = ()
-    judged: Judgement | None = None
+"""Detections farther apart than this [s] are not set against each other."""
 
 
 class GoalPoseFilter:
@@ -66,6 +50,7 @@ class GoalPoseFilter:
         self._kalman: Any = KalmanFilter(dim_x=size, dim_z=3)
         self._kalman.H = np.eye(3, size)
         self._gate = float(chdtri(3, 1.0 - self.config.gate))
+        self._moved = float(chdtri(3, 1.0 - self.config.moved))
         self.reset()
 
     def reset(self) -> None:
@@ -84,7 +69,7 @@ class GoalPoseFilter:
             return
         if self._now is not None and now < self._now - self.config.history:
             back = self._now - now
-            self._origin = _shifted(self._latest, -back)
+            self._origin = shifted(self._latest, -back)
             self._past = []
             self._now = now
         self._now = now if self._now is None else max(now, self._now)
@@ -164,49 +149,68 @@ class GoalPoseFilter:
 
     def _judge(self, belief: Belief, detection: Detection) -> tuple[Belief, Judgement]:
         """The belief after one more detection, and what became of that."""
-        verdict = Judgement(stamp=detection.stamp, outcome=Outcome.REJECTED, pose=detection.pose)
+        recent = (*self._window(belief, detection.stamp), Recent(detection=detection, before=bare(belief)))
+        judged = Judgement(stamp=detection.stamp, outcome=Outcome.REJECTED, pose=detection.pose)
         if belief.mean is not None:
             mean, covariance = self._predicted(belief, detection.stamp)
-            innovation, nis = _innovation(mean, covariance, detection)
-            verdict = replace(verdict, innovation=innovation, nis=nis)
-            belief = replace(belief, time=detection.stamp, mean=mean, covariance=covariance)
-            if nis <= self._gate:
-                verdict = replace(verdict, outcome=Outcome.ACCEPTED)
-                return self._corrected(replace(belief, judged=verdict), detection), verdict
-        waiting = [one for one in belief.rejected if detection.stamp - one.stamp <= KEPT]
-        agreeing = [*(one for one in waiting if self._agree(one, detection)), detection]
-        if self._confirmed(belief, agreeing):
-            verdict = replace(verdict, outcome=Outcome.ACQUIRED)
-            return replace(self._fused(agreeing), judged=verdict), verdict
-        verdict = replace(verdict, reason=self._rejection(verdict, len(agreeing)))
-        rejected = (*waiting, detection)
-        return replace(belief, time=detection.stamp, rejected=rejected, judged=verdict), verdict
+            innovation, nis = innovation_of(mean, covariance, detection)
+            judged = replace(judged, innovation=innovation, nis=nis)
+            belief = replace(belief, mean=mean, covariance=covariance)
+        belief = replace(belief, time=detection.stamp, recent=recent)
+        agreeing = self._agreeing(recent, detection)
+        if self._acquires(belief, agreeing):
+            judged = replace(judged, outcome=Outcome.ACQUIRED)
+            return replace(self._fused(agreeing), judged=judged), judged
+        if judged.nis is not None and judged.nis <= self._gate:
+            judged = replace(judged, outcome=Outcome.ACCEPTED)
+            return replace(self._corrected(belief, detection), judged=judged), judged
+        judged = replace(judged, reason=self._rejection(judged, len(agreeing)))
+        return replace(belief, judged=judged), judged
 
-    def _rejection(self, verdict: Judgement, agreeing: int) -> str:
-        if verdict.nis is None:
-            return f"waits for others that agree with it ({agreeing} of {self.config.confirmations})"
-        return f"NIS {verdict.nis:.1f} is above the gate, {self._gate:.1f}"
+    def _window(self, belief: Belief, stamp: float) -> Sequence[Recent]:
+        """The recent detections that matter at `stamp` [s]: one more than `reacquire_after` goes back."""
+        stamps = [one.detection.stamp for one in belief.recent]
+        first = bisect_right(stamps, stamp - KEPT)
+        if self._knows(belief, stamp):
+            first = max(first, bisect_right(stamps, stamp - self.config.reacquire_after) - 1)
+        return belief.recent[first:]
 
-    def _confirmed(self, belief: Belief, agreeing: Sequence[Detection]) -> bool:
-        """Whether detections that agree with each other are where the goal is now."""
-        first, last = agreeing[0].stamp, agreeing[-1].stamp
-        unknown = belief.seen_at is None or last - belief.seen_at > self.config.lost_after
-        if unknown:
+    def _knows(self, belief: Belief, stamp: float) -> bool:
+        """Whether there is an estimate that a detection at `stamp` [s] can contradict."""
+        return belief.seen_at is not None and stamp - belief.seen_at <= self.config.lost_after
+
+    def _acquires(self, belief: Belief, agreeing: Sequence[Recent]) -> bool:
+        """Whether the recent detections that agree with the newest one are where the goal is now."""
+        first, last = agreeing[0].detection.stamp, agreeing[-1].detection.stamp
+        if not self._knows(belief, last):
             return len(agreeing) >= self.config.confirmations
-        return last - first >= self.config.reacquire_after
+        before = agreeing[0].before
+        if last - first < self.config.reacquire_after or 2 * len(agreeing) <= len(belief.recent):
+            return False
+        if before is None or before.mean is None:
+            return False
+        mean, covariance = self._predicted(before, last)
+        return contradiction(mean, covariance, [one.detection for one in agreeing]) > self._moved
 
-    def _agree(self, one: Detection, other: Detection) -> bool:
-        _, distance = _innovation(one.value, one.covariance, other)
-        return distance <= self._gate
+    def _rejection(self, judged: Judgement, agreeing: int) -> str:
+        if judged.nis is None:
+            return f"waits for others that agree with it ({agreeing} of {self.config.confirmations})"
+        return f"NIS {judged.nis:.1f} is above the gate, {self._gate:.1f}"
 
-    def _fused(self, detections: Sequence[Detection]) -> Belief:
+    def _agreeing(self, recent: Sequence[Recent], detection: Detection) -> list[Recent]:
+        """Those of the recent detections that pass the gate of this one, itself the last of them."""
+        spreads = np.array([one.detection.covariance for one in recent]) + detection.covariance
+        apart = innovations(detection.value, [one.detection for one in recent])
+        distances = np.einsum("ki,ki->k", apart, np.linalg.solve(spreads, apart[:, :, None])[:, :, 0])
+        return [one for one, distance in zip(recent, distances, strict=True) if distance <= self._gate]
+
+    def _fused(self, recent: Sequence[Recent]) -> Belief:
         """The belief that these detections alone give."""
-        first = detections[0]
-        belief = self._born(first)
-        for detection in detections[1:]:
-            mean, covariance = self._predicted(belief, detection.stamp)
-            belief = replace(belief, time=detection.stamp, mean=mean, covariance=covariance)
-            belief = self._corrected(belief, detection)
+        belief = self._born(recent[0].detection)
+        for one in recent[1:]:
+            mean, covariance = self._predicted(belief, one.detection.stamp)
+            belief = replace(belief, time=one.detection.stamp, mean=mean, covariance=covariance)
+            belief = self._corrected(belief, one.detection)
         return belief
 
     # -- the Kalman filter --------------------------------------------------------------------------
@@ -254,21 +258,4 @@ class GoalPoseFilter:
         value[2] = lift(float(value[2]), float(belief.mean[2]))
         kalman.update(value[:, None], R=detection.covariance)
         mean, covariance = kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
-        return replace(belief, mean=mean, covariance=covariance, seen_at=detection.stamp, rejected=())
-
-
-def _innovation(mean: Array, covariance: Array, detection: Detection) -> tuple[Array, float]:
-    """Detection minus mean (3,), heading on the mean's branch, and its square in units of S = H P H' + R."""
-    innovation = detection.value - mean[:3]
-    innovation[2] = lift(float(detection.value[2]), float(mean[2])) - mean[2]
-    innovation.flags.writeable = False
-    spread = covariance[:3, :3] + detection.covariance
-    return innovation, float(innovation @ np.linalg.solve(spread, innovation))
-
-
-def _shifted(belief: Belief, seconds: float) -> Belief:
-    """The same belief on a clock that was set by `seconds`; what was rejected is forgotten."""
-    if belief.mean is None:
-        return Belief(time=-np.inf)
-    assert belief.seen_at is not None
-    return replace(belief, time=belief.time + seconds, seen_at=belief.seen_at + seconds, rejected=())
+        return replace(belief, mean=mean, covariance=covariance, seen_at=detection.stamp)

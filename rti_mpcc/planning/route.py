@@ -44,7 +44,10 @@ MOVED = 0.1
 
 def decide(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     """The phase of this cycle."""
-    return replace(_phase(_noticed(memory, situation), situation, config), target=situation.target)
+    decided = _phase(_noticed(memory, situation), situation, config)
+    # A stalled vehicle remembers what it stalled before: a target that creeps away is noticed.
+    stays = memory.phase is Phase.STALLED and decided.phase is Phase.STALLED
+    return replace(decided, target=memory.target if stays else situation.target)
 
 
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
@@ -52,9 +55,7 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
         stays = not situation.free or situation.inside(situation.error)
         return memory if stays else restart(memory)
     if memory.phase is Phase.STALLED:
-        return (
-            replace(restart(memory), restarts=0) if moved(memory.target, situation.target) > 0.0 else memory
-        )
+        return replace(restart(memory), restarts=0) if _elsewhere(memory, situation) else memory
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
@@ -111,6 +112,7 @@ def stop_before(
     stop = replace(
         restart(memory),
         stop_at=float(situation.state[THETA]) + max(way, 0.0),
+        stop_goal=memory.goal,
         stop_obstacles=obstacle_changes,
         stop_since=situation.now,
     )
@@ -119,15 +121,21 @@ def stop_before(
 
 def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
     """Whether it is worth looking again if something still fills the way."""
-    changed = memory.stop_at is not None and memory.stop_obstacles != obstacle_changes
-    return changed and now - memory.stop_since >= LOOK_AGAIN
+    if memory.stop_at is None or now - memory.stop_since < LOOK_AGAIN:
+        return False
+    before, goal = memory.stop_goal, memory.goal
+    if before is None or goal is None:
+        elsewhere = before is not goal
+    else:
+        elsewhere = hypot(goal.x - before.x, goal.y - before.y) > MOVED
+    return elsewhere or memory.stop_obstacles != obstacle_changes
 
 
 def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
-    """Another goal; a stop before something in the way to the last one is no longer meant."""
+    """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
     if memory.stop_at is not None:
         memory = released(memory)
-    return replace(memory, goal=goal)
+    return replace(memory, planned=goal, goal=goal, estimate=None, estimated_at=None)
 
 
 def released(memory: ControllerMemory) -> ControllerMemory:
@@ -148,7 +156,14 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
 def next_part(memory: ControllerMemory) -> ControllerMemory:
     """The memory at the beginning of the next part."""
     return ControllerMemory(
-        part=memory.part + 1, goal=memory.goal, queue=memory.queue, standing_since=memory.standing_since
+        part=memory.part + 1,
+        planned=memory.planned,
+        goal=memory.goal,
+        estimate=memory.estimate,
+        estimated_at=memory.estimated_at,
+        poses=memory.poses,
+        queue=memory.queue,
+        standing_since=memory.standing_since,
     )
 
 
@@ -196,6 +211,13 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if lost and memory.arrive_at < begin + duration:
         return replace(memory, arrive_at=begin + duration)
     return replace(memory, arrive_at=max(memory.arrive_at, begin + FLOOR))
+
+
+def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the target is no longer where the vehicle stalled before it."""
+    if memory.target is None:
+        return True
+    return not situation.inside(situation.target.pose.relative_to(memory.target.pose), SETTLE_SHARE)
 
 
 def moved(before: Target | None, now: Target) -> float:
