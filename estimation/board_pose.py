@@ -1,4 +1,4 @@
-"""The goal's pose from the pixels of board corners: least squares that know that board and vehicle stand upright.
+"""The goal's pose from the pixels of board corners, knowing that board and vehicle stand nearly upright.
 
 Unknown are the goal's pose z = (x, y, phi) in the vehicle frame and, tied to zero by their tolerances, what
 mounting and ground get wrong: the height h and the vehicle's tilt w = (roll, pitch). A corner P_i of the goal
@@ -15,9 +15,9 @@ not below `Camera.corner_std`. With J the slopes of all pi(q_i) in the six unkno
 
 (B3)  covariance = upper left (3, 3) of (J'J / sigma² + diag(0, 0, 0, T^-2))^-1.
 
-A flat board seen from afar looks nearly the same turned by +alpha or by -alpha out of the plane across the line
-of sight. Each start ends in a minimum of its own of (B2). The lowest one is taken; another one, whose cost is
-higher by D and which lies d away, adds to the covariance by its chance:
+A flat board seen from afar looks nearly the same turned by +alpha or by -alpha out of the plane across the
+line of sight. Each start ends in a minimum of its own of (B2). The lowest one is taken; another one, whose
+cost is higher by D and which lies d away, adds to the covariance by its chance:
 
 (B4)  covariance += d d' / (1 + exp(D / 2)).
 """
@@ -35,8 +35,8 @@ from estimation.types import Array
 from geometry import lift
 
 COMMON = 1.55
-"""Corners of a row or column lie alike on the pixel grid, and part of their error is the same: the pose's error is
-that of independent corners whose errors are so many times larger (measured, see docs/method.md)."""
+"""Corners of a row or column lie alike on the pixel grid, and part of their error is the same: the pose's
+error is that of independent corners whose errors are so many times larger (measured, see docs/method.md)."""
 ITERATIONS = 30
 STEP_ENDS = 1e-9
 """The iteration ends where no unknown changes by more [m], [rad]."""
@@ -106,14 +106,12 @@ def _doubted(best: BoardPose, other: BoardPose) -> BoardPose:
     return replace(best, covariance=best.covariance + chance * np.outer(way, way))
 
 
-def _minimum(
-    camera: Camera, corners: Array, pixels: Array, start: Array, sigma: float
-) -> BoardPose | None:
+def _minimum(camera: Camera, corners: Array, pixels: Array, start: Array, sigma: float) -> BoardPose | None:
     """Levenberg-Marquardt on Eq. (B2) from one start, with the corners' `sigma` [px]."""
     tolerances = np.array([camera.height_std, camera.tilt_std, camera.tilt_std])
     tied = np.concatenate([np.zeros(3), tolerances**-2])
     unknown = np.concatenate([start, np.zeros(3)])
-    seen = _expected(camera, corners, unknown)
+    seen = slopes_of_corners(camera, corners, unknown)
     if seen is None:
         return None
     damping, cost = 1e-3, _cost(pixels - seen[0], unknown, tied, sigma)
@@ -121,7 +119,7 @@ def _minimum(
         normal = seen[1].T @ seen[1] / sigma**2 + np.diag(tied)
         pull = seen[1].T @ (pixels - seen[0]).ravel() / sigma**2 - tied * unknown
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), pull)
-        tried = _expected(camera, corners, unknown + step)
+        tried = slopes_of_corners(camera, corners, unknown + step)
         lower = np.inf if tried is None else _cost(pixels - tried[0], unknown + step, tied, sigma)
         if tried is None or lower > cost:
             damping = min(10.0 * damping, 1e6)
@@ -143,11 +141,11 @@ def _cost(residuals: Array, unknown: Array, tied: Array, sigma: float) -> float:
     return float(np.sum(residuals**2)) / sigma**2 + float(tied @ unknown**2)
 
 
-def _expected(camera: Camera, corners: Array, unknown: Array) -> tuple[Array, Array] | None:
-    """Pixels (n, 2) of the corners by Eq. (B1) and their slopes (2 n, 6); None where one is behind the lens."""
+def slopes_of_corners(camera: Camera, corners: Array, unknown: Array) -> tuple[Array, Array] | None:
+    """Pixels (n, 2) of the corners by Eq. (B1), their slopes (2 n, 6); None where one is behind the lens."""
     x, y, phi, height, roll, pitch = unknown.tolist()
     turned = corners @ turn(phi).T
-    at = turned + (x, y, height) - camera.position
+    at = turned + np.array([x, y, height]) - camera.position
     tilted = np.array([[1.0, 0.0, -pitch], [0.0, 1.0, roll], [pitch, -roll, 1.0]])
     to_camera = camera.rotation.T @ tilted
     seen = at @ to_camera.T

@@ -5,7 +5,7 @@ origin in the optical centre, z into the picture, x right, y down. Goal frame: t
 vehicle. With yaw psi, pitch theta and roll rho of the camera, and A the axes of one that looks ahead,
 
 (K1)  p_vehicle = R p_camera + c,  R = Rz(psi) Ry(theta) Rx(rho) A,  A = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]],
-(K2)  u = fx X'/Z' + cx,  v = fy Y'/Z' + cy,  (X', Y', Z') being p_camera after lens distortion (Brown's k, p),
+(K2)  u = fx X'/Z' + cx,  v = fy Y'/Z' + cy,  (X', Y', Z') being p_camera distorted by the lens (Brown),
 (K3)  p_goal = b + (right, down, -normal) (p_board - m),  normal = (cos nu, sin nu, 0),  down = (0, 0, -1),
 
 c the optical centre, b the board's middle in the goal frame, m the same in the board's own frame (origin in
@@ -84,14 +84,15 @@ class Camera(Settings):
         k, w = cos(self.roll), sin(self.roll)
         rolled = np.array([[1.0, 0.0, 0.0], [0.0, k, -w], [0.0, w, k]])
         ahead = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-        return turn(self.yaw) @ pitched @ rolled @ ahead
+        rotation: Array = turn(self.yaw) @ pitched @ rolled @ ahead
+        return rotation
 
     def seen(self, points: ArrayLike) -> Array:
         """(n, 3) points of the vehicle frame [m] in the camera frame [m], Eq. (K1)."""
         return (np.asarray(points, dtype=np.float64) - self.position) @ self.rotation
 
     def project(self, points: ArrayLike) -> Array:
-        """(n, 2) pixels of (n, 3) points of the vehicle frame [m], Eq. (K2). They must lie before the camera."""
+        """(n, 2) pixels of (n, 3) vehicle frame points [m], Eq. (K2). Raises InputError if one is behind."""
         seen = self.seen(points)
         if np.any(seen[:, 2] <= 0.0):
             raise InputError("points: every one must lie before the camera")
@@ -137,6 +138,11 @@ class CharucoBoard(Settings):
         return self.columns * self.square, self.rows * self.square
 
     @property
+    def middle(self) -> Array:
+        """(3,) b of Eq. (K3): the board's middle in the goal frame [m]."""
+        return np.array([self.x, self.y, self.z])
+
+    @property
     def axes(self) -> Array:
         """(3, 3) of Eq. (K3): columns right, down, and into the board, in the goal frame."""
         c, s = cos(self.yaw), sin(self.yaw)
@@ -145,7 +151,8 @@ class CharucoBoard(Settings):
     def in_goal_frame(self, points: ArrayLike) -> Array:
         """(n, 3) in the goal frame of (n, 2) points of the board, right and down from its corner [m]."""
         flat = np.asarray(points, dtype=np.float64) - 0.5 * np.array(self.size)
-        return flat @ self.axes[:, :2].T + np.array([self.x, self.y, self.z])
+        placed: Array = flat @ self.axes[:, :2].T + self.middle
+        return placed
 
 
 def turn(angle: float) -> Array:

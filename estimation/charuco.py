@@ -21,7 +21,10 @@ from estimation.types import Array
 from geometry.errors import ConfigError, MissingExtraError
 
 Image = NDArray[np.uint8]
+Ids = NDArray[np.int32]
 
+OLDEST = (4, 14)
+"""Until then OpenCV gave corners 0.5 px too far to the right and too low, and missed boards seen in part."""
 FEWEST_CORNERS = 6
 """With fewer corners a board is not believed."""
 LARGEST_ERROR = 2.0
@@ -33,21 +36,22 @@ GREEN, ORANGE, BLUE, RED = (80, 200, 80), (0, 140, 255), (255, 120, 0), (40, 40,
 
 def opencv() -> ModuleType:
     """OpenCV with its aruco module; loaded at the first call. Raises MissingExtraError without it."""
+    needs = f"Detecting a ChArUco board needs OpenCV {'.'.join(map(str, OLDEST))} or later"
     try:
         import cv2
     except ImportError as error:
-        raise MissingExtraError(
-            "Detecting a ChArUco board needs OpenCV: pip install 'rti-mpcc[vision]'"
-        ) from error
+        raise MissingExtraError(f"{needs}: pip install 'rti-mpcc[vision]'") from error
+    if tuple(map(int, cv2.__version__.split(".")[:2])) < OLDEST:
+        raise MissingExtraError(f"{needs}, not {cv2.__version__}: pip install 'rti-mpcc[vision]'")
     return cv2
 
 
 def opencv_board(board: CharucoBoard) -> Any:
-    """The board as OpenCV knows it. Raises ConfigError for a dictionary that it does not have or is too small."""
+    """The board as OpenCV knows it. Raises ConfigError for a dictionary that is unknown or too small."""
     aruco = opencv().aruco
     number = getattr(aruco, board.dictionary, None) if board.dictionary.startswith("DICT_") else None
     if not isinstance(number, int):
-        raise ConfigError(f"CharucoBoard.dictionary = {board.dictionary!r}: not one of OpenCV's, as DICT_4X4_50")
+        raise ConfigError(f"CharucoBoard.dictionary = {board.dictionary!r}: not one of OpenCV's")
     dictionary = aruco.getPredefinedDictionary(number)
     needed = board.columns * board.rows // 2
     if len(dictionary.bytesList) < needed:
@@ -67,7 +71,7 @@ class CharucoDetection:
 
     measurement: GoalMeasurement
     corners: Array
-    ids: NDArray[np.int32]
+    ids: Ids
     residuals: Array
 
     @property
@@ -101,22 +105,10 @@ class CharucoGoalDetector:
                 camera's, or without a usable board, gives None.
         """
         found = self._find(image)
-        if found is None:
+        posed = None if found is None else self._posed(*found)
+        if posed is None:
             return None
-        corners, ids = found
-        for _ in range(2):
-            if not self._spread(ids):
-                return None
-            pose = self._fit(corners, ids)
-            if pose is None:
-                return None
-            errors = np.hypot(*pose.residuals.T)
-            good = errors <= FARTHEST_OFF * max(float(np.median(errors)), 0.1)
-            if good.all():
-                break
-            corners, ids = corners[good], ids[good]
-        if len(errors) != len(ids) or float(np.sqrt(np.mean(errors**2))) > LARGEST_ERROR:
-            return None
+        pose, corners, ids = posed
         x, y, phi = pose.value.tolist()
         measurement = GoalMeasurement(
             stamp=stamp, x=x, y=y, phi=phi, covariance=pose.covariance, frame=Frame.VEHICLE
@@ -124,9 +116,11 @@ class CharucoGoalDetector:
         return CharucoDetection(measurement=measurement, corners=corners, ids=ids, residuals=pose.residuals)
 
     def annotated(self, image: Image, detection: CharucoDetection | None) -> Image:
-        """(height, width, 3) copy of a picture with corners, the board's axes and the goal's pose drawn in."""
+        """(height, width, 3) copy of a picture with corners, the board's axes and the goal's pose on it."""
         cv2 = self._cv2
-        canvas: Image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
+        canvas: Image = image.copy()
+        if canvas.ndim == 2 or canvas.shape[2] == 1:
+            canvas = cv2.cvtColor(canvas, cv2.COLOR_GRAY2BGR)
         if detection is None:
             self._write(canvas, ["no board"])
             return canvas
@@ -150,19 +144,19 @@ class CharucoGoalDetector:
     def _reading(self) -> Any:
         """How markers are read. Far away a bit is 2 px wide, and blur reaches into it from its neighbours.
 
-        With OpenCV's defaults a marker is lost below 4 px a bit. Sampled finer, without the bits' margins, and
-        with all the errors corrected that the dictionary allows for, it is read down to 2 px.
+        OpenCV's defaults lose markers below 4 px a bit. Sampled finer, without the bits' margins, and with
+        all the errors corrected that the dictionary allows for, they are read down to 2 px.
         """
         parameters = self._cv2.aruco.DetectorParameters()
         parameters.perspectiveRemovePixelPerCell = 8
         parameters.perspectiveRemoveIgnoredMarginPerCell = 0.3
         parameters.errorCorrectionRate = 1.0
-        # The default ends the search for a corner at a step of 0.1 px, where neighbours are still off together.
+        # The default ends the search for a corner at a step of 0.1 px, where neighbours are off together.
         parameters.cornerRefinementMinAccuracy = 0.002
         parameters.cornerRefinementMaxIterations = 60
         return parameters
 
-    def _find(self, image: Image) -> tuple[Array, NDArray[np.int32]] | None:
+    def _find(self, image: Image) -> tuple[Array, Ids] | None:
         """Corners (n, 2) [px] and their ids (n,), or None."""
         size = (self.camera.height, self.camera.width)
         if image.shape not in (size, (*size, 1), (*size, 3)) or image.dtype != np.uint8:
@@ -177,14 +171,25 @@ class CharucoGoalDetector:
         # (n, 1, 2) before OpenCV 5
         return np.asarray(corners, dtype=np.float64).reshape(-1, 2), np.asarray(ids, dtype=np.int32).ravel()
 
-    def _spread(self, ids: NDArray[np.int32]) -> bool:
+    def _spread(self, ids: Ids) -> bool:
         """Whether there are enough corners and not all on one line."""
         if len(ids) < FEWEST_CORNERS:
             return False
         flat = self._flat[ids]
         return bool(np.linalg.svd(flat - flat.mean(axis=0), compute_uv=False)[1] > 0.5 * self.board.square)
 
-    def _fit(self, corners: Array, ids: NDArray[np.int32]) -> BoardPose | None:
+    def _posed(self, corners: Array, ids: Ids, *, again: bool = True) -> tuple[BoardPose, Array, Ids] | None:
+        """The goal's pose and the corners that it is made of, which are not those misread; or None."""
+        pose = self._fit(corners, ids) if self._spread(ids) else None
+        if pose is None:
+            return None
+        errors = np.hypot(*pose.residuals.T)
+        good = errors <= FARTHEST_OFF * max(float(np.median(errors)), self.camera.corner_std)
+        if again and not good.all():
+            return self._posed(corners[good], ids[good], again=False)
+        return (pose, corners, ids) if float(np.sqrt(np.mean(errors**2))) <= LARGEST_ERROR else None
+
+    def _fit(self, corners: Array, ids: Ids) -> BoardPose | None:
         """The goal's pose from the corners, or None."""
         cv2, matrix = self._cv2, self.camera.matrix
         flat = np.column_stack([self._flat[ids], np.zeros(len(ids))])
@@ -201,12 +206,12 @@ class CharucoGoalDetector:
         return fit_board(self.camera, self._corners[ids], pixels, [s for s in starts if np.isfinite(s).all()])
 
     def _goal(self, turned: Array, way: Array) -> Array:
-        """(3,) x, y, phi of the goal where the board is turned (3, 3) and moved (3,) into the camera frame."""
+        """(3,) x, y, phi of the goal if the board is turned (3, 3) and moved (3,) into the camera frame."""
         board, camera = self.board, self.camera
         middle = turned @ (*(0.5 * np.array(board.size)), 0.0) + way
         normal = -camera.rotation @ turned[:, 2]
         phi = atan2(normal[1], normal[0]) - board.yaw
-        at = camera.rotation @ middle + camera.position - turn(phi) @ (board.x, board.y, board.z)
+        at = camera.rotation @ middle + camera.position - turn(phi) @ board.middle
         return np.array([at[0], at[1], phi])
 
     # -- drawing ------------------------------------------------------------------------------------
@@ -215,7 +220,7 @@ class CharucoGoalDetector:
         """Right, down and normal of the board from its middle, two squares long, by the measured pose."""
         m, length = measurement, 2.0 * self.board.square
         ends = np.vstack([np.zeros(3), length * self.board.axes.T * [[1.0], [1.0], [-1.0]]])
-        in_goal = ends + (self.board.x, self.board.y, self.board.z)
+        in_goal = ends + self.board.middle
         points = in_goal @ turn(m.phi).T + (m.x, m.y, 0.0)
         if self.camera.seen(points)[:, 2].min() <= 0.0:
             return

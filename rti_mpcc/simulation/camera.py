@@ -1,14 +1,14 @@
 """Camera pictures of a ChArUco board for the closed loop: perspective, lens, blur, exposure, noise.
 
-The board's print is warped by the homography of its plane four times finer than the picture and averaged down
-to it, as a sensor does: a board far away doesn't alias. With p the point of the board's plane [m], Eq. (K1) to
-(K3) of `estimation.camera` give the pinhole's homography, f the finer pixels of a window that begins at u_0:
+The board's print is warped by the homography of its plane four times finer than the picture and averaged
+down to it, as a sensor does: a board far away doesn't alias. Eq. (K1) to (K3) of `estimation.camera` give the
+pinhole's homography, p being a point of the board's plane [m] and u_f a finer pixel of a window from u_0 on:
 
-(R1)  p_camera = R' (Rz(phi) (A_2 (p - m) + b) + (x, y, 0) - c) = [h_1 h_2 h_3] (p, 1),  u ~ K [h_1 h_2 h_3] (p, 1),
+(R1)  p_camera = R' (Rz(phi) (A_2 (p - m) + b) + (x, y, 0) - c) = H (p, 1),  u ~ K H (p, 1),
 (R2)  u_f = FINER (u - u_0 + 1/2) - 1/2,
 
-x, y, phi the goal in the vehicle frame, A_2 the board's right and down. A distorting lens is a second warp, of
-the finer picture.
+x, y, phi the goal in the vehicle frame, A_2 the board's right and down. A distorting lens is a second warp,
+of the finer picture.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ class BoardCamera:
     """Takes grey pictures of a board. Holds the print and the background; all chance comes from `random`.
 
     Args:
-        camera, board, optics: the true ones.
+        camera, board, optics: the true ones. Another camera of the same size and other optics may be set
+            between two pictures.
         random: draws the background once, and each picture's noise.
     """
 
@@ -100,16 +101,16 @@ class BoardCamera:
         return levels
 
     def _background(self, heading: float) -> Grey:
-        """(height, width) of the surroundings that lie in this direction [rad]; far away, so it only turns."""
+        """(height, width) of the surroundings seen under this heading [rad]; far away, so they only turn."""
         round_about = self._surroundings.shape[1]
         first = round(-(heading + self.camera.yaw) * self.camera.fx)
         return self._surroundings[:, np.arange(first, first + self.camera.width) % round_about]
 
     def _homography(self, goal: Pose2) -> Array | None:
-        """(3, 3) from the board's plane [m] into the camera frame, Eq. (R1); None where its face is not seen."""
+        """(3, 3) H of Eq. (R1), from the board's plane [m] to the camera; None if its face is not seen."""
         camera, board = self.camera, self.board
         plane = np.column_stack([board.axes[:, :2], np.zeros(3)])
-        plane[:, 2] = (board.x, board.y, board.z) - plane @ (*(0.5 * np.array(board.size)), 0.0)
+        plane[:, 2] = board.middle - plane @ (*(0.5 * np.array(board.size)), 0.0)
         in_vehicle = turn(goal.phi) @ plane
         in_vehicle[:, 2] += (goal.x - camera.x, goal.y - camera.y, -camera.z)
         homography: Array = camera.rotation.T @ in_vehicle
@@ -122,7 +123,8 @@ class BoardCamera:
         border, (width, height) = self.optics.border * self.board.square, self.board.size
         share = np.linspace(0.0, 1.0, points)
         zero, one = np.zeros(points), np.ones(points)
-        unit = np.vstack([np.column_stack(s) for s in ((share, zero), (share, one), (zero, share), (one, share))])
+        sides = ((share, zero), (share, one), (zero, share), (one, share))
+        unit = np.vstack([np.column_stack(side) for side in sides])
         return unit * (width + 2.0 * border, height + 2.0 * border) - border
 
     def _draw(self, picture: Grey, homography: Array) -> None:
@@ -153,8 +155,8 @@ class BoardCamera:
         step = self.board.square / SQUARE_PIXELS
         level = int(np.clip(np.floor(np.log2(max(pixel / step, 1.0))), 0, len(self._prints) - 1))
         step *= 2.0**level
-        border = self.optics.border * self.board.square
-        to_board = np.array([[step, 0.0, 0.5 * step - border], [0.0, step, 0.5 * step - border], [0.0, 0.0, 1.0]])
+        first = 0.5 * step - self.optics.border * self.board.square
+        to_board = np.array([[step, 0.0, first], [0.0, step, first], [0.0, 0.0, 1.0]])
         fine: Grey = self._cv2.warpPerspective(
             self._prints[level],
             to_fine @ self.camera.matrix @ homography @ to_board,
@@ -163,7 +165,7 @@ class BoardCamera:
         return fine
 
     def _distorted(self, homography: Array, low: Array, width: int, height: int) -> Grey:
-        """As `_warped`, seen through the lens: each pixel takes what the pinhole has where its ray comes from."""
+        """As `_warped`, through the lens: each pixel takes what the pinhole has where its ray comes from."""
         cv2, matrix = self._cv2, self.camera.matrix
         across, down = np.meshgrid(np.arange(low[0], low[0] + width), np.arange(low[1], low[1] + height))
         seen = np.column_stack([across.ravel(), down.ravel()]).astype(np.float64)[:, None]
