@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import runpy
+import sys
 from pathlib import Path
 
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
-NAMES = ("dock_with_python", "embed_in_your_loop", "own_path_and_polygon")
+NAMES = ("charuco_docking", "dock_with_python", "embed_in_your_loop", "own_path_and_polygon")
 LONGEST = 60
 
 
@@ -17,11 +18,18 @@ def test_there_are_no_other_examples() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_example_docks_and_says_so(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_example_docks_and_says_so(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [name])
     # The example itself asserts that it docked.
     runpy.run_path(str(FOLDER / f"{name}.py"), run_name="__main__")
     told = capsys.readouterr().out
     assert "docked" in told
+    if name == "charuco_docking":
+        pictures = sorted(file.name for file in (tmp_path / "runs" / name).iterdir())
+        assert pictures == ["first.png", "last.png", "overview.png"]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -27,6 +27,6 @@ def loaded() -> set[str]:
     return set(done.stdout.split())
 
 
-@pytest.mark.parametrize("library", ["matplotlib", "filterpy", "rich"])
+@pytest.mark.parametrize("library", ["matplotlib", "filterpy", "rich", "cv2"])
 def test_import_does_not_load(loaded: set[str], library: str) -> None:
     assert library not in loaded

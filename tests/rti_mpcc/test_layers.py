@@ -129,6 +129,11 @@ def test_filterpy_is_imported_in_one_file_of_estimation_at_most() -> None:
     assert all(file.startswith("estimation/") for file in files)
 
 
+def test_opencv_is_imported_in_one_file_and_got_from_there() -> None:
+    # What draws pictures in the simulation asks that file for it.
+    assert importers(ROOT, "cv2") == ["estimation/charuco.py"]
+
+
 @pytest.mark.parametrize(
     ("file", "statement"),
     [

@@ -1,0 +1,141 @@
+"""Drawn pictures: the board is where the projection says, and light, lens and noise do what they say."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
+from estimation.camera import turn
+from geometry import Pose2
+from rti_mpcc.simulation import camera as drawing
+from rti_mpcc.simulation.camera import BoardCamera, CameraDetector, Image, Optics
+from rti_mpcc.simulation.detector import Detector
+from rti_mpcc.types import Array
+
+CAMERA, BOARD, DOCK = Camera(), CharucoBoard(), Pose2(0.0, 0.0, 0.0)
+CLEAR = Optics(blur=0.0, noise=0.0)
+BENT = CAMERA.model_copy(update={"distortion": (-0.25, 0.08, 0.002, -0.001, 0.0)})
+PITCHED = CAMERA.model_copy(update={"pitch": 0.15, "roll": 0.1, "yaw": 3.0})
+
+
+def taking(camera: Camera = CAMERA, seed: int = 0, **optics: float) -> BoardCamera:
+    return BoardCamera(camera, BOARD, Optics(**optics) if optics else CLEAR, np.random.default_rng(seed))
+
+
+def corners(camera: Camera, vehicle: Pose2) -> Array:
+    """Pixels (n, 2) of the corners between the squares."""
+    columns, rows = np.meshgrid(np.arange(1, BOARD.columns), np.arange(1, BOARD.rows))
+    in_goal = BOARD.in_goal_frame(np.column_stack([columns.ravel(), rows.ravel()]) * BOARD.square)
+    goal = DOCK.relative_to(vehicle)
+    return camera.project(in_goal @ turn(goal.phi).T + (goal.x, goal.y, 0.0))
+
+
+@pytest.mark.parametrize("camera", [CAMERA, PITCHED, BENT], ids=["plain", "pitched", "bent"])
+@pytest.mark.parametrize("vehicle", [DOCK, Pose2(1.0, 0.5, 0.1), Pose2(4.0, -1.0, -0.2)], ids=str)
+def test_corners_are_where_the_projection_puts_them(camera: Camera, vehicle: Pose2) -> None:
+    picture = taking(camera, blur=1.0, noise=0.0).expose(vehicle, DOCK)
+    expected = corners(camera, vehicle)
+    # Between four squares the grey runs through a saddle; its middle is found without the detector.
+    start = expected.astype(np.float32)[:, None] + np.float32(0.4)
+    until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-3)
+    found = cv2.cornerSubPix(picture, start, (4, 4), (-1, -1), until)[:, 0]
+    assert np.abs(found - expected).max() < 0.1
+    assert np.abs((found - expected).mean(axis=0)).max() < 0.03
+
+
+@pytest.mark.parametrize("distance", [8.0, 20.0, 60.0])
+def test_a_board_far_away_is_averaged_not_sampled(monkeypatch: pytest.MonkeyPatch, distance: float) -> None:
+    monkeypatch.setattr(
+        drawing, "surroundings", lambda width, height, random: np.zeros((height, width), np.float32)
+    )
+    vehicle = Pose2(distance, 0.0, 0.0)
+    picture = taking().expose(vehicle, DOCK).astype(float)
+    depth = distance + CAMERA.x - BOARD.x
+    area = np.prod(np.array(BOARD.size) + 2.0 * CLEAR.border * BOARD.square)
+    near = taking().expose(DOCK, DOCK).astype(float)
+    near_depth = CAMERA.x - BOARD.x
+    # The light of the whole board falls with the square of the distance, whatever its pattern.
+    assert picture.sum() * depth**2 == pytest.approx(near.sum() * near_depth**2, rel=0.03)
+    assert picture.sum() > 50.0 * area * (CAMERA.fx / depth) ** 2
+
+
+def test_exposure_multiplies_and_clips() -> None:
+    dim, bright, glaring = (
+        taking(exposure=e, blur=0.0, noise=0.0).expose(DOCK, DOCK) for e in (0.5, 1.0, 3.0)
+    )
+    assert dim.astype(float).mean() == pytest.approx(0.5 * bright.astype(float).mean(), abs=0.6)
+    assert glaring.max() == 255
+    assert np.mean(glaring == 255) > 0.1
+
+
+def test_noise_has_its_deviation() -> None:
+    pictures = taking(noise=5.0, blur=0.0, exposure=1.0)
+    one, other = (pictures.expose(DOCK, DOCK).astype(float) for _ in range(2))
+    assert np.std(one - other) == pytest.approx(5.0 * np.sqrt(2.0), rel=0.03)
+
+
+def test_blur_softens_edges() -> None:
+    sharp, soft = (taking(blur=b, noise=0.0).expose(DOCK, DOCK).astype(float) for b in (0.0, 2.0))
+    assert np.abs(np.diff(soft)).max() < 0.5 * np.abs(np.diff(sharp)).max()
+    assert soft.mean() == pytest.approx(sharp.mean(), rel=0.01)
+
+
+def test_the_seed_determines_every_picture() -> None:
+    vehicle = Pose2(2.0, 0.3, 0.1)
+    first, again, other = (taking(seed=seed, noise=3.0) for seed in (4, 4, 5))
+    for _ in range(2):
+        picture = first.expose(vehicle, DOCK)
+        assert np.array_equal(picture, again.expose(vehicle, DOCK))
+        assert not np.array_equal(picture, other.expose(vehicle, DOCK))
+
+
+@pytest.mark.parametrize(
+    "vehicle",
+    [Pose2(-8.0, 0.0, 0.0), Pose2(-1.85, 0.0, 0.0), Pose2(3.0, 9.0, 0.0), Pose2(-8.0, 0.0, pi)],
+    ids=["behind the camera", "in the lens plane", "aside", "from its back"],
+)
+def test_a_board_that_is_not_seen_leaves_the_background(vehicle: Pose2) -> None:
+    pictures = taking()
+    far_off = Pose2(0.0, 1e6, 0.0)
+    empty = pictures.expose(vehicle, far_off)
+    assert np.array_equal(pictures.expose(vehicle, DOCK), empty)
+    assert empty.std() > 10.0  # not plain
+
+
+def test_the_background_turns_with_the_vehicle() -> None:
+    pictures, far_off = taking(), Pose2(0.0, 1e6, 0.0)
+    ahead = pictures.expose(DOCK, far_off)
+    turned = pictures.expose(Pose2(0.0, 0.0, 100.0 / CAMERA.fx), far_off)
+    # The vehicle turns to the left, and its rear view with it: what was seen moves to the right.
+    assert np.array_equal(turned[:, 100:], ahead[:, :-100])
+    assert np.array_equal(pictures.expose(Pose2(5.0, 3.0, 0.0), far_off), ahead)
+
+
+def test_the_detector_of_the_closed_loop() -> None:
+    seen: list[tuple[Any, ...]] = []
+
+    def look(stamp: float, picture: Image, detection: CharucoDetection | None) -> None:
+        seen.append((stamp, picture.shape, detection))
+
+    eye: Detector = CameraDetector(
+        pictures=taking(noise=3.0),
+        detector=CharucoGoalDetector(CAMERA, BOARD),
+        rate=4.0,
+        delay=0.2,
+        seen=look,
+    )
+    assert (eye.rate, eye.delay) == (4.0, 0.2)
+    vehicle = Pose2(1.0, 0.1, 0.02)
+    found = eye.expose(0.75, vehicle, DOCK, last_part=True)
+    assert found is not None
+    assert found.stamp == 0.75
+    assert found.x == pytest.approx(DOCK.relative_to(vehicle).x, abs=0.01)
+    assert eye.expose(1.0, Pose2(-8.0, 0.0, 0.0), DOCK, last_part=True) is None
+    assert [entry[0] for entry in seen] == [0.75, 1.0]
+    assert seen[0][2].measurement is found
+    assert seen[1][2] is None
