@@ -8,7 +8,6 @@ from math import hypot
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA, V
-from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 
@@ -39,7 +38,7 @@ RETREAT_SPEED = 0.3
 LOST_CYCLES = 2.5
 """After a gap of more cycles than this an arrival gets the time again that its way takes."""
 MOVED = 0.1
-"""A target that moves by more than this in one cycle is a new arrival [m]."""
+"""A target that has moved by more than this is a new arrival [m]."""
 
 
 def decide(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
@@ -85,7 +84,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
-    return replace(memory, arrive_at=situation.begin + duration)
+    return replace(memory, arrive_at=situation.begin + duration, timed_for=situation.target.pose)
 
 
 def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0) -> bool:
@@ -124,10 +123,7 @@ def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> 
     if memory.stop_at is None or now - memory.stop_since < LOOK_AGAIN:
         return False
     before, goal = memory.stop_goal, memory.goal
-    if before is None or goal is None:
-        elsewhere = before is not goal
-    else:
-        elsewhere = hypot(goal.x - before.x, goal.y - before.y) > MOVED
+    elsewhere = before is not goal if before is None or goal is None else _apart(before, goal) > MOVED
     return elsewhere or memory.stop_obstacles != obstacle_changes
 
 
@@ -205,8 +201,8 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.CONTOURING:
         return memory
     assert memory.arrive_at is not None
-    if moved(memory.target, situation.target) > MOVED:
-        return replace(memory, arrive_at=begin + duration)
+    if memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED:
+        return replace(memory, arrive_at=begin + duration, timed_for=situation.target.pose)
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
     if lost and memory.arrive_at < begin + duration:
         return replace(memory, arrive_at=begin + duration)
@@ -220,8 +216,6 @@ def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:
     return not situation.inside(situation.target.pose.relative_to(memory.target.pose), SETTLE_SHARE)
 
 
-def moved(before: Target | None, now: Target) -> float:
-    """Distance by which the target has moved since the last cycle [m]."""
-    if before is None:
-        return 0.0
-    return hypot(before.pose.x - now.pose.x, before.pose.y - now.pose.y)
+def _apart(one: Pose2, other: Pose2) -> float:
+    """Distance [m]."""
+    return hypot(one.x - other.x, one.y - other.y)
