@@ -238,13 +238,13 @@ class GoalPoseFilter:
     def _walk(self, seconds: float) -> Array:
         """Covariance (n, n) that the goal's random walk adds in `seconds`."""
         config = self.config
-        pose = np.diag(np.square([config.position_drift, config.position_drift, config.heading_drift]))
+        pose = config.drift(seconds)
         if not config.moving:
-            return pose * seconds
+            return pose
         rates = np.diag(np.square([config.velocity_drift, config.velocity_drift, config.turn_rate_drift]))
         return np.block(
             [
-                [pose * seconds + rates * seconds**3 / 3.0, rates * seconds**2 / 2.0],
+                [pose + rates * seconds**3 / 3.0, rates * seconds**2 / 2.0],
                 [rates * seconds**2 / 2.0, rates * seconds],
             ]
         )

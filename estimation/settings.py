@@ -80,3 +80,7 @@ class GoalFilterConfig(Settings):
     lost_after: Seconds = 2.0
     history: Seconds = 1.0
     clock_skew: Annotated[float, Field(ge=0.0, le=1.0)] = 0.05
+
+    def drift(self, seconds: float) -> NDArray[np.float64]:
+        """Covariance (3, 3) of x, y, heading that a goal at rest gains in `seconds` without a detection."""
+        return np.diag(np.square([self.position_drift, self.position_drift, self.heading_drift])) * seconds

@@ -341,7 +341,8 @@ class DockingController:
         drive = act.drive
         sent = QueuedCommand(situation.begin, drive.acceleration, drive.steering_rate)
         queue = (*still_acting(self._memory.queue, situation.now), sent)
-        self._memory = replace(self._memory, queue=queue, reached=situation.state)
+        waiting = act.status is Status.GOAL_LOST
+        self._memory = replace(self._memory, queue=queue, reached=situation.state, waiting=waiting)
         blocked = act.status is Status.BLOCKED and self._memory.stop_at is None
         if blocked and route.stands(self._memory, situation):
             self._memory = route.restart(self._memory)

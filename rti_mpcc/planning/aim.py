@@ -15,12 +15,12 @@ from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStat
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.memory import ControllerMemory, Situation
-from rti_mpcc.types import VehicleState
+from rti_mpcc.types import Array, VehicleState
 
 LONGEST_STEP = 0.5
 """After a longer gap between two cycles [s] the pose aimed at moves no farther than in this time."""
-AGAIN = 0.3
-"""A vehicle that stops before an uncertain goal does so up to this much farther off [m]."""
+NEAR = 0.3
+"""A vehicle that stands so much [m] farther off than where it has to wait for the goal waits there."""
 
 
 def noted(memory: ControllerMemory, state: VehicleState, now: float, length: float) -> ControllerMemory:
@@ -57,21 +57,20 @@ def aimed(
     return replace(memory, goal=aim)
 
 
-def doubt(memory: ControllerMemory, config: ControllerConfig) -> str:
-    """Why the estimate is not good enough to dock by, or ""."""
+def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str:
+    """Why the estimate will not be good enough to dock by if the goal is not seen again, or ""."""
     estimate = memory.estimate
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
-    along, across, heading = _stds(estimate)
-    certainty = config.goal_tracking.certainty
-    if all(
-        certainty * std <= most
-        for std, most in zip((along, across, heading), config.goal_tolerance, strict=True)
-    ):
+    tracking = config.goal_tracking
+    left = 0.0 if memory.arrive_at is None else max(memory.arrive_at - now, 0.0)
+    stds = _stds(estimate, tracking.filter.drift(left))
+    if all(tracking.certainty * std <= most for std, most in zip(stds, config.goal_tolerance, strict=True)):
         return ""
+    along, across, heading = stds
     return (
-        f"goal not seen for {estimate.age:.1f} s, known to {along:.3f} m along, {across:.3f} m across, "
-        f"{degrees(heading):.2f} deg (one sigma)"
+        f"goal not seen for {estimate.age:.1f} s, on arrival known to {along:.3f} m along, {across:.3f} m "
+        f"across, {degrees(heading):.2f} deg (one sigma)"
     )
 
 
@@ -80,9 +79,9 @@ def must_wait(memory: ControllerMemory, situation: Situation, config: Controller
     if not (situation.last_part and situation.free):
         return ""
     brake = situation.speed**2 / (2.0 * config.comfort_acceleration)
-    if situation.way > config.goal_tracking.standoff + max(brake, AGAIN):
+    if not memory.waiting and situation.way > config.goal_tracking.standoff + max(brake, NEAR):
         return ""
-    return doubt(memory, config)
+    return doubt(memory, situation.now, config)
 
 
 def never_seen(memory: ControllerMemory, config: ControllerConfig) -> bool:
@@ -103,11 +102,14 @@ def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pos
     return Pose2(before.x + share * x, before.y + share * y, phi)
 
 
-def _stds(estimate: GoalEstimate) -> tuple[float, float, float]:
-    """Standard deviations along and across the goal [m], and of its heading [rad]."""
+def _stds(estimate: GoalEstimate, drift: Array) -> tuple[float, float, float]:
+    """Standard deviations along and across the goal [m], and of its heading [rad].
+
+    `drift` (3, 3) is added to the covariance.
+    """
     assert estimate.pose is not None
     assert estimate.covariance is not None
     c, s = cos(estimate.pose.phi), sin(estimate.pose.phi)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    along, across, heading = np.diag(turn @ estimate.covariance @ turn.T).tolist()
+    along, across, heading = np.diag(turn @ (estimate.covariance + drift) @ turn.T).tolist()
     return sqrt(along), sqrt(across), sqrt(heading)

@@ -34,9 +34,11 @@ class ControllerMemory:
         solution: the last iterate on this part, or None: where the next cycle goes on.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         arrive_at: planned time of arrival at rest [s]; None while contouring.
+        timed_for: the pose that this time was last set for.
         planned: the user's goal pose, or None for the path's last pose.
         goal: the pose made for: `planned`, or what detections make of it.
         estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
+        waiting: the vehicle stops, or stands, before a goal that is not known well enough.
         poses: where the vehicle has been in the last moments.
         target: what the active part ends in, at the last cycle.
         reached: state (6,) that the last cycle's command began to act in, or None at the begin of a part.
@@ -56,10 +58,12 @@ class ControllerMemory:
     driven: Trajectory | None = None
     accepted_at: float | None = None
     arrive_at: float | None = None
+    timed_for: Pose2 | None = None
     planned: Pose2 | None = None
     goal: Pose2 | None = None
     estimate: GoalEstimate | None = None
     estimated_at: float | None = None
+    waiting: bool = False
     poses: PoseHistory = field(default_factory=PoseHistory)
     target: Target | None = None
     reached: Array | None = None

@@ -8,7 +8,6 @@ from math import hypot
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA, V
-from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 
@@ -30,16 +29,18 @@ NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
 LOOK_AGAIN = 0.5
 """Time between two looks whether the way is free again [s]."""
-RESTARTS = 2
+RESTARTS = 3
 """So often a vehicle that stopped outside the tolerance tries again."""
-RETREAT_REACH = 0.5
+RETREAT_REACH = 2.0
 """Distance to the target within which a vehicle that tries again may back off [m]."""
+RETRY_TIME = 10.0
+"""A vehicle that tries again takes at least so long [s]: it may have to back off first."""
 RETREAT_SPEED = 0.3
 """Speed of backing off, against the direction of the part [m/s]."""
 LOST_CYCLES = 2.5
 """After a gap of more cycles than this an arrival gets the time again that its way takes."""
 MOVED = 0.1
-"""A target that moves by more than this in one cycle is a new arrival [m]."""
+"""A target that has moved by more than this is a new arrival [m]."""
 
 
 def decide(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
@@ -85,7 +86,9 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
-    return replace(memory, arrive_at=situation.begin + duration)
+    if memory.restarts > 0:
+        duration = max(duration, RETRY_TIME)
+    return replace(memory, arrive_at=situation.begin + duration, timed_for=situation.target.pose)
 
 
 def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0) -> bool:
@@ -124,10 +127,7 @@ def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> 
     if memory.stop_at is None or now - memory.stop_since < LOOK_AGAIN:
         return False
     before, goal = memory.stop_goal, memory.goal
-    if before is None or goal is None:
-        elsewhere = before is not goal
-    else:
-        elsewhere = hypot(goal.x - before.x, goal.y - before.y) > MOVED
+    elsewhere = before is not goal if before is None or goal is None else _apart(before, goal) > MOVED
     return elsewhere or memory.stop_obstacles != obstacle_changes
 
 
@@ -176,7 +176,7 @@ def _noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     if stands(memory, situation):
-        return replace(memory, phase=Phase.HOLDING)
+        return replace(memory, phase=Phase.HOLDING, restarts=0)
     if not situation.inside(situation.stop_error):  # the target moved away while braking
         return restart(memory)
     return memory
@@ -184,7 +184,7 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     if not situation.free or situation.inside(situation.error):
-        return replace(memory, phase=Phase.HOLDING)
+        return replace(memory, phase=Phase.HOLDING, restarts=0)
     if memory.restarts >= RESTARTS:
         return replace(memory, phase=Phase.STALLED)
     return replace(restart(memory), restarts=memory.restarts + 1)
@@ -205,8 +205,8 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.CONTOURING:
         return memory
     assert memory.arrive_at is not None
-    if moved(memory.target, situation.target) > MOVED:
-        return replace(memory, arrive_at=begin + duration)
+    if memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED:
+        return replace(memory, arrive_at=begin + duration, timed_for=situation.target.pose)
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
     if lost and memory.arrive_at < begin + duration:
         return replace(memory, arrive_at=begin + duration)
@@ -220,8 +220,6 @@ def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:
     return not situation.inside(situation.target.pose.relative_to(memory.target.pose), SETTLE_SHARE)
 
 
-def moved(before: Target | None, now: Target) -> float:
-    """Distance by which the target has moved since the last cycle [m]."""
-    if before is None:
-        return 0.0
-    return hypot(before.pose.x - now.pose.x, before.pose.y - now.pose.y)
+def _apart(one: Pose2, other: Pose2) -> float:
+    """Distance [m]."""
+    return hypot(one.x - other.x, one.y - other.y)
