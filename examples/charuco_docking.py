@@ -35,11 +35,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of background and pixel noise")
     parser.add_argument("--out", type=Path, default=Path("runs/charuco_docking"), help="for the pictures")
     options = parser.parse_args()
-
-    camera, board = Camera(), CharucoBoard()
-    detector = CharucoGoalDetector(camera, board)
+    detector = CharucoGoalDetector(Camera(), CharucoBoard())
     frames: list[tuple[float, Image, CharucoDetection | None]] = []
-    drawn = BoardCamera(camera, board, Optics(), np.random.default_rng(options.seed))
+    drawn = BoardCamera(Camera(), CharucoBoard(), Optics(), np.random.default_rng(options.seed))
     eye = CameraDetector(pictures=drawn, detector=detector, seen=lambda *frame: frames.append(frame))
     result = simulate(scenario_from_dict(SCENARIO), seed=options.seed, detector=eye)
 
