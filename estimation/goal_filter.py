@@ -5,30 +5,28 @@ A Kalman filter on x, y, heading and, for a moving goal, their rates. What a pla
 - A detection is set against the prediction before it may act: with innovation y and S = H P H' + R, it
   passes the gate if y' S^-1 y is below the chi-square quantile of 3 (`gate`).
 - Rejected detections are kept until one is accepted. Those that agree with the newest of them (the same
-  gate, between two detections) over `reacquire_after` are the goal's new place. While SEARCHING or LOST
-  there is nothing to doubt them by: then `confirmations` of them are enough.
+  gate, between two detections and with what the goal may have moved in between) over `reacquire_after`, and
+  are at least half of the rejected, are the goal's new place. While SEARCHING or LOST there is nothing to
+  doubt them by: then `confirmations` of them are enough.
 - A late detection is put where its stamp belongs: the filter goes back and processes what came after
   again, so the order of arrival does not matter.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
 from typing import Any
 
 import numpy as np
 from scipy.special import chdtri
 
-from estimation.measurement import Detection, GoalMeasurement, in_world
+from estimation.candidates import agreeing, lasting, still_kept
+from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array, GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2, lift
-
-KEPT = 5.0
-"""So long rejected detections are kept [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,11 +59,15 @@ class GoalPoseFilter:
         # filterpy loads scipy.linalg and more: only who filters pays for it.
         from filterpy.kalman import KalmanFilter
 
-        self.config = config or GoalFilterConfig()
+        self.config = c = config or GoalFilterConfig()
         size = 6 if self.config.moving else 3
         self._kalman: Any = KalmanFilter(dim_x=size, dim_z=3)
         self._kalman.H = np.eye(3, size)
         self._gate = float(chdtri(3, 1.0 - self.config.gate))
+        # Variances (3,) of x, y, heading: per second, of their rates per second, of their rates at first.
+        self._pose_walk = np.square([c.position_drift, c.position_drift, c.heading_drift])
+        self._rate_walk = np.square([c.velocity_drift, c.velocity_drift, c.turn_rate_drift])
+        self._first_rates = np.square([c.velocity_std, c.velocity_std, c.turn_rate_std])
         self.reset()
 
     def reset(self) -> None:
@@ -80,16 +82,19 @@ class GoalPoseFilter:
         A clock that runs back by no more than `history` is waited for; beyond that it was set anew, and the
         estimate is carried over to the new time.
         """
-        if not isfinite(now):
+        if not is_time(now):
             return
         if self._now is not None and now < self._now - self.config.history:
             back = self._now - now
             self._origin = _shifted(self._latest, -back)
             self._past = []
             self._now = now
+        if self._now is None:
+            # Nothing was too early as long as no time was told.
+            del self._past[bisect_right(self._past, now + self.config.clock_skew, key=_stamp) :]
         self._now = now if self._now is None else max(now, self._now)
-        # Whatever may still be put in order stays; the last belief before that is where it begins.
-        settled = bisect_right(self._past, self._now - self.config.history, key=lambda step: step[0].stamp)
+        # Whatever may still be put in order or told again stays; the last belief before is where it begins.
+        settled = bisect_left(self._past, self._now - self.config.history, key=_stamp)
         if settled:
             self._origin = self._past[settled - 1][1]
             del self._past[:settled]
@@ -100,7 +105,7 @@ class GoalPoseFilter:
         problem = detection if isinstance(detection, str) else self._timing_problem(detection)
         if isinstance(detection, str) or problem:
             return Judgement(stamp=measurement.stamp, outcome=Outcome.REFUSED, reason=problem)
-        place = bisect_right(self._past, detection.stamp, key=lambda step: step[0].stamp)
+        place = bisect_right(self._past, detection.stamp, key=_stamp)
         later = [step[0] for step in self._past[place:]]
         del self._past[place:]
         judgement = self._append(detection)
@@ -116,7 +121,8 @@ class GoalPoseFilter:
         if belief.mean is None:
             return GoalEstimate(status=GoalStatus.SEARCHING, innovation=innovation, nis=nis)
         assert belief.seen_at is not None
-        now = belief.time if not isfinite(now) else max(now, belief.time, self._now or belief.time)
+        told = [time for time in (now, belief.time, self._now) if time is not None and is_time(time)]
+        now = max(told)
         mean, covariance = self._predicted(belief, now)
         covariance, velocity = covariance[:3, :3].copy(), mean[3:].copy() if self.config.moving else None
         for array in (covariance, velocity):
@@ -173,36 +179,34 @@ class GoalPoseFilter:
             if nis <= self._gate:
                 verdict = replace(verdict, outcome=Outcome.ACCEPTED)
                 return self._corrected(replace(belief, judged=verdict), detection), verdict
-        waiting = [one for one in belief.rejected if detection.stamp - one.stamp <= KEPT]
-        agreeing = [*(one for one in waiting if self._agree(one, detection)), detection]
-        if self._confirmed(belief, agreeing):
+        waiting = still_kept(belief.rejected, detection.stamp)
+        agreed = agreeing(waiting, detection, self.config, self._gate)
+        confirmed = self._confirmed(belief, waiting, agreed)
+        if confirmed:
             verdict = replace(verdict, outcome=Outcome.ACQUIRED)
-            return replace(self._fused(agreeing), judged=verdict), verdict
-        verdict = replace(verdict, reason=self._rejection(verdict, len(agreeing)))
+            return replace(self._fused(confirmed, belief.mean), judged=verdict), verdict
+        verdict = replace(verdict, reason=self._rejection(verdict, len(agreed)))
         rejected = (*waiting, detection)
         return replace(belief, time=detection.stamp, rejected=rejected, judged=verdict), verdict
 
-    def _rejection(self, verdict: Judgement, agreeing: int) -> str:
+    def _rejection(self, verdict: Judgement, agreed: int) -> str:
         if verdict.nis is None:
-            return f"waits for others that agree with it ({agreeing} of {self.config.confirmations})"
+            return f"waits for others that agree with it ({agreed} of {self.config.confirmations})"
         return f"NIS {verdict.nis:.1f} is above the gate, {self._gate:.1f}"
 
-    def _confirmed(self, belief: Belief, agreeing: Sequence[Detection]) -> bool:
-        """Whether detections that agree with each other are where the goal is now."""
-        first, last = agreeing[0].stamp, agreeing[-1].stamp
-        unknown = belief.seen_at is None or last - belief.seen_at > self.config.lost_after
+    def _confirmed(
+        self, belief: Belief, waiting: Sequence[Detection], agreed: Sequence[Detection]
+    ) -> Sequence[Detection]:
+        """Those detections that show where the goal is now; empty while they do not suffice."""
+        unknown = belief.seen_at is None or agreed[-1].stamp - belief.seen_at > self.config.lost_after
         if unknown:
-            return len(agreeing) >= self.config.confirmations
-        return last - first >= self.config.reacquire_after
+            return agreed if len(agreed) >= self.config.confirmations else ()
+        return lasting(waiting, agreed, self.config.reacquire_after)
 
-    def _agree(self, one: Detection, other: Detection) -> bool:
-        _, distance = _innovation(one.value, one.covariance, other)
-        return distance <= self._gate
-
-    def _fused(self, detections: Sequence[Detection]) -> Belief:
-        """The belief that these detections alone give."""
+    def _fused(self, detections: Sequence[Detection], before: Array | None) -> Belief:
+        """The belief that these detections alone give, its heading on the branch of the mean `before`."""
         first = detections[0]
-        belief = self._born(first)
+        belief = self._born(first, before)
         for detection in detections[1:]:
             mean, covariance = self._predicted(belief, detection.stamp)
             belief = replace(belief, time=detection.stamp, mean=mean, covariance=covariance)
@@ -211,13 +215,14 @@ class GoalPoseFilter:
 
     # -- the Kalman filter --------------------------------------------------------------------------
 
-    def _born(self, detection: Detection) -> Belief:
-        config = self.config
-        mean, covariance = detection.value, detection.covariance
-        if config.moving:
-            rates = np.square([config.velocity_std, config.velocity_std, config.turn_rate_std])
+    def _born(self, detection: Detection, before: Array | None) -> Belief:
+        mean, covariance = detection.value.copy(), detection.covariance
+        if before is not None:
+            mean[2] = lift(float(mean[2]), float(before[2]))
+        if self.config.moving:
             mean = np.concatenate([mean, np.zeros(3)])
-            covariance = np.block([[covariance, np.zeros((3, 3))], [np.zeros((3, 3)), np.diag(rates)]])
+            none = np.zeros((3, 3))
+            covariance = np.block([[covariance, none], [none, np.diag(self._first_rates)]])
         return Belief(time=detection.stamp, mean=mean, covariance=covariance, seen_at=detection.stamp)
 
     def _predicted(self, belief: Belief, time: float) -> tuple[Array, Array]:
@@ -229,15 +234,13 @@ class GoalPoseFilter:
         kalman.x, kalman.P = belief.mean[:, None], belief.covariance
         motion = np.eye(size) + seconds * np.eye(size, k=3)
         kalman.predict(F=motion, Q=self._walk(seconds))
-        return kalman.x[:, 0].copy(), kalman.P.copy()
+        return kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
 
     def _walk(self, seconds: float) -> Array:
         """Covariance (n, n) that the goal's random walk adds in `seconds`."""
-        config = self.config
-        pose = np.diag(np.square([config.position_drift, config.position_drift, config.heading_drift]))
-        if not config.moving:
+        pose, rates = np.diag(self._pose_walk), np.diag(self._rate_walk)
+        if not self.config.moving:
             return pose * seconds
-        rates = np.diag(np.square([config.velocity_drift, config.velocity_drift, config.turn_rate_drift]))
         return np.block(
             [
                 [pose * seconds + rates * seconds**3 / 3.0, rates * seconds**2 / 2.0],
@@ -255,6 +258,10 @@ class GoalPoseFilter:
         kalman.update(value[:, None], R=detection.covariance)
         mean, covariance = kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
         return replace(belief, mean=mean, covariance=covariance, seen_at=detection.stamp, rejected=())
+
+
+def _stamp(step: tuple[Detection, Belief]) -> float:
+    return step[0].stamp
 
 
 def _innovation(mean: Array, covariance: Array, detection: Detection) -> tuple[Array, float]:
