@@ -43,14 +43,16 @@ def agreeing(
     return [one for one, distance in zip(waiting, distances, strict=True) if distance <= gate] + [newest]
 
 
-def lasting(waiting: Sequence[Detection], agreed: Sequence[Detection], seconds: float) -> Sequence[Detection]:
-    """The longest run of those that agree which spans `seconds` [s] or more; empty if none does.
+def prevailing(
+    waiting: Sequence[Detection], agreed: Sequence[Detection], *, count: int, seconds: float
+) -> Sequence[Detection]:
+    """The longest run of those that agree, of `count` at least and over `seconds` [s]; empty if none is.
 
     At least half of all that were rejected in that time have to be in it: among enough outliers, two agree
     by chance.
     """
     for k, first in enumerate(agreed):
-        if agreed[-1].stamp - first.stamp < seconds:
+        if len(agreed) - k < count or agreed[-1].stamp - first.stamp < seconds:
             break
         since = 1 + sum(one.stamp >= first.stamp for one in waiting)
         if 2 * (len(agreed) - k) >= since:

@@ -5,9 +5,9 @@ A Kalman filter on x, y, heading and, for a moving goal, their rates. What a pla
 - A detection is set against the prediction before it may act: with innovation y and S = H P H' + R, it
   passes the gate if y' S^-1 y is below the chi-square quantile of 3 (`gate`).
 - Rejected detections are kept until one is accepted. Those that agree with the newest of them (the same
-  gate, between two detections and with what the goal may have moved in between) over `reacquire_after`, and
-  are at least half of the rejected, are the goal's new place. While SEARCHING or LOST there is nothing to
-  doubt them by: then `confirmations` of them are enough.
+  gate, between two detections and with what the goal may have moved in between) over `reacquire_after` are
+  the goal's new place, if they are at least half of those rejected meanwhile. While SEARCHING or LOST there
+  is nothing to doubt them by: then `confirmations` of them are enough, however short the time.
 - A late detection is put where its stamp belongs: the filter goes back and processes what came after
   again, so the order of arrival does not matter.
 """
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtri
 
-from estimation.candidates import agreeing, lasting, still_kept
+from estimation.candidates import agreeing, prevailing, still_kept
 from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array, GoalEstimate, GoalStatus, Judgement, Outcome
@@ -200,8 +200,8 @@ class GoalPoseFilter:
         """Those detections that show where the goal is now; empty while they do not suffice."""
         unknown = belief.seen_at is None or agreed[-1].stamp - belief.seen_at > self.config.lost_after
         if unknown:
-            return agreed if len(agreed) >= self.config.confirmations else ()
-        return lasting(waiting, agreed, self.config.reacquire_after)
+            return prevailing(waiting, agreed, count=self.config.confirmations, seconds=0.0)
+        return prevailing(waiting, agreed, count=1, seconds=self.config.reacquire_after)
 
     def _fused(self, detections: Sequence[Detection], before: Array | None) -> Belief:
         """The belief that these detections alone give, its heading on the branch of the mean `before`."""

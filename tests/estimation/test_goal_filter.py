@@ -77,6 +77,17 @@ def test_an_outlier_as_the_very_first_detection_does_no_harm(direction: float) -
     assert off_by(estimate, GOAL)[0] < 0.1
 
 
+def test_among_outliers_two_that_agree_by_chance_are_not_the_goal() -> None:
+    """They have to be half of what was seen meanwhile; two in a row always are."""
+    goal_filter = GoalPoseFilter()
+    run = [GOAL, *(shifted(GOAL, along=3.0 * k) for k in (1, 2, 3)), GOAL, GOAL]
+    outcomes = [
+        judgement.outcome
+        for judgement, _ in told(goal_filter, [seen(place, 0.1 * k) for k, place in enumerate(run)])
+    ]
+    assert outcomes == [*[Outcome.REJECTED] * 5, Outcome.ACQUIRED]
+
+
 def test_reset_forgets_everything() -> None:
     goal_filter = tracking()
     goal_filter.reset()
