@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
 from benchmarks.variations import VARIATIONS, Variation
+from estimation import GoalMeasurement
 from geometry import Pose2
 from geometry.sampling import CORNER
 from rti_mpcc import ControllerConfig, DockingController
@@ -49,10 +50,13 @@ class Recorder:
         *,
         now: float,
         goal: Pose2 | None = None,
+        measurements: Sequence[GoalMeasurement] = (),
         obstacles: Sequence[Array] | None = None,
     ) -> Command:
         """One cycle of the controller inside."""
-        command = self.controller.step(state, now=now, goal=goal, obstacles=obstacles)
+        command = self.controller.step(
+            state, now=now, goal=goal, measurements=measurements, obstacles=obstacles
+        )
         left, part = command.diagnostics.time_to_go, command.diagnostics.part
         arriving = command.status is Status.ARRIVING and part == len(self.controller.path.parts) - 1
         if goal is not None and arriving and left is not None and left < SHORT_TO_GO:

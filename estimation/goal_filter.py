@@ -4,10 +4,11 @@ A Kalman filter on x, y, heading and, for a moving goal, their rates. What a pla
 
 - A detection is set against the prediction before it may act: with innovation y and S = H P H' + R, it
   passes the gate if y' S^-1 y is below the chi-square quantile of 3 (`gate`).
-- Rejected detections are kept until one is accepted. Those that agree with the newest of them (the same
-  gate, between two detections and with what the goal may have moved in between) over `reacquire_after` are
-  the goal's new place, if they are at least half of those rejected meanwhile. While SEARCHING or LOST there
-  is nothing to doubt them by: then `confirmations` of them are enough, however short the time.
+- The goal may have moved, by much or by less than the gate shows. The detections of the last
+  `reacquire_after` that agree with the newest of them (the same gate, between two detections), if they are
+  the most of them and span that time, are fused by themselves; where that contradicts what was believed
+  before them, the estimate begins afresh from them. While SEARCHING or LOST there is nothing to contradict:
+  then `confirmations` detections that agree are enough, if they are half of those seen meanwhile.
 - A late detection is put where its stamp belongs: the filter goes back and processes what came after
   again, so the order of arrival does not matter.
 """
@@ -16,36 +17,29 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.special import chdtri
 
-from estimation.candidates import agreeing, prevailing, still_kept
+from estimation.belief import (
+    Belief,
+    Recent,
+    bare,
+    contradiction,
+    innovation_of,
+    innovations,
+    prevailing,
+    shifted,
+)
 from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array, GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2, lift
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Belief:
-    """What the detections up to `time` [s] say.
-
-    Attributes:
-        mean: (n,) x, y, heading and for a moving goal their rates; None before the goal was seen.
-        covariance: (n, n); seen_at: stamp of the last accepted detection [s].
-        rejected: detections rejected since then, by stamp.
-        judged: the last detection set against a prediction.
-    """
-
-    time: float
-    mean: Array | None = None
-    covariance: Array | None = None
-    seen_at: float | None = None
-    rejected: tuple[Detection, ...] = ()
-    judged: Judgement | None = None
+KEPT = 5.0
+"""Detections farther apart than this [s] are not set against each other."""
 
 
 class GoalPoseFilter:
@@ -59,15 +53,12 @@ class GoalPoseFilter:
         # filterpy loads scipy.linalg and more: only who filters pays for it.
         from filterpy.kalman import KalmanFilter
 
-        self.config = c = config or GoalFilterConfig()
+        self.config = config or GoalFilterConfig()
         size = 6 if self.config.moving else 3
         self._kalman: Any = KalmanFilter(dim_x=size, dim_z=3)
         self._kalman.H = np.eye(3, size)
         self._gate = float(chdtri(3, 1.0 - self.config.gate))
-        # Variances (3,) of x, y, heading: per second, of their rates per second, of their rates at first.
-        self._pose_walk = np.square([c.position_drift, c.position_drift, c.heading_drift])
-        self._rate_walk = np.square([c.velocity_drift, c.velocity_drift, c.turn_rate_drift])
-        self._first_rates = np.square([c.velocity_std, c.velocity_std, c.turn_rate_std])
+        self._moved = float(chdtri(3, 1.0 - self.config.moved))
         self.reset()
 
     def reset(self) -> None:
@@ -86,7 +77,7 @@ class GoalPoseFilter:
             return
         if self._now is not None and now < self._now - self.config.history:
             back = self._now - now
-            self._origin = _shifted(self._latest, -back)
+            self._origin = shifted(self._latest, -back)
             self._past = []
             self._now = now
         if self._now is None:
@@ -121,8 +112,7 @@ class GoalPoseFilter:
         if belief.mean is None:
             return GoalEstimate(status=GoalStatus.SEARCHING, innovation=innovation, nis=nis)
         assert belief.seen_at is not None
-        told = [time for time in (now, belief.time, self._now) if time is not None and is_time(time)]
-        now = max(told)
+        now = max(time for time in (now, belief.time, self._now) if time is not None and is_time(time))
         mean, covariance = self._predicted(belief, now)
         covariance, velocity = covariance[:3, :3].copy(), mean[3:].copy() if self.config.moving else None
         for array in (covariance, velocity):
@@ -170,60 +160,100 @@ class GoalPoseFilter:
 
     def _judge(self, belief: Belief, detection: Detection) -> tuple[Belief, Judgement]:
         """The belief after one more detection, and what became of that."""
-        verdict = Judgement(stamp=detection.stamp, outcome=Outcome.REJECTED, pose=detection.pose)
+        recent = (*self._window(belief, detection.stamp), Recent(detection=detection, before=bare(belief)))
+        judged = Judgement(stamp=detection.stamp, outcome=Outcome.REJECTED, pose=detection.pose)
         if belief.mean is not None:
             mean, covariance = self._predicted(belief, detection.stamp)
-            innovation, nis = _innovation(mean, covariance, detection)
-            verdict = replace(verdict, innovation=innovation, nis=nis)
-            belief = replace(belief, time=detection.stamp, mean=mean, covariance=covariance)
-            if nis <= self._gate:
-                verdict = replace(verdict, outcome=Outcome.ACCEPTED)
-                return self._corrected(replace(belief, judged=verdict), detection), verdict
-        waiting = still_kept(belief.rejected, detection.stamp)
-        agreed = agreeing(waiting, detection, self.config, self._gate)
-        confirmed = self._confirmed(belief, waiting, agreed)
-        if confirmed:
-            verdict = replace(verdict, outcome=Outcome.ACQUIRED)
-            return replace(self._fused(confirmed, belief.mean), judged=verdict), verdict
-        verdict = replace(verdict, reason=self._rejection(verdict, len(agreed)))
-        rejected = (*waiting, detection)
-        return replace(belief, time=detection.stamp, rejected=rejected, judged=verdict), verdict
+            innovation, nis = innovation_of(mean, covariance, detection)
+            judged = replace(judged, innovation=innovation, nis=nis)
+            belief = replace(belief, mean=mean, covariance=covariance)
+        belief = replace(belief, time=detection.stamp, recent=recent)
+        agreeing = self._agreeing(belief, detection)
+        acquired = self._acquired(belief, agreeing)
+        if acquired:
+            judged = replace(judged, outcome=Outcome.ACQUIRED)
+            return replace(self._fused(acquired, belief.mean), judged=judged), judged
+        if judged.nis is not None and judged.nis <= self._gate:
+            judged = replace(judged, outcome=Outcome.ACCEPTED)
+            return replace(self._corrected(belief, detection), judged=judged), judged
+        judged = replace(judged, reason=self._rejection(judged, len(agreeing)))
+        return replace(belief, judged=judged), judged
 
-    def _rejection(self, verdict: Judgement, agreed: int) -> str:
-        if verdict.nis is None:
-            return f"waits for others that agree with it ({agreed} of {self.config.confirmations})"
-        return f"NIS {verdict.nis:.1f} is above the gate, {self._gate:.1f}"
+    def _window(self, belief: Belief, stamp: float) -> Sequence[Recent]:
+        """The recent detections that matter at `stamp` [s]: one more than `reacquire_after` goes back."""
+        stamps = [one.detection.stamp for one in belief.recent]
+        first = bisect_right(stamps, stamp - KEPT)
+        if self._knows(belief, stamp):
+            first = max(first, bisect_right(stamps, stamp - self.config.reacquire_after) - 1)
+        return belief.recent[first:]
 
-    def _confirmed(
-        self, belief: Belief, waiting: Sequence[Detection], agreed: Sequence[Detection]
-    ) -> Sequence[Detection]:
-        """Those detections that show where the goal is now; empty while they do not suffice."""
-        unknown = belief.seen_at is None or agreed[-1].stamp - belief.seen_at > self.config.lost_after
-        if unknown:
-            return prevailing(waiting, agreed, count=self.config.confirmations, seconds=0.0)
-        return prevailing(waiting, agreed, count=1, seconds=self.config.reacquire_after)
+    def _knows(self, belief: Belief, stamp: float) -> bool:
+        """Whether there is an estimate that a detection at `stamp` [s] can contradict."""
+        return belief.seen_at is not None and stamp - belief.seen_at <= self.config.lost_after
 
-    def _fused(self, detections: Sequence[Detection], before: Array | None) -> Belief:
-        """The belief that these detections alone give, its heading on the branch of the mean `before`."""
-        first = detections[0]
-        belief = self._born(first, before)
-        for detection in detections[1:]:
-            mean, covariance = self._predicted(belief, detection.stamp)
-            belief = replace(belief, time=detection.stamp, mean=mean, covariance=covariance)
-            belief = self._corrected(belief, detection)
+    def _acquired(self, belief: Belief, agreeing: Sequence[Recent]) -> Sequence[Recent]:
+        """Those recent detections that show where the goal is now; empty while they do not suffice."""
+        first, last = agreeing[0].detection.stamp, agreeing[-1].detection.stamp
+        if not self._knows(belief, last):
+            return prevailing(belief.recent, agreeing, self.config.confirmations)
+        before = agreeing[0].before
+        # More than one more than the others: of two places seen in turn, one has both ends of the window.
+        if last - first < self.config.reacquire_after or 2 * len(agreeing) <= len(belief.recent) + 1:
+            return ()
+        if before is None or before.mean is None:
+            return ()
+        mean, covariance = self._predicted(before, last)
+        far = contradiction(mean, covariance, [one.detection for one in agreeing]) > self._moved
+        return agreeing if far else ()
+
+    def _rejection(self, judged: Judgement, agreeing: int) -> str:
+        if judged.nis is None:
+            return f"waits for others that agree with it ({agreeing} of {self.config.confirmations})"
+        return f"NIS {judged.nis:.1f} is above the gate, {self._gate:.1f}"
+
+    def _agreeing(self, belief: Belief, detection: Detection) -> list[Recent]:
+        """Those of the recent detections that pass the gate of this one, itself the last of them.
+
+        Both of the same goal, which may have moved in between: by its drift, and with what its rates are.
+        """
+        recent = [one.detection for one in belief.recent]
+        seconds = detection.stamp - np.array([[one.stamp] for one in recent])
+        place, moved = detection.value, np.diagonal(self.config.drift(1.0)) * seconds
+        if self.config.moving:
+            rates, variances = np.zeros(3), self._first_rates()
+            if belief.mean is not None and belief.covariance is not None:
+                rates, variances = belief.mean[3:], np.diagonal(belief.covariance)[3:]
+            place, moved = np.concatenate([place, rates]), moved + variances * seconds**2
+        spreads = np.array([one.covariance for one in recent]) + detection.covariance
+        spreads[:, range(3), range(3)] += moved
+        apart = innovations(place, recent)
+        distances = np.einsum("ki,ki->k", apart, np.linalg.solve(spreads, apart[:, :, None])[:, :, 0])
+        return [one for one, gap in zip(belief.recent, distances, strict=True) if gap <= self._gate]
+
+    def _fused(self, recent: Sequence[Recent], known: Array | None) -> Belief:
+        """The belief that these detections alone give, its heading on the branch of a `known` mean."""
+        belief = self._born(recent[0].detection, known)
+        for one in recent[1:]:
+            mean, covariance = self._predicted(belief, one.detection.stamp)
+            belief = replace(belief, time=one.detection.stamp, mean=mean, covariance=covariance)
+            belief = self._corrected(belief, one.detection)
         return belief
 
     # -- the Kalman filter --------------------------------------------------------------------------
 
-    def _born(self, detection: Detection, before: Array | None) -> Belief:
+    def _born(self, detection: Detection, known: Array | None) -> Belief:
         mean, covariance = detection.value.copy(), detection.covariance
-        if before is not None:
-            mean[2] = lift(float(mean[2]), float(before[2]))
+        if known is not None:
+            mean[2] = lift(float(mean[2]), float(known[2]))
         if self.config.moving:
-            mean = np.concatenate([mean, np.zeros(3)])
-            none = np.zeros((3, 3))
-            covariance = np.block([[covariance, none], [none, np.diag(self._first_rates)]])
+            mean, none = np.concatenate([mean, np.zeros(3)]), np.zeros((3, 3))
+            covariance = np.block([[covariance, none], [none, np.diag(self._first_rates())]])
         return Belief(time=detection.stamp, mean=mean, covariance=covariance, seen_at=detection.stamp)
+
+    def _first_rates(self) -> Array:
+        """Variances (3,) of a goal's rates when it is first seen."""
+        config = self.config
+        return np.square([config.velocity_std, config.velocity_std, config.turn_rate_std])
 
     def _predicted(self, belief: Belief, time: float) -> tuple[Array, Array]:
         """Mean and covariance at `time` [s], which is not before the belief's."""
@@ -238,12 +268,14 @@ class GoalPoseFilter:
 
     def _walk(self, seconds: float) -> Array:
         """Covariance (n, n) that the goal's random walk adds in `seconds`."""
-        pose, rates = np.diag(self._pose_walk), np.diag(self._rate_walk)
-        if not self.config.moving:
-            return pose * seconds
+        config = self.config
+        pose = config.drift(seconds)
+        if not config.moving:
+            return pose
+        rates = np.diag(np.square([config.velocity_drift, config.velocity_drift, config.turn_rate_drift]))
         return np.block(
             [
-                [pose * seconds + rates * seconds**3 / 3.0, rates * seconds**2 / 2.0],
+                [pose + rates * seconds**3 / 3.0, rates * seconds**2 / 2.0],
                 [rates * seconds**2 / 2.0, rates * seconds],
             ]
         )
@@ -257,25 +289,8 @@ class GoalPoseFilter:
         value[2] = lift(float(value[2]), float(belief.mean[2]))
         kalman.update(value[:, None], R=detection.covariance)
         mean, covariance = kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
-        return replace(belief, mean=mean, covariance=covariance, seen_at=detection.stamp, rejected=())
+        return replace(belief, mean=mean, covariance=covariance, seen_at=detection.stamp)
 
 
 def _stamp(step: tuple[Detection, Belief]) -> float:
     return step[0].stamp
-
-
-def _innovation(mean: Array, covariance: Array, detection: Detection) -> tuple[Array, float]:
-    """Detection minus mean (3,), heading on the mean's branch, and its square in units of S = H P H' + R."""
-    innovation = detection.value - mean[:3]
-    innovation[2] = lift(float(detection.value[2]), float(mean[2])) - mean[2]
-    innovation.flags.writeable = False
-    spread = covariance[:3, :3] + detection.covariance
-    return innovation, float(innovation @ np.linalg.solve(spread, innovation))
-
-
-def _shifted(belief: Belief, seconds: float) -> Belief:
-    """The same belief on a clock that was set by `seconds`; what was rejected is forgotten."""
-    if belief.mean is None:
-        return Belief(time=-np.inf)
-    assert belief.seen_at is not None
-    return replace(belief, time=belief.time + seconds, seen_at=belief.seen_at + seconds, rejected=())

@@ -54,8 +54,9 @@ class GoalFilterConfig(Settings):
         velocity_std, turn_rate_std: of a moving goal when it is first seen [m/s], [rad/s].
         gate: probability with which a true detection passes the gate.
         confirmations: detections that have to agree before the goal counts as seen.
-        reacquire_after: rejected detections that agree with each other over so long are the goal's new
-            place [s].
+        reacquire_after: detections that agree with each other over so long, and contradict what was
+            believed before them, are the goal's new place [s].
+        moved: probability with which detections of a goal that has not moved don't count as contradicting.
         coast_after, lost_after: time without an accepted detection until COASTING, until LOST [s].
         history: how late a detection may arrive [s]; a clock that runs back further was set anew.
         clock_skew: how far a stamp may lie ahead of the clock [s].
@@ -74,7 +75,12 @@ class GoalFilterConfig(Settings):
     gate: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.999
     confirmations: Annotated[int, Field(ge=1, le=100)] = 2
     reacquire_after: Seconds = 0.65
+    moved: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.9999
     coast_after: Seconds = 0.5
     lost_after: Seconds = 2.0
     history: Seconds = 1.0
     clock_skew: Annotated[float, Field(ge=0.0, le=1.0)] = 0.05
+
+    def drift(self, seconds: float) -> NDArray[np.float64]:
+        """Covariance (3, 3) of x, y, heading that a goal at rest gains in `seconds` without a detection."""
+        return np.diag(np.square([self.position_drift, self.position_drift, self.heading_drift])) * seconds

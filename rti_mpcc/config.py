@@ -11,6 +11,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from estimation import GoalFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance, Triple
 
 
@@ -134,11 +135,32 @@ class SolverSettings(Settings):
     polish: bool = False
 
 
+class GoalTracking(Settings):
+    """How the controller makes for a goal that it knows from detections.
+
+    Attributes:
+        filter: of the detections, see `GoalFilterConfig`.
+        speed, turn_rate: at most so fast the pose made for follows the estimate [m/s], [rad/s].
+        certainty: a goal that is LOST may still be docked at while so many standard deviations of its
+            estimate fit the goal tolerance.
+        standoff: way left to a goal that is less certain, where the vehicle stops [m].
+        required: the goal must have been detected; at a planned goal that was not, the vehicle waits, and is
+            not docked. Also loads the filter at the start rather than with the first detection.
+    """
+
+    filter: GoalFilterConfig = GoalFilterConfig()
+    speed: Positive = 0.5
+    turn_rate: Positive = 0.3
+    certainty: Positive = 2.0
+    standoff: NonNegative = 1.0
+    required: bool = False
+
+
 class ControllerConfig(Settings):
     """All settings of a `DockingController`; every one has a default.
 
     Attributes:
-        vehicle, limits, weights, footprint, solver: see there.
+        vehicle, limits, weights, footprint, solver, goal_tracking: see there.
         cycle: time between two steps [s], 0.005 to 0.2.
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
@@ -159,6 +181,7 @@ class ControllerConfig(Settings):
     weights: Weights = Weights()
     footprint: Footprint = Footprint()
     solver: SolverSettings = SolverSettings()
+    goal_tracking: GoalTracking = GoalTracking()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))

@@ -15,13 +15,14 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
+from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.delay import QueuedCommand, still_acting
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times
-from rti_mpcc.planning import route, search, sensing
+from rti_mpcc.planning import aim, route, search, sensing
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 from rti_mpcc.planning.search import Attempt
 from rti_mpcc.safety import contact, ladder
@@ -51,6 +52,8 @@ class DockingController:
         self._obstacles: Sequence[ArrayLike] = corridor.obstacles
         self._obstacle_changes = 0
         self._memory = ControllerMemory()
+        tracking = self.config.goal_tracking
+        self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
         self._check()
         self._mpcc = self._core()
 
@@ -60,8 +63,8 @@ class DockingController:
         return self._memory
 
     def clear_goal(self) -> None:
-        """Forget the goal: the path's last pose is the goal again."""
-        self._memory = route.with_goal(self._memory, None)
+        """Forget the goal and its detections: the path's last pose is the goal again."""
+        self._plan_for(None)
 
     def step(
         self,
@@ -69,6 +72,7 @@ class DockingController:
         *,
         now: float,
         goal: Pose2 | None = None,
+        measurements: Sequence[GoalMeasurement] = (),
         obstacles: Sequence[ArrayLike] | None = None,
     ) -> Command:
         """One cycle: the command to apply from now until the next step.
@@ -76,12 +80,17 @@ class DockingController:
         Args:
             state: measured at `now`.
             now: on any clock that runs on [s].
-            goal: pose to end in; None keeps the last one. Without any it is the path's last pose.
+            goal: pose to end in; None keeps the last one. Without any it is the path's last pose. With
+                detections it is the planned goal, made for until they say better; another one than the last
+                is another dock, whose detections begin anew.
+            measurements: detections of the goal that arrived since the last step, in any order.
             obstacles: polygons (m, 2) [m] to keep out of; None keeps the last ones.
         """
         begun = perf_counter()
         changes = self._obstacle_changes
-        self._receive(goal, obstacles, now)
+        self._receive(goal, obstacles)
+        detections = self._locate_goal(measurements, state, now)
+        self._aim(now)
         if _is_finite(state):
             situation = self._situation(state, now)
             self._memory = route.decide(self._memory, situation, self.config)
@@ -92,7 +101,7 @@ class DockingController:
             wanted = ladder.braking(self.config)
             act = self._stop(situation, Status.FAILED, f"not a finite state: {state}", wanted)
         self._remember(act, situation)
-        return command(act, situation, self._memory, self.config, perf_counter() - begun)
+        return command(act, situation, self._memory, detections, self.config, perf_counter() - begun)
 
     # -- what comes in ------------------------------------------------------------------------------
 
@@ -110,21 +119,42 @@ class DockingController:
                 self.config.max_curvature,
             )
 
-    def _receive(self, goal: Pose2 | None, obstacles: Sequence[ArrayLike] | None, now: float) -> None:
+    def _receive(self, goal: Pose2 | None, obstacles: Sequence[ArrayLike] | None) -> None:
         """Take what is new of goal and obstacles."""
         if obstacles is not None and not _same(obstacles, self._obstacles):
             self._corridor = self._corridor.with_obstacles(obstacles)
             self._obstacles = tuple(np.array(outline, dtype=np.float64) for outline in obstacles)
             self._obstacle_changes += 1
             self._mpcc.set_obstacles(self._corridor)
-        if goal is not None and goal != self._memory.goal:
-            self._memory = route.with_goal(self._memory, goal)
+        if goal is not None and goal != self._memory.planned:
+            self._plan_for(goal)
+
+    def _plan_for(self, goal: Pose2 | None) -> None:
+        self._memory = route.with_goal(self._memory, goal)
+        if self._filter is not None:
+            self._filter.reset()
+
+    def _locate_goal(
+        self, measurements: Sequence[GoalMeasurement], state: VehicleState, now: float
+    ) -> tuple[Judgement, ...]:
+        """Filter what was detected, and let the pose made for follow; says what became of the detections."""
+        settings = self.config.goal_tracking.filter
+        if _is_finite(state):
+            self._memory = aim.noted(self._memory, state, now, settings.history)
+        if measurements and self._filter is None:
+            self._filter = GoalPoseFilter(settings)
+        if self._filter is None:
+            return ()
+        self._filter.predict(now)
+        judgements = tuple(self._filter.update(aim.placed(m, self._memory, settings)) for m in measurements)
+        estimate = self._filter.estimate(now)
+        self._memory = aim.aimed(self._memory, estimate, self.path.end, now, self.config)
+        return judgements
+
+    def _aim(self, now: float) -> None:
+        """Give the core what the active part is to end in: a stop, its own end, or the goal."""
         if route.may_be_free(self._memory, now, self._obstacle_changes):
             self._memory = route.released(self._memory)
-        self._aim()
-
-    def _aim(self) -> None:
-        """Give the core what the active part is to end in: a stop, its own end, or the goal."""
         if self._memory.stop_at is not None:
             self._mpcc.set_stop(self._memory.stop_at)
         else:
@@ -158,7 +188,7 @@ class DockingController:
             return situation
         self._memory = route.next_part(self._memory)
         self._mpcc = self._core()
-        self._aim()
+        self._aim(now)
         reached = sensing.reached_state(state, now, self._memory, self._mpcc.part, self.config)
         return self._assess(reached, now, state.v)
 
@@ -168,6 +198,10 @@ class DockingController:
         phase = self._memory.phase
         if phase is Phase.HOLDING:
             return self._hold(situation)
+        waiting = aim.must_wait(self._memory, situation, self.config)
+        if waiting and route.stands(self._memory, situation):
+            self._memory = route.restart(self._memory)
+            return self._stop(situation, Status.GOAL_LOST, waiting)
         if phase is Phase.STALLED:
             return self._stop(situation, Status.STALLED, "no plan from here ends inside the tolerance")
         if phase is Phase.SETTLING:
@@ -186,7 +220,7 @@ class DockingController:
             if not attempt.problem and self._memory.phase is not Phase.HOLDING:
                 return self._judge(attempt, other)
             self._memory = driving
-            self._aim()
+            self._aim(situation.now)
             if route.too_late(driving, situation, self.config):
                 wanted = ladder.braking(self.config)
                 return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
@@ -204,8 +238,11 @@ class DockingController:
     def _hold(self, situation: Situation) -> Act:
         if not situation.free:
             return self._stop(situation, Status.BLOCKED, "standing before something that fills the way")
-        status = Status.DOCKED if situation.last_part else Status.CHANGING_DIRECTION
-        return self._stop(situation, status, "standing inside the tolerance")
+        if not situation.last_part:
+            return self._stop(situation, Status.CHANGING_DIRECTION, "standing at the cusp")
+        if aim.never_seen(self._memory, self.config):
+            return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
+        return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
 
     def _begin(self, situation: Situation) -> tuple[Attempt, Situation]:
         """Search from a first guess; where something fills the way, for a stop before it."""
@@ -224,7 +261,7 @@ class DockingController:
     def _begin_stop(self, attempt: Attempt, situation: Situation, way: float) -> tuple[Attempt, Situation]:
         left = way - contact.stop_clearance(self.config)
         self._memory = route.stop_before(self._memory, situation, left, self._obstacle_changes)
-        self._aim()
+        self._aim(situation.now)
         situation = self._assess(situation.state, situation.now, situation.measured_speed)
         if self._memory.phase is Phase.HOLDING:
             return attempt, situation
@@ -253,6 +290,10 @@ class DockingController:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)
             rate = float(plan.controls[0, DELTA_DOT])
             return self._stop(situation, Status.BLOCKED, f"contact in {way:.2f} m", wanted, attempt, rate)
+        waiting = aim.must_wait(memory, situation, config)
+        if waiting:
+            rate = float(plan.controls[0, DELTA_DOT])
+            return self._stop(situation, Status.GOAL_LOST, waiting, attempt=attempt, steering_rate=rate)
         return Act(
             drive=ladder.follow(plan.controls[0], situation.state, source, config),
             status=Status.FOLLOWING if memory.arrive_at is None else Status.ARRIVING,
@@ -300,7 +341,8 @@ class DockingController:
         drive = act.drive
         sent = QueuedCommand(situation.begin, drive.acceleration, drive.steering_rate)
         queue = (*still_acting(self._memory.queue, situation.now), sent)
-        self._memory = replace(self._memory, queue=queue, reached=situation.state)
+        waiting = act.status is Status.GOAL_LOST
+        self._memory = replace(self._memory, queue=queue, reached=situation.state, waiting=waiting)
         blocked = act.status is Status.BLOCKED and self._memory.stop_at is None
         if blocked and route.stands(self._memory, situation):
             self._memory = route.restart(self._memory)

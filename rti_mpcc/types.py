@@ -8,6 +8,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation import GoalEstimate, Judgement
+from geometry import Pose2
+
 Array = NDArray[np.float64]
 
 
@@ -53,6 +56,10 @@ class Status(Enum):
     """Standing still while the first plan of a part is being found."""
     BLOCKED = "blocked"
     """The plan's body leaves the corridor or meets an obstacle within the stopping distance: braking."""
+    GOAL_LOST = "goal lost"
+    """The goal has not been seen for long and is not certain enough to dock at: stopping before it."""
+    SEARCHING = "searching"
+    """Standing at the planned goal, which has not been detected yet."""
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
     FAILED = "failed"
@@ -108,6 +115,9 @@ class Diagnostics:
         iterations: OSQP iterations of all QPs of this cycle.
         slack: largest corridor slack of the plan [m].
         reason: one line for humans.
+        aim: the pose that the active part is to end in, world frame.
+        goal: what detections say about the goal; None if there never was one.
+        detections: what became of those told in this cycle.
         prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
         deadline_missed: step took longer than the configured deadline.
     """
@@ -122,6 +132,9 @@ class Diagnostics:
     iterations: int
     slack: float
     reason: str
+    aim: Pose2
+    goal: GoalEstimate | None
+    detections: tuple[Judgement, ...]
     prepare_ms: float
     feedback_ms: float
     solve_ms: float

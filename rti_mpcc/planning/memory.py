@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
+from estimation import GoalEstimate, PoseHistory
 from geometry import Pose2
 from rti_mpcc.controller import Solution
 from rti_mpcc.model.delay import QueuedCommand
@@ -33,7 +34,12 @@ class ControllerMemory:
         solution: the last iterate on this part, or None: where the next cycle goes on.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         arrive_at: planned time of arrival at rest [s]; None while contouring.
-        goal: the user's goal pose, or None for the path's last pose.
+        timed_for: the pose that this time was last set for.
+        planned: the user's goal pose, or None for the path's last pose.
+        goal: the pose made for: `planned`, or what detections make of it.
+        estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
+        waiting: the vehicle stops, or stands, before a goal that is not known well enough.
+        poses: where the vehicle has been in the last moments.
         target: what the active part ends in, at the last cycle.
         reached: state (6,) that the last cycle's command began to act in, or None at the begin of a part.
         queue: commands on their way to the actuators.
@@ -41,7 +47,8 @@ class ControllerMemory:
         driving_since: when the present plan began to be driven [s].
         blocked: the vehicle brakes before a contact that its plan would make.
         stop_at: progress at which to stop before something that fills the way [m], or None.
-        stop_obstacles: number of obstacle changes known when that was found; stop_since: when [s].
+        stop_goal, stop_obstacles: goal, and number of obstacle changes, known when that was found;
+            stop_since: when [s].
         restarts: how often the active part was begun again after a stop outside the tolerance.
     """
 
@@ -51,7 +58,13 @@ class ControllerMemory:
     driven: Trajectory | None = None
     accepted_at: float | None = None
     arrive_at: float | None = None
+    timed_for: Pose2 | None = None
+    planned: Pose2 | None = None
     goal: Pose2 | None = None
+    estimate: GoalEstimate | None = None
+    estimated_at: float | None = None
+    waiting: bool = False
+    poses: PoseHistory = field(default_factory=PoseHistory)
     target: Target | None = None
     reached: Array | None = None
     queue: tuple[QueuedCommand, ...] = ()
@@ -59,6 +72,7 @@ class ControllerMemory:
     driving_since: float = 0.0
     blocked: bool = False
     stop_at: float | None = None
+    stop_goal: Pose2 | None = None
     stop_obstacles: int = 0
     stop_since: float = 0.0
     restarts: int = 0

@@ -8,7 +8,6 @@ from math import hypot
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA, V
-from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 
@@ -39,12 +38,15 @@ RETREAT_SPEED = 0.3
 LOST_CYCLES = 2.5
 """After a gap of more cycles than this an arrival gets the time again that its way takes."""
 MOVED = 0.1
-"""A target that moves by more than this in one cycle is a new arrival [m]."""
+"""A target that has moved by more than this is a new arrival [m]."""
 
 
 def decide(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     """The phase of this cycle."""
-    return replace(_phase(_noticed(memory, situation), situation, config), target=situation.target)
+    decided = _phase(_noticed(memory, situation), situation, config)
+    # A stalled vehicle remembers what it stalled before: a target that creeps away is noticed.
+    stays = memory.phase is Phase.STALLED and decided.phase is Phase.STALLED
+    return replace(decided, target=memory.target if stays else situation.target)
 
 
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
@@ -52,9 +54,7 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
         stays = not situation.free or situation.inside(situation.error)
         return memory if stays else restart(memory)
     if memory.phase is Phase.STALLED:
-        return (
-            replace(restart(memory), restarts=0) if moved(memory.target, situation.target) > 0.0 else memory
-        )
+        return replace(restart(memory), restarts=0) if _elsewhere(memory, situation) else memory
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
@@ -84,7 +84,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
-    return replace(memory, arrive_at=situation.begin + duration)
+    return replace(memory, arrive_at=situation.begin + duration, timed_for=situation.target.pose)
 
 
 def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0) -> bool:
@@ -111,6 +111,7 @@ def stop_before(
     stop = replace(
         restart(memory),
         stop_at=float(situation.state[THETA]) + max(way, 0.0),
+        stop_goal=memory.goal,
         stop_obstacles=obstacle_changes,
         stop_since=situation.now,
     )
@@ -119,15 +120,18 @@ def stop_before(
 
 def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
     """Whether it is worth looking again if something still fills the way."""
-    changed = memory.stop_at is not None and memory.stop_obstacles != obstacle_changes
-    return changed and now - memory.stop_since >= LOOK_AGAIN
+    if memory.stop_at is None or now - memory.stop_since < LOOK_AGAIN:
+        return False
+    before, goal = memory.stop_goal, memory.goal
+    elsewhere = before is not goal if before is None or goal is None else _apart(before, goal) > MOVED
+    return elsewhere or memory.stop_obstacles != obstacle_changes
 
 
 def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
-    """Another goal; a stop before something in the way to the last one is no longer meant."""
+    """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
     if memory.stop_at is not None:
         memory = released(memory)
-    return replace(memory, goal=goal)
+    return replace(memory, planned=goal, goal=goal, estimate=None, estimated_at=None)
 
 
 def released(memory: ControllerMemory) -> ControllerMemory:
@@ -148,7 +152,14 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
 def next_part(memory: ControllerMemory) -> ControllerMemory:
     """The memory at the beginning of the next part."""
     return ControllerMemory(
-        part=memory.part + 1, goal=memory.goal, queue=memory.queue, standing_since=memory.standing_since
+        part=memory.part + 1,
+        planned=memory.planned,
+        goal=memory.goal,
+        estimate=memory.estimate,
+        estimated_at=memory.estimated_at,
+        poses=memory.poses,
+        queue=memory.queue,
+        standing_since=memory.standing_since,
     )
 
 
@@ -190,16 +201,21 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.CONTOURING:
         return memory
     assert memory.arrive_at is not None
-    if moved(memory.target, situation.target) > MOVED:
-        return replace(memory, arrive_at=begin + duration)
+    if memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED:
+        return replace(memory, arrive_at=begin + duration, timed_for=situation.target.pose)
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
     if lost and memory.arrive_at < begin + duration:
         return replace(memory, arrive_at=begin + duration)
     return replace(memory, arrive_at=max(memory.arrive_at, begin + FLOOR))
 
 
-def moved(before: Target | None, now: Target) -> float:
-    """Distance by which the target has moved since the last cycle [m]."""
-    if before is None:
-        return 0.0
-    return hypot(before.pose.x - now.pose.x, before.pose.y - now.pose.y)
+def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the target is no longer where the vehicle stalled before it."""
+    if memory.target is None:
+        return True
+    return not situation.inside(situation.target.pose.relative_to(memory.target.pose), SETTLE_SHARE)
+
+
+def _apart(one: Pose2, other: Pose2) -> float:
+    """Distance [m]."""
+    return hypot(one.x - other.x, one.y - other.y)

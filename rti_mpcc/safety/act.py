@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from estimation import Judgement
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
 from rti_mpcc.model.layout import DELTA, THETA, V
@@ -28,9 +29,14 @@ class Act:
 
 
 def command(
-    act: Act, situation: Situation, memory: ControllerMemory, config: ControllerConfig, seconds: float
+    act: Act,
+    situation: Situation,
+    memory: ControllerMemory,
+    detections: tuple[Judgement, ...],
+    config: ControllerConfig,
+    seconds: float,
 ) -> Command:
-    """The command of a cycle that took `seconds` up to here."""
+    """The command of a cycle that took `seconds` up to here and was told `detections`."""
     drive, cycle = act.drive, config.cycle
     return Command(
         acceleration=drive.acceleration,
@@ -41,12 +47,17 @@ def command(
         source=drive.source,
         docked=act.status is Status.DOCKED,
         trajectory=act.trajectory,
-        diagnostics=_diagnose(act, situation, memory, config, seconds),
+        diagnostics=_diagnose(act, situation, memory, detections, config, seconds),
     )
 
 
 def _diagnose(
-    act: Act, situation: Situation, memory: ControllerMemory, config: ControllerConfig, seconds: float
+    act: Act,
+    situation: Situation,
+    memory: ControllerMemory,
+    detections: tuple[Judgement, ...],
+    config: ControllerConfig,
+    seconds: float,
 ) -> Diagnostics:
     solutions = act.solutions
     arrive_at = memory.arrive_at
@@ -61,6 +72,9 @@ def _diagnose(
         iterations=sum(s.iterations for s in solutions),
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
         reason=act.reason,
+        aim=situation.target.pose,
+        goal=memory.estimate,
+        detections=detections,
         prepare_ms=1e3 * sum(s.prepare_seconds for s in solutions),
         feedback_ms=1e3 * sum(s.feedback_seconds for s in solutions),
         solve_ms=1e3 * sum(s.solve_seconds for s in solutions),

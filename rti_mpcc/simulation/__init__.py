@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from rti_mpcc.simulation.closed_loop import Controller, simulate
+from rti_mpcc.simulation.detector import Detector, SimulatedDetector
+from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.metrics import summary
-from rti_mpcc.simulation.result import Cycles, RunResult, Truth
+from rti_mpcc.simulation.result import Cycles, RunResult, Tracking, Truth
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import builtin_names, changed, load_scenario, scenario_from_dict
 
 __all__ = [
     "Controller",
     "Cycles",
+    "Detector",
+    "GoalSource",
     "RunResult",
     "Scenario",
+    "SimulatedDetector",
+    "Tracking",
     "Truth",
     "builtin_names",
     "changed",

@@ -8,8 +8,9 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import Pose2
 from rti_mpcc.simulation.plant import PlantParameters
-from rti_mpcc.simulation.result import Cycles, Truth
+from rti_mpcc.simulation.result import Cycles, Tracking, Truth
 from rti_mpcc.types import Array, Command
 
 
@@ -66,6 +67,27 @@ def assemble_cycles(times: Sequence[float], commands: Sequence[Command], step_ms
         step_ms=_kept(step_ms),
         deadline_missed=_kept_flags([note.deadline_missed for note in notes]),
     )
+
+
+def assemble_tracking(times: Sequence[float], commands: Sequence[Command]) -> Tracking:
+    """What the cycles at `times` [s] made of the goal."""
+    notes = [command.diagnostics for command in commands]
+    goals = [note.goal for note in notes]
+    unknown = np.full((3, 3), nan)
+    covariances = [goal.covariance if goal else None for goal in goals]
+    told = [(time, judged) for time, note in zip(times, notes, strict=True) for judged in note.detections]
+    return Tracking(
+        aims=_kept([_triple(note.aim) for note in notes]),
+        estimates=_kept([_triple(goal.pose if goal else None) for goal in goals]),
+        covariances=_kept(np.array([unknown if one is None else one for one in covariances])),
+        status=tuple(goal.status if goal else None for goal in goals),
+        detections=tuple(judged for _, judged in told),
+        arrivals=_kept([time for time, _ in told]),
+    )
+
+
+def _triple(pose: Pose2 | None) -> list[float]:
+    return [nan, nan, nan] if pose is None else [pose.x, pose.y, pose.phi]
 
 
 def _kept(values: Sequence[float] | Sequence[list[float]] | Array) -> Array:

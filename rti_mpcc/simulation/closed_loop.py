@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import hypot
 from time import perf_counter
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.assembly import assemble_cycles, assemble_truth
+from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
+from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
+from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
 from rti_mpcc.simulation.result import RunResult, inside_tolerance
-from rti_mpcc.simulation.scenario import Scenario, ShiftSection
+from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Array, Command, Status, VehicleState
 
 METHODS = ("dynamic",)
@@ -42,9 +44,13 @@ class Controller(Protocol):
         *,
         now: float,
         goal: Pose2 | None = None,
+        measurements: Sequence[GoalMeasurement] = (),
         obstacles: Obstacles | None = None,
     ) -> Command:
-        """The command to apply until the next step, see `DockingController.step`."""
+        """The command to apply until the next step, see `DockingController.step`.
+
+        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only.
+        """
         ...
 
 
@@ -58,6 +64,8 @@ def simulate(
     controller: Controller | None = None,
     start: VehicleState | None = None,
     obstacles_at: Callable[[float], Obstacles] | None = None,
+    goal_source: GoalSource = GoalSource.DETECTED,
+    detector: Detector | None = None,
 ) -> RunResult:
     """Run a scenario until 0.5 s after docking, 5 s after a latched stop, or its duration.
 
@@ -65,12 +73,15 @@ def simulate(
     collection stays on: the cycle times are those of a user's program.
 
     Args:
-        preset, method, seed: as on the command line; the seed drives the noise of the measured state.
+        preset, method, seed: as on the command line; the seed drives the noise of the measured state and of
+            the detections, each by a stream of its own.
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
         start: true state at the beginning; default: at rest on the path's first pose, steering straight.
         obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's; they are told to
             the controller every cycle.
+        goal_source: how the goal is known in a run with a detector.
+        detector: looks for the goal in place of the one that the scenario describes.
 
     Raises InputError for an unknown preset or method, a negative seed, or a command that is not finite.
     """
@@ -78,15 +89,18 @@ def simulate(
         raise InputError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
     if seed < 0:
         raise InputError(f"seed = {seed}: must be >= 0")
-    config = scenario.controller_config(preset)
+    watched = detector is not None or scenario.goal.measurement is not None
+    source = goal_source if watched else GoalSource.KNOWN
+    config = scenario.controller_config(preset, detections=source is GoalSource.DETECTED)
     path = scenario.build_path()
     loop = _Loop(
         scenario=scenario,
         path=path,
         corridors=[(0.0, scenario.build_corridor(path))],
         plant=_starting_plant(path, start),
-        goal=_Goal(
-            pose=scenario.goal_pose(path), given=not scenario.goal_is_path_end, shifts=scenario.goal.shifts
+        goal=TrueGoal(pose=scenario.goal_pose(path), shifts=scenario.goal.shifts),
+        feed=GoalFeed(
+            source=source, planned=scenario.planned_goal(path), lookout=_lookout(scenario, detector, seed)
         ),
         random=np.random.default_rng(seed),
         obstacles_at=obstacles_at,
@@ -100,13 +114,24 @@ def simulate(
         preset=preset,
         method=method,
         seed=seed,
+        goal_source=source,
         config=config,
         path=path,
         corridors=tuple(loop.corridors),
         truth=assemble_truth(loop.samples, scenario.plant_parameters()),
         cycles=assemble_cycles(loop.cycle_times, loop.commands, loop.step_ms),
+        tracking=assemble_tracking(loop.cycle_times, loop.commands) if watched else None,
         ended=ended,
     )
+
+
+def _lookout(scenario: Scenario, detector: Detector | None, seed: int) -> Lookout | None:
+    if detector is not None:
+        return Lookout(detector=detector)
+    section = scenario.goal.measurement
+    if section is None:
+        return None
+    return Lookout(detector=SimulatedDetector(section=section, random=np.random.default_rng([seed, 1])))
 
 
 def _docking_controller(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Controller:
@@ -114,24 +139,6 @@ def _docking_controller(path: ReferencePath, corridor: Corridor, config: Control
     from rti_mpcc.docking import DockingController
 
     return DockingController(path, corridor, config)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Goal:
-    """The true goal, whether the controller is told a pose at all, and the shifts still to come."""
-
-    pose: Pose2
-    given: bool
-    shifts: tuple[ShiftSection, ...]
-
-    def seen_from(self, x: float, y: float) -> _Goal:
-        """Moved by every shift whose distance the rear axle has come within."""
-        goal = self
-        for shift in self.shifts:
-            if hypot(x - goal.pose.x, y - goal.pose.y) <= shift.at_distance:
-                left = tuple(other for other in goal.shifts if other is not shift)
-                goal = _Goal(pose=goal.pose.compose(Pose2(*shift.offset)), given=True, shifts=left)
-        return goal
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +175,8 @@ class _Loop:
     path: ReferencePath
     corridors: list[tuple[float, Corridor]]
     plant: PlantState
-    goal: _Goal
+    goal: TrueGoal
+    feed: GoalFeed
     random: np.random.Generator
     obstacles_at: Callable[[float], Obstacles] | None
     theta: float
@@ -195,6 +203,7 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
     for step in range(round(simulation.duration / simulation.plant_step) + 1):
         time = round(step * simulation.plant_step, 9)
         while (next_cycle := round(len(loop.commands) * simulation.cycle, 9)) <= time + SAME_TIME:
+            _expose(loop, parameters, next_cycle)
             loop.plant = advance(loop.plant, parameters, next_cycle)
             _control(loop, controller, parameters, next_cycle)
             if progress is not None:
@@ -208,6 +217,20 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
     return "duration"
 
 
+def _expose(loop: _Loop, parameters: PlantParameters, until: float) -> None:
+    """Let the detector look for the goal at its own times up to `until` [s]."""
+    lookout = loop.feed.lookout
+    while lookout is not None and lookout.next_exposure <= until + SAME_TIME:
+        loop.plant = advance(loop.plant, parameters, lookout.next_exposure)
+        plant = loop.plant
+        loop.goal = loop.goal.seen_from(plant.x, plant.y)
+        lookout.expose(
+            Pose2(plant.x, plant.y, plant.phi),
+            loop.goal.pose,
+            last_part=loop.part == len(loop.path.parts) - 1,
+        )
+
+
 def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, now: float) -> None:
     """One cycle: measure with noise, step, send the command off."""
     plant = loop.plant
@@ -215,13 +238,14 @@ def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, n
     noise = loop.random.standard_normal(5) * loop.scenario.simulation.state_noise
     values = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta]) + noise
     measured = VehicleState(**dict(zip(("x", "y", "phi", "v", "delta"), values.tolist(), strict=True)))
-    goal = loop.goal.pose if loop.goal.given else None
-    obstacles = _obstacles(loop, now)
+    told = loop.feed.told(now, measured, loop.goal)
+    arguments: dict[str, Any] = {"goal": told.goal}
+    if loop.feed.lookout is not None:
+        arguments["measurements"] = told.measurements
+    if (obstacles := _obstacles(loop, now)) is not None:
+        arguments["obstacles"] = obstacles
     began = perf_counter()
-    if obstacles is None:
-        command = controller.step(measured, now=now, goal=goal)
-    else:
-        command = controller.step(measured, now=now, goal=goal, obstacles=obstacles)
+    command = controller.step(measured, now=now, **arguments)
     loop.step_ms.append(1e3 * (perf_counter() - began))
     loop.cycle_times.append(now)
     loop.commands.append(command)

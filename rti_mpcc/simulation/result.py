@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimation import GoalStatus, Judgement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Array, Objective, Source, Status
 
@@ -84,15 +86,36 @@ class Cycles:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Tracking:
+    """What the controller made of the goal's detections, in each of its m cycles. Arrays are read-only.
+
+    Attributes:
+        aims: (m, 3) the pose that the active part was to end in x [m], y [m], phi [rad].
+        estimates: (m, 3) the goal by the filter; NaN without one.
+        covariances: (m, 3, 3) of the estimates; NaN without one.
+        status: m of the filter; None without a filter.
+        detections: all that were told, in order of arrival; arrivals: (k,) the cycle's time of each [s].
+    """
+
+    aims: Array
+    estimates: Array
+    covariances: Array
+    status: tuple[GoalStatus | None, ...]
+    detections: tuple[Judgement, ...]
+    arrivals: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
     """A whole run.
 
     Attributes:
         scenario, preset, method, seed: what was asked for.
+        goal_source: how the controller knew the goal.
         config: the controller's settings.
         path: the route.
         corridors: (from time [s], corridor) in order of time; more than one where obstacles came and went.
-        truth, cycles: what happened.
+        truth, cycles: what happened; tracking: of the goal, None in a run without a detector.
         ended: why the run ended: "docked", "stopped" or "duration".
     """
 
@@ -100,11 +123,13 @@ class RunResult:
     preset: str
     method: str
     seed: int
+    goal_source: GoalSource
     config: ControllerConfig
     path: ReferencePath
     corridors: tuple[tuple[float, Corridor], ...]
     truth: Truth
     cycles: Cycles
+    tracking: Tracking | None
     ended: str
 
 

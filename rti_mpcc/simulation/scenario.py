@@ -11,8 +11,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Limits, Vehicle
+from rti_mpcc.config import ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.plant import PlantParameters
 
@@ -87,12 +88,50 @@ class ShiftSection(Section):
     offset: Triple
 
 
+Std = Annotated[float, Field(gt=0.0, le=100.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class MeasurementSection(Section):
+    """How the goal is detected: std(r) = max(floor, std r / reference_range), r from rear axle to goal.
+
+    `initial_offset` is the goal that the plan starts from, in the true goal's frame.
+    """
+
+    rate: float = Field(default=10.0, gt=0.0, le=1000.0)
+    position_std: Std = DetectionNoise().position_std
+    heading_std: Std = DetectionNoise().heading_std
+    position_floor: Std = DetectionNoise().position_floor
+    heading_floor: Std = DetectionNoise().heading_floor
+    reference_range: Positive = DetectionNoise().reference_range
+    visible_range: Positive = 15.0
+    blind_range: NotNegative = 0.0
+    visible_after_cusp: bool = False
+    delay: float = Field(default=0.0, ge=0.0, le=10.0)
+    dropout: Share = 0.1
+    outlier: Share = 0.02
+    outlier_size: NotNegative = 1.0
+    initial_offset: Triple = (0.4, -0.3, 0.1)
+
+    @property
+    def noise(self) -> DetectionNoise:
+        """The law of the noise, for detector and filter alike."""
+        return DetectionNoise(
+            position_std=self.position_std,
+            heading_std=self.heading_std,
+            position_floor=self.position_floor,
+            heading_floor=self.heading_floor,
+            reference_range=self.reference_range,
+        )
+
+
 class GoalSection(Section):
     """The goal by `offset` from the path's last pose or by its `pose`; neither: the path's last pose."""
 
     offset: Triple | None = None
     pose: Triple | None = None
     tolerance: Tolerance = (0.05, 0.05, 0.03490658503988659)
+    measurement: MeasurementSection | None = None
     shifts: Annotated[tuple[ShiftSection, ...], Field(strict=False)] = ()
 
 
@@ -193,8 +232,20 @@ class Scenario(Section):
             return Pose2(*self.goal.pose)
         return path.end if self.goal.offset is None else path.end.compose(Pose2(*self.goal.offset))
 
-    def controller_config(self, preset: str = "default") -> ControllerConfig:
-        """The controller's settings. Raises InputError for an unknown preset, ConfigError for bad values."""
+    def planned_goal(self, path: ReferencePath) -> Pose2 | None:
+        """The goal that the controller is told at the start: the true one where it is known.
+
+        None where that is the path's last pose.
+        """
+        if self.goal.measurement is not None:
+            return self.goal_pose(path).compose(Pose2(*self.goal.measurement.initial_offset))
+        return None if self.goal_is_path_end else self.goal_pose(path)
+
+    def controller_config(self, preset: str = "default", *, detections: bool = True) -> ControllerConfig:
+        """The controller's settings; `detections` says whether it is told those of [goal.measurement].
+
+        Raises InputError for an unknown preset, ConfigError for bad values.
+        """
         if preset not in PRESETS:
             raise InputError(f"preset = {preset!r}: must be one of {', '.join(PRESETS)}")
         section, simulation = self.controller, self.simulation
@@ -205,6 +256,8 @@ class Scenario(Section):
             "dead_time": simulation.dead_time if section.dead_time is None else section.dead_time,
             "goal_tolerance": self.goal.tolerance,
         }
+        if detections and self.goal.measurement is not None:
+            changes["goal_tracking"] = self._goal_tracking(self.goal.measurement)
         for key in ("comfort_acceleration", "deadline"):
             if getattr(section, key) is not None:
                 changes[key] = getattr(section, key)
@@ -213,6 +266,11 @@ class Scenario(Section):
         return (
             ControllerConfig.paper_printed(**changes) if preset != "default" else ControllerConfig(**changes)
         )
+
+    def _goal_tracking(self, measurement: MeasurementSection) -> GoalTracking:
+        """The filter knows the law of the detector's noise, and that detections may arrive late."""
+        longest = GoalFilterConfig().history + measurement.delay
+        return GoalTracking(filter=GoalFilterConfig(noise=measurement.noise, history=longest), required=True)
 
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors that the controller does not know."""

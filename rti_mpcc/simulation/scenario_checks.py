@@ -29,7 +29,7 @@ class Problem:
 
 def problems(scenario: Scenario) -> list[Problem]:
     """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
-    checks = (_path_choice, _corridor_choice, _goal_choice, _clock, _comfort)
+    checks = (_path_choice, _corridor_choice, _goal_choice, _ranges, _clock, _comfort)
     found = [problem for check in checks for problem in check(scenario)]
     if found:
         return found
@@ -101,6 +101,13 @@ def _goal_choice(scenario: Scenario) -> Iterator[Problem]:
         yield Problem(key="goal.pose", value=scenario.goal.pose, allowed="either offset or pose, not both")
 
 
+def _ranges(scenario: Scenario) -> Iterator[Problem]:
+    section = scenario.goal.measurement
+    if section is not None and section.blind_range >= section.visible_range:
+        allowed = f"must be < goal.measurement.visible_range = {section.visible_range}"
+        yield Problem(key="goal.measurement.blind_range", value=section.blind_range, allowed=allowed)
+
+
 def _clock(scenario: Scenario) -> Iterator[Problem]:
     simulation = scenario.simulation
     if simulation.plant_step > simulation.cycle:
@@ -167,7 +174,10 @@ def _width(scenario: Scenario, corridor: Corridor) -> Iterator[Problem]:
 
 
 def _goals(scenario: Scenario, path: ReferencePath, corridor: Corridor) -> Iterator[Problem]:
-    """The goal and each place it moves to must be within reach of the last part, with room for the body."""
+    """The goal, planned and true, and each place it moves to: within reach of the last part, with room."""
+    planned = scenario.planned_goal(path)
+    if scenario.goal.measurement is not None and planned is not None:
+        yield from _goal("goal.measurement.initial_offset", planned, scenario, path, corridor)
     goal = scenario.goal_pose(path)
     if not scenario.goal_is_path_end:
         yield from _goal("goal", goal, scenario, path, corridor)

@@ -55,9 +55,11 @@ REFUSED: list[tuple[type[Any], str, Any, str]] = [
         for value, allowed in ((-0.1, "greater than or equal to 0"), (nan, "finite"), ("no", "number"))
     ),
     (GoalFilterConfig, "clock_skew", 1.5, "less than or equal to 1"),
-    (GoalFilterConfig, "gate", 0.5, "greater than 0.5"),
-    (GoalFilterConfig, "gate", 1.0, "less than 1"),
-    (GoalFilterConfig, "gate", nan, "finite"),
+    *(
+        (GoalFilterConfig, field, value, allowed)
+        for field in ("gate", "moved")
+        for value, allowed in ((0.5, "greater than 0.5"), (1.0, "less than 1"), (nan, "finite"))
+    ),
     (GoalFilterConfig, "confirmations", 0, "greater than or equal to 1"),
     (GoalFilterConfig, "confirmations", 101, "less than or equal to 100"),
     (GoalFilterConfig, "confirmations", 2.5, "integer"),

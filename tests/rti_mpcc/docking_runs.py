@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath, wrap
 from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import RunResult, Scenario, scenario_from_dict, summary
@@ -93,12 +94,15 @@ class Wrapped:
         *,
         now: float,
         goal: Pose2 | None = None,
+        measurements: Sequence[GoalMeasurement] = (),
         obstacles: Sequence[Array] | None = None,
     ) -> Command:
         state = VehicleState(x=state.x, y=state.y, phi=float(wrap(state.phi)), v=state.v, delta=state.delta)
         if goal is not None:
             goal = Pose2(goal.x, goal.y, float(wrap(goal.phi)))
-        return self._controller.step(state, now=now, goal=goal, obstacles=obstacles)
+        return self._controller.step(
+            state, now=now, goal=goal, measurements=measurements, obstacles=obstacles
+        )
 
 
 def docking_figures(result: RunResult) -> dict[str, Any]:

@@ -51,7 +51,16 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scenarios"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    names = ["docking_behind", "docking_full_course", "docking_inside", "long_approach", "path_following"]
+    names = [
+        "docking_behind",
+        "docking_blackout",
+        "docking_full_course",
+        "docking_inside",
+        "docking_moving_goal",
+        "docking_noisy",
+        "long_approach",
+        "path_following",
+    ]
     assert [line.split()[0] for line in lines] == names
     assert all(len(line.split()) > 3 for line in lines)
 

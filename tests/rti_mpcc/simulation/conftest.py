@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from estimation import GoalMeasurement
 from geometry import Pose2
 from rti_mpcc.simulation import Scenario, scenario_from_dict
 from rti_mpcc.types import (
@@ -36,6 +37,7 @@ class Scripted:
     part: Callable[[float], int] = lambda now: 0
     iterations: Callable[[float], int] = lambda now: 10
     told: list[tuple[float, VehicleState, Pose2 | None, Sequence[Array] | None]] = field(default_factory=list)
+    detections: list[tuple[GoalMeasurement, ...]] = field(default_factory=list)
 
     def step(
         self,
@@ -43,9 +45,11 @@ class Scripted:
         *,
         now: float,
         goal: Pose2 | None = None,
+        measurements: Sequence[GoalMeasurement] = (),
         obstacles: Sequence[Array] | None = None,
     ) -> Command:
         self.told.append((now, state, goal, obstacles))
+        self.detections.append(tuple(measurements))
         acceleration, steering_rate = self.script(now, state)
         return Command(
             acceleration=acceleration,
@@ -71,6 +75,9 @@ class Scripted:
             iterations=self.iterations(now),
             slack=0.0,
             reason="",
+            aim=Pose2(0.0, 0.0, 0.0),
+            goal=None,
+            detections=(),
             prepare_ms=1.0,
             feedback_ms=0.5,
             solve_ms=0.25,

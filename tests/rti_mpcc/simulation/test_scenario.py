@@ -13,7 +13,16 @@ from geometry import Pose2
 from rti_mpcc.errors import InputError, ScenarioError
 from rti_mpcc.simulation import Scenario, builtin_names, changed, load_scenario, scenario_from_dict
 
-BUILT_IN = ("docking_behind", "docking_full_course", "docking_inside", "long_approach", "path_following")
+BUILT_IN = (
+    "docking_behind",
+    "docking_blackout",
+    "docking_full_course",
+    "docking_inside",
+    "docking_moving_goal",
+    "docking_noisy",
+    "long_approach",
+    "path_following",
+)
 TRIANGLE = [[6.0, 1.0], [7.0, 1.0], [7.0, 2.0]]
 BOX = [[-2.0, -3.0], [12.0, -3.0], [12.0, 3.0], [-2.0, 3.0]]
 
@@ -142,7 +151,27 @@ def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:
 WRONG: list[tuple[str, Any, str]] = [
     ("speed", 3.0, "speed = 3.0: unknown key, allowed are name, description, path, corridor"),
     ("faults", [{"kind": "lost_cycles"}], "faults = "),
-    ("goal.measurement", {"rate": 10.0}, "goal.measurement = "),
+    ("goal.measurement", {"rate": 0.0}, "goal.measurement.rate = 0.0: must be > 0"),
+    ("goal.measurement", {"dropout": 1.5}, "goal.measurement.dropout = 1.5: must be <= 1"),
+    ("goal.measurement", {"delay": -0.1}, "goal.measurement.delay = -0.1: must be >= 0"),
+    ("goal.measurement", {"position_floor": 0.0}, "goal.measurement.position_floor = 0.0: must be > 0"),
+    ("goal.measurement", {"visible_after_cusp": 1}, "visible_after_cusp = 1: must be true or false"),
+    (
+        "goal.measurement",
+        {"frequency": 10.0},
+        "goal.measurement.frequency = 10.0: unknown key, allowed are rate",
+    ),
+    ("goal.measurement", {"initial_offset": [0.1, 0.1]}, "goal.measurement.initial_offset[2]: required"),
+    (
+        "goal.measurement",
+        {"initial_offset": [0.0, 2.5, 0.0]},
+        "goal.measurement.initial_offset = pose (",
+    ),
+    (
+        "goal.measurement",
+        {"visible_range": 3.0, "blind_range": 3.0},
+        "goal.measurement.blind_range = 3.0: must be < goal.measurement.visible_range = 3.0",
+    ),
     ("simulation.plantstep", 0.01, "simulation.plantstep = 0.01: unknown key, allowed are plant_step, cycle"),
     (
         "path.segments",

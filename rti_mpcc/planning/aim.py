@@ -1,0 +1,115 @@
+"""The pose that is made for while the goal is known from detections only.
+
+Pure functions of the memory, as in `route`. The estimate may jump, by a correction or when a goal has moved:
+the pose that the objective is given follows it at a bounded rate, so that commands don't jump.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, degrees, hypot, sin, sqrt
+
+import numpy as np
+
+from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus
+from geometry import Pose2, lift, wrap
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.types import Array, VehicleState
+
+LONGEST_STEP = 0.5
+"""After a longer gap between two cycles [s] the pose aimed at moves no farther than in this time."""
+NEAR = 0.3
+"""A vehicle that stands so much [m] farther off than where it has to wait for the goal waits there."""
+
+
+def noted(memory: ControllerMemory, state: VehicleState, now: float, length: float) -> ControllerMemory:
+    """Keep where the vehicle is: detections of the last `length` [s] may still arrive."""
+    here = Pose2(state.x, state.y, state.phi)
+    return replace(memory, poses=memory.poses.noted(now, here, length=length))
+
+
+def placed(
+    measurement: GoalMeasurement, memory: ControllerMemory, settings: GoalFilterConfig
+) -> GoalMeasurement:
+    """A detection with the pose that the vehicle had at its stamp, where it doesn't bring one."""
+    if measurement.vehicle is not None:
+        return measurement
+    return replace(measurement, vehicle=memory.poses.at(measurement.stamp, ahead=settings.clock_skew))
+
+
+def aimed(
+    memory: ControllerMemory, estimate: GoalEstimate, end: Pose2, now: float, config: ControllerConfig
+) -> ControllerMemory:
+    """Let the pose made for follow the estimate; until there is one it is the planned goal.
+
+    Args:
+        end: the path's last pose, what is made for without a planned goal.
+    """
+    last = memory.estimated_at
+    memory = replace(memory, estimate=estimate, estimated_at=now)
+    if estimate.pose is None:
+        return replace(memory, goal=memory.planned)
+    seconds = config.cycle if last is None else min(max(now - last, 0.0), LONGEST_STEP)
+    tracking = config.goal_tracking
+    before = memory.goal or end
+    aim = _towards(before, estimate.pose, tracking.speed * seconds, tracking.turn_rate * seconds)
+    return replace(memory, goal=aim)
+
+
+def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str:
+    """Why the estimate will not be good enough to dock by if the goal is not seen again, or ""."""
+    estimate = memory.estimate
+    if estimate is None or estimate.status is not GoalStatus.LOST:
+        return ""
+    tracking = config.goal_tracking
+    left = 0.0 if memory.arrive_at is None else max(memory.arrive_at - now, 0.0)
+    stds = _stds(estimate, tracking.filter.drift(left))
+    if all(tracking.certainty * std <= most for std, most in zip(stds, config.goal_tolerance, strict=True)):
+        return ""
+    along, across, heading = stds
+    return (
+        f"goal not seen for {estimate.age:.1f} s, on arrival known to {along:.3f} m along, {across:.3f} m "
+        f"across, {degrees(heading):.2f} deg (one sigma)"
+    )
+
+
+def must_wait(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> str:
+    """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
+    if not (situation.last_part and situation.free):
+        return ""
+    brake = situation.speed**2 / (2.0 * config.comfort_acceleration)
+    if not memory.waiting and situation.way > config.goal_tracking.standoff + max(brake, NEAR):
+        return ""
+    return doubt(memory, situation.now, config)
+
+
+def never_seen(memory: ControllerMemory, config: ControllerConfig) -> bool:
+    """Whether the goal has to be seen and was not."""
+    seen = memory.estimate is not None and memory.estimate.status is not GoalStatus.SEARCHING
+    return config.goal_tracking.required and not seen
+
+
+def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pose2:
+    """From one pose towards another by at most `distance` [m] and `angle` [rad]."""
+    x, y = wanted.x - before.x, wanted.y - before.y
+    far = hypot(x, y)
+    share = 1.0 if far <= distance else distance / far
+    turn = float(np.clip(wrap(wanted.phi - before.phi), -angle, angle))
+    phi = before.phi + turn
+    if abs(turn) < angle:
+        phi = lift(wanted.phi, before.phi)
+    return Pose2(before.x + share * x, before.y + share * y, phi)
+
+
+def _stds(estimate: GoalEstimate, drift: Array) -> tuple[float, float, float]:
+    """Standard deviations along and across the goal [m], and of its heading [rad].
+
+    `drift` (3, 3) is added to the covariance.
+    """
+    assert estimate.pose is not None
+    assert estimate.covariance is not None
+    c, s = cos(estimate.pose.phi), sin(estimate.pose.phi)
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    along, across, heading = np.diag(turn @ (estimate.covariance + drift) @ turn.T).tolist()
+    return sqrt(along), sqrt(across), sqrt(heading)
