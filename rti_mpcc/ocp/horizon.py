@@ -27,13 +27,13 @@ def stage_lengths(duration: float, first: float, stages: int) -> Array:
     count = stages - 1
     lengths = np.empty(stages)
     lengths[0] = first
-    if rest <= SHORTEST * count:
+    target = rest / SHORTEST
+    if target <= count * (1.0 + 1e-6):  # a growth too small to be told from rounding is none
         lengths[1:] = rest / count
         return lengths
-    target = rest / SHORTEST
-    most = max(2.0, target ** (1.0 / (count - 1)))
-    ratio = brentq(lambda r: np.expm1(count * np.log(r)) / (r - 1.0) - target, 1.0 + 1e-9, most, xtol=1e-12)
-    lengths[1:] = SHORTEST * ratio ** np.arange(count)
+    most = max(1.0, target ** (1.0 / (count - 1)) - 1.0)
+    growth = brentq(lambda g: np.expm1(count * np.log1p(g)) / g - target, 1e-9, most, xtol=1e-15)
+    lengths[1:] = SHORTEST * np.exp(np.log1p(growth) * np.arange(count))
     lengths[1:] *= rest / lengths[1:].sum()
     return lengths
 

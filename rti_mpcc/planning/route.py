@@ -29,10 +29,12 @@ NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
 LOOK_AGAIN = 0.5
 """Time between two looks whether the way is free again [s]."""
-RESTARTS = 2
+RESTARTS = 3
 """So often a vehicle that stopped outside the tolerance tries again."""
-RETREAT_REACH = 0.5
+RETREAT_REACH = 2.0
 """Distance to the target within which a vehicle that tries again may back off [m]."""
+RETRY_TIME = 10.0
+"""A vehicle that tries again takes at least so long [s]: it may have to back off first."""
 RETREAT_SPEED = 0.3
 """Speed of backing off, against the direction of the part [m/s]."""
 LOST_CYCLES = 2.5
@@ -84,6 +86,8 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+    if memory.restarts > 0:
+        duration = max(duration, RETRY_TIME)
     return replace(memory, arrive_at=situation.begin + duration, timed_for=situation.target.pose)
 
 
@@ -172,7 +176,7 @@ def _noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     if stands(memory, situation):
-        return replace(memory, phase=Phase.HOLDING)
+        return replace(memory, phase=Phase.HOLDING, restarts=0)
     if not situation.inside(situation.stop_error):  # the target moved away while braking
         return restart(memory)
     return memory
@@ -180,7 +184,7 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     if not situation.free or situation.inside(situation.error):
-        return replace(memory, phase=Phase.HOLDING)
+        return replace(memory, phase=Phase.HOLDING, restarts=0)
     if memory.restarts >= RESTARTS:
         return replace(memory, phase=Phase.STALLED)
     return replace(restart(memory), restarts=memory.restarts + 1)

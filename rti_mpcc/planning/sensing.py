@@ -13,9 +13,11 @@ from rti_mpcc.model.delay import roll_forward
 from rti_mpcc.model.layout import CONTROLS, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
-from rti_mpcc.planning.route import CUSP_TOLERANCE, RETREAT_REACH, STOP_TOLERANCE
+from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
 from rti_mpcc.types import Array, VehicleState
 
+PASSED = 0.5
+"""A vehicle that has passed its target by less than this still has the way to it left [m]."""
 PROJECTION_REACH = 2.0
 """How far the progress may move from one cycle to the next [m]."""
 
@@ -107,7 +109,7 @@ def _way(here: Pose2, theta: float, part: PathPart, target: Target) -> float:
     offset = here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
-    return hypot(along, across) if along > 0.0 or hypot(along, across) < RETREAT_REACH else 0.0
+    return hypot(along, across) if along > 0.0 or hypot(along, across) < PASSED else 0.0
 
 
 def _stopped(state: Array, config: ControllerConfig) -> Array:

@@ -40,6 +40,14 @@ def test_lengths_change_continuously_with_the_duration() -> None:
     assert np.abs(np.diff(lengths, axis=0)).max() < 1e-3
 
 
+@pytest.mark.parametrize("beyond", [0.0, 1e-15, 1e-12, 1e-9, 1e-7, 1e-6, 7e-6, 1e-5, 1e-3])
+def test_durations_just_beyond_the_uniform_ones_have_lengths_too(beyond: float) -> None:
+    """The growth is then lost in rounding: an arrival whose time falls in round steps comes past here."""
+    lengths = stage_lengths(6.95 + beyond, 0.05, 70)
+    assert lengths.sum() == pytest.approx(6.95 + beyond, rel=1e-12)
+    np.testing.assert_allclose(lengths[1:], 0.1, rtol=1e-3)
+
+
 def test_too_short_a_duration_is_stretched() -> None:
     lengths = stage_lengths(0.0, 0.05, 70)
     assert lengths.sum() == pytest.approx(0.15)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.delay import QueuedCommand
@@ -24,7 +25,13 @@ def target_at(x: float) -> Target:
 
 
 def arriving(**changes: Any) -> ControllerMemory:
-    usual: dict[str, Any] = {"phase": Phase.ARRIVING, "arrive_at": 20.0, "target": target_at(20.0)}
+    target = target_at(20.0)
+    usual: dict[str, Any] = {
+        "phase": Phase.ARRIVING,
+        "arrive_at": 20.0,
+        "timed_for": target.pose,
+        "target": target,
+    }
     return ControllerMemory(**{**usual, **changes})
 
 
@@ -78,7 +85,7 @@ def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situati
     assert route.decide(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
 
 
-def test_a_vehicle_that_stands_outside_the_tolerance_tries_twice_more(situations: Any) -> None:
+def test_a_vehicle_that_stands_outside_the_tolerance_tries_a_few_times_more(situations: Any) -> None:
     memory = arriving(standing_since=5.0)
     for attempt in range(route.RESTARTS):
         memory = route.decide(memory, situations.standing(19.8), CONFIG)
@@ -99,6 +106,17 @@ def test_a_stalled_vehicle_waits_for_another_target(situations: Any) -> None:
     after = route.decide(memory, situations.standing(19.8, target=target_at(20.5)), CONFIG)
     assert after.phase is Phase.STARTING
     assert after.restarts == 0
+
+
+def test_a_stalled_vehicle_is_not_woken_by_noise_but_by_a_target_that_creeps_away(situations: Any) -> None:
+    memory = arriving(phase=Phase.STALLED, restarts=2)
+    for moves in range(1, 3):
+        memory = route.decide(
+            memory, situations.standing(19.8, target=target_at(20.0 + 0.01 * moves)), CONFIG
+        )
+        assert memory.phase is Phase.STALLED
+    memory = route.decide(memory, situations.standing(19.8, target=target_at(20.03)), CONFIG)
+    assert memory.phase is Phase.STARTING
 
 
 def test_deciding_changes_nothing_but_what_it_returns(situations: Any) -> None:
@@ -157,6 +175,17 @@ def test_a_target_that_moves_is_a_new_arrival(situations: Any) -> None:
     assert route.decide(arriving(), slightly, CONFIG).arrive_at == 20.0
 
 
+def test_a_target_that_creeps_away_is_a_new_arrival_too(situations: Any) -> None:
+    memory, times = arriving(), []
+    for moves in range(1, 6):
+        there = 20.0 + 0.03 * moves
+        memory = route.decide(memory, situations(target=target_at(there), way=there - 10.0), CONFIG)
+        times.append(memory.arrive_at)
+    assert times[:3] == [20.0] * 3
+    assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.comfort_acceleration))
+    assert times[4] == times[3]
+
+
 def test_begin_with_an_arrival_within_reach_and_with_contouring_beyond(situations: Any) -> None:
     memory = ControllerMemory()
     near = route.begin_phase(memory, situations(), CONFIG)
@@ -196,11 +225,22 @@ def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on(situations: 
     assert not route.may_change_direction(ControllerMemory(standing_since=5.0), far, 0.2)
 
 
-def test_the_next_part_knows_the_goal_and_the_queue_and_nothing_else() -> None:
+def test_the_next_part_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
     queue = (QueuedCommand(9.0, 0.1, 0.2),)
     goal = Pose2(1.0, 2.0, 3.0)
-    memory = arriving(goal=goal, queue=queue, standing_since=9.0, restarts=1, stop_at=3.0)
-    assert route.next_part(memory) == ControllerMemory(part=1, goal=goal, queue=queue, standing_since=9.0)
+    estimate = GoalEstimate(status=GoalStatus.SEARCHING)
+    poses = PoseHistory().noted(9.0, goal, length=1.0)
+    kept: dict[str, Any] = {
+        "planned": goal,
+        "goal": Pose2(1.1, 2.0, 3.0),
+        "estimate": estimate,
+        "estimated_at": 9.0,
+        "poses": poses,
+        "queue": queue,
+        "standing_since": 9.0,
+    }
+    memory = arriving(**kept, restarts=1, stop_at=3.0, waiting=True)
+    assert route.next_part(memory) == ControllerMemory(part=1, **kept)
 
 
 # -- something in the way --------------------------------------------------------------------------------
@@ -222,6 +262,10 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situati
     assert not route.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 8)
     assert route.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 8)
     assert not route.may_be_free(arriving(), 30.0, 8)
+    goal = Pose2(20.0, 0.0, 0.0)
+    known = route.stop_before(arriving(goal=goal), situations(), 4.0, 7)
+    assert not route.may_be_free(replace(known, goal=Pose2(20.05, 0.0, 0.0)), 30.0, 7)
+    assert route.may_be_free(replace(known, goal=Pose2(20.2, 0.0, 0.0)), 30.0, 7)
     free = route.released(memory)
     assert free.stop_at is None
     assert free.phase is Phase.STARTING
@@ -230,4 +274,16 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situati
 def test_backing_off_is_for_another_try_near_the_goal(situations: Any) -> None:
     assert route.retreat(arriving(), situations.standing(19.8)) == 0.0
     assert route.retreat(arriving(restarts=1), situations.standing(19.8)) == route.RETREAT_SPEED
-    assert route.retreat(arriving(restarts=1), situations.standing(19.0)) == 0.0
+    assert route.retreat(arriving(restarts=1), situations.standing(17.5)) == 0.0
+
+
+def test_another_try_near_the_goal_has_time_to_back_off_first(situations: Any) -> None:
+    near = situations.standing(19.8)
+    first, again = arriving(), arriving(restarts=1)
+    assert route.begin_phase(first, near, CONFIG).arrive_at == pytest.approx(10.2 + time_to_go(0.2, 0.0, 0.4))
+    assert route.begin_phase(again, near, CONFIG).arrive_at == pytest.approx(10.2 + route.RETRY_TIME)
+
+
+def test_a_vehicle_that_holds_has_all_its_tries_again(situations: Any) -> None:
+    memory = arriving(phase=Phase.SETTLING, restarts=2)
+    assert route.decide(memory, situations.standing(), CONFIG).restarts == 0

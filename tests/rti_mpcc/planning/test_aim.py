@@ -1,0 +1,144 @@
+"""The pose made for follows the estimate at a bounded rate; an uncertain goal is waited for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import hypot, pi, radians
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import Frame, GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig, GoalTracking
+from rti_mpcc.planning import aim
+from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.types import VehicleState
+
+CONFIG = ControllerConfig(cycle=0.05, goal_tracking=GoalTracking(speed=0.5, turn_rate=0.3))
+END = Pose2(20.0, 0.0, 0.0)
+
+
+def seen(
+    pose: Pose2 = END,
+    status: GoalStatus = GoalStatus.TRACKING,
+    stds: tuple[float, float, float] = (0.01, 0.01, 0.005),
+) -> GoalEstimate:
+    return GoalEstimate(status=status, pose=pose, covariance=np.diag(np.square(stds)), age=3.0)
+
+
+def lost(*stds: float) -> ControllerMemory:
+    along, across, heading = stds
+    return ControllerMemory(estimate=seen(status=GoalStatus.LOST, stds=(along, across, heading)))
+
+
+def test_while_searching_the_planned_goal_is_made_for() -> None:
+    searching = GoalEstimate(status=GoalStatus.SEARCHING)
+    planned = Pose2(19.0, 1.0, 0.1)
+    assert aim.aimed(ControllerMemory(planned=planned), searching, END, 1.0, CONFIG).goal == planned
+    assert aim.aimed(ControllerMemory(), searching, END, 1.0, CONFIG).goal is None
+
+
+@pytest.mark.parametrize("planned", [Pose2(19.0, 1.0, 0.1), None])
+def test_the_aim_goes_from_the_plan_to_the_estimate_at_the_bounded_rate(planned: Pose2 | None) -> None:
+    memory = ControllerMemory(planned=planned, goal=planned)
+    wanted, before = Pose2(20.4, -0.3, -0.2), planned or END
+    steps = 0
+    while memory.goal != wanted:
+        steps += 1
+        memory = aim.aimed(memory, seen(wanted), END, 0.05 * steps, CONFIG)
+        assert memory.goal is not None
+        assert hypot(memory.goal.x - before.x, memory.goal.y - before.y) <= 0.5 * 0.05 + 1e-9
+        assert abs(memory.goal.phi - before.phi) <= 0.3 * 0.05 + 1e-9
+        before = memory.goal
+    start = planned or END
+    by_way = hypot(wanted.x - start.x, wanted.y - start.y) / (0.5 * 0.05)
+    by_turn = abs(wanted.phi - start.phi) / (0.3 * 0.05)
+    assert steps == pytest.approx(max(by_way, by_turn), abs=1.5)
+
+
+def test_the_aim_turns_the_short_way_across_pi() -> None:
+    memory = ControllerMemory(goal=Pose2(0.0, 0.0, pi - 0.005), estimated_at=0.0)
+    after = aim.aimed(memory, seen(Pose2(0.0, 0.0, -pi + 0.005)), END, 0.05, CONFIG)
+    assert after.goal is not None
+    assert after.goal.phi == pytest.approx(pi + 0.005)
+
+
+def test_a_gap_or_a_clock_that_runs_back_gives_no_leap() -> None:
+    memory = ControllerMemory(goal=END, estimated_at=10.0)
+    late = aim.aimed(memory, seen(Pose2(30.0, 0.0, 0.0)), END, 70.0, CONFIG).goal
+    assert late is not None
+    assert late.x == pytest.approx(20.0 + 0.5 * aim.LONGEST_STEP)
+    assert aim.aimed(memory, seen(Pose2(30.0, 0.0, 0.0)), END, 9.0, CONFIG).goal == END
+
+
+def test_a_detection_is_given_the_pose_at_its_stamp_unless_it_brings_one() -> None:
+    memory = ControllerMemory()
+    for now in (0.0, 0.1, 0.2):
+        memory = aim.noted(memory, VehicleState(x=10.0 * now, y=0.0, phi=0.0, v=10.0, delta=0.0), now, 1.0)
+    settings = GoalFilterConfig()
+    detection = GoalMeasurement(stamp=0.15, x=1.0, y=0.0, phi=0.0, frame=Frame.VEHICLE)
+    placed = aim.placed(detection, memory, settings).vehicle
+    assert placed is not None
+    assert (placed.x, placed.y, placed.phi) == pytest.approx((1.5, 0.0, 0.0))
+    own = replace(detection, vehicle=END)
+    assert aim.placed(own, memory, settings).vehicle == END
+    assert aim.placed(replace(detection, stamp=-1.0), memory, settings).vehicle is None
+
+
+def test_a_lost_goal_is_trusted_while_two_sigma_fit_the_tolerance() -> None:
+    assert aim.doubt(lost(0.024, 0.024, radians(0.9)), 0.0, CONFIG) == ""
+    assert aim.doubt(lost(0.026, 0.024, radians(0.9)), 0.0, CONFIG) != ""
+    assert aim.doubt(lost(0.024, 0.026, radians(0.9)), 0.0, CONFIG) != ""
+    assert aim.doubt(lost(0.024, 0.024, radians(1.1)), 0.0, CONFIG) != ""
+
+
+@pytest.mark.parametrize("status", [GoalStatus.SEARCHING, GoalStatus.TRACKING, GoalStatus.COASTING])
+def test_only_a_lost_goal_is_doubted(status: GoalStatus) -> None:
+    assert aim.doubt(ControllerMemory(estimate=seen(status=status, stds=(1.0, 1.0, 1.0))), 0.0, CONFIG) == ""
+    assert aim.doubt(ControllerMemory(), 0.0, CONFIG) == ""
+
+
+def test_doubt_is_about_the_time_of_arrival() -> None:
+    memory = replace(lost(0.022, 0.022, 0.01), arrive_at=10.0)
+    drift = CONFIG.goal_tracking.filter.position_drift
+    enough = ((0.025**2 - 0.022**2) / drift**2) * 0.99
+    assert aim.doubt(memory, 10.0 - enough, CONFIG) == ""
+    assert aim.doubt(memory, 10.0 - 1.1 * enough, CONFIG) != ""
+
+
+def test_doubt_is_about_the_goals_own_axes() -> None:
+    """A goal that heads along y is known well along its heading if y is."""
+    wide = ControllerConfig(goal_tolerance=(0.01, 0.1, 0.1))
+    pose = Pose2(0.0, 0.0, 0.5 * pi)
+    well = seen(pose, GoalStatus.LOST, (0.04, 0.004, 0.01))
+    badly = seen(pose, GoalStatus.LOST, (0.004, 0.04, 0.01))
+    assert aim.doubt(ControllerMemory(estimate=well), 0.0, wide) == ""
+    assert aim.doubt(ControllerMemory(estimate=badly), 0.0, wide) != ""
+
+
+def test_it_waits_at_the_standoff_and_once_it_waits_until_there_is_no_doubt(situations: Any) -> None:
+    memory = lost(0.1, 0.1, 0.1)
+    standoff, brake = CONFIG.goal_tracking.standoff, 1.0 / (2.0 * CONFIG.comfort_acceleration)
+    assert aim.must_wait(memory, situations(way=standoff + brake + 0.1, speed=1.0), CONFIG) == ""
+    near = situations(way=standoff + brake - 0.1, speed=1.0)
+    assert "goal not seen for 3.0 s" in aim.must_wait(memory, near, CONFIG)
+    waiting = replace(memory, waiting=True)
+    assert aim.must_wait(waiting, situations(way=standoff + brake + 0.1, speed=1.0), CONFIG) != ""
+    assert aim.must_wait(replace(waiting, estimate=seen()), near, CONFIG) == ""
+
+
+def test_it_does_not_wait_before_a_cusp_or_a_stop_of_its_own(situations: Any) -> None:
+    memory = lost(0.1, 0.1, 0.1)
+    assert aim.must_wait(memory, situations(way=0.5, speed=0.1, last_part=False), CONFIG) == ""
+    assert aim.must_wait(memory, situations(way=0.5, speed=0.1, free=False), CONFIG) == ""
+
+
+def test_a_goal_that_has_to_be_seen_is_one() -> None:
+    required = ControllerConfig(goal_tracking=GoalTracking(required=True))
+    searching = ControllerMemory(estimate=GoalEstimate(status=GoalStatus.SEARCHING))
+    assert aim.never_seen(ControllerMemory(), required)
+    assert aim.never_seen(searching, required)
+    assert not aim.never_seen(searching, CONFIG)
+    assert not aim.never_seen(lost(0.1, 0.1, 0.1), required)
