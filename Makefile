@@ -42,7 +42,7 @@ demo: $(RUNTIME)
 
 # The directory is named so that its conftest is loaded in the process that collects the workers' figures.
 acceptance: $(TEST)
-	$(PY) -m pytest -m acceptance -n $(WORKERS) tests/acceptance
+	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance
 	@echo "figures: runs/acceptance.json"
 
 clean:

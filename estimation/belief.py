@@ -71,6 +71,19 @@ def contradiction(mean: Array, covariance: Array, detections: Sequence[Detection
     return float(average @ np.linalg.solve(spread + covariance[:3, :3], average))
 
 
+def prevailing(recent: Sequence[Recent], agreeing: Sequence[Recent], count: int) -> Sequence[Recent]:
+    """The longest run up to the last of those that agree, `count` at least; empty if there is none.
+
+    At least half of all detections in that time have to be in it: among enough outliers, two agree by chance.
+    """
+    for k in range(len(agreeing) - count + 1):
+        first = agreeing[k].detection.stamp
+        since = sum(one.detection.stamp >= first for one in recent)
+        if 2 * (len(agreeing) - k) >= since:
+            return agreeing[k:]
+    return ()
+
+
 def bare(belief: Belief) -> Belief:
     """Without its past, which would hold the whole run."""
     return replace(belief, recent=(), judged=None)

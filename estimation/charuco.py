@@ -128,13 +128,14 @@ class CharucoGoalDetector:
             cv2.circle(canvas, tuple(np.rint(corner).astype(int).tolist()), 5, GREEN, 2, cv2.LINE_AA)
         self._draw_axes(canvas, detection.measurement)
         m = detection.measurement
+        away = float(np.linalg.norm(self.camera.seen(self._on_board(m, np.zeros((1, 3))))))
         std = np.sqrt(np.diag(np.asarray(m.covariance)))
         self._write(
             canvas,
             [
                 f"goal from rear axle: x {m.x:.3f} m, y {m.y:.3f} m, heading {np.degrees(m.phi):.2f} deg",
                 f"std: {1e3 * std[0]:.1f} mm, {1e3 * std[1]:.1f} mm, {np.degrees(std[2]):.2f} deg",
-                f"{len(detection.ids)} corners, reprojection error {detection.reprojection_error:.2f} px",
+                f"board {away:.2f} m away, {len(detection.ids)} corners, reprojection error {detection.reprojection_error:.2f} px",
             ],
         )
         return canvas
@@ -218,15 +219,21 @@ class CharucoGoalDetector:
 
     def _draw_axes(self, canvas: Image, measurement: GoalMeasurement) -> None:
         """Right, down and normal of the board from its middle, two squares long, by the measured pose."""
-        m, length = measurement, 2.0 * self.board.square
-        ends = np.vstack([np.zeros(3), length * self.board.axes.T * [[1.0], [1.0], [-1.0]]])
-        in_goal = ends + self.board.middle
-        points = in_goal @ turn(m.phi).T + (m.x, m.y, 0.0)
+        length = 2.0 * self.board.square
+        points = self._on_board(
+            measurement, np.vstack([np.zeros(3), length * self.board.axes.T * [[1.0], [1.0], [-1.0]]])
+        )
         if self.camera.seen(points)[:, 2].min() <= 0.0:
             return
         middle, *tips = np.rint(self.camera.project(points)).astype(int).tolist()
         for tip, colour in zip(tips, (RED, GREEN, BLUE), strict=True):
             self._cv2.line(canvas, tuple(middle), tuple(tip), colour, 3, self._cv2.LINE_AA)
+
+    def _on_board(self, measurement: GoalMeasurement, off: Array) -> Array:
+        """(n, 3) points of the vehicle frame that are `off` (n, 3) from the board's middle, goal axes [m]."""
+        in_goal = self.board.middle + off
+        placed: Array = in_goal @ turn(measurement.phi).T + np.array([measurement.x, measurement.y, 0.0])
+        return placed
 
     def _write(self, canvas: Image, lines: list[str]) -> None:
         for row, line in enumerate(lines):

@@ -8,24 +8,32 @@ A Kalman filter on x, y, heading and, for a moving goal, their rates. What a pla
   `reacquire_after` that agree with the newest of them (the same gate, between two detections), if they are
   the most of them and span that time, are fused by themselves; where that contradicts what was believed
   before them, the estimate begins afresh from them. While SEARCHING or LOST there is nothing to contradict:
-  then `confirmations` detections that agree are enough.
+  then `confirmations` detections that agree are enough, if they are half of those seen meanwhile.
 - A late detection is put where its stamp belongs: the filter goes back and processes what came after
   again, so the order of arrival does not matter.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
-from math import isfinite
 from typing import Any
 
 import numpy as np
 from scipy.special import chdtri
 
-from estimation.belief import Belief, Recent, bare, contradiction, innovation_of, innovations, shifted
-from estimation.measurement import Detection, GoalMeasurement, in_world
+from estimation.belief import (
+    Belief,
+    Recent,
+    bare,
+    contradiction,
+    innovation_of,
+    innovations,
+    prevailing,
+    shifted,
+)
+from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array, GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2, lift
@@ -65,16 +73,19 @@ class GoalPoseFilter:
         A clock that runs back by no more than `history` is waited for; beyond that it was set anew, and the
         estimate is carried over to the new time.
         """
-        if not isfinite(now):
+        if not is_time(now):
             return
         if self._now is not None and now < self._now - self.config.history:
             back = self._now - now
             self._origin = shifted(self._latest, -back)
             self._past = []
             self._now = now
+        if self._now is None:
+            # Nothing was too early as long as no time was told.
+            del self._past[bisect_right(self._past, now + self.config.clock_skew, key=_stamp) :]
         self._now = now if self._now is None else max(now, self._now)
-        # Whatever may still be put in order stays; the last belief before that is where it begins.
-        settled = bisect_right(self._past, self._now - self.config.history, key=lambda step: step[0].stamp)
+        # Whatever may still be put in order or told again stays; the last belief before is where it begins.
+        settled = bisect_left(self._past, self._now - self.config.history, key=_stamp)
         if settled:
             self._origin = self._past[settled - 1][1]
             del self._past[:settled]
@@ -85,7 +96,7 @@ class GoalPoseFilter:
         problem = detection if isinstance(detection, str) else self._timing_problem(detection)
         if isinstance(detection, str) or problem:
             return Judgement(stamp=measurement.stamp, outcome=Outcome.REFUSED, reason=problem)
-        place = bisect_right(self._past, detection.stamp, key=lambda step: step[0].stamp)
+        place = bisect_right(self._past, detection.stamp, key=_stamp)
         later = [step[0] for step in self._past[place:]]
         del self._past[place:]
         judgement = self._append(detection)
@@ -101,7 +112,7 @@ class GoalPoseFilter:
         if belief.mean is None:
             return GoalEstimate(status=GoalStatus.SEARCHING, innovation=innovation, nis=nis)
         assert belief.seen_at is not None
-        now = belief.time if not isfinite(now) else max(now, belief.time, self._now or belief.time)
+        now = max(time for time in (now, belief.time, self._now) if time is not None and is_time(time))
         mean, covariance = self._predicted(belief, now)
         covariance, velocity = covariance[:3, :3].copy(), mean[3:].copy() if self.config.moving else None
         for array in (covariance, velocity):
@@ -157,10 +168,11 @@ class GoalPoseFilter:
             judged = replace(judged, innovation=innovation, nis=nis)
             belief = replace(belief, mean=mean, covariance=covariance)
         belief = replace(belief, time=detection.stamp, recent=recent)
-        agreeing = self._agreeing(recent, detection)
-        if self._acquires(belief, agreeing):
+        agreeing = self._agreeing(belief, detection)
+        acquired = self._acquired(belief, agreeing)
+        if acquired:
             judged = replace(judged, outcome=Outcome.ACQUIRED)
-            return replace(self._fused(agreeing), judged=judged), judged
+            return replace(self._fused(acquired, belief.mean), judged=judged), judged
         if judged.nis is not None and judged.nis <= self._gate:
             judged = replace(judged, outcome=Outcome.ACCEPTED)
             return replace(self._corrected(belief, detection), judged=judged), judged
@@ -179,34 +191,48 @@ class GoalPoseFilter:
         """Whether there is an estimate that a detection at `stamp` [s] can contradict."""
         return belief.seen_at is not None and stamp - belief.seen_at <= self.config.lost_after
 
-    def _acquires(self, belief: Belief, agreeing: Sequence[Recent]) -> bool:
-        """Whether the recent detections that agree with the newest one are where the goal is now."""
+    def _acquired(self, belief: Belief, agreeing: Sequence[Recent]) -> Sequence[Recent]:
+        """Those recent detections that show where the goal is now; empty while they do not suffice."""
         first, last = agreeing[0].detection.stamp, agreeing[-1].detection.stamp
         if not self._knows(belief, last):
-            return len(agreeing) >= self.config.confirmations
+            return prevailing(belief.recent, agreeing, self.config.confirmations)
         before = agreeing[0].before
-        if last - first < self.config.reacquire_after or 2 * len(agreeing) <= len(belief.recent):
-            return False
+        # More than one more than the others: of two places seen in turn, one has both ends of the window.
+        if last - first < self.config.reacquire_after or 2 * len(agreeing) <= len(belief.recent) + 1:
+            return ()
         if before is None or before.mean is None:
-            return False
+            return ()
         mean, covariance = self._predicted(before, last)
-        return contradiction(mean, covariance, [one.detection for one in agreeing]) > self._moved
+        far = contradiction(mean, covariance, [one.detection for one in agreeing]) > self._moved
+        return agreeing if far else ()
 
     def _rejection(self, judged: Judgement, agreeing: int) -> str:
         if judged.nis is None:
             return f"waits for others that agree with it ({agreeing} of {self.config.confirmations})"
         return f"NIS {judged.nis:.1f} is above the gate, {self._gate:.1f}"
 
-    def _agreeing(self, recent: Sequence[Recent], detection: Detection) -> list[Recent]:
-        """Those of the recent detections that pass the gate of this one, itself the last of them."""
-        spreads = np.array([one.detection.covariance for one in recent]) + detection.covariance
-        apart = innovations(detection.value, [one.detection for one in recent])
-        distances = np.einsum("ki,ki->k", apart, np.linalg.solve(spreads, apart[:, :, None])[:, :, 0])
-        return [one for one, distance in zip(recent, distances, strict=True) if distance <= self._gate]
+    def _agreeing(self, belief: Belief, detection: Detection) -> list[Recent]:
+        """Those of the recent detections that pass the gate of this one, itself the last of them.
 
-    def _fused(self, recent: Sequence[Recent]) -> Belief:
-        """The belief that these detections alone give."""
-        belief = self._born(recent[0].detection)
+        Both of the same goal, which may have moved in between: by its drift, and with what its rates are.
+        """
+        recent = [one.detection for one in belief.recent]
+        seconds = detection.stamp - np.array([[one.stamp] for one in recent])
+        place, moved = detection.value, np.diagonal(self.config.drift(1.0)) * seconds
+        if self.config.moving:
+            rates, variances = np.zeros(3), self._first_rates()
+            if belief.mean is not None and belief.covariance is not None:
+                rates, variances = belief.mean[3:], np.diagonal(belief.covariance)[3:]
+            place, moved = np.concatenate([place, rates]), moved + variances * seconds**2
+        spreads = np.array([one.covariance for one in recent]) + detection.covariance
+        spreads[:, range(3), range(3)] += moved
+        apart = innovations(place, recent)
+        distances = np.einsum("ki,ki->k", apart, np.linalg.solve(spreads, apart[:, :, None])[:, :, 0])
+        return [one for one, gap in zip(belief.recent, distances, strict=True) if gap <= self._gate]
+
+    def _fused(self, recent: Sequence[Recent], known: Array | None) -> Belief:
+        """The belief that these detections alone give, its heading on the branch of a `known` mean."""
+        belief = self._born(recent[0].detection, known)
         for one in recent[1:]:
             mean, covariance = self._predicted(belief, one.detection.stamp)
             belief = replace(belief, time=one.detection.stamp, mean=mean, covariance=covariance)
@@ -215,14 +241,19 @@ class GoalPoseFilter:
 
     # -- the Kalman filter --------------------------------------------------------------------------
 
-    def _born(self, detection: Detection) -> Belief:
-        config = self.config
-        mean, covariance = detection.value, detection.covariance
-        if config.moving:
-            rates = np.square([config.velocity_std, config.velocity_std, config.turn_rate_std])
-            mean = np.concatenate([mean, np.zeros(3)])
-            covariance = np.block([[covariance, np.zeros((3, 3))], [np.zeros((3, 3)), np.diag(rates)]])
+    def _born(self, detection: Detection, known: Array | None) -> Belief:
+        mean, covariance = detection.value.copy(), detection.covariance
+        if known is not None:
+            mean[2] = lift(float(mean[2]), float(known[2]))
+        if self.config.moving:
+            mean, none = np.concatenate([mean, np.zeros(3)]), np.zeros((3, 3))
+            covariance = np.block([[covariance, none], [none, np.diag(self._first_rates())]])
         return Belief(time=detection.stamp, mean=mean, covariance=covariance, seen_at=detection.stamp)
+
+    def _first_rates(self) -> Array:
+        """Variances (3,) of a goal's rates when it is first seen."""
+        config = self.config
+        return np.square([config.velocity_std, config.velocity_std, config.turn_rate_std])
 
     def _predicted(self, belief: Belief, time: float) -> tuple[Array, Array]:
         """Mean and covariance at `time` [s], which is not before the belief's."""
@@ -233,7 +264,7 @@ class GoalPoseFilter:
         kalman.x, kalman.P = belief.mean[:, None], belief.covariance
         motion = np.eye(size) + seconds * np.eye(size, k=3)
         kalman.predict(F=motion, Q=self._walk(seconds))
-        return kalman.x[:, 0].copy(), kalman.P.copy()
+        return kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
 
     def _walk(self, seconds: float) -> Array:
         """Covariance (n, n) that the goal's random walk adds in `seconds`."""
@@ -259,3 +290,7 @@ class GoalPoseFilter:
         kalman.update(value[:, None], R=detection.covariance)
         mean, covariance = kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
         return replace(belief, mean=mean, covariance=covariance, seen_at=detection.stamp)
+
+
+def _stamp(step: tuple[Detection, Belief]) -> float:
+    return step[0].stamp

@@ -25,6 +25,12 @@ FARTHEST = 1e6
 """Coordinates and standard deviations beyond this [m], [rad] are a mistake, not a detection."""
 SMALLEST = 1e-9
 """Smallest standard deviation that is believed [m], [rad]."""
+FLATTEST = 1e-9
+"""Smallest eigenvalue of a correlation matrix that is believed; below it rounding decides over the sign."""
+SKEWEST = 1e-6
+"""So far a covariance may be from symmetric, in units of its standard deviations."""
+LATEST = 1e10
+"""Times beyond this [s] are a mistake: 300 years, or a clock that counts milliseconds."""
 
 
 class Frame(Enum):
@@ -63,7 +69,10 @@ class GoalMeasurement:
     def __post_init__(self) -> None:
         if self.covariance is None:
             return
-        covariance = np.array(self.covariance, dtype=np.float64)
+        try:
+            covariance = np.array(self.covariance, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"covariance = {self.covariance!r}: must be (3, 3) numbers ({error})") from None
         if covariance.shape != (3, 3):
             raise InputError(f"covariance has shape {covariance.shape}: must be (3, 3), of x, y, phi")
         covariance.flags.writeable = False
@@ -72,11 +81,16 @@ class GoalMeasurement:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Detection:
-    """A usable detection in the world: stamp [s], value (3,) x, y, heading, covariance (3, 3)."""
+    """A usable detection in the world: stamp [s], value (3,) x, y, heading, covariance (3, 3).
+
+    `told` are frame and numbers as they were told: the vehicle pose that they were put into the world with
+    may be known better when they are told again.
+    """
 
     stamp: float
     value: Array
     covariance: Array
+    told: tuple[Frame, float, float, float]
 
     @property
     def pose(self) -> Pose2:
@@ -86,7 +100,12 @@ class Detection:
 
     def same(self, other: Detection) -> bool:
         """Whether the other one is this one told again."""
-        return self.stamp == other.stamp and bool(np.array_equal(self.value, other.value))
+        return self.stamp == other.stamp and self.told == other.told
+
+
+def is_time(seconds: float) -> bool:
+    """Whether this can be the time of a clock [s]."""
+    return isfinite(seconds) and abs(seconds) <= LATEST
 
 
 def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detection | str:
@@ -94,13 +113,20 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
     m = measurement
     if not all(map(isfinite, (m.stamp, m.x, m.y, m.phi))):
         return f"not finite: stamp {m.stamp}, x {m.x}, y {m.y}, phi {m.phi}"
+    if not is_time(m.stamp):
+        return f"stamp {m.stamp:g} s is beyond {LATEST:g} s"
     if max(abs(m.x), abs(m.y), abs(m.phi)) > FARTHEST:
         return f"beyond {FARTHEST:g}: x {m.x}, y {m.y}, phi {m.phi}"
+    v = m.vehicle
+    if v is not None and max(abs(v.x), abs(v.y), abs(v.phi)) > FARTHEST:
+        return f"beyond {FARTHEST:g}: {v}"
     covariance = _covariance(m, config)
     if isinstance(covariance, str):
         return covariance
+    told = (m.frame, m.x, m.y, m.phi)
     if m.frame is Frame.WORLD:
-        return Detection(stamp=m.stamp, value=np.array([m.x, m.y, m.phi]), covariance=covariance)
+        value = np.array([m.x, m.y, m.phi])
+        return Detection(stamp=m.stamp, value=value, covariance=covariance, told=told)
     if m.vehicle is None:
         return f"where the vehicle was at stamp {m.stamp:.3f} s is not known"
     goal = m.vehicle.compose(Pose2(m.x, m.y, m.phi))
@@ -109,10 +135,12 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
     lever = np.eye(3)
     lever[:2, 2] = m.vehicle.y - goal.y, goal.x - m.vehicle.x
     vehicle = np.square([config.vehicle_position_std] * 2 + [config.vehicle_heading_std])
+    covariance = turn @ covariance @ turn.T + (lever * vehicle) @ lever.T
+    covariance = 0.5 * (covariance + covariance.T)
+    if not _definite(covariance):
+        return "its covariance is not positive definite once turned into the world"
     return Detection(
-        stamp=m.stamp,
-        value=np.array([goal.x, goal.y, goal.phi]),
-        covariance=turn @ covariance @ turn.T + (lever * vehicle) @ lever.T,
+        stamp=m.stamp, value=np.array([goal.x, goal.y, goal.phi]), covariance=covariance, told=told
     )
 
 
@@ -124,12 +152,21 @@ def _covariance(measurement: GoalMeasurement, config: GoalFilterConfig) -> Array
     given = np.asarray(m.covariance, dtype=np.float64)
     if not np.isfinite(given).all() or np.abs(given).max() > FARTHEST**2:
         return "its covariance is not finite"
-    if not np.allclose(given, given.T, rtol=1e-6, atol=SMALLEST**2):
+    # Variances that are not positive have no scale to measure a skew by.
+    spread = np.sqrt(np.diagonal(given).clip(SMALLEST**2))
+    if float(np.abs((given - given.T) / np.outer(spread, spread)).max()) > SKEWEST:
         return "its covariance is not symmetric"
     symmetric = 0.5 * (given + given.T)
-    if float(np.linalg.eigvalsh(symmetric)[0]) < SMALLEST**2:
-        return "its covariance is not positive definite"
-    return symmetric
+    return symmetric if _definite(symmetric) else "its covariance is not positive definite"
+
+
+def _definite(covariance: Array) -> bool:
+    """Whether a symmetric matrix is a covariance that rounding leaves positive definite, in any units."""
+    variances = np.diagonal(covariance)
+    if float(variances.min()) < SMALLEST**2:
+        return False
+    spread = np.sqrt(variances)
+    return float(np.linalg.eigvalsh(covariance / np.outer(spread, spread))[0]) >= FLATTEST
 
 
 def _range(measurement: GoalMeasurement, config: GoalFilterConfig) -> float:

@@ -39,7 +39,7 @@ class Outcome(Enum):
     """Not usable: not finite, no covariance, too late, from the future, or told already."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Judgement:
     """What became of one detection, and why.
 
@@ -64,7 +64,7 @@ class Judgement:
         return self.outcome in (Outcome.ACCEPTED, Outcome.ACQUIRED)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GoalEstimate:
     """What is known of the goal at one time. Arrays are read-only.
 

@@ -152,7 +152,7 @@ def _warnings_on_stderr() -> Iterator[None]:
     handler.setLevel(logging.WARNING)
     handler.setFormatter(logging.Formatter(f"{_PROGRAM}: warning: %(message)s"))
     # The controller tells again what the check of the file has told with the file's name.
-    handler.addFilter(lambda record: record.name != "rti_mpcc.docking")
+    handler.addFilter(lambda record: record.name != "rti_mpcc.planning.surroundings")
     logger = logging.getLogger("rti_mpcc")
     logger.addHandler(handler)
     try:

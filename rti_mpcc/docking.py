@@ -6,7 +6,6 @@ finds a plan, `safety` decides what is driven.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf, isfinite
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
-from geometry import Corridor, CorridorError, Pose2, ReferencePath
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.delay import QueuedCommand, still_acting
@@ -25,12 +24,11 @@ from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times
 from rti_mpcc.planning import aim, route, search, sensing
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 from rti_mpcc.planning.search import Attempt
+from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety import contact, ladder
 from rti_mpcc.safety.act import Act, command
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Array, Command, Source, Status, Trajectory, VehicleState
-
-_log = logging.getLogger(__name__)
 
 
 class DockingController:
@@ -48,13 +46,10 @@ class DockingController:
     ) -> None:
         self.path = path
         self.config = config or ControllerConfig()
-        self._corridor = corridor
-        self._obstacles: Sequence[ArrayLike] = corridor.obstacles
-        self._obstacle_changes = 0
+        self._surroundings = Surroundings.of(corridor, path, self.config)
         self._memory = ControllerMemory()
         tracking = self.config.goal_tracking
         self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
-        self._check()
         self._mpcc = self._core()
 
     @property
@@ -87,14 +82,14 @@ class DockingController:
             obstacles: polygons (m, 2) [m] to keep out of; None keeps the last ones.
         """
         begun = perf_counter()
-        changes = self._obstacle_changes
+        changes = self._surroundings.changes
         self._receive(goal, obstacles)
         detections = self._locate_goal(measurements, state, now)
         self._aim(now)
         if _is_finite(state):
             situation = self._situation(state, now)
             self._memory = route.decide(self._memory, situation, self.config)
-            act = self._act(situation, new_obstacles=self._obstacle_changes > changes)
+            act = self._act(situation, new_obstacles=self._surroundings.changes > changes)
         else:
             reached = sensing.reckoned_state(now, self._memory, self._mpcc.part, self.config)
             situation = self._assess(reached, now, float(reached[V]))
@@ -105,27 +100,11 @@ class DockingController:
 
     # -- what comes in ------------------------------------------------------------------------------
 
-    def _check(self) -> None:
-        width, theta = self._corridor.narrowest()
-        if width < self.config.vehicle.width:
-            raise CorridorError(
-                f"the corridor is {width:.3f} m wide at theta = {theta:.2f} m: "
-                f"it must be wider than the body, {self.config.vehicle.width:.3f} m"
-            )
-        if self.path.max_curvature > self.config.max_curvature * (1.0 + 1e-6):
-            _log.warning(
-                "the path's curvature reaches %.3f 1/m, the vehicle can drive %.3f 1/m",
-                self.path.max_curvature,
-                self.config.max_curvature,
-            )
-
     def _receive(self, goal: Pose2 | None, obstacles: Sequence[ArrayLike] | None) -> None:
         """Take what is new of goal and obstacles."""
-        if obstacles is not None and not _same(obstacles, self._obstacles):
-            self._corridor = self._corridor.with_obstacles(obstacles)
-            self._obstacles = tuple(np.array(outline, dtype=np.float64) for outline in obstacles)
-            self._obstacle_changes += 1
-            self._mpcc.set_obstacles(self._corridor)
+        before, self._surroundings = self._surroundings, self._surroundings.told(obstacles)
+        if self._surroundings is not before:
+            self._mpcc.set_obstacles(self._surroundings.corridor)
         if goal is not None and goal != self._memory.planned:
             self._plan_for(goal)
 
@@ -153,7 +132,7 @@ class DockingController:
 
     def _aim(self, now: float) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
-        if route.may_be_free(self._memory, now, self._obstacle_changes):
+        if route.may_be_free(self._memory, now, self._surroundings.changes):
             self._memory = route.released(self._memory)
         if self._memory.stop_at is not None:
             self._mpcc.set_stop(self._memory.stop_at)
@@ -178,7 +157,7 @@ class DockingController:
 
     def _core(self) -> RtiMpcc:
         index = self._memory.part
-        return RtiMpcc(self.path.parts[index], self._corridor, self.config, index=index)
+        return RtiMpcc(self.path.parts[index], self._surroundings.corridor, self.config, index=index)
 
     def _situation(self, state: VehicleState, now: float) -> Situation:
         """Where the command will begin to act, on the part that the vehicle is on by then."""
@@ -233,7 +212,10 @@ class DockingController:
         plan = self._memory.driven
         if plan is None:
             return False
-        return contact.way_to_contact(plan, self._corridor, self._memory.part, self.config, inf) < inf
+        return (
+            contact.way_to_contact(plan, self._surroundings.corridor, self._memory.part, self.config, inf)
+            < inf
+        )
 
     def _hold(self, situation: Situation) -> Act:
         if not situation.free:
@@ -250,8 +232,10 @@ class DockingController:
         guess = search.first_guess(self._mpcc, self._memory, situation)
         attempt = search.converge(self._mpcc, self._memory, situation, guess)
         self._keep(attempt)
-        if (attempt.problem or attempt.squeezed) and situation.free and self._corridor.obstacles:
-            way = contact.way_to_contact(guess, self._corridor, self._memory.part, self.config, inf)
+        if (attempt.problem or attempt.squeezed) and situation.free and self._surroundings.corridor.obstacles:
+            way = contact.way_to_contact(
+                guess, self._surroundings.corridor, self._memory.part, self.config, inf
+            )
             if way < inf:
                 return self._begin_stop(attempt, situation, way)
         if not attempt.problem:
@@ -260,7 +244,7 @@ class DockingController:
 
     def _begin_stop(self, attempt: Attempt, situation: Situation, way: float) -> tuple[Attempt, Situation]:
         left = way - contact.stop_clearance(self.config)
-        self._memory = route.stop_before(self._memory, situation, left, self._obstacle_changes)
+        self._memory = route.stop_before(self._memory, situation, left, self._surroundings.changes)
         self._aim(situation.now)
         situation = self._assess(situation.state, situation.now, situation.measured_speed)
         if self._memory.phase is Phase.HOLDING:
@@ -297,7 +281,9 @@ class DockingController:
         return Act(
             drive=ladder.follow(plan.controls[0], situation.state, source, config),
             status=Status.FOLLOWING if memory.arrive_at is None else Status.ARRIVING,
-            reason=problem or ("" if situation.free else "making for a stop before something in the way"),
+            reason=problem
+            or ("" if situation.free else "making for a stop before something in the way")
+            or aim.remark(memory),
             trajectory=plan,
             solutions=attempt.solutions,
             failed=bool(problem),
@@ -307,7 +293,7 @@ class DockingController:
         """Way to a contact that the vehicle must brake for now [m], or None."""
         need = contact.stopping_distance(float(situation.state[V]), self.config)
         reach = need + contact.CHECKED
-        way = contact.way_to_contact(plan, self._corridor, self._memory.part, self.config, reach)
+        way = contact.way_to_contact(plan, self._surroundings.corridor, self._memory.part, self.config, reach)
         return way if way <= (reach if self._memory.blocked else need) else None
 
     def _stop(
@@ -350,7 +336,3 @@ class DockingController:
 
 def _is_finite(state: VehicleState) -> bool:
     return all(map(isfinite, (state.x, state.y, state.phi, state.v, state.delta)))
-
-
-def _same(outlines: Sequence[ArrayLike], known: Sequence[ArrayLike]) -> bool:
-    return len(outlines) == len(known) and all(map(np.array_equal, outlines, known))

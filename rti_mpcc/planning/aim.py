@@ -74,6 +74,14 @@ def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str
     )
 
 
+def remark(memory: ControllerMemory) -> str:
+    """What there is to say of a goal that is driven to without being seen, or ""."""
+    estimate = memory.estimate
+    if estimate is None or estimate.status is not GoalStatus.LOST:
+        return ""
+    return f"goal not seen for {estimate.age:.1f} s, going on to where it was"
+
+
 def must_wait(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
     if not (situation.last_part and situation.free):

@@ -1,4 +1,4 @@
-"""A foreign `geometry` is refused by name before it does harm."""
+"""A foreign `geometry` or `estimation` is refused by name before it does harm."""
 
 from __future__ import annotations
 
@@ -13,50 +13,59 @@ import pytest
 from rti_mpcc._shadow import check_packages
 
 ROOT = Path(__file__).parents[2]
+PACKAGES = ("geometry", "estimation")
 
 
-def test_the_own_package_passes() -> None:
+def test_the_own_packages_pass() -> None:
     check_packages()
 
 
-def test_a_module_loaded_already_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    foreign = ModuleType("geometry")
-    foreign.__file__ = str(tmp_path / "geometry.py")
-    monkeypatch.setitem(sys.modules, "geometry", foreign)
-    with pytest.raises(ImportError, match=r"geometry\.py shadows it") as caught:
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_module_loaded_already_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: str
+) -> None:
+    foreign = ModuleType(package)
+    foreign.__file__ = str(tmp_path / f"{package}.py")
+    monkeypatch.setitem(sys.modules, package, foreign)
+    with pytest.raises(ImportError, match=rf"{package}\.py shadows it") as caught:
         check_packages()
-    assert caught.value.path == str(tmp_path / "geometry.py")
+    assert caught.value.name == package
+    assert caught.value.path == str(tmp_path / f"{package}.py")
 
 
-def test_a_module_without_a_file_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "geometry", ModuleType("geometry"))
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_module_without_a_file_is_refused(monkeypatch: pytest.MonkeyPatch, package: str) -> None:
+    monkeypatch.setitem(sys.modules, package, ModuleType(package))
     with pytest.raises(ImportError, match="<memory> shadows it"):
         check_packages()
 
 
-@pytest.mark.parametrize("name", ["geometry.py", "geometry/__init__.py"])
+@pytest.mark.parametrize("package", PACKAGES)
+@pytest.mark.parametrize("name", ["{}.py", "{}/__init__.py"])
 def test_a_file_earlier_on_the_path_is_named_and_not_run(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: str, name: str
 ) -> None:
-    file = tmp_path / name
+    file = tmp_path / name.format(package)
     file.parent.mkdir(exist_ok=True)
     file.write_text("raise AssertionError('run')", encoding="utf-8")
-    monkeypatch.delitem(sys.modules, "geometry", raising=False)
+    monkeypatch.delitem(sys.modules, package, raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ImportError, match="shadows it") as caught:
         check_packages()
     assert caught.value.path == str(file)
 
 
-def test_a_missing_package_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(sys.modules, "geometry", raising=False)
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_missing_package_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch, package: str) -> None:
+    monkeypatch.delitem(sys.modules, package, raising=False)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(ImportError, match="which is missing from"):
+    with pytest.raises(ImportError, match=f"'{package}', which is missing from"):
         check_packages()
 
 
-def test_importing_the_package_beside_a_foreign_file_names_it(tmp_path: Path) -> None:
-    (tmp_path / "geometry.py").write_text("", encoding="utf-8")
+@pytest.mark.parametrize("package", PACKAGES)
+def test_importing_the_package_beside_a_foreign_file_names_it(tmp_path: Path, package: str) -> None:
+    (tmp_path / f"{package}.py").write_text("", encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-c", "import rti_mpcc"],
         cwd=tmp_path,
@@ -66,5 +75,5 @@ def test_importing_the_package_beside_a_foreign_file_names_it(tmp_path: Path) ->
     )
     assert done.returncode == 1
     last = done.stderr.strip().splitlines()[-1]
-    assert last.startswith("ImportError: rti_mpcc needs its own package 'geometry'")
-    assert str(tmp_path / "geometry.py") in last
+    assert last.startswith(f"ImportError: rti_mpcc needs its own package '{package}'")
+    assert str(tmp_path / f"{package}.py") in last

@@ -1,0 +1,198 @@
+"""Detections put into the world: Eq. (M1), (M2), the noise law by range, and what is refused."""
+
+from __future__ import annotations
+
+from math import nan, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import DetectionNoise, Frame, GoalFilterConfig, GoalMeasurement, GoalPoseFilter, Outcome
+from estimation.measurement import Detection, in_world
+from geometry import InputError, Pose2
+from tests.estimation.detections import Array
+
+CONFIG = GoalFilterConfig(vehicle_position_std=0.03, vehicle_heading_std=0.02)
+VEHICLE = Pose2(2.0, -7.0, 2.4)
+SEEN: dict[str, Any] = {"stamp": 1.5, "x": -6.0, "y": 1.2, "phi": 0.9}
+SPREAD = np.array([[4e-3, -1e-3, 2e-4], [-1e-3, 1e-3, 1e-4], [2e-4, 1e-4, 2e-3]])
+STEP = 1e-6
+
+
+def detected(config: GoalFilterConfig = CONFIG, **given: Any) -> Detection:
+    found = in_world(GoalMeasurement(**(SEEN | given)), config)
+    assert isinstance(found, Detection)
+    return found
+
+
+def goal(vehicle: Array, seen: Array) -> Array:
+    """Eq. (M1) by `Pose2`, as a function of numbers."""
+    at = Pose2(*vehicle).compose(Pose2(*seen))
+    return np.array([at.x, at.y, at.phi])
+
+
+def differences(vehicle: Array, seen: Array) -> tuple[Array, Array]:
+    """Central differences (3, 3) of the goal by the vehicle pose and by the detection."""
+    columns = np.eye(3) * STEP
+    by_vehicle = [(goal(vehicle + d, seen) - goal(vehicle - d, seen)) / (2.0 * STEP) for d in columns]
+    by_seen = [(goal(vehicle, seen + d) - goal(vehicle, seen - d)) / (2.0 * STEP) for d in columns]
+    return np.transpose(by_vehicle), np.transpose(by_seen)
+
+
+def test_a_detection_in_the_world_stays_as_it_is() -> None:
+    found = detected(covariance=SPREAD, vehicle=VEHICLE)
+    assert found.stamp == 1.5
+    assert found.value == pytest.approx(np.array([-6.0, 1.2, 0.9]))
+    assert np.array_equal(found.covariance, SPREAD)
+    assert found.pose == Pose2(-6.0, 1.2, 0.9)
+
+
+def test_a_detection_from_the_vehicle_is_put_into_the_world() -> None:
+    """Eq. (M1): 3 m ahead and 1 m to the right of a vehicle that heads north."""
+    found = detected(
+        x=3.0, y=-1.0, phi=-0.2, frame=Frame.VEHICLE, vehicle=Pose2(10.0, 20.0, pi / 2), covariance=SPREAD
+    )
+    assert found.value == pytest.approx(np.array([11.0, 23.0, pi / 2 - 0.2]))
+
+
+@pytest.mark.parametrize("heading", [-3.1, -0.4, 0.0, 1.0, pi])
+@pytest.mark.parametrize("distance", [0.0, 1.0, 40.0])
+def test_the_covariance_is_that_of_the_linearised_chain(heading: float, distance: float) -> None:
+    """Eq. (M2) against finite differences of Eq. (M1)."""
+    vehicle, seen = np.array([2.0, -7.0, heading]), np.array([0.8 * distance, -0.6 * distance, 0.9])
+    found = detected(
+        x=seen[0], y=seen[1], phi=seen[2], frame=Frame.VEHICLE, vehicle=Pose2(*vehicle), covariance=SPREAD
+    )
+    by_vehicle, by_seen = differences(vehicle, seen)
+    own = np.diag(np.square([0.03, 0.03, 0.02]))
+    expected = by_seen @ SPREAD @ by_seen.T + by_vehicle @ own @ by_vehicle.T
+    assert found.covariance == pytest.approx(expected, rel=1e-7, abs=1e-10)
+    assert np.array_equal(found.covariance, found.covariance.T)
+
+
+def test_an_uncertainty_along_the_line_of_sight_turns_with_the_vehicle() -> None:
+    """A detector that knows bearings better than ranges, on a vehicle that heads north."""
+    exact = GoalFilterConfig(vehicle_position_std=0.0, vehicle_heading_std=0.0)
+    found = detected(
+        exact,
+        x=5.0,
+        y=0.0,
+        frame=Frame.VEHICLE,
+        vehicle=Pose2(0.0, 0.0, pi / 2),
+        covariance=np.diag([0.2**2, 0.01**2, 0.02**2]),
+    )
+    assert np.sqrt(np.diagonal(found.covariance)) == pytest.approx(np.array([0.01, 0.2, 0.02]))
+
+
+def test_the_heading_of_the_vehicle_shifts_a_far_goal_aside() -> None:
+    config = GoalFilterConfig(vehicle_position_std=0.0, vehicle_heading_std=0.01)
+    tiny = np.diag([1e-8] * 3)
+    found = detected(
+        config, x=20.0, y=0.0, frame=Frame.VEHICLE, vehicle=Pose2(0.0, 0.0, 0.0), covariance=tiny
+    )
+    assert found.covariance[1, 1] == pytest.approx((20.0 * 0.01) ** 2, rel=1e-3)
+    assert found.covariance[1, 2] == pytest.approx(20.0 * 0.01**2, rel=1e-3)
+    assert found.covariance[0, 0] == pytest.approx(1e-8)
+
+
+@pytest.mark.parametrize(
+    ("given", "distance"),
+    [
+        ({"frame": Frame.VEHICLE, "vehicle": VEHICLE, "x": 3.0, "y": -4.0}, 5.0),
+        ({"vehicle": VEHICLE, "x": 2.0 + 3.0, "y": -7.0 + 4.0}, 5.0),
+        ({}, 10.0),
+        ({"vehicle": VEHICLE, "x": 2.0, "y": -7.0}, 0.0),
+    ],
+)
+def test_without_a_covariance_the_noise_follows_from_the_range(
+    given: dict[str, Any], distance: float
+) -> None:
+    """As far as it is known: else it is that of the reference range."""
+    exact = GoalFilterConfig(vehicle_position_std=0.0, vehicle_heading_std=0.0)
+    found = detected(exact, **given)
+    assert found.covariance == pytest.approx(DetectionNoise().covariance(distance))
+
+
+def test_a_detection_from_a_vehicle_that_was_somewhere_unknown_is_refused() -> None:
+    reason = in_world(GoalMeasurement(**SEEN, frame=Frame.VEHICLE), CONFIG)
+    assert reason == "where the vehicle was at stamp 1.500 s is not known"
+
+
+@pytest.mark.parametrize("vehicle", [Pose2(1e7, 0.0, 0.0), Pose2(0.0, -1e300, 0.0), Pose2(0.0, 0.0, 1e300)])
+@pytest.mark.parametrize("frame", Frame)
+def test_a_vehicle_beyond_all_bounds_is_refused(vehicle: Pose2, frame: Frame) -> None:
+    reason = in_world(GoalMeasurement(**SEEN, frame=frame, vehicle=vehicle), CONFIG)
+    assert isinstance(reason, str)
+    assert reason.startswith("beyond 1e+06: Pose2")
+
+
+def test_a_covariance_that_turning_flattens_is_refused() -> None:
+    """1000 km along, 1 nm across: in double precision its turned matrix is singular."""
+    thin = np.diag([1e12, 1e-18, 1.0])
+    reason = in_world(GoalMeasurement(**SEEN, frame=Frame.VEHICLE, vehicle=VEHICLE, covariance=thin), CONFIG)
+    assert reason == "its covariance is not positive definite once turned into the world"
+
+
+@pytest.mark.parametrize(
+    "covariance",
+    [
+        np.eye(2),
+        np.ones(3),
+        5.0,
+        np.eye(6),
+        [],
+        "abc",
+        [[1.0, 2.0], [3.0]],
+        [["a"] * 3] * 3,
+        [[1j] * 3] * 3,
+        {},
+    ],
+)
+def test_a_covariance_that_is_not_three_by_three_numbers_raises(covariance: Any) -> None:
+    with pytest.raises(InputError, match=r"covariance .*must be \(3, 3\)"):
+        GoalMeasurement(**SEEN, covariance=covariance)
+
+
+def test_a_covariance_is_copied_and_read_only() -> None:
+    given = SPREAD.copy()
+    measurement = GoalMeasurement(**SEEN, covariance=given)
+    given[0, 0] = nan
+    kept = measurement.covariance
+    assert isinstance(kept, np.ndarray)
+    assert np.array_equal(kept, SPREAD)
+    with pytest.raises(ValueError, match="read-only"):
+        kept[0, 0] = 1.0
+
+
+def test_a_covariance_may_be_a_list_and_nearly_symmetric() -> None:
+    given = SPREAD.copy()
+    given[0, 1] *= 1.0 + 1e-9
+    found = detected(covariance=given.tolist()).covariance
+    assert np.array_equal(found, found.T)
+    assert found == pytest.approx(SPREAD, rel=1e-8)
+
+
+def test_the_filter_weighs_by_the_turned_covariance() -> None:
+    """Of two detections from one vehicle pose the one that is sharp aside decides where the goal is aside."""
+    config = GoalFilterConfig(confirmations=1, vehicle_position_std=0.0, vehicle_heading_std=0.0)
+    goal_filter = GoalPoseFilter(config)
+    goal_filter.predict(0.0)
+    north = Pose2(0.0, 0.0, pi / 2)
+    for x, y, spread in ((5.0, 0.0, [0.2, 0.01, 0.02]), (5.1, 0.05, [0.01, 0.2, 0.02])):
+        outcome = goal_filter.update(
+            GoalMeasurement(
+                stamp=0.0,
+                x=x,
+                y=y,
+                phi=0.0,
+                frame=Frame.VEHICLE,
+                vehicle=north,
+                covariance=np.diag(np.square(spread)),
+            )
+        ).outcome
+        assert outcome is not Outcome.REJECTED
+    found = goal_filter.estimate(0.0).pose
+    assert found is not None
+    # Ahead is y of the world, left is -x.
+    assert (found.x, found.y) == pytest.approx((0.0, 5.1), abs=1e-3)

@@ -1,0 +1,122 @@
+"""Settings of the goal filter, and the law that a detection's noise follows."""
+
+from __future__ import annotations
+
+import re
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from estimation import DetectionNoise, GoalFilterConfig
+from geometry.errors import ConfigError
+
+POSITIVE = {
+    DetectionNoise: (
+        "position_std",
+        "heading_std",
+        "position_floor",
+        "heading_floor",
+        "reference_range",
+    ),
+    GoalFilterConfig: (
+        "position_drift",
+        "heading_drift",
+        "velocity_drift",
+        "turn_rate_drift",
+        "velocity_std",
+        "turn_rate_std",
+        "reacquire_after",
+        "coast_after",
+        "lost_after",
+        "history",
+    ),
+}
+REFUSED: list[tuple[type[Any], str, Any, str]] = [
+    *(
+        (group, field, value, allowed)
+        for group, fields in POSITIVE.items()
+        for field in fields
+        for value, allowed in (
+            (0.0, "greater than 0"),
+            (-1.0, "greater than 0"),
+            (1e13, "less than or equal to"),
+            (nan, "finite"),
+            (inf, "finite"),
+            ("wide", "number"),
+            (None, "number"),
+        )
+    ),
+    *(
+        (GoalFilterConfig, field, value, allowed)
+        for field in ("vehicle_position_std", "vehicle_heading_std", "clock_skew")
+        for value, allowed in ((-0.1, "greater than or equal to 0"), (nan, "finite"), ("no", "number"))
+    ),
+    (GoalFilterConfig, "clock_skew", 1.5, "less than or equal to 1"),
+    *(
+        (GoalFilterConfig, field, value, allowed)
+        for field in ("gate", "moved")
+        for value, allowed in ((0.5, "greater than 0.5"), (1.0, "less than 1"), (nan, "finite"))
+    ),
+    (GoalFilterConfig, "confirmations", 0, "greater than or equal to 1"),
+    (GoalFilterConfig, "confirmations", 101, "less than or equal to 100"),
+    (GoalFilterConfig, "confirmations", 2.5, "integer"),
+    (GoalFilterConfig, "moving", "perhaps", "boolean"),
+    (GoalFilterConfig, "noise", 0.05, "DetectionNoise"),
+]
+
+
+@pytest.mark.parametrize(("make", "field", "value", "allowed"), REFUSED)
+def test_a_value_out_of_range_is_refused(make: type[Any], field: str, value: Any, allowed: str) -> None:
+    with pytest.raises(
+        ConfigError, match=rf"{make.__name__}\.{field} = {re.escape(repr(value))}: .*{allowed}"
+    ):
+        make(**{field: value})
+
+
+def test_every_setting_of_the_filter_is_among_these() -> None:
+    for group in (DetectionNoise, GoalFilterConfig):
+        assert {field for make, field, *_ in REFUSED if make is group} == set(group.model_fields)
+
+
+@pytest.mark.parametrize("make", [DetectionNoise, GoalFilterConfig])
+def test_an_unknown_setting_is_refused(make: type[Any]) -> None:
+    with pytest.raises(ConfigError, match=rf"{make.__name__}\.sigma is not a setting"):
+        make(sigma=0.05)
+
+
+def test_a_bad_value_in_the_noise_is_named_with_the_noise() -> None:
+    # As it comes from a scenario file: tables, not objects.
+    given: dict[str, Any] = {"noise": {"position_std": -1.0}}
+    with pytest.raises(
+        ConfigError, match=r"GoalFilterConfig\.noise: .*DetectionNoise\.position_std = -1\.0: "
+    ):
+        GoalFilterConfig(**given)
+
+
+def test_settings_cannot_be_changed() -> None:
+    with pytest.raises(ValidationError):
+        GoalFilterConfig().gate = 0.9
+
+
+@pytest.mark.parametrize(
+    ("distance", "position", "heading"),
+    [
+        (10.0, 0.05, 0.035),
+        (20.0, 0.1, 0.07),
+        (1.0, 0.005, 0.0035),
+        (0.3, 0.002, 0.00105),
+        (0.0, 0.002, 0.001),
+    ],
+)
+def test_noise_grows_with_the_range_above_its_floor(distance: float, position: float, heading: float) -> None:
+    found = DetectionNoise().covariance(distance)
+    assert found == pytest.approx(np.diag(np.square([position, position, heading])), abs=1e-15)
+
+
+def test_noise_is_as_given_at_the_reference_range() -> None:
+    noise = DetectionNoise(position_std=0.2, heading_std=0.1, reference_range=4.0)
+    assert noise.covariance(4.0) == pytest.approx(np.diag([0.04, 0.04, 0.01]))
+    assert noise.covariance(2.0) == pytest.approx(np.diag([0.01, 0.01, 0.0025]))
