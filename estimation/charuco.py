@@ -129,13 +129,13 @@ class CharucoGoalDetector:
         self._draw_axes(canvas, detection.measurement)
         m = detection.measurement
         away = float(np.linalg.norm(self.camera.seen(self._on_board(m, np.zeros((1, 3))))))
-        std = np.sqrt(np.diag(np.asarray(m.covariance)))
+        std, error = np.sqrt(np.diag(np.asarray(m.covariance))), detection.reprojection_error
         self._write(
             canvas,
             [
                 f"goal from rear axle: x {m.x:.3f} m, y {m.y:.3f} m, heading {np.degrees(m.phi):.2f} deg",
                 f"std: {1e3 * std[0]:.1f} mm, {1e3 * std[1]:.1f} mm, {np.degrees(std[2]):.2f} deg",
-                f"board {away:.2f} m away, {len(detection.ids)} corners, reprojection error {detection.reprojection_error:.2f} px",
+                f"board {away:.2f} m away, {len(detection.ids)} corners, reprojection error {error:.2f} px",
             ],
         )
         return canvas
