@@ -7,8 +7,8 @@ A Kalman filter on x, y, heading and, for a moving goal, their rates. What a pla
 - The goal may have moved, by much or by less than the gate shows. The detections of the last
   `reacquire_after` that agree with the newest of them (the same gate, between two detections), if they are
   the most of them and span that time, are fused by themselves; where that contradicts what was believed
-  before them, the estimate begins afresh from them. While SEARCHING or LOST there is nothing to contradict:
-  then `confirmations` detections that agree are enough, if they are half of those seen meanwhile.
+  before them, the estimate begins afresh from them. While SEARCHING there is nothing to contradict: then
+  `confirmations` detections that agree are enough, if they are half of those seen meanwhile.
 - A late detection is put where its stamp belongs: the filter goes back and processes what came after
   again, so the order of arrival does not matter.
 """
@@ -84,11 +84,7 @@ class GoalPoseFilter:
             # Nothing was too early as long as no time was told.
             del self._past[bisect_right(self._past, now + self.config.clock_skew, key=_stamp) :]
         self._now = now if self._now is None else max(now, self._now)
-        # Whatever may still be put in order or told again stays; the last belief before is where it begins.
-        settled = bisect_left(self._past, self._now - self.config.history, key=_stamp)
-        if settled:
-            self._origin = self._past[settled - 1][1]
-            del self._past[:settled]
+        self._settle(self._now)
 
     def update(self, measurement: GoalMeasurement) -> Judgement:
         """Take in one detection, at the time of its stamp; says what became of it. Raises nothing."""
@@ -96,6 +92,8 @@ class GoalPoseFilter:
         problem = detection if isinstance(detection, str) else self._timing_problem(detection)
         if isinstance(detection, str) or problem:
             return Judgement(stamp=measurement.stamp, outcome=Outcome.REFUSED, reason=problem)
+        if self._now is None:
+            self._settle(detection.stamp)
         place = bisect_right(self._past, detection.stamp, key=_stamp)
         later = [step[0] for step in self._past[place:]]
         del self._past[place:]
@@ -133,6 +131,13 @@ class GoalPoseFilter:
     @property
     def _latest(self) -> Belief:
         return self._past[-1][1] if self._past else self._origin
+
+    def _settle(self, now: float) -> None:
+        """Forget what can no longer be put in another order; the last belief before is where it begins."""
+        settled = bisect_left(self._past, now - self.config.history, key=_stamp)
+        if settled:
+            self._origin = self._past[settled - 1][1]
+            del self._past[:settled]
 
     def _status(self, age: float) -> GoalStatus:
         if age > self.config.lost_after:
@@ -183,18 +188,14 @@ class GoalPoseFilter:
         """The recent detections that matter at `stamp` [s]: one more than `reacquire_after` goes back."""
         stamps = [one.detection.stamp for one in belief.recent]
         first = bisect_right(stamps, stamp - KEPT)
-        if self._knows(belief, stamp):
+        if belief.mean is not None:
             first = max(first, bisect_right(stamps, stamp - self.config.reacquire_after) - 1)
         return belief.recent[first:]
-
-    def _knows(self, belief: Belief, stamp: float) -> bool:
-        """Whether there is an estimate that a detection at `stamp` [s] can contradict."""
-        return belief.seen_at is not None and stamp - belief.seen_at <= self.config.lost_after
 
     def _acquired(self, belief: Belief, agreeing: Sequence[Recent]) -> Sequence[Recent]:
         """Those recent detections that show where the goal is now; empty while they do not suffice."""
         first, last = agreeing[0].detection.stamp, agreeing[-1].detection.stamp
-        if not self._knows(belief, last):
+        if belief.mean is None:
             return prevailing(belief.recent, agreeing, self.config.confirmations)
         before = agreeing[0].before
         # More than one more than the others: of two places seen in turn, one has both ends of the window.

@@ -17,8 +17,17 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.table import summary_table
-from rti_mpcc.simulation import RunResult, Scenario, builtin_names, load_scenario, simulate, summary
+from rti_mpcc.simulation import (
+    GoalSource,
+    RunResult,
+    Scenario,
+    builtin_names,
+    load_scenario,
+    simulate,
+    summary,
+)
 from rti_mpcc.simulation.closed_loop import METHODS
+from rti_mpcc.simulation.goal_feed import source_in
 from rti_mpcc.simulation.scenario import PRESETS
 
 DOCKED, NOT_DOCKED, BAD_INPUT = 0, 1, 2
@@ -67,7 +76,17 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
     run.add_argument("--seed", type=_seed, default=0, metavar="N", help="of all noise; default: %(default)s")
     run.add_argument("--out", type=Path, metavar="DIR", help="where files go; default: runs/<name>")
+    run.add_argument(
+        "--goal-source",
+        choices=[source.value for source in GoalSource],
+        default=GoalSource.DETECTED.value,
+        help="what tells the goal in a scenario with [goal.measurement]: filtered detections, the newest "
+        "detection as it is, or the truth; default: %(default)s",
+    )
     run.add_argument("--no-plots", action="store_true", help="write no pictures")
+    run.add_argument(
+        "--discs", action="store_true", help="draw the discs that cover the body in the overview"
+    )
     run.set_defaults(command=_run)
     return parser
 
@@ -90,11 +109,17 @@ def _scenarios(arguments: argparse.Namespace) -> int:
 
 def _run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
+    # simulate() would find it, too, but after the folder was made.
+    source_in(
+        scenario.name,
+        GoalSource(arguments.goal_source),
+        detector=scenario.goal.measurement is not None,
+    )
     folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
     _make_writable(folder)
     result = _with_progress(scenario, arguments)
     figures = summary(result)
-    written = write_files(result, figures, folder, plots=not arguments.no_plots)
+    written = write_files(result, figures, folder, plots=not arguments.no_plots, discs=arguments.discs)
     _tell(figures, written)
     crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
     return DOCKED if figures["docked"] and not crossed else NOT_DOCKED
@@ -115,6 +140,7 @@ def _with_progress(scenario: Scenario, arguments: argparse.Namespace) -> RunResu
             method=arguments.method,
             seed=arguments.seed,
             progress=progress,
+            goal_source=GoalSource(arguments.goal_source),
         )
 
     console = Console(stderr=True)

@@ -15,9 +15,13 @@ TRAJECTORY_COLUMNS = ("t", "x", "y", "phi", "v", "delta", "theta", "a", "delta_d
 
 
 def write_files(
-    result: RunResult, summary: dict[str, Any], folder: Path, *, plots: bool = True
+    result: RunResult, summary: dict[str, Any], folder: Path, *, plots: bool = True, discs: bool = False
 ) -> tuple[Path, ...]:
-    """Write the files of a run into an existing folder and return their paths. Raises OSError."""
+    """Write the files of a run into an existing folder and return their paths. Raises OSError.
+
+    Args:
+        plots: the pictures too; discs: the overview with the discs that cover the body.
+    """
     written = [folder / "summary.json", folder / "trajectory.csv"]
     write_summary(summary, written[0])
     write_trajectory(result, written[1])
@@ -26,7 +30,10 @@ def write_files(
         from rti_mpcc.report.overview import overview_figure
         from rti_mpcc.report.timeline import timeline_figure
 
-        figures = {"overview": overview_figure(result), "timeline": timeline_figure(result, summary)}
+        figures = {
+            "overview": overview_figure(result, discs=discs),
+            "timeline": timeline_figure(result, summary),
+        }
         for name, figure in figures.items():
             written.append(folder / f"{name}.png")
             figure.savefig(written[-1], dpi=style.DPI)

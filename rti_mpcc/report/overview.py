@@ -1,4 +1,4 @@
-"""The plane from above: path, corridor, the driven body each second, the goal."""
+"""The plane from above: path, corridor, the driven body each second, the goal and its detections."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from matplotlib.patches import Circle
 
 from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
 from rti_mpcc.report import style
-from rti_mpcc.simulation import RunResult
+from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
 
 _BODY_EVERY = 1.0
@@ -21,14 +21,18 @@ _PATH_SPACING = 0.1
 """Spacing of the drawn path [m]."""
 _WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5
 """Bounds on the size of the axes [inch]."""
+_DOT = 10.0
+"""Area of the dot of a detection [points²]."""
 _MARGINS = {"left": 0.9, "right": 2.3, "bottom": 0.6, "top": 0.5}
 """Room beside the axes for labels and legend [inch]."""
 
 
 def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
-    """Path, corridor, obstacles, body each second and at the end, goal; on request the covering discs.
+    """Path, corridor, obstacles, body each second and at the end, goals; on request the covering discs.
 
-    Axes are equal, in metres; the legend stands outside of the data.
+    The true goal is drawn where it was at the end, and before it moved; where it was known from detections,
+    the planned goal and the detected ones (dots where they put the rear axle) are drawn too. Axes are equal,
+    in metres; the legend stands outside of the data.
     """
     figure = Figure()
     axes = figure.add_subplot()
@@ -36,17 +40,21 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     _draw_path(axes, result)
     poses = _poses_drawn(result)
     _draw_bodies(axes, result, poses)
+    _draw_goals(axes, result)
     if discs:
         _draw_discs(axes, result, poses)
     axes.set_aspect("equal", adjustable="box", anchor="NW")
     axes.margins(0.05)
     axes.autoscale_view()
     _fit(figure, axes)
+    _draw_detections(axes, result)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(f"{result.scenario.name} ({result.preset}): {result.truth.times[-1]:.1f} s")
     axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False)
+    axes.legend(
+        loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, markerscale=1.5
+    )
     return figure
 
 
@@ -113,17 +121,57 @@ def _draw_bodies(axes: Axes, result: RunResult, poses: Array) -> None:
         [bodies[-1]], facecolors=style.SKY, edgecolors=style.BLUE, alpha=0.6, label="body at the end"
     )
     axes.add_collection(last)
-    goal = body_polygons(truth.goals[-1:], vehicle)
+
+
+def _draw_goals(axes: Axes, result: RunResult) -> None:
+    goals = result.truth.goals
+    moved = np.flatnonzero((goals[1:] != goals[:-1]).any(axis=1))
+    _add_goals(axes, result, goals[moved], style.RED, "solid", 0.5, "goal before it moved")
+    _add_goals(axes, result, goals[-1:], style.RED, "dashed", 1.5, "goal")
+    planned = _planned_goal(result)
+    if planned is not None:
+        _add_goals(axes, result, np.array([planned]), style.PINK, (0.0, (2.0, 1.0)), 1.2, "planned goal")
+
+
+def _planned_goal(result: RunResult) -> tuple[float, float, float] | None:
+    """The goal that a run began with, where that was not the true one."""
+    if result.scenario.goal.measurement is None or result.goal_source is GoalSource.KNOWN:
+        return None
+    planned = result.scenario.planned_goal(result.path)
+    return None if planned is None else (planned.x, planned.y, planned.phi)
+
+
+def _add_goals(
+    axes: Axes,
+    result: RunResult,
+    goals: Array,
+    color: str,
+    dashes: str | tuple[float, tuple[float, float]],
+    width: float,
+    label: str,
+) -> None:
+    """The body at each of the goals (k, 3)."""
+    if not len(goals):
+        return
+    bodies = list(body_polygons(goals, result.config.vehicle))
     axes.add_collection(
         PolyCollection(
-            list(goal),
-            facecolors="none",
-            edgecolors=style.RED,
-            linewidths=1.5,
-            linestyles="dashed",
-            label="goal",
+            bodies, facecolors="none", edgecolors=color, linewidths=width, linestyles=[dashes], label=label
         )
     )
+
+
+def _draw_detections(axes: Axes, result: RunResult) -> None:
+    """Dots where the goal was detected. They don't widen the axes: a wild one may lie far outside."""
+    told = result.tracking.detections if result.tracking is not None else ()
+    axes.set_autoscale_on(False)
+    kinds = ((True, "detection, accepted", style.GREEN, "."), (False, "detection, rejected", style.RED, "x"))
+    for accepted, name, color, marker in kinds:
+        poses = [judged.pose for judged in told if judged.accepted is accepted]
+        known = np.array([(pose.x, pose.y) for pose in poses if pose is not None])
+        if len(known):
+            x, y = known.T
+            axes.scatter(x, y, s=_DOT, color=color, marker=marker, linewidths=0.8, label=name, zorder=3)
 
 
 def _draw_discs(axes: Axes, result: RunResult, poses: Array) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 from rich.table import Table
 
+from rti_mpcc.simulation import GoalSource
+
 _NEVER = "never"
 
 
@@ -48,7 +50,33 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("solver failures", str(solver["failures"]), ""),
         ("fallback cycles", str(summary["fallback_cycles"]), ""),
         ("deadline misses", str(summary["deadline_misses"]), ""),
+        *_goal_rows(summary["goal"]),
     ]
+
+
+def _goal_rows(goal: dict[str, Any] | None) -> list[tuple[str, str, str]]:
+    """What a run with a detector has besides; how a filter did, where there was one."""
+    if goal is None:
+        return []
+    source = ("goal source", goal["source"], "")
+    if goal["source"] != GoalSource.DETECTED.value:
+        return [source]
+    error = goal["estimate_error"]
+    counts = " / ".join(str(goal[name]) for name in ("accepted", "rejected", "refused"))
+    return [
+        source,
+        ("goal first seen", _number(goal["first_seen_s"], 2), "s"),
+        ("detections accepted / rejected / refused", counts, ""),
+        ("goal estimate, longitudinal", _scaled(error["longitudinal_m"], 1e3, 1), "mm"),
+        ("goal estimate, lateral", _scaled(error["lateral_m"], 1e3, 1), "mm"),
+        ("goal estimate, heading", _scaled(error["heading_rad"], degrees(1.0), 2), "deg"),
+        ("mean NIS of accepted detections", _number(goal["mean_nis"], 2), ""),
+        ("goal status at the end", goal["final_status"] or _NEVER, ""),
+    ]
+
+
+def _scaled(value: float | None, factor: float, digits: int) -> str:
+    return _number(None if value is None else factor * value, digits)
 
 
 def _number(value: float | None, digits: int) -> str:

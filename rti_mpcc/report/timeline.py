@@ -1,4 +1,4 @@
-"""The run over time: motion, inputs, progress, effective weights, computing time."""
+"""The run over time: motion, inputs, progress, the goal as detected, effective weights, computing time."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rti_mpcc.report import style
+from rti_mpcc.report.goal_rows import NAMES, draw_goal_rows, has_goal_rows
 from rti_mpcc.simulation import RunResult
 
 _WEIGHTS = (
@@ -22,17 +23,21 @@ _WEIGHTS = (
 def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
     """v, delta, a, theta, effective weights and computing time above one another, on one time axis.
 
-    `summary` gives the times that are marked: inside tolerance (dotted) and docked (dashed). Legends stand
-    beside the axes.
+    Where a filter watched the goal, three rows below theta show what it knew, see `goal_rows`. `summary`
+    gives the times that are marked: inside tolerance (dotted) and docked (dashed). Legends stand beside the
+    axes.
     """
-    figure = Figure(figsize=(10.0, 12.0), layout="constrained")
-    axes = figure.subplots(6, 1, sharex=True)
+    goal_rows = len(NAMES) if has_goal_rows(result) else 0
+    figure = Figure(figsize=(10.0, 2.0 * (6 + goal_rows)), layout="constrained")
+    axes = figure.subplots(6 + goal_rows, 1, sharex=True)
     _draw_speed(axes[0], result)
     _draw_steering(axes[1], result)
     _draw_acceleration(axes[2], result)
     _draw_progress(axes[3], result)
-    _draw_weights(axes[4], result)
-    _draw_computing(axes[5], result)
+    if goal_rows:
+        draw_goal_rows(axes[4:-2], result)
+    _draw_weights(axes[-2], result)
+    _draw_computing(axes[-1], result)
     for place, one in enumerate(axes):
         _mark(one, summary)
         one.grid(color=style.GREY, alpha=0.25, linewidth=0.5)

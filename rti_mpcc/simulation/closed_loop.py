@@ -15,7 +15,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
 from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
-from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal
+from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
 from rti_mpcc.simulation.result import RunResult, inside_tolerance
 from rti_mpcc.simulation.scenario import Scenario
@@ -80,17 +80,19 @@ def simulate(
         start: true state at the beginning; default: at rest on the path's first pose, steering straight.
         obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's; they are told to
             the controller every cycle.
-        goal_source: how the goal is known in a run with a detector.
+        goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
+            the default is allowed.
         detector: looks for the goal in place of the one that the scenario describes.
 
-    Raises InputError for an unknown preset or method, a negative seed, or a command that is not finite.
+    Raises InputError for an unknown preset or method, a negative seed, a goal source that needs a detector
+    where there is none, or a command that is not finite.
     """
     if method not in METHODS:
         raise InputError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
     if seed < 0:
         raise InputError(f"seed = {seed}: must be >= 0")
     watched = detector is not None or scenario.goal.measurement is not None
-    source = goal_source if watched else GoalSource.KNOWN
+    source = source_in(scenario.name, goal_source, detector=watched)
     config = scenario.controller_config(preset, detections=source is GoalSource.DETECTED)
     path = scenario.build_path()
     loop = _Loop(
@@ -208,6 +210,8 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
             _control(loop, controller, parameters, next_cycle)
             if progress is not None:
                 progress(next_cycle)
+        # Before the plant goes past it: an exposure need not fall on a cycle.
+        _expose(loop, parameters, time)
         loop.plant = advance(loop.plant, parameters, time)
         loop.goal = loop.goal.seen_from(loop.plant.x, loop.plant.y)
         _sample(loop, time)

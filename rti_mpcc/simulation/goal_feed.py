@@ -11,6 +11,7 @@ from typing import NamedTuple
 from estimation import GoalFilterConfig, GoalMeasurement, PoseHistory
 from estimation.measurement import in_world
 from geometry import Pose2
+from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.detector import Lookout
 from rti_mpcc.simulation.scenario import ShiftSection
 from rti_mpcc.types import VehicleState
@@ -28,6 +29,21 @@ class GoalSource(Enum):
     """The newest detection is the goal, as it is: for comparison."""
     KNOWN = "known"
     """The true goal is told at every cycle: for comparison."""
+
+
+def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource:
+    """How the goal is known in a run of the scenario of this name, with or without a detector.
+
+    Raises InputError where a source is asked for that needs a detector, and there is none.
+    """
+    if detector:
+        return asked
+    if asked is not GoalSource.DETECTED:
+        raise InputError(
+            f"goal_source = {asked.value!r}: must be {GoalSource.DETECTED.value!r}, the default, "
+            f"in a scenario without [goal.measurement] such as {scenario}"
+        )
+    return GoalSource.KNOWN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

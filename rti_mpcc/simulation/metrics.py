@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import wrap
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.closed_loop import DOCK_TIME, STANDSTILL_SPEED
+from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import RunResult, Truth
 from rti_mpcc.types import Array, Source, Status
@@ -46,6 +46,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "energy_to_dock": energy(truth, to_dock),
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **_computing(result),
+        "goal": goal_summary(result),
         "ended": result.ended,
         "duration_s": float(truth.times[-1]),
     }
@@ -53,11 +54,7 @@ def summary(result: RunResult) -> dict[str, Any]:
 
 def goal_errors(truth: Truth) -> Array:
     """(n, 3) longitudinal [m], lateral [m] and heading [rad] error to the true goal, in the goal's frame."""
-    difference = truth.poses - truth.goals
-    c, s = np.cos(truth.goals[:, 2]), np.sin(truth.goals[:, 2])
-    longitudinal = c * difference[:, 0] + s * difference[:, 1]
-    lateral = -s * difference[:, 0] + c * difference[:, 1]
-    return np.stack([longitudinal, lateral, wrap(difference[:, 2])], axis=-1)
+    return errors_to(truth.goals, truth.poses)
 
 
 def within_tolerance(truth: Truth, tolerance: tuple[float, float, float]) -> NDArray[np.bool_]:

@@ -241,8 +241,12 @@ class Scenario(Section):
             return self.goal_pose(path).compose(Pose2(*self.goal.measurement.initial_offset))
         return None if self.goal_is_path_end else self.goal_pose(path)
 
-    def controller_config(self, preset: str = "default", *, detections: bool = True) -> ControllerConfig:
-        """The controller's settings; `detections` says whether it is told those of [goal.measurement].
+    def controller_config(
+        self, preset: str = "default", *, detections: bool | None = None
+    ) -> ControllerConfig:
+        """The controller's settings; `detections` says whether it knows the goal from such.
+
+        By default it does where there is a [goal.measurement].
 
         Raises InputError for an unknown preset, ConfigError for bad values.
         """
@@ -256,8 +260,8 @@ class Scenario(Section):
             "dead_time": simulation.dead_time if section.dead_time is None else section.dead_time,
             "goal_tolerance": self.goal.tolerance,
         }
-        if detections and self.goal.measurement is not None:
-            changes["goal_tracking"] = self._goal_tracking(self.goal.measurement)
+        if self.goal.measurement is not None if detections is None else detections:
+            changes["goal_tracking"] = self._goal_tracking()
         for key in ("comfort_acceleration", "deadline"):
             if getattr(section, key) is not None:
                 changes[key] = getattr(section, key)
@@ -267,8 +271,11 @@ class Scenario(Section):
             ControllerConfig.paper_printed(**changes) if preset != "default" else ControllerConfig(**changes)
         )
 
-    def _goal_tracking(self, measurement: MeasurementSection) -> GoalTracking:
+    def _goal_tracking(self) -> GoalTracking:
         """The filter knows the law of the detector's noise, and that detections may arrive late."""
+        measurement = self.goal.measurement
+        if measurement is None:
+            return GoalTracking(required=True)
         longest = GoalFilterConfig().history + measurement.delay
         return GoalTracking(filter=GoalFilterConfig(noise=measurement.noise, history=longest), required=True)
 

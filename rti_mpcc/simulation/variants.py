@@ -1,11 +1,12 @@
 """The same docking problem elsewhere, mirrored, or driven the other way round.
 
-A controller must not care; tests compare the runs. All take and give a `Scenario` whose path is made of
-segments.
+A controller must not care; tests compare the runs. Noise is what it was: it is not mirrored or turned. All
+take and give a `Scenario` whose path is made of segments.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 from typing import Any
 
@@ -43,6 +44,11 @@ def mirrored(scenario: Scenario) -> Scenario:
     for key, value in (("offset", goal.offset), ("pose", goal.pose)):
         if value is not None:
             changes[f"goal.{key}"] = [value[0], -value[1], -value[2]]
+    if goal.measurement is not None:
+        x, y, phi = goal.measurement.initial_offset
+        changes["goal.measurement.initial_offset"] = [x, -y, -phi]
+    if goal.shifts:
+        changes["goal.shifts"] = _shifts(scenario, lambda x, y, phi: [x, -y, -phi])
     return changed(scenario, changes)
 
 
@@ -65,6 +71,11 @@ def turned_round(scenario: Scenario) -> Scenario:
         changes["goal.offset"] = [-goal.offset[0], -goal.offset[1], goal.offset[2]]
     if goal.pose is not None:
         changes["goal.pose"] = [goal.pose[0], goal.pose[1], goal.pose[2] + pi]
+    if goal.measurement is not None:
+        x, y, phi = goal.measurement.initial_offset
+        changes["goal.measurement.initial_offset"] = [-x, -y, phi]
+    if goal.shifts:
+        changes["goal.shifts"] = _shifts(scenario, lambda x, y, phi: [-x, -y, phi])
     return changed(scenario, changes)
 
 
@@ -92,6 +103,12 @@ def _swapped_narrowings(scenario: Scenario) -> list[dict[str, float]]:
             entry["right"] = -piece.left
         swapped.append(entry)
     return swapped
+
+
+def _shifts(scenario: Scenario, move: Callable[[float, float, float], list[float]]) -> list[dict[str, Any]]:
+    return [
+        {"at_distance": shift.at_distance, "offset": move(*shift.offset)} for shift in scenario.goal.shifts
+    ]
 
 
 def _outlines(scenario: Scenario, move: Any) -> dict[str, list[Any]]:

@@ -84,12 +84,18 @@ def test_the_covariance_of_a_moving_goal_grows_with_that_of_its_velocity() -> No
 
 
 @pytest.mark.parametrize("moving", [False, True])
-def test_after_lost_two_detections_that_agree_elsewhere_are_the_goal(moving: bool) -> None:
+def test_after_lost_a_new_place_takes_the_same_time_as_while_tracking(moving: bool) -> None:
     goal_filter, goal = tracking(GoalFilterConfig(moving=moving)), shifted(GOAL, along=-30.0, turn=2.0)
-    first, second = told(goal_filter, [seen(goal, 5.0), seen(goal, 5.1)])
-    assert (first[0].outcome, first[1].status) == (Outcome.REJECTED, GoalStatus.LOST)
-    assert (second[0].outcome, second[1].status) == (Outcome.ACQUIRED, GoalStatus.TRACKING)
-    assert off_by(second[1], goal) == pytest.approx((0.0, 0.0), abs=1e-9)
+    *before, last = told(goal_filter, [seen(goal, 5.0 + 0.1 * k) for k in range(8)])
+    assert {(one[0].outcome, one[1].status) for one in before} == {(Outcome.REJECTED, GoalStatus.LOST)}
+    assert (last[0].outcome, last[1].status) == (Outcome.ACQUIRED, GoalStatus.TRACKING)
+    assert off_by(last[1], goal) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_after_lost_one_detection_where_it_was_is_the_goal() -> None:
+    goal_filter = tracking(GoalFilterConfig())
+    ((judged, estimate),) = told(goal_filter, [seen(GOAL, 5.0)])
+    assert (judged.outcome, estimate.status) == (Outcome.ACCEPTED, GoalStatus.TRACKING)
 
 
 def test_asking_changes_nothing() -> None:

@@ -102,6 +102,49 @@ def test_options_reach_the_run() -> None:
     assert {file.name for file in Path("here/there").iterdir()} == {"summary.json", "trajectory.csv"}
 
 
+DETECTED = """
+[goal.measurement]
+initial_offset = [0.1, 0.0, 0.0]
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "source"),
+    [([], "detected"), *[(["--goal-source", source], source) for source in ("detected", "raw", "known")]],
+)
+def test_goal_source_reaches_the_run(arguments: list[str], source: str) -> None:
+    Path("seen.toml").write_text(Path(scenario_file(duration=0.2)).read_text() + DETECTED)
+    assert main(["run", "seen.toml", "--no-plots", *arguments]) == 1
+    assert json.loads(Path("runs/short/summary.json").read_text())["goal"]["source"] == source
+
+
+def test_goal_source_without_detections_is_refused_before_anything_is_written(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for source in ("raw", "known"):
+        (line,) = refusal(capsys, "run", scenario_file(), "--goal-source", source).splitlines()
+        assert line == (
+            f"rti-mpcc: error: goal_source = '{source}': must be 'detected', the default, "
+            "in a scenario without [goal.measurement] such as short"
+        )
+    assert not Path("runs").exists()
+    assert main(["run", scenario_file(duration=0.2), "--no-plots", "--goal-source", "detected"]) == 1
+    assert json.loads(Path("runs/short/summary.json").read_text())["goal"] is None
+
+
+@pytest.mark.parametrize("flags", [[], ["--discs"]])
+def test_discs_are_drawn_on_request(monkeypatch: pytest.MonkeyPatch, flags: list[str]) -> None:
+    asked = []
+
+    def written(*_: Any, plots: bool, discs: bool) -> tuple[Path, ...]:
+        asked.append((plots, discs))
+        return ()
+
+    monkeypatch.setattr(cli, "write_files", written)
+    main(["run", scenario_file(duration=0.2), *flags])
+    assert asked == [(True, bool(flags))]
+
+
 def test_run_that_does_not_dock_exits_1() -> None:
     assert main(["run", scenario_file(duration=0.5), "--no-plots"]) == 1
     written = json.loads(Path("runs/short/summary.json").read_text())
@@ -181,6 +224,7 @@ def test_file_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str]
         (["run"], "required: SCENARIO"),
         (["run", "docking_inside", "--method", "switched"], "invalid choice: 'switched'"),
         (["run", "docking_inside", "--preset", "best"], "invalid choice: 'best'"),
+        (["run", "docking_noisy", "--goal-source", "radar"], "invalid choice: 'radar'"),
         (["run", "docking_inside", "--seed", "-1"], "'-1' must be an integer >= 0"),
         (["run", "docking_inside", "--seed", "1.5"], "'1.5' must be an integer >= 0"),
         (["run", "docking_inside", "--fast"], "unrecognized arguments: --fast"),

@@ -19,3 +19,22 @@ def run() -> RunResult:
 @pytest.fixture(scope="session")
 def figures(run: RunResult) -> dict[str, Any]:
     return summary(run)
+
+
+@pytest.fixture(scope="session")
+def watched() -> RunResult:
+    """The goal is found, moves, and is lost from sight; every fifth detection is wrong by a metre."""
+    changes = {
+        "simulation.duration": 7.0,
+        "simulation.cycle": 0.1,
+        "goal.measurement.visible_range": 25.0,
+        "goal.measurement.blind_range": 22.0,
+        "goal.measurement.outlier": 0.2,
+        "goal.shifts": [{"at_distance": 23.0, "offset": [0.1, 0.1, 0.03]}],
+    }
+    return simulate(changed(load_scenario("docking_blackout"), changes), seed=1)
+
+
+@pytest.fixture(scope="session")
+def watched_figures(watched: RunResult) -> dict[str, Any]:
+    return summary(watched)

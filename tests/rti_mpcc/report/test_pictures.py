@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,12 @@ import pytest
 from matplotlib.collections import PatchCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from estimation import Judgement, Outcome
+from geometry import Pose2
+from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.timeline import timeline_figure
-from rti_mpcc.simulation import RunResult
+from rti_mpcc.simulation import GoalSource, RunResult
 
 
 def collection(figure: Figure, label: str) -> Any:
@@ -46,6 +50,62 @@ def test_overview_shows_discs_on_request(run: RunResult) -> None:
     discs = collection(overview_figure(run, discs=True), "discs")
     assert isinstance(discs, PatchCollection)
     assert len(discs.get_paths()) == 5 * run.config.footprint.discs
+
+
+def goal_labels(figure: Figure) -> list[str]:
+    """What the legend says of goals and detections."""
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    labels = [text.get_text() for text in legend.get_texts()]
+    return [label for label in labels if "goal" in label or "detection" in label]
+
+
+def test_goals_before_and_after_a_move_planned_goal_and_detections(watched: RunResult) -> None:
+    figure = overview_figure(watched)
+    assert goal_labels(figure) == [
+        "goal before it moved",
+        "goal",
+        "planned goal",
+        "detection, accepted",
+        "detection, rejected",
+    ]
+    tracking = watched.tracking
+    assert tracking is not None
+    for accepted, label in ((True, "detection, accepted"), (False, "detection, rejected")):
+        poses = [judged.pose for judged in tracking.detections if judged.accepted is accepted]
+        expected = np.array([(pose.x, pose.y) for pose in poses if pose is not None])
+        assert np.asarray(collection(figure, label).get_offsets()) == pytest.approx(expected)
+
+
+def test_each_goal_is_drawn_where_it_was(watched: RunResult) -> None:
+    figure = overview_figure(watched)
+    first, last = watched.truth.goals[0], watched.truth.goals[-1]
+    planned = Pose2(*first.tolist()).compose(Pose2(0.4, -0.3, 0.1))
+    wanted = {
+        "goal before it moved": first,
+        "goal": last,
+        "planned goal": np.array([planned.x, planned.y, planned.phi]),
+    }
+    for label, pose in wanted.items():
+        (path,) = collection(figure, label).get_paths()
+        (body,) = body_polygons(pose[None], watched.config.vehicle)
+        assert np.asarray(path.vertices)[:4] == pytest.approx(body)
+
+
+def test_known_goal_has_no_planned_one(watched: RunResult, run: RunResult) -> None:
+    assert goal_labels(overview_figure(run)) == ["goal"]
+    source = replace(watched, goal_source=GoalSource.KNOWN, tracking=None)
+    assert goal_labels(overview_figure(source)) == ["goal before it moved", "goal"]
+
+
+def test_wild_detection_does_not_widen_the_view(watched: RunResult) -> None:
+    tracking = watched.tracking
+    assert tracking is not None
+    wild = Judgement(stamp=1.0, outcome=Outcome.REJECTED, pose=Pose2(500.0, 0.0, 0.0))
+    wilder = replace(watched, tracking=replace(tracking, detections=(*tracking.detections, wild)))
+    before, after = overview_figure(watched), overview_figure(wilder)
+    assert before.axes[0].get_xlim() == after.axes[0].get_xlim()
+    assert tuple(before.get_size_inches()) == tuple(after.get_size_inches())
 
 
 def test_everything_drawn_lies_in_view_and_the_legend_beside_it(run: RunResult) -> None:

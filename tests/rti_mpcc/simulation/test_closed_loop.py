@@ -9,7 +9,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import Scenario, changed, load_scenario, simulate, summary
+from rti_mpcc.simulation import GoalSource, Scenario, changed, load_scenario, simulate, summary
 from rti_mpcc.types import Status, VehicleState
 
 
@@ -180,6 +180,8 @@ def test_results_are_read_only(scripted: Any, straight: Scenario) -> None:
         ({"method": "switched"}, r"method = 'switched': must be one of dynamic"),
         ({"preset": "best"}, r"preset = 'best': must be one of default, paper, paper_printed"),
         ({"seed": -1}, r"seed = -1: must be >= 0"),
+        ({"goal_source": GoalSource.RAW}, r"goal_source = 'raw': must be 'detected', the default, in a"),
+        ({"goal_source": GoalSource.KNOWN}, r"without \[goal\.measurement\] such as straight"),
     ],
 )
 def test_unknown_options_are_refused(straight: Scenario, wrong: dict[str, Any], message: str) -> None:

@@ -242,10 +242,11 @@ def test_summary_has_the_names_of_the_contract(run: RunResult) -> None:
     names = (
         "scenario method preset seed docked time_to_tolerance_s time_to_dock_s final_error min_clearance_m "
         "direction_changes max_steering_rad rms energy energy_to_dock distance_m cycle_ms feedback_ms solver "
-        "fallback_cycles deadline_misses"
+        "fallback_cycles deadline_misses goal"
     )
     assert set(names.split()) <= set(figures)
     assert set(figures["final_error"]) == {"longitudinal_m", "lateral_m", "heading_rad"}
+    assert figures["goal"] is None
     assert set(figures["rms"]) == {"steering", "steering_rate", "acceleration", "lateral_acceleration"}
     for name in ("energy", "energy_to_dock"):
         assert set(figures[name]) == {"steering_rate", "acceleration", "lateral_acceleration"}

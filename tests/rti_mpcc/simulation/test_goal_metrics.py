@@ -1,0 +1,155 @@
+"""How well the goal was known: errors and spreads in its frame, and the figures of detections."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import nan, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import GoalStatus, Judgement, Outcome
+from geometry import Pose2
+from rti_mpcc.simulation import GoalSource, RunResult, Scenario, Tracking, changed, simulate, summary
+from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary, rows_at, stds_in
+
+ERROR = ("longitudinal_m", "lateral_m", "heading_rad")
+
+
+@pytest.fixture
+def run(scripted: Any, straight: Scenario) -> RunResult:
+    """A run of 11 cycles, 0.1 s apart, whose tracking the tests replace; the goal is at (10, 0, 0)."""
+    scenario = changed(straight, {"simulation.duration": 1.0, "simulation.cycle": 0.1})
+    return simulate(scenario, controller=scripted(script=lambda now, state: (0.0, 0.0)))
+
+
+def tracked(
+    run: RunResult,
+    *,
+    seen_from: int = 11,
+    estimates: dict[int, tuple[float, float, float]] | None = None,
+    detections: tuple[Judgement, ...] = (),
+    last: GoalStatus | None = None,
+    source: GoalSource = GoalSource.DETECTED,
+) -> RunResult:
+    """The run with an estimate from the cycle `seen_from` on: the goal, unless `estimates` says otherwise."""
+    count = len(run.cycles.times)
+    poses = np.full((count, 3), nan)
+    poses[seen_from:] = 10.0, 0.0, 0.0
+    for cycle, pose in (estimates or {}).items():
+        poses[cycle] = pose
+    status = [GoalStatus.SEARCHING] * seen_from + [GoalStatus.TRACKING] * (count - seen_from)
+    if last is not None:
+        status[-1] = last
+    tracking = Tracking(
+        aims=np.tile((10.0, 0.0, 0.0), (count, 1)),
+        estimates=poses,
+        covariances=np.full((count, 3, 3), nan),
+        status=tuple(status) if source is GoalSource.DETECTED else (None,) * count,
+        detections=detections,
+        arrivals=np.zeros(len(detections)),
+    )
+    return replace(run, tracking=tracking, goal_source=source)
+
+
+def judged(outcome: Outcome, nis: float | None = None) -> Judgement:
+    return Judgement(stamp=0.0, outcome=outcome, nis=nis)
+
+
+def figures(run: RunResult) -> dict[str, Any]:
+    found = goal_summary(run)
+    assert found is not None
+    assert summary(run)["goal"] == found
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    return found
+
+
+def test_errors_are_longitudinal_lateral_and_wrapped_heading() -> None:
+    goal = Pose2(3.0, -2.0, 2.0)
+    offsets = [Pose2(0.3, -0.2, 0.1), Pose2(-1.0, 0.5, -0.1 + 4.0 * pi)]
+    poses = [goal.compose(offset) for offset in offsets]
+    errors = errors_to(
+        np.tile((goal.x, goal.y, goal.phi), (2, 1)), np.array([(p.x, p.y, p.phi) for p in poses])
+    )
+    assert errors == pytest.approx(np.array([(0.3, -0.2, 0.1), (-1.0, 0.5, -0.1)]), abs=1e-12)
+
+
+def test_spread_turns_with_the_goal() -> None:
+    covariance = np.diag([0.04**2, 0.01**2, 0.002**2])
+    goals = np.array([(0.0, 0.0, 0.0), (5.0, 1.0, 0.5 * pi), (0.0, 0.0, -pi)])
+    stds = stds_in(goals, np.tile(covariance, (3, 1, 1)))
+    expected = [(0.04, 0.01, 0.002), (0.01, 0.04, 0.002), (0.04, 0.01, 0.002)]
+    assert stds == pytest.approx(np.array(expected), abs=1e-12)
+
+
+def test_spread_is_that_of_errors_drawn_at_random() -> None:
+    root = np.array([[0.05, 0.0, 0.0], [-0.03, 0.02, 0.0], [0.01, 0.0, 0.01]])
+    goal = np.array([[1.0, 2.0, 0.7]])
+    poses = goal + np.random.default_rng(5).standard_normal((20_000, 3)) @ root.T
+    drawn = errors_to(np.tile(goal, (20_000, 1)), poses).std(axis=0)
+    assert stds_in(goal, (root @ root.T)[None])[0] == pytest.approx(drawn, rel=0.03)
+
+
+def test_rows_are_those_of_the_time_or_the_next(run: RunResult) -> None:
+    times = np.array([0.0, 0.0300000000004, 0.031, 0.5, 1.0, 7.0])
+    assert rows_at(run.truth, times).tolist() == [0, 3, 4, 50, 100, 100]
+
+
+def test_run_without_a_detector_has_none(run: RunResult) -> None:
+    assert run.tracking is None
+    assert summary(run)["goal"] is None
+
+
+def test_detections_are_counted_by_what_became_of_them(run: RunResult) -> None:
+    detections = (
+        judged(Outcome.REJECTED),
+        judged(Outcome.ACQUIRED),
+        judged(Outcome.ACCEPTED, 2.0),
+        judged(Outcome.ACCEPTED, 5.0),
+        judged(Outcome.REJECTED, 400.0),
+        judged(Outcome.ACQUIRED, 60.0),
+        judged(Outcome.REFUSED),
+    )
+    found = figures(tracked(run, seen_from=4, detections=detections))
+    assert [found[name] for name in ("detections", "accepted", "rejected", "refused")] == [7, 4, 2, 1]
+    # Only what passed the gate: the law of 3 is that of these.
+    assert found["mean_nis"] == pytest.approx(3.5)
+    assert (found["source"], found["first_seen_s"]) == ("detected", pytest.approx(0.4))
+    assert found["final_status"] == "tracking"
+
+
+def test_error_is_that_of_the_last_estimate_to_the_goal_of_that_time(run: RunResult) -> None:
+    goals = run.truth.goals.copy()
+    goals[run.truth.times > 0.85] = 10.0, 1.0, 0.5 * pi
+    moved = replace(run, truth=replace(run.truth, goals=goals))
+    last = (10.02, 1.1, 0.5 * pi + 0.03)
+    found = figures(tracked(moved, seen_from=2, estimates={10: last}, last=GoalStatus.LOST))
+    assert found["estimate_error"] == pytest.approx(
+        dict(zip(ERROR, (0.1, -0.02, 0.03), strict=True)), abs=1e-12
+    )
+    assert found["final_status"] == "lost"
+
+
+def test_goal_that_was_never_seen(run: RunResult) -> None:
+    found = figures(tracked(run, detections=(judged(Outcome.REJECTED),)))
+    assert found == {
+        "source": "detected",
+        "detections": 1,
+        "accepted": 0,
+        "rejected": 1,
+        "refused": 0,
+        "first_seen_s": None,
+        "estimate_error": dict.fromkeys(ERROR),
+        "mean_nis": None,
+        "final_status": "searching",
+    }
+
+
+@pytest.mark.parametrize("source", [GoalSource.RAW, GoalSource.KNOWN])
+def test_without_a_filter_there_is_the_source_only(run: RunResult, source: GoalSource) -> None:
+    found = figures(tracked(run, source=source))
+    assert found.pop("source") == source.value
+    assert found.pop("estimate_error") == dict.fromkeys(ERROR)
+    assert set(found.values()) == {None}
