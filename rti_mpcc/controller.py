@@ -12,9 +12,9 @@ from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import DELTA, PHI, THETA, V
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import overrun, stage_bounds
-from rti_mpcc.ocp.corridor_rows import corridor_rows
+from rti_mpcc.ocp.corridor_rows import CorridorRows, admitted, corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
@@ -53,7 +53,7 @@ class Linearisation:
     Attributes:
         trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
         lengths: (N,) of the stages [s].
-        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None.
+        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them.
         refused: "" or why the solver refused the numbers.
         seconds: time that the preparation took.
     """
@@ -64,6 +64,7 @@ class Linearisation:
     lengths: Array
     weights: StageWeights
     planes: HalfPlanes | None
+    rows: CorridorRows | None
     refused: str
     seconds: float
 
@@ -208,14 +209,13 @@ class RtiMpcc:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls)
         planes = self._planes(shifted.states, last)
+        rows = None
         if planes is not None:
             footprint = config.footprint
-            local = frame.planes_in(planes)
-            fill_corridor(
-                values,
-                pattern,
-                corridor_rows(states[1:], local, self._discs, footprint.margin, footprint.near),
+            rows = corridor_rows(
+                states[1:], frame.planes_in(planes), self._discs, footprint.margin, footprint.near
             )
+            fill_corridor(values, pattern, rows)
         fill_initial(values, pattern, np.zeros_like(states[0]))
         self._last = last
         self._linearisation = Linearisation(
@@ -225,6 +225,7 @@ class RtiMpcc:
             lengths=lengths,
             weights=weights,
             planes=planes,
+            rows=rows,
             refused=self._solver.update(values),
             seconds=perf_counter() - begun,
         )
@@ -286,7 +287,7 @@ class RtiMpcc:
         return self._corridor.half_planes(self.index, centres, previous)
 
     def _admit(self, measured: Array, linear: Linearisation) -> None:
-        """Widen bounds on v and delta as far as a measured state outside them needs to come back."""
+        """Widen bounds on v and delta, and the corridor's margin, as far as a measured state needs it."""
         values, pattern, limits = self._values, self._pattern, self.config.limits
         elapsed = np.cumsum(linear.lengths)
         for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
@@ -296,6 +297,10 @@ class RtiMpcc:
             drop = RETURN_SHARE * rate * elapsed
             values.upper[rows] = np.maximum(values.upper[rows], (measured[quantity] - drop - shift) / unit)
             values.lower[rows] = np.minimum(values.lower[rows], (measured[quantity] + drop - shift) / unit)
+        if linear.rows is not None:
+            change = (measured - linear.states[0])[[X, Y, PHI]]
+            rows = pattern.corridor_rows[:, :, : linear.rows.lower.shape[2]]
+            values.lower[rows] = admitted(linear.rows, change, elapsed, self.config.footprint.margin)
 
     def _solve(self, linear: Linearisation, change: Array, time_limit: float | None) -> QpSolution:
         pattern = self._pattern

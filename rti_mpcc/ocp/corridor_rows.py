@@ -20,6 +20,10 @@ LOOSE = -100.0
 are 0 besides: a row that never binds still drags on the solver's steps."""
 
 
+RETURN_TIME = 1.5
+"""So long the plan may take to give the margin back that a measurement has taken from it [s]."""
+
+
 class CorridorRows(NamedTuple):
     """Slopes (N, discs, sides, 3) to x, y, phi of stages 1..N and lower bounds (N, discs, sides) of (H2)."""
 
@@ -46,3 +50,21 @@ def corridor_rows(
     acts = gap > -near
     slopes *= acts[..., None]
     return CorridorRows(slopes, np.where(acts, gap, LOOSE))
+
+
+def admitted(rows: CorridorRows, change: Array, elapsed: Array, margin: float) -> Array:
+    """Lower bounds (N, discs, sides) that give back step by step what is missing of the margin.
+
+    The plan begins `change` (3,) in x, y, phi beside the one linearised about. What is missing of the margin
+    a moment ahead, by this or before, is out of reach by then: the exact penalty would answer each
+    centimetre of measurement noise beside a boundary with all the steering there is.
+
+    (H3)  lower - (1 - t / RETURN_TIME) min(max(0, lower - slopes change), margin)
+
+    Args:
+        elapsed: (N,) time of stages 1..N [s].
+    """
+    missing = np.clip(rows.lower - rows.slopes @ change, 0.0, margin)
+    share = np.clip(1.0 - elapsed / RETURN_TIME, 0.0, 1.0)
+    bounds: Array = rows.lower - share[:, None, None] * missing
+    return bounds

@@ -6,7 +6,7 @@ import pytest
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.ocp.corridor_rows import corridor_rows
+from rti_mpcc.ocp.corridor_rows import RETURN_TIME, CorridorRows, admitted, corridor_rows
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -91,3 +91,29 @@ def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array
     empty = corridor_rows(states, none, DISCS, MARGIN, near=1e3)
     assert not empty.slopes.any()
     assert np.isfinite(empty.lower).all()
+
+
+def test_without_a_lack_of_margin_nothing_is_admitted(corridor: Corridor, states: Array) -> None:
+    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    free = rows.lower < 0.0
+    assert free.any()
+    elapsed = np.linspace(0.0, 3.0, len(states))
+    np.testing.assert_array_equal(admitted(rows, np.zeros(3), elapsed, MARGIN)[free], rows.lower[free])
+
+
+def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin(
+    corridor: Corridor, states: Array
+) -> None:
+    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    elapsed = np.full(len(states), 1e-9)
+    aside = -0.05 * rows.slopes[4, 2, 0]  # straight into the half-plane of one disc
+    lacking = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
+    missing = -float(rows.slopes[4, 2, 0] @ aside)
+    at_once = admitted(lacking, aside, elapsed, margin=1.0)[4, 2, 0]
+    assert at_once == pytest.approx(-missing, rel=1e-6)
+    half_way = admitted(lacking, aside, np.full(len(states), 0.5 * RETURN_TIME), margin=1.0)[4, 2, 0]
+    assert half_way == pytest.approx(-0.5 * missing, rel=1e-6)
+    after = admitted(lacking, aside, np.full(len(states), RETURN_TIME), margin=1.0)
+    np.testing.assert_array_equal(after, lacking.lower)
+    little = admitted(lacking, aside, elapsed, margin=0.3 * missing)[4, 2, 0]
+    assert little == pytest.approx(-0.3 * missing, rel=1e-6)
