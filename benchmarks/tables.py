@@ -43,7 +43,7 @@ def origin(command: str) -> dict[str, Any]:
     return {
         "command": command,
         "commit": _git("rev-parse", "--short", "HEAD"),
-        "changed": bool(_git("status", "--porcelain", "--", "geometry", "rti_mpcc")),
+        "changed": bool(_git("status", "--porcelain", "--", "geometry", "estimation", "rti_mpcc")),
         "python": platform.python_version(),
         **{name: importlib.metadata.version(name) for name in ("osqp", "numpy", "scipy")},
         "cores": os.cpu_count(),

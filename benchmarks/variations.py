@@ -35,6 +35,7 @@ DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.S
 LAZY = {"simulation.acceleration_gain": 0.8}
 SHORT = {"simulation.duration": 60.0}
 
+RETURN_TIME = "rti_mpcc.ocp.corridor_rows.RETURN_TIME"
 CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
@@ -125,5 +126,12 @@ VARIATIONS = (
         settings=PATIENT,
         constants={CURVATURE: _nothing},
         changes=SHORT,
+    ),
+    Variation(letter="l", what="as it is", scenario="docking_moving_goal"),
+    Variation(
+        letter="l",
+        what="margin that noise has taken is fought at once",
+        scenario="docking_moving_goal",
+        constants={RETURN_TIME: 1e-9},
     ),
 )

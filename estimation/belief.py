@@ -61,7 +61,7 @@ def innovations(mean: Array, detections: Sequence[Detection]) -> Array:
 
 
 def contradiction(mean: Array, covariance: Array, detections: Sequence[Detection]) -> float:
-    """How far the weighted mean of detections is from what is believed at the last one's stamp.
+    """How far the weighted mean of detections is from what is believed at the last one's stamp, Eq. (E5).
 
     Squared, in units of the sum of both covariances: chi-square of 3 if the goal has not moved.
     """

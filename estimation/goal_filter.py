@@ -1,14 +1,20 @@
 """GoalPoseFilter: where the goal is, from detections that are noisy, late, missing or wrong.
 
-A Kalman filter on x, y, heading and, for a moving goal, their rates. What a plain one lacks:
+A Kalman filter on x, y, heading and, for a moving goal, their rates; equations in docs/method.md.
 
-- A detection is set against the prediction before it may act: with innovation y and S = H P H' + R, it
-  passes the gate if y' S^-1 y is below the chi-square quantile of 3 (`gate`).
+(E3)  covariance += drift² dt;  moving: rates walk too, and carry the pose along
+(E4)  NIS = y' S^-1 y <= chi-square quantile of 3 (`gate`),   y = z - H x,  S = H P H' + R
+(E5)  moved if  m' (H P H' + W)^-1 m > chi-square quantile of 3 (`moved`),
+      m = W sum R_i^-1 y_i,  W = (sum R_i^-1)^-1,  P of what was believed before these detections
+
+What a plain filter lacks:
+
+- A detection is set against the prediction before it may act, (E4).
 - The goal may have moved, by much or by less than the gate shows. The detections of the last
   `reacquire_after` that agree with the newest of them (the same gate, between two detections), if they are
   the most of them and span that time, are fused by themselves; where that contradicts what was believed
-  before them, the estimate begins afresh from them. While SEARCHING there is nothing to contradict: then
-  `confirmations` detections that agree are enough, if they are half of those seen meanwhile.
+  before them, (E5), the estimate begins afresh from them. While SEARCHING there is nothing to contradict:
+  then `confirmations` detections that agree are enough, if they are half of those seen meanwhile.
 - A late detection is put where its stamp belongs: the filter goes back and processes what came after
   again, so the order of arrival does not matter.
 """

@@ -2,8 +2,8 @@
 
 Seen from the vehicle pose (x_v, y_v, phi_v), a detection z = (x, y, phi) of covariance R says
 
-(M1)  goal = (x_v, y_v) + Rot(phi_v) (x, y),  phi_v + phi,
-(M2)  covariance = Rot(phi_v) R Rot(phi_v)' + J P J',  J = [[1, 0, -dy], [0, 1, dx], [0, 0, 1]],
+(E1)  goal = (x_v, y_v) + Rot(phi_v) (x, y),  phi_v + phi,
+(E2)  covariance = Rot(phi_v) R Rot(phi_v)' + J P J',  J = [[1, 0, -dy], [0, 1, dx], [0, 0, 1]],
 
 (dx, dy) from vehicle to goal in world axes, P the covariance of the vehicle pose.
 """
@@ -109,7 +109,7 @@ def is_time(seconds: float) -> bool:
 
 
 def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detection | str:
-    """What a measurement says about the goal in the world, Eq. (M1), (M2), or why it is not usable."""
+    """What a measurement says about the goal in the world, Eq. (E1), (E2), or why it is not usable."""
     m = measurement
     if not all(map(isfinite, (m.stamp, m.x, m.y, m.phi))):
         return f"not finite: stamp {m.stamp}, x {m.x}, y {m.y}, phi {m.phi}"

@@ -7,6 +7,10 @@ from rti_mpcc._shadow import check_packages
 check_packages()
 
 from estimation import (
+    Camera,
+    CharucoBoard,
+    CharucoDetection,
+    CharucoGoalDetector,
     DetectionNoise,
     Frame,
     GoalEstimate,
@@ -31,6 +35,7 @@ from geometry import (
 from rti_mpcc.config import (
     ControllerConfig,
     Footprint,
+    GoalTracking,
     Limits,
     SolverSettings,
     SpeedProfile,
@@ -39,7 +44,7 @@ from rti_mpcc.config import (
 )
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.docking import DockingController
-from rti_mpcc.errors import ConfigError, ScenarioError
+from rti_mpcc.errors import ConfigError, MissingExtraError, ScenarioError
 from rti_mpcc.types import (
     Command,
     Diagnostics,
@@ -52,6 +57,10 @@ from rti_mpcc.types import (
 )
 
 __all__ = [
+    "Camera",
+    "CharucoBoard",
+    "CharucoDetection",
+    "CharucoGoalDetector",
     "Command",
     "ConfigError",
     "ControllerConfig",
@@ -68,9 +77,11 @@ __all__ = [
     "GoalMeasurement",
     "GoalPoseFilter",
     "GoalStatus",
+    "GoalTracking",
     "InputError",
     "Judgement",
     "Limits",
+    "MissingExtraError",
     "Narrowing",
     "Objective",
     "Outcome",

@@ -59,7 +59,7 @@ def admitted(rows: CorridorRows, change: Array, elapsed: Array, margin: float) -
     a moment ahead, by this or before, is out of reach by then: the exact penalty would answer each
     centimetre of measurement noise beside a boundary with all the steering there is.
 
-    (H3)  lower - (1 - t / RETURN_TIME) min(max(0, lower - slopes change), margin)
+    (H4)  lower - (1 - t / RETURN_TIME) min(max(0, lower - slopes change), margin)
 
     Args:
         elapsed: (N,) time of stages 1..N [s].

@@ -129,7 +129,7 @@ def test_noise_three_times_as_large_as_assumed_is_noticed(frame: Frame) -> None:
 
 
 def test_a_vehicle_pose_that_is_taken_for_exact_is_noticed() -> None:
-    """Without the second term of Eq. (M2) the errors are larger than the covariances say."""
+    """Without the second term of Eq. (E2) the errors are larger than the covariances say."""
     exact = GoalFilterConfig(confirmations=1, vehicle_position_std=0.0, vehicle_heading_std=0.0)
     real = GoalFilterConfig(confirmations=1, vehicle_position_std=0.03, vehicle_heading_std=0.01)
     random = np.random.default_rng(4)

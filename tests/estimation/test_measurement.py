@@ -1,4 +1,4 @@
-"""Detections put into the world: Eq. (M1), (M2), the noise law by range, and what is refused."""
+"""Detections put into the world: Eq. (E1), (E2), the noise law by range, and what is refused."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def detected(config: GoalFilterConfig = CONFIG, **given: Any) -> Detection:
 
 
 def goal(vehicle: Array, seen: Array) -> Array:
-    """Eq. (M1) by `Pose2`, as a function of numbers."""
+    """Eq. (E1) by `Pose2`, as a function of numbers."""
     at = Pose2(*vehicle).compose(Pose2(*seen))
     return np.array([at.x, at.y, at.phi])
 
@@ -49,7 +49,7 @@ def test_a_detection_in_the_world_stays_as_it_is() -> None:
 
 
 def test_a_detection_from_the_vehicle_is_put_into_the_world() -> None:
-    """Eq. (M1): 3 m ahead and 1 m to the right of a vehicle that heads north."""
+    """Eq. (E1): 3 m ahead and 1 m to the right of a vehicle that heads north."""
     found = detected(
         x=3.0, y=-1.0, phi=-0.2, frame=Frame.VEHICLE, vehicle=Pose2(10.0, 20.0, pi / 2), covariance=SPREAD
     )
@@ -59,7 +59,7 @@ def test_a_detection_from_the_vehicle_is_put_into_the_world() -> None:
 @pytest.mark.parametrize("heading", [-3.1, -0.4, 0.0, 1.0, pi])
 @pytest.mark.parametrize("distance", [0.0, 1.0, 40.0])
 def test_the_covariance_is_that_of_the_linearised_chain(heading: float, distance: float) -> None:
-    """Eq. (M2) against finite differences of Eq. (M1)."""
+    """Eq. (E2) against finite differences of Eq. (E1)."""
     vehicle, seen = np.array([2.0, -7.0, heading]), np.array([0.8 * distance, -0.6 * distance, 0.9])
     found = detected(
         x=seen[0], y=seen[1], phi=seen[2], frame=Frame.VEHICLE, vehicle=Pose2(*vehicle), covariance=SPREAD
