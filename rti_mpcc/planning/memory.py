@@ -44,6 +44,7 @@ class ControllerMemory:
         reached: state (6,) that the last cycle's command began to act in, or None at the begin of a part.
         queue: commands on their way to the actuators.
         standing_since: when the vehicle came to a standstill [s], or None while it moves.
+        outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven [s].
         blocked: the vehicle brakes before a contact that its plan would make.
         stop_at: progress at which to stop before something that fills the way [m], or None.
@@ -69,6 +70,7 @@ class ControllerMemory:
     reached: Array | None = None
     queue: tuple[QueuedCommand, ...] = ()
     standing_since: float | None = None
+    outside_since: float | None = None
     driving_since: float = 0.0
     blocked: bool = False
     stop_at: float | None = None

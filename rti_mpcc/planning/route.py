@@ -13,6 +13,10 @@ from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 
 STANDSTILL_SPEED = 0.02
 """Below this speed the vehicle stands [m/s]."""
+MOVING_SPEED = 0.04
+"""A vehicle that stands is taken to stand until it is measured faster than this [m/s]: noise is no motion."""
+DOUBT_TIME = 0.3
+"""So long a vehicle that holds has to be measured just outside the tolerance to be outside [s]."""
 STANDSTILL_TIME = 1.0
 """A vehicle that has stood so long [s] will not get nearer by waiting."""
 CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
@@ -53,8 +57,7 @@ def decide(memory: ControllerMemory, situation: Situation, config: ControllerCon
 
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     if memory.phase is Phase.HOLDING:
-        stays = not situation.free or situation.inside(situation.error)
-        return memory if stays else restart(memory)
+        return memory if _stays(memory, situation) else restart(memory)
     if memory.phase is Phase.STALLED:
         return replace(restart(memory), restarts=0) if _elsewhere(memory, situation) else memory
     if memory.phase is Phase.SETTLING:
@@ -147,6 +150,8 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
     """Whether the next part may begin: standing at the cusp with nothing left in the queue."""
     if situation.last_part or not situation.free or not stands(memory, situation, dead_time):
         return False
+    if abs(situation.measured_speed) > STANDSTILL_SPEED:
+        return False
     if situation.inside(situation.error):
         return True
     near = hypot(situation.error.x, situation.error.y) <= CUSP_REACH
@@ -168,10 +173,25 @@ def next_part(memory: ControllerMemory) -> ControllerMemory:
 
 
 def _noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
-    """Keep since when the vehicle stands."""
-    standing = max(abs(situation.measured_speed), abs(situation.state[V])) <= STANDSTILL_SPEED
-    since = memory.standing_since if standing and memory.standing_since is not None else situation.now
-    return replace(memory, standing_since=since if standing else None)
+    """Keep since when the vehicle stands, and since when one that holds is outside the tolerance."""
+    speed = max(abs(situation.measured_speed), abs(float(situation.state[V])))
+    stood, left = memory.standing_since, memory.outside_since
+    standing = speed <= (STANDSTILL_SPEED if stood is None else MOVING_SPEED)
+    since = situation.now if stood is None else stood
+    outside, holding = situation.now if left is None else left, memory.phase is Phase.HOLDING
+    return replace(
+        memory,
+        standing_since=since if standing else None,
+        outside_since=outside if holding and not situation.inside(situation.error) else None,
+    )
+
+
+def _stays(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether a vehicle that holds does so on: noise may show it just outside for a moment."""
+    if not situation.free or memory.outside_since is None:
+        return True
+    just_now = situation.now - memory.outside_since < DOUBT_TIME
+    return just_now and situation.inside(situation.error, 2.0)
 
 
 def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:

@@ -80,6 +80,26 @@ def test_a_holding_vehicle_holds_inside_the_tolerance_and_begins_again_outside(s
     assert route.decide(memory, situations.standing(19.90), CONFIG).phase is Phase.STARTING
 
 
+def test_a_holding_vehicle_measured_just_outside_for_a_moment_holds(situations: Any) -> None:
+    memory = arriving(phase=Phase.HOLDING)
+    for now in (10.0, 10.1, 10.2):
+        memory = route.decide(memory, situations.standing(19.94, now=now), CONFIG)
+        assert memory.phase is Phase.HOLDING
+    inside = route.decide(memory, situations.standing(19.96, now=10.25), CONFIG)
+    assert inside.outside_since is None
+    after = route.decide(memory, situations.standing(19.94, now=10.0 + route.DOUBT_TIME), CONFIG)
+    assert after.phase is Phase.STARTING
+
+
+def test_noise_on_the_speed_is_no_motion(situations: Any) -> None:
+    memory = arriving(standing_since=8.0)
+    noisy = situations.standing(19.96, measured_speed=0.035)
+    assert route.decide(memory, noisy, CONFIG).standing_since == 8.0
+    assert route.decide(arriving(), noisy, CONFIG).standing_since is None
+    cusp = situations.standing(20.0, last_part=False, measured_speed=0.035)
+    assert not route.may_change_direction(memory, cusp, 0.2)
+
+
 def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situations: Any) -> None:
     memory = arriving(phase=Phase.HOLDING, stop_at=15.0)
     assert route.decide(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
