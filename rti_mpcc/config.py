@@ -149,8 +149,8 @@ class GoalTracking(Settings):
     """
 
     filter: GoalFilterConfig = GoalFilterConfig()
-    speed: Positive = 0.5
-    turn_rate: Positive = 0.3
+    speed: Positive = 3.0
+    turn_rate: Positive = 1.5
     certainty: Positive = 2.0
     standoff: NonNegative = 1.0
     required: bool = False
