@@ -35,6 +35,7 @@ class ControllerMemory:
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         arrive_at: planned time of arrival at rest [s]; None while contouring.
         timed_for: the pose that this time was last set for.
+        overdue_since: since when that arrival has its shortest time to go, whatever way is left [s], or None.
         planned: the user's goal pose, or None for the path's last pose.
         goal: the pose made for: `planned`, or what detections make of it.
         estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
@@ -60,6 +61,7 @@ class ControllerMemory:
     accepted_at: float | None = None
     arrive_at: float | None = None
     timed_for: Pose2 | None = None
+    overdue_since: float | None = None
     planned: Pose2 | None = None
     goal: Pose2 | None = None
     estimate: GoalEstimate | None = None

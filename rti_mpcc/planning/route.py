@@ -19,6 +19,8 @@ DOUBT_TIME = 0.3
 """So long a vehicle that holds has to be measured just outside the tolerance to be outside [s]."""
 STANDSTILL_TIME = 1.0
 """A vehicle that has stood so long [s] will not get nearer by waiting."""
+OVERDUE = 4.0
+"""An arrival that is still driven so long [s] after its time to go reached the floor will not get nearer."""
 CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
 """What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
 CUSP_REACH = 0.5
@@ -65,9 +67,10 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.STARTING:
         return memory
     stopping = situation.speed <= SETTLE_TIME * config.comfort_acceleration
-    if stopping and situation.inside(situation.stop_error, SETTLE_SHARE):
+    overdue = memory.overdue_since is not None and situation.now - memory.overdue_since >= OVERDUE
+    if stopping and situation.inside(situation.stop_error, 1.0 if overdue else SETTLE_SHARE):
         return replace(memory, phase=Phase.SETTLING)
-    if stands(memory, situation, STANDSTILL_TIME) and situation.now - memory.driving_since > STANDSTILL_TIME:
+    if overdue or _stuck(memory, situation):
         return _stalled(memory, situation)
     return _timed(memory, situation, config)
 
@@ -87,11 +90,16 @@ def too_late(memory: ControllerMemory, situation: Situation, config: ControllerC
 def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     """Choose between contouring and a planned arrival, for a vehicle about to begin one."""
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
-        return replace(memory, arrive_at=None)
+        return replace(memory, arrive_at=None, overdue_since=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
     if memory.restarts > 0:
         duration = max(duration, RETRY_TIME)
-    return replace(memory, arrive_at=situation.begin + duration, timed_for=situation.target.pose)
+    return replace(
+        memory,
+        arrive_at=situation.begin + duration,
+        timed_for=situation.target.pose,
+        overdue_since=None,
+    )
 
 
 def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0) -> bool:
@@ -102,7 +110,15 @@ def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0)
 
 def restart(memory: ControllerMemory) -> ControllerMemory:
     """Begin the active part again from where the vehicle is."""
-    return replace(memory, phase=Phase.STARTING, solution=None, driven=None, accepted_at=None, arrive_at=None)
+    return replace(
+        memory,
+        phase=Phase.STARTING,
+        solution=None,
+        driven=None,
+        accepted_at=None,
+        arrive_at=None,
+        overdue_since=None,
+    )
 
 
 def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
@@ -202,6 +218,13 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
     return memory
 
 
+def _stuck(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about."""
+    standing = stands(memory, situation, STANDSTILL_TIME)
+    on_its_way = memory.arrive_at is not None and memory.overdue_since is None
+    return standing and not on_its_way and situation.now - memory.driving_since > STANDSTILL_TIME
+
+
 def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     if not situation.free or situation.inside(situation.error):
         return replace(memory, phase=Phase.HOLDING, restarts=0)
@@ -226,11 +249,16 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
         return memory
     assert memory.arrive_at is not None
     if memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED:
-        return replace(memory, arrive_at=begin + duration, timed_for=situation.target.pose)
+        return replace(
+            memory, arrive_at=begin + duration, timed_for=situation.target.pose, overdue_since=None
+        )
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
     if lost and memory.arrive_at < begin + duration:
-        return replace(memory, arrive_at=begin + duration)
-    return replace(memory, arrive_at=max(memory.arrive_at, begin + FLOOR))
+        return replace(memory, arrive_at=begin + duration, overdue_since=None)
+    if memory.arrive_at >= begin + FLOOR:
+        return replace(memory, overdue_since=None)
+    since = situation.now if memory.overdue_since is None else memory.overdue_since
+    return replace(memory, arrive_at=begin + FLOOR, overdue_since=since)
 
 
 def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:

@@ -149,6 +149,14 @@ def test_a_goal_that_moves_for_good_is_followed_without_a_jump_of_the_commands()
     assert np.abs(result.cycles.acceleration).max() < 0.5
 
 
+@pytest.mark.parametrize("back", [0.25, 0.4])
+def test_a_goal_found_behind_the_vehicle_at_the_last_moment_is_backed_off_to(back: float) -> None:
+    """So slow a manoeuvre takes more than a second to leave standstill: that is not a stall."""
+    scenario = changed(noisy(), {"goal.shifts": [{"at_distance": 0.25, "offset": [back, 0.0, 0.0]}]})
+    result = simulate(scenario, detector=Scripted(script=exact))
+    assert_docked_on_the_true_goal(result)
+
+
 # -- not seen, or not seen any more ----------------------------------------------------------------------
 
 

@@ -106,18 +106,48 @@ def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situati
 
 
 def test_a_vehicle_that_stands_outside_the_tolerance_tries_a_few_times_more(situations: Any) -> None:
-    memory = arriving(standing_since=5.0)
+    memory = arriving(standing_since=5.0, overdue_since=9.0)
     for attempt in range(route.RESTARTS):
         memory = route.decide(memory, situations.standing(19.8), CONFIG)
         assert memory.phase is Phase.STARTING
         assert memory.restarts == attempt + 1
-        memory = replace(memory, phase=Phase.ARRIVING, arrive_at=20.0)
+        memory = replace(memory, phase=Phase.ARRIVING, arrive_at=11.0, overdue_since=9.0)
     assert route.decide(memory, situations.standing(19.8), CONFIG).phase is Phase.STALLED
 
 
 def test_a_plan_that_has_just_begun_is_given_time_to_move_off(situations: Any) -> None:
     memory = arriving(standing_since=5.0, driving_since=9.5)
     assert route.decide(memory, situations.standing(12.0), CONFIG).phase is Phase.ARRIVING
+
+
+def test_a_vehicle_that_stands_has_not_stalled_while_its_arrival_has_time_to_go(situations: Any) -> None:
+    """It begins slowly, or turns about: over 0.4 m in 10 s it takes a second to leave standstill."""
+    after = route.decide(arriving(standing_since=5.0), situations.standing(19.8), CONFIG)
+    assert after.phase is Phase.ARRIVING
+
+
+@pytest.mark.parametrize(
+    ("x", "phase"), [(19.8, Phase.STARTING), (19.96, Phase.SETTLING), (19.99, Phase.SETTLING)]
+)
+def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(
+    x: float, phase: Phase, situations: Any
+) -> None:
+    memory = arriving(arrive_at=10.2)
+    for cycle in range(round(route.OVERDUE / 0.05)):
+        creeping = situations.standing(19.8, now=10.0 + 0.05 * cycle, begin=10.2 + 0.05 * cycle)
+        memory = route.decide(memory, replace(creeping, measured_speed=0.03), CONFIG)
+        assert memory.phase is Phase.ARRIVING
+    last = situations.standing(x, now=10.01 + route.OVERDUE, begin=10.21 + route.OVERDUE, measured_speed=0.03)
+    after = route.decide(memory, last, CONFIG)
+    assert after.phase is phase
+    if phase is Phase.STARTING:
+        assert (after.restarts, after.overdue_since) == (1, None)
+
+
+def test_an_arrival_is_not_overdue_any_more_when_its_target_has_moved(situations: Any) -> None:
+    memory = arriving(arrive_at=11.2, overdue_since=9.0)
+    moved = situations(target=target_at(20.5), way=10.5)
+    assert route.decide(memory, moved, CONFIG).overdue_since is None
 
 
 def test_a_stalled_vehicle_waits_for_another_target(situations: Any) -> None:
