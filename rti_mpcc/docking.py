@@ -224,8 +224,6 @@ class DockingController:
             return self._stop(situation, Status.CHANGING_DIRECTION, "standing at the cusp")
         if aim.never_seen(self._memory, self.config):
             return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
-        if not situation.inside(situation.error):
-            return self._stop(situation, Status.SETTLING, "standing, measured just outside the tolerance")
         return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
 
     def _begin(self, situation: Situation) -> tuple[Attempt, Situation]:

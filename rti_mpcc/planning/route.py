@@ -118,6 +118,7 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
         accepted_at=None,
         arrive_at=None,
         overdue_since=None,
+        outside_since=None,
     )
 
 

@@ -209,6 +209,23 @@ def test_a_lost_goal_that_is_certain_enough_is_docked_at() -> None:
     assert result.tracking.status[-1] is GoalStatus.LOST
 
 
+def test_a_docked_vehicle_stays_while_noise_and_drift_leave_it_inside_the_tolerance() -> None:
+    """The goal is seen to drift by 3 cm of the 5 cm allowed; states are 1 cm off, one sigma."""
+    scenario, random = noisy(), np.random.default_rng(0)
+    path = scenario.build_path()
+    goal, controller = scenario.goal_pose(path), docking_controller(scenario)
+    commands = []
+    for cycle in range(400):
+        now = 0.05 * cycle
+        x, y, phi = random.standard_normal(3) * (0.01, 0.01, 0.002)
+        state = VehicleState(x=goal.x + x, y=goal.y + y, phi=goal.phi + phi, v=0.0, delta=0.0)
+        seen = goal.compose(Pose2(0.0, 0.03 * min(now / 5.0, 1.0), 0.0))
+        commands.append(controller.step(state, now=now, goal=goal, measurements=[world(seen, stamp=now)]))
+    docked = [command.docked for command in commands]
+    assert all(docked[docked.index(True) :])
+    assert docked.index(True) < 60
+
+
 # -- one step --------------------------------------------------------------------------------------------
 
 

@@ -100,6 +100,24 @@ def test_noise_on_the_speed_is_no_motion(situations: Any) -> None:
     assert not route.may_change_direction(memory, cusp, 0.2)
 
 
+def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_does(situations: Any) -> None:
+    """Measured in and out of the tolerance by turns it stays; measured outside for a while it goes."""
+    memory = arriving(phase=Phase.HOLDING)
+    for cycle in range(100):
+        x = 19.97 if cycle % 4 == 0 else 19.94
+        memory = route.decide(memory, situations.standing(x, now=0.05 * cycle), CONFIG)
+        assert memory.phase is Phase.HOLDING
+    for time, x, phase in (
+        (6.0, 20.0, Phase.HOLDING),
+        (7.0, 19.94, Phase.HOLDING),
+        (7.0 + 0.9 * route.DOUBT_TIME, 19.94, Phase.HOLDING),
+        (7.0 + 1.1 * route.DOUBT_TIME, 19.94, Phase.STARTING),
+    ):
+        memory = route.decide(memory, situations.standing(x, now=time), CONFIG)
+        assert memory.phase is phase
+    assert memory.outside_since is None
+
+
 def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situations: Any) -> None:
     memory = arriving(phase=Phase.HOLDING, stop_at=15.0)
     assert route.decide(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
