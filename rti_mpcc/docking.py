@@ -187,6 +187,8 @@ class DockingController:
             wanted = ladder.landing(situation, self.config)
             return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
         if phase is Phase.STARTING:
+            if not route.looks_again(self._memory, situation):
+                return self._stop(situation, Status.BLOCKED, "standing before a contact, looks again soon")
             attempt, situation = self._begin(situation)
             if self._memory.phase is Phase.HOLDING:
                 return self._hold(situation)
@@ -330,8 +332,10 @@ class DockingController:
         waiting = act.status is Status.GOAL_LOST
         self._memory = replace(self._memory, queue=queue, reached=situation.state, waiting=waiting)
         blocked = act.status is Status.BLOCKED and self._memory.stop_at is None
-        if blocked and route.stands(self._memory, situation):
-            self._memory = route.restart(self._memory)
+        if not blocked:
+            self._memory = replace(self._memory, looked_at=None)
+        elif route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
+            self._memory = replace(route.restart(self._memory), looked_at=situation.now)
 
 
 def _is_finite(state: VehicleState) -> bool:

@@ -39,6 +39,8 @@ RESTARTS = 3
 """So often a vehicle that stopped outside the tolerance tries again."""
 RETREAT_REACH = 2.0
 """Distance to the target within which a vehicle that tries again may back off [m]."""
+SHORT_RETREAT = 0.5
+"""The same while contouring: without a planned arrival nothing calls the vehicle back [m]."""
 RETRY_TIME = 10.0
 """A vehicle that tries again takes at least so long [s]: it may have to back off first."""
 RETREAT_SPEED = 0.3
@@ -120,6 +122,11 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
         overdue_since=None,
         outside_since=None,
     )
+
+
+def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether a vehicle that stands blocked should look for a plan in this cycle."""
+    return memory.looked_at is None or not 0.0 <= situation.now - memory.looked_at < LOOK_AGAIN
 
 
 def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
@@ -236,7 +243,8 @@ def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
 
 def retreat(memory: ControllerMemory, situation: Situation) -> float:
     """Speed allowed against the direction of the part [m/s]: only to try again, near the target."""
-    near = hypot(situation.error.x, situation.error.y) <= RETREAT_REACH
+    reach = SHORT_RETREAT if memory.arrive_at is None else RETREAT_REACH
+    near = hypot(situation.error.x, situation.error.y) <= reach
     return RETREAT_SPEED if memory.restarts > 0 and near else 0.0
 
 

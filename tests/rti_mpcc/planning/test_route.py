@@ -355,3 +355,18 @@ def test_another_try_near_the_goal_has_time_to_back_off_first(situations: Any) -
 def test_a_vehicle_that_holds_has_all_its_tries_again(situations: Any) -> None:
     memory = arriving(phase=Phase.SETTLING, restarts=2)
     assert route.decide(memory, situations.standing(), CONFIG).restarts == 0
+
+
+def test_contouring_backs_off_less_far_for_nothing_calls_it_back(situations: Any) -> None:
+    near, far = situations.standing(19.6), situations.standing(19.0)
+    assert route.retreat(arriving(restarts=1, arrive_at=None), near) == route.RETREAT_SPEED
+    assert route.retreat(arriving(restarts=1, arrive_at=None), far) == 0.0
+    assert route.retreat(arriving(restarts=1), far) == route.RETREAT_SPEED
+
+
+def test_a_blocked_vehicle_looks_again_now_and_then(situations: Any) -> None:
+    looked = ControllerMemory(looked_at=10.0)
+    assert route.looks_again(ControllerMemory(), situations.standing(now=10.0))
+    assert not route.looks_again(looked, situations.standing(now=10.0 + 0.9 * route.LOOK_AGAIN))
+    assert route.looks_again(looked, situations.standing(now=10.0 + route.LOOK_AGAIN))
+    assert route.looks_again(looked, situations.standing(now=3.0))  # a clock that was set back
