@@ -39,8 +39,6 @@ RESTARTS = 3
 """So often a vehicle that stopped outside the tolerance tries again."""
 RETREAT_REACH = 2.0
 """Distance to the target within which a vehicle that tries again may back off [m]."""
-SHORT_RETREAT = 0.5
-"""The same while contouring: without a planned arrival nothing calls the vehicle back [m]."""
 RETRY_TIME = 10.0
 """A vehicle that tries again takes at least so long [s]: it may have to back off first."""
 RETREAT_SPEED = 0.3
@@ -73,7 +71,7 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if stopping and situation.inside(situation.stop_error, 1.0 if overdue else SETTLE_SHARE):
         return replace(memory, phase=Phase.SETTLING)
     if overdue or _stuck(memory, situation):
-        return _stalled(memory, situation)
+        return _stalled(memory, situation, config)
     return _timed(memory, situation, config)
 
 
@@ -233,18 +231,18 @@ def _stuck(memory: ControllerMemory, situation: Situation) -> bool:
     return standing and not on_its_way and situation.now - memory.driving_since > STANDSTILL_TIME
 
 
-def _stalled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def _stalled(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     if not situation.free or situation.inside(situation.error):
         return replace(memory, phase=Phase.HOLDING, restarts=0)
-    if memory.restarts >= RESTARTS:
+    # Without a planned arrival another try is the same again: only an arrival backs off and comes back.
+    if memory.restarts >= (RESTARTS if config.arrival else 0):
         return replace(memory, phase=Phase.STALLED)
     return replace(restart(memory), restarts=memory.restarts + 1)
 
 
 def retreat(memory: ControllerMemory, situation: Situation) -> float:
     """Speed allowed against the direction of the part [m/s]: only to try again, near the target."""
-    reach = SHORT_RETREAT if memory.arrive_at is None else RETREAT_REACH
-    near = hypot(situation.error.x, situation.error.y) <= reach
+    near = hypot(situation.error.x, situation.error.y) <= RETREAT_REACH
     return RETREAT_SPEED if memory.restarts > 0 and near else 0.0
 
 

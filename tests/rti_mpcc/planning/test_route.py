@@ -357,11 +357,10 @@ def test_a_vehicle_that_holds_has_all_its_tries_again(situations: Any) -> None:
     assert route.decide(memory, situations.standing(), CONFIG).restarts == 0
 
 
-def test_contouring_backs_off_less_far_for_nothing_calls_it_back(situations: Any) -> None:
-    near, far = situations.standing(19.6), situations.standing(19.0)
-    assert route.retreat(arriving(restarts=1, arrive_at=None), near) == route.RETREAT_SPEED
-    assert route.retreat(arriving(restarts=1, arrive_at=None), far) == 0.0
-    assert route.retreat(arriving(restarts=1), far) == route.RETREAT_SPEED
+def test_without_a_planned_arrival_there_is_no_other_try(situations: Any) -> None:
+    memory = arriving(phase=Phase.CONTOURING, arrive_at=None, standing_since=5.0)
+    config = ControllerConfig.paper(dead_time=0.2)
+    assert route.decide(memory, situations.standing(19.8), config).phase is Phase.STALLED
 
 
 def test_a_blocked_vehicle_looks_again_now_and_then(situations: Any) -> None:
