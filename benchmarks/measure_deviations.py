@@ -59,9 +59,9 @@ class Recorder:
         )
         left, part = command.diagnostics.time_to_go, command.diagnostics.part
         arriving = command.status is Status.ARRIVING and part == len(self.controller.path.parts) - 1
-        if goal is not None and arriving and left is not None and left < SHORT_TO_GO:
-            end = command.trajectory.states[-1]
-            self.accepted = max(self.accepted, float(np.hypot(end[X] - goal.x, end[Y] - goal.y)))
+        if arriving and left is not None and left < SHORT_TO_GO:
+            end, aim = command.trajectory.states[-1], command.diagnostics.aim
+            self.accepted = max(self.accepted, float(np.hypot(end[X] - aim.x, end[Y] - aim.y)))
         return command
 
 
