@@ -51,7 +51,8 @@ def measure(name: str, seed: int, source: GoalSource, part: str = "as it is") ->
     """One run's figures."""
     drives = controller(name, PARTS[part]) if source is GoalSource.DETECTED else None
     result = simulate(load_scenario(name), seed=seed, goal_source=source, controller=drives)
-    found, error = summary(result), summary(result)["final_error"]
+    found = summary(result)
+    error = found["final_error"]
     return {
         "scenario": name,
         "seed": seed,

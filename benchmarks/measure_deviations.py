@@ -9,7 +9,7 @@ in closed loop; rows with the same letter belong together, the first of them is 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 from unittest.mock import patch
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
 from benchmarks.variations import VARIATIONS, Variation
-from estimation import GoalMeasurement
 from geometry import Pose2
 from geometry.sampling import CORNER
 from rti_mpcc import ControllerConfig, DockingController
@@ -44,19 +43,9 @@ class Recorder:
         self.controller = controller
         self.accepted = 0.0
 
-    def step(
-        self,
-        state: VehicleState,
-        *,
-        now: float,
-        goal: Pose2 | None = None,
-        measurements: Sequence[GoalMeasurement] = (),
-        obstacles: Sequence[Array] | None = None,
-    ) -> Command:
+    def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
         """One cycle of the controller inside."""
-        command = self.controller.step(
-            state, now=now, goal=goal, measurements=measurements, obstacles=obstacles
-        )
+        command = self.controller.step(state, now=now, **told)
         left, part = command.diagnostics.time_to_go, command.diagnostics.part
         arriving = command.status is Status.ARRIVING and part == len(self.controller.path.parts) - 1
         if arriving and left is not None and left < SHORT_TO_GO:

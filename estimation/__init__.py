@@ -8,7 +8,7 @@ from estimation.goal_filter import GoalPoseFilter
 from estimation.history import PoseHistory
 from estimation.measurement import Frame, GoalMeasurement
 from estimation.settings import DetectionNoise, GoalFilterConfig
-from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome
+from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome, stds_in
 
 __all__ = [
     "Camera",
@@ -25,4 +25,5 @@ __all__ = [
     "Judgement",
     "Outcome",
     "PoseHistory",
+    "stds_in",
 ]

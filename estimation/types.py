@@ -84,3 +84,19 @@ class GoalEstimate:
     age: float | None = None
     innovation: Array | None = None
     nis: float | None = None
+
+
+def stds_in(goals: Array, covariances: Array) -> Array:
+    """(n, 3) standard deviations along, across [m] and of the heading [rad], in the frames of goals (n, 3).
+
+    Args:
+        covariances: (n, 3, 3) of x, y, heading in world axes.
+    """
+    turn = np.zeros((len(goals), 3, 3))
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(goals[:, 2])
+    turn[:, 0, 1] = np.sin(goals[:, 2])
+    turn[:, 1, 0] = -turn[:, 0, 1]
+    turn[:, 2, 2] = 1.0
+    variances = np.einsum("nij,njk,nik->ni", turn, covariances, turn)
+    stds: Array = np.sqrt(np.maximum(variances, 0.0))
+    return stds

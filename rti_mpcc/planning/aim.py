@@ -7,11 +7,11 @@ the pose that the objective is given follows it at a bounded rate, so that comma
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, degrees, hypot, sin, sqrt
+from math import degrees, hypot
 
 import numpy as np
 
-from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus
+from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus, stds_in
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.memory import ControllerMemory, Situation
@@ -117,7 +117,7 @@ def _stds(estimate: GoalEstimate, drift: Array) -> tuple[float, float, float]:
     """
     assert estimate.pose is not None
     assert estimate.covariance is not None
-    c, s = cos(estimate.pose.phi), sin(estimate.pose.phi)
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    along, across, heading = np.diag(turn @ (estimate.covariance + drift) @ turn.T).tolist()
-    return sqrt(along), sqrt(across), sqrt(heading)
+    pose = estimate.pose
+    (stds,) = stds_in(np.array([[pose.x, pose.y, pose.phi]]), (estimate.covariance + drift)[None]).tolist()
+    along, across, heading = stds
+    return along, across, heading

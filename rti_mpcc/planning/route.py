@@ -59,7 +59,7 @@ def decide(memory: ControllerMemory, situation: Situation, config: ControllerCon
 
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     if memory.phase is Phase.HOLDING:
-        return memory if _stays(memory, situation) else restart(memory)
+        return _held(memory, situation)
     if memory.phase is Phase.STALLED:
         return replace(restart(memory), restarts=0) if _elsewhere(memory, situation) else memory
     if memory.phase is Phase.SETTLING:
@@ -195,25 +195,23 @@ def next_part(memory: ControllerMemory) -> ControllerMemory:
 
 
 def _noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
-    """Keep since when the vehicle stands, and since when one that holds is outside the tolerance."""
+    """Keep since when the vehicle stands."""
     speed = max(abs(situation.measured_speed), abs(float(situation.state[V])))
-    stood, left = memory.standing_since, memory.outside_since
+    stood = memory.standing_since
     standing = speed <= (STANDSTILL_SPEED if stood is None else MOVING_SPEED)
     since = situation.now if stood is None else stood
-    outside, holding = situation.now if left is None else left, memory.phase is Phase.HOLDING
-    return replace(
-        memory,
-        standing_since=since if standing else None,
-        outside_since=outside if holding and not situation.inside(situation.error) else None,
-    )
+    return replace(memory, standing_since=since if standing else None)
 
 
-def _stays(memory: ControllerMemory, situation: Situation) -> bool:
-    """Whether a vehicle that holds does so on: noise may show it just outside for a moment."""
-    if not situation.free or memory.outside_since is None:
-        return True
-    just_now = situation.now - memory.outside_since < DOUBT_TIME
-    return just_now and situation.inside(situation.error, 2.0)
+def _held(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    """Hold on unless the target is clearly elsewhere: noise may show it just outside for a moment."""
+    if not situation.free or situation.inside(situation.error):
+        return replace(memory, outside_since=None)
+    since = situation.now if memory.outside_since is None else memory.outside_since
+    just_now = situation.now - since < DOUBT_TIME
+    if just_now and situation.inside(situation.error, 2.0):
+        return replace(memory, outside_since=since)
+    return restart(memory)
 
 
 def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
@@ -248,13 +246,11 @@ def retreat(memory: ControllerMemory, situation: Situation) -> float:
 
 def _timed(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival."""
-    way, speed, begin = situation.way, situation.speed, situation.begin
-    if not config.arrival:
-        return memory
-    duration = time_to_go(way, speed, config.comfort_acceleration)
     if memory.phase is Phase.CONTOURING:
         return memory
     assert memory.arrive_at is not None
+    begin = situation.begin
+    duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
     if memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED:
         return replace(
             memory, arrive_at=begin + duration, timed_for=situation.target.pose, overdue_since=None

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from estimation import GoalStatus, Judgement
+from estimation import GoalStatus, Judgement, stds_in
 from rti_mpcc.report import style
 from rti_mpcc.simulation import GoalSource, RunResult, Tracking
-from rti_mpcc.simulation.goal_metrics import errors_to, rows_at, stds_in
+from rti_mpcc.simulation.goal_metrics import errors_to, rows_at
 from rti_mpcc.types import Array
 
 NAMES = ("goal error\nlongitudinal [m]", "goal error\nlateral [m]", "goal error\nheading [deg]")

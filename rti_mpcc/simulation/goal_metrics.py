@@ -25,18 +25,6 @@ def errors_to(goals: Array, poses: Array) -> Array:
     return np.stack([longitudinal, lateral, wrap(difference[:, 2])], axis=-1)
 
 
-def stds_in(goals: Array, covariances: Array) -> Array:
-    """(n, 3) standard deviations of the same three, from covariances (n, 3, 3) in world axes."""
-    turn = np.zeros((len(goals), 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(goals[:, 2])
-    turn[:, 0, 1] = np.sin(goals[:, 2])
-    turn[:, 1, 0] = -turn[:, 0, 1]
-    turn[:, 2, 2] = 1.0
-    variances = np.einsum("nij,njk,nik->ni", turn, covariances, turn)
-    stds: Array = np.sqrt(np.maximum(variances, 0.0))
-    return stds
-
-
 def rows_at(truth: Truth, times: Array) -> NDArray[np.int64]:
     """(k,) the sample of the truth at each of `times` (k,) [s], or the first after it."""
     rows = np.searchsorted(truth.times, times - SAME_TIME)

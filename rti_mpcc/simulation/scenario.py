@@ -260,7 +260,9 @@ class Scenario(Section):
             "dead_time": simulation.dead_time if section.dead_time is None else section.dead_time,
             "goal_tolerance": self.goal.tolerance,
         }
-        if self.goal.measurement is not None if detections is None else detections:
+        if detections is None:
+            detections = self.goal.measurement is not None
+        if detections:
             changes["goal_tracking"] = self._goal_tracking()
         for key in ("comfort_acceleration", "deadline"):
             if getattr(section, key) is not None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath, wrap
 from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import RunResult, Scenario, scenario_from_dict, summary
@@ -94,15 +93,12 @@ class Wrapped:
         *,
         now: float,
         goal: Pose2 | None = None,
-        measurements: Sequence[GoalMeasurement] = (),
-        obstacles: Sequence[Array] | None = None,
+        **told: Any,
     ) -> Command:
         state = VehicleState(x=state.x, y=state.y, phi=float(wrap(state.phi)), v=state.v, delta=state.delta)
         if goal is not None:
             goal = Pose2(goal.x, goal.y, float(wrap(goal.phi)))
-        return self._controller.step(
-            state, now=now, goal=goal, measurements=measurements, obstacles=obstacles
-        )
+        return self._controller.step(state, now=now, goal=goal, **told)
 
 
 def docking_figures(result: RunResult) -> dict[str, Any]:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from estimation import GoalStatus, Judgement, Outcome
+from estimation import GoalStatus, Judgement, Outcome, stds_in
 from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, RunResult, Scenario, Tracking, changed, simulate, summary
-from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary, rows_at, stds_in
+from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary, rows_at
 
 ERROR = ("longitudinal_m", "lateral_m", "heading_rad")
 
