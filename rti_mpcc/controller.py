@@ -7,6 +7,7 @@ from math import hypot
 from time import perf_counter
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
@@ -36,7 +37,7 @@ from rti_mpcc.qp.filling import (
     fill_initial,
 )
 from rti_mpcc.qp.pattern import build_pattern
-from rti_mpcc.qp.solver import QpSolution, QpSolver
+from rti_mpcc.qp.solver import QpSolution, QpSolver, Stop
 from rti_mpcc.types import Array, Trajectory
 
 RETURN_SHARE = 0.9
@@ -79,7 +80,8 @@ class Solution:
         slack: (N,) corridor slack of stages 1..N [m].
         weights: that acted; planes: that acted, memory of their features.
         dual: multipliers, the next QP's guess.
-        status, iterations, refactorisations: of OSQP.
+        status, iterations, refactorisations, residuals: of OSQP, see `QpSolution`.
+        stopped: what ended the QP from outside, or None.
         prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
     """
 
@@ -92,9 +94,30 @@ class Solution:
     status: str
     iterations: int
     refactorisations: int
+    residuals: tuple[float, float]
+    stopped: Stop | None
     prepare_seconds: float
     solve_seconds: float
     feedback_seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QpProblem:
+    """One QP in scaled units: min x'Px/2 + q'x, lower <= Ax <= upper, and the guess it was begun from.
+
+    Attributes:
+        cost: P (n, n), upper triangle, CSC; gradient: q (n,).
+        constraints: A (m, n), CSC; lower, upper: (m,).
+        primal: (n,), dual: (m,) guess.
+    """
+
+    cost: csc_matrix
+    gradient: Array
+    constraints: csc_matrix
+    lower: Array
+    upper: Array
+    primal: Array
+    dual: Array
 
 
 class RtiMpcc:
@@ -132,6 +155,8 @@ class RtiMpcc:
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
         self._linearisation: Linearisation | None = None
+        rows, columns = self._pattern.constraints.shape
+        self._guess = (np.zeros(columns), np.zeros(rows))
 
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
@@ -232,7 +257,13 @@ class RtiMpcc:
         return self._linearisation
 
     def feedback(
-        self, state: Array, at: float, *, time_limit: float | None = None, patience: int = 1
+        self,
+        state: Array,
+        at: float,
+        *,
+        time_limit: float | None = None,
+        stopped: Stop | None = None,
+        patience: int = 1,
     ) -> Solution:
         """Feedback phase: insert the state and solve.
 
@@ -240,6 +271,7 @@ class RtiMpcc:
             state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
             at: as in the last `prepare`, which is done here if it was for another time [s].
             time_limit: of the solver [s].
+            stopped: the QP is not solved, but taken as ended by this.
             patience: how many times the configured iterations the solver may take.
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
@@ -253,11 +285,25 @@ class RtiMpcc:
         fill_initial(self._values, self._pattern, measured - linear.states[0])
         self._admit(measured, linear)
         self._solver.allow(patience)
-        result = self._solve(linear, measured - linear.states[0], time_limit)
+        result = self._solve(linear, measured - linear.states[0], time_limit, stopped)
         solution = self._read(linear, result, begun)
         if solution.solved:
             self._last = solution
         return solution
+
+    def problem(self) -> QpProblem:
+        """The QP as it is now: after `feedback` the one that was solved last. For study off line."""
+        pattern, values = self._pattern, self._values
+        primal, dual = self._guess
+        return QpProblem(
+            cost=pattern.cost.matrix(values.cost.copy()),
+            gradient=values.gradient.copy(),
+            constraints=pattern.constraints.matrix(values.constraints.copy()),
+            lower=values.lower.copy(),
+            upper=values.upper.copy(),
+            primal=primal,
+            dual=dual,
+        )
 
     def _weights(self, theta: Array, lengths: Array, *, arriving: bool) -> StageWeights:
         weights, target = self.config.weights, self.target
@@ -302,7 +348,9 @@ class RtiMpcc:
             rows = pattern.corridor_rows[:, :, : linear.rows.lower.shape[2]]
             values.lower[rows] = admitted(linear.rows, change, elapsed, self.config.footprint.margin)
 
-    def _solve(self, linear: Linearisation, change: Array, time_limit: float | None) -> QpSolution:
+    def _solve(
+        self, linear: Linearisation, change: Array, time_limit: float | None, stopped: Stop | None
+    ) -> QpSolution:
         pattern = self._pattern
         primal = np.zeros(pattern.constraints.shape[1])
         primal[pattern.state_columns[0]] = change / pattern.column_units[pattern.state_columns[0]]
@@ -311,9 +359,10 @@ class RtiMpcc:
             primal[pattern.slack_columns] = self._last.slack / pattern.column_units[pattern.slack_columns]
             if len(self._last.dual) == len(dual):
                 dual = self._last.dual
+        self._guess = (primal, dual)
         if linear.refused:
             return self._solver.nothing(linear.refused)
-        return self._solver.solve(self._values, primal, dual, time_limit)
+        return self._solver.solve(self._values, primal, dual, time_limit, stopped)
 
     def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
@@ -331,6 +380,8 @@ class RtiMpcc:
             status=result.status,
             iterations=result.iterations,
             refactorisations=result.refactorisations,
+            residuals=result.residuals,
+            stopped=result.stopped,
             prepare_seconds=linear.seconds,
             solve_seconds=result.seconds,
             feedback_seconds=perf_counter() - begun,

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf, isfinite
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +16,12 @@ from numpy.typing import ArrayLike
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.controller import QpProblem, RtiMpcc
 from rti_mpcc.model.delay import QueuedCommand, still_acting
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times
 from rti_mpcc.planning import aim, route, search, sensing
+from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 from rti_mpcc.planning.search import Attempt
 from rti_mpcc.planning.surroundings import Surroundings
@@ -69,6 +69,7 @@ class DockingController:
         goal: Pose2 | None = None,
         measurements: Sequence[GoalMeasurement] = (),
         obstacles: Sequence[ArrayLike] | None = None,
+        clock: CycleClock | None = None,
     ) -> Command:
         """One cycle: the command to apply from now until the next step.
 
@@ -80,8 +81,10 @@ class DockingController:
                 is another dock, whose detections begin anew.
             measurements: detections of the goal that arrived since the last step, in any order.
             obstacles: polygons (m, 2) [m] to keep out of; None keeps the last ones.
+            clock: decides what depends on time in this cycle; None: the wall clock and `config.deadline`. For
+                recordings and tests.
         """
-        begun = perf_counter()
+        clock = clock or CycleClock(self.config.deadline)
         changes = self._surroundings.changes
         self._receive(goal, obstacles)
         detections = self._locate_goal(measurements, state, now)
@@ -89,14 +92,18 @@ class DockingController:
         if _is_finite(state):
             situation = self._situation(state, now)
             self._memory = route.decide(self._memory, situation, self.config)
-            act = self._act(situation, new_obstacles=self._surroundings.changes > changes)
+            act = self._act(situation, clock, new_obstacles=self._surroundings.changes > changes)
         else:
             reached = sensing.reckoned_state(now, self._memory, self._mpcc.part, self.config)
             situation = self._assess(reached, now, float(reached[V]))
             wanted = ladder.braking(self.config)
             act = self._stop(situation, Status.FAILED, f"not a finite state: {state}", wanted)
         self._remember(act, situation)
-        return command(act, situation, self._memory, detections, self.config, perf_counter() - begun)
+        return command(act, situation, self._memory, detections, self.config, clock)
+
+    def problem(self) -> QpProblem:
+        """The QP of the last cycle that solved one, for study off line."""
+        return self._mpcc.problem()
 
     # -- what comes in ------------------------------------------------------------------------------
 
@@ -173,7 +180,7 @@ class DockingController:
 
     # -- what is driven -----------------------------------------------------------------------------
 
-    def _act(self, situation: Situation, *, new_obstacles: bool) -> Act:
+    def _act(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
         phase = self._memory.phase
         if phase is Phase.HOLDING:
             return self._hold(situation)
@@ -189,7 +196,7 @@ class DockingController:
         if phase is Phase.STARTING:
             if not route.looks_again(self._memory, situation):
                 return self._stop(situation, Status.BLOCKED, "standing before a contact, looks again soon")
-            attempt, situation = self._begin(situation)
+            attempt, situation = self._begin(situation, clock)
             if self._memory.phase is Phase.HOLDING:
                 return self._hold(situation)
             if self._memory.phase is Phase.STARTING:
@@ -197,7 +204,7 @@ class DockingController:
             return self._judge(attempt, situation)
         if route.arrival_due(self._memory, situation, self.config) or (new_obstacles and self._plan_is_cut()):
             driving = self._memory
-            attempt, other = self._begin(situation)
+            attempt, other = self._begin(situation, clock)
             if not attempt.problem and self._memory.phase is not Phase.HOLDING:
                 return self._judge(attempt, other)
             self._memory = driving
@@ -205,7 +212,7 @@ class DockingController:
             if route.too_late(driving, situation, self.config):
                 wanted = ladder.braking(self.config)
                 return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
-        attempt = search.converge(self._mpcc, self._memory, situation, None)
+        attempt = search.converge(self._mpcc, self._memory, situation, None, clock)
         self._keep(attempt)
         return self._judge(attempt, situation)
 
@@ -228,30 +235,32 @@ class DockingController:
             return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
         return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
 
-    def _begin(self, situation: Situation) -> tuple[Attempt, Situation]:
+    def _begin(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
         """Search from a first guess; where something fills the way, for a stop before it."""
         self._memory = route.begin_phase(self._memory, situation, self.config)
         guess = search.first_guess(self._mpcc, self._memory, situation)
-        attempt = search.converge(self._mpcc, self._memory, situation, guess)
+        attempt = search.converge(self._mpcc, self._memory, situation, guess, clock)
         self._keep(attempt)
         if (attempt.problem or attempt.squeezed) and situation.free and self._surroundings.corridor.obstacles:
             way = contact.way_to_contact(
                 guess, self._surroundings.corridor, self._memory.part, self.config, inf
             )
             if way < inf:
-                return self._begin_stop(attempt, situation, way)
+                return self._begin_stop(attempt, situation, way, clock)
         if not attempt.problem:
             self._memory = route.begun(self._memory, situation)
         return attempt, situation
 
-    def _begin_stop(self, attempt: Attempt, situation: Situation, way: float) -> tuple[Attempt, Situation]:
+    def _begin_stop(
+        self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock
+    ) -> tuple[Attempt, Situation]:
         left = way - contact.stop_clearance(self.config)
         self._memory = route.stop_before(self._memory, situation, left, self._surroundings.changes)
         self._aim(situation.now)
         situation = self._assess(situation.state, situation.now, situation.measured_speed)
         if self._memory.phase is Phase.HOLDING:
             return attempt, situation
-        return self._begin(situation)
+        return self._begin(situation, clock)
 
     def _keep(self, attempt: Attempt) -> None:
         """Go on from the last iterate that was solved."""
@@ -263,10 +272,10 @@ class DockingController:
         """Take the first rung of the ladder that holds."""
         config, memory, now, problem = self.config, self._memory, situation.now, attempt.problem
         if not problem:
-            plan, source = attempt.last.trajectory, Source.SOLUTION
+            plan, source = attempt.solutions[-1].trajectory, Source.SOLUTION
             self._memory = replace(memory, driven=plan, accepted_at=now)
         elif memory.driven is not None and now - (memory.accepted_at or 0.0) <= ladder.PLAN_LIFE:
-            times = stage_times(situation.begin, np.diff(attempt.last.trajectory.times))
+            times = stage_times(situation.begin, np.diff(memory.driven.times))
             plan, source = resample(memory.driven, times, config.vehicle.wheelbase), Source.SHIFTED_PLAN
         else:
             return self._stop(situation, Status.FAILED, problem, ladder.braking(config), attempt)

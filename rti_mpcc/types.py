@@ -113,13 +113,15 @@ class Diagnostics:
         failed: the QP of this cycle was not accepted.
         solver_status: OSQP's word for its result ("" where no QP was solved).
         iterations: OSQP iterations of all QPs of this cycle.
+        residuals: primal and dual residual of the last one, scaled; infinite if it was not solved.
+        retried: the plan was sought once more from a clean start.
         slack: largest corridor slack of the plan [m].
         reason: one line for humans.
         aim: the pose that the active part is to end in, world frame.
         goal: what detections say about the goal; None if there never was one.
         detections: what became of those told in this cycle.
         prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
-        deadline_missed: step took longer than the configured deadline.
+        deadline_missed: the configured deadline had passed when the command was there.
     """
 
     theta: float
@@ -130,6 +132,8 @@ class Diagnostics:
     failed: bool
     solver_status: str
     iterations: int
+    residuals: tuple[float, float]
+    retried: bool
     slack: float
     reason: str
     aim: Pose2

@@ -13,6 +13,7 @@ from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
+from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import retreat
@@ -39,6 +40,7 @@ HEADING_DEFECT = radians(2.0)
 """The same for the heading [rad]."""
 INPUT_SLACK = 0.02
 """Share of an input limit by which a solver's answer may pass it before it is cut."""
+NO_TIME = "the deadline left no time for an iteration"
 SQUEEZED = 0.3
 """Corridor slack [m] of a plan that goes through something rather than past it."""
 
@@ -48,30 +50,30 @@ class Attempt:
     """The iterations of one cycle.
 
     Attributes:
-        solutions: in order, at least one.
+        solutions: in order; none if there was no time for any.
         problem: why the last one must not be driven, or "".
         squeezed: it goes through something that stands in the way, or ends before it.
+        cut: the time was up before the iterations came to an end.
     """
 
     solutions: tuple[Solution, ...]
     problem: str
     squeezed: bool
-
-    @property
-    def last(self) -> Solution:
-        """The last iterate."""
-        return self.solutions[-1]
+    cut: bool = False
 
 
 def converge(
-    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, guess: Trajectory | None
+    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, guess: Trajectory | None, clock: CycleClock
 ) -> Attempt:
     """One iteration from the last solution, or several from a `guess`; more only while there is a problem."""
     least, damping = (1, DAMPING) if guess is None else (FIRST_ITERATIONS, START_DAMPING)
     solutions: list[Solution] = []
     unsolved, patience = 0, 1 if guess is None else PATIENCE
     last = None if guess is not None else memory.solution
+    problem, squeezed = NO_TIME, False
     while len(solutions) < ITERATIONS:
+        if not clock.grants():
+            return Attempt(solutions=tuple(solutions), problem=problem, squeezed=squeezed, cut=True)
         mpcc.prepare(
             situation.begin,
             last=last,
@@ -80,7 +82,16 @@ def converge(
             retreat=retreat(memory, situation),
             damping=damping,
         )
-        solutions.append(mpcc.feedback(situation.state, situation.begin, patience=patience))
+        solutions.append(
+            mpcc.feedback(
+                situation.state,
+                situation.begin,
+                time_limit=clock.time_limit,
+                stopped=clock.stop(),
+                patience=patience,
+            )
+        )
+        clock.took(solutions[-1].stopped)
         if solutions[-1].solved:
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved

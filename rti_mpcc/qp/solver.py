@@ -7,7 +7,8 @@ unsolved QP may leave finite garbage behind. Only a status on the list of good o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from time import perf_counter
+from typing import Any, NamedTuple
 
 import numpy as np
 import osqp
@@ -17,10 +18,25 @@ from rti_mpcc.qp.filling import QpValues
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.types import Array
 
-GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED), int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE)})
+GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
+"""Only these give a solution: "solved inaccurate" is what a QP ends at that a limit has stopped."""
+
+UNFINISHED = frozenset(
+    {int(osqp.SolverStatus.OSQP_TIME_LIMIT_REACHED), int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE)}
+)
+"""What a QP may be called that was ended by a limit."""
 
 RHO = 0.1
 """First step-size parameter; OSQP adapts it."""
+NO_LIMIT = 1e10
+"""OSQP's own time limit [s]."""
+
+
+class Stop(NamedTuple):
+    """What ended a QP from outside, not by its own numbers: the word for it, and the iterations by then."""
+
+    status: str
+    iterations: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +49,8 @@ class QpSolution:
         status: OSQP's word.
         iterations: of OSQP.
         refactorisations: by adaptive rho within the solve.
+        residuals: (primal, dual) of OSQP, scaled; infinite where there is no solution.
+        stopped: what ended the solve from outside, or None.
         seconds: of the solve.
     """
 
@@ -42,6 +60,8 @@ class QpSolution:
     status: str
     iterations: int
     refactorisations: int
+    residuals: tuple[float, float]
+    stopped: Stop | None
     seconds: float
 
 
@@ -53,12 +73,15 @@ class QpSolver:
         self._settings = settings
         self._osqp: Any = None
         self._patience = 1
+        self._limited = False
+        self._updating = 0.0
 
     def update(self, values: QpValues) -> str:
         """Preparation: hand over all numbers (factorises). Returns "" or why they were refused."""
         problem = self._complaint(values)
         if problem:
             return problem
+        begun = perf_counter()
         if self._osqp is None:
             self._set_up(values)
         else:
@@ -69,10 +92,16 @@ class QpSolver:
                 l=values.lower,
                 u=values.upper,
             )
+        self._updating += perf_counter() - begun
         return ""
 
     def solve(
-        self, values: QpValues, primal: Array, dual: Array, time_limit: float | None = None
+        self,
+        values: QpValues,
+        primal: Array,
+        dual: Array,
+        time_limit: float | None = None,
+        stopped: Stop | None = None,
     ) -> QpSolution:
         """Feedback: hand over the bounds only and solve from a guess.
 
@@ -80,21 +109,34 @@ class QpSolver:
             values: as in the last `update`, but for its bounds.
             primal: (n,), dual: (m,) guess in scaled units.
             time_limit: [s].
+            stopped: the QP is not solved, but taken as ended by this.
         """
+        if stopped is not None:
+            self.forget()
+            return self.nothing(stopped.status, iterations=stopped.iterations, stopped=stopped)
         if self._osqp is None:
             return self.nothing("not prepared")
         if not (np.isfinite(values.lower) | np.isneginf(values.lower)).all() or not _ordered(values):
             return self.nothing("bounds refused")
         self._osqp.update(l=values.lower, u=values.upper)
         self._osqp.warm_start(x=primal, y=dual)
-        if time_limit is not None:
-            self._osqp.update_settings(time_limit=max(time_limit, 1e-4))
+        self._limit(time_limit)
         result = self._osqp.solve(raise_error=False)
+        self._updating = 0.0
         info = result.info
         good = info.status_val in GOOD and np.isfinite(result.x).all() and np.isfinite(result.y).all()
         if not good:
             self.forget()
-            return self.nothing(str(info.status), iterations=int(info.iter), seconds=float(info.run_time))
+            status, iterations = str(info.status), int(info.iter)
+            by_clock = (
+                info.status_val in UNFINISHED and iterations < self._patience * self._settings.max_iterations
+            )
+            return self.nothing(
+                status,
+                iterations=iterations,
+                seconds=float(info.run_time),
+                stopped=Stop(status, iterations) if by_clock else None,
+            )
         return QpSolution(
             solved=True,
             primal=np.array(result.x),
@@ -102,6 +144,8 @@ class QpSolver:
             status=str(info.status),
             iterations=int(info.iter),
             refactorisations=int(info.rho_updates),
+            residuals=(float(info.prim_res), float(info.dual_res)),
+            stopped=None,
             seconds=float(info.run_time),
         )
 
@@ -117,6 +161,14 @@ class QpSolver:
             rows, columns = self._pattern.constraints.shape
             self._osqp.warm_start(x=np.zeros(columns), y=np.zeros(rows))
             self._osqp.update_settings(rho=RHO)
+
+    def _limit(self, seconds: float | None) -> None:
+        """Set OSQP's time limit, which counts its set-up and its updates since the last solve."""
+        if seconds is None and not self._limited:
+            return
+        limit = NO_LIMIT if seconds is None else max(seconds, 1e-5) + self._updating
+        self._osqp.update_settings(time_limit=limit)
+        self._limited = seconds is not None
 
     def _set_up(self, values: QpValues) -> None:
         settings = self._settings
@@ -150,7 +202,9 @@ class QpSolver:
             return "bounds not a number"
         return "" if _ordered(values) else "a lower bound above its upper bound"
 
-    def nothing(self, status: str, *, iterations: int = 0, seconds: float = 0.0) -> QpSolution:
+    def nothing(
+        self, status: str, *, iterations: int = 0, seconds: float = 0.0, stopped: Stop | None = None
+    ) -> QpSolution:
         """The result of a QP that was not solved, with the word for why."""
         rows, columns = self._pattern.constraints.shape
         return QpSolution(
@@ -160,6 +214,8 @@ class QpSolver:
             status=status,
             iterations=iterations,
             refactorisations=0,
+            residuals=(np.inf, np.inf),
+            stopped=stopped,
             seconds=seconds,
         )
 

@@ -8,6 +8,7 @@ from estimation import Judgement
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
 from rti_mpcc.model.layout import DELTA, THETA, V
+from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.safety.ladder import Drive
 from rti_mpcc.types import Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
@@ -17,7 +18,8 @@ from rti_mpcc.types import Command, Diagnostics, EffectiveWeights, Objective, St
 class Act:
     """The drive of a cycle, why, the plan it belongs to, and the QPs that were solved for it.
 
-    `failed` says that a QP was solved for this cycle's drive and not accepted.
+    `failed` says that a QP was solved for this cycle's drive and not accepted, `retried` that it was sought
+    once more from a clean start.
     """
 
     drive: Drive
@@ -26,6 +28,7 @@ class Act:
     trajectory: Trajectory
     solutions: tuple[Solution, ...] = ()
     failed: bool = False
+    retried: bool = False
 
 
 def command(
@@ -34,9 +37,9 @@ def command(
     memory: ControllerMemory,
     detections: tuple[Judgement, ...],
     config: ControllerConfig,
-    seconds: float,
+    clock: CycleClock,
 ) -> Command:
-    """The command of a cycle that took `seconds` up to here and was told `detections`."""
+    """The command of a cycle that was told `detections`."""
     drive, cycle = act.drive, config.cycle
     return Command(
         acceleration=drive.acceleration,
@@ -47,7 +50,7 @@ def command(
         source=drive.source,
         docked=act.status is Status.DOCKED,
         trajectory=act.trajectory,
-        diagnostics=_diagnose(act, situation, memory, detections, config, seconds),
+        diagnostics=_diagnose(act, situation, memory, detections, clock),
     )
 
 
@@ -56,8 +59,7 @@ def _diagnose(
     situation: Situation,
     memory: ControllerMemory,
     detections: tuple[Judgement, ...],
-    config: ControllerConfig,
-    seconds: float,
+    clock: CycleClock,
 ) -> Diagnostics:
     solutions = act.solutions
     arrive_at = memory.arrive_at
@@ -70,6 +72,8 @@ def _diagnose(
         failed=act.failed,
         solver_status=solutions[-1].status if solutions else "",
         iterations=sum(s.iterations for s in solutions),
+        residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
+        retried=act.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
         reason=act.reason,
         aim=situation.target.pose,
@@ -78,8 +82,8 @@ def _diagnose(
         prepare_ms=1e3 * sum(s.prepare_seconds for s in solutions),
         feedback_ms=1e3 * sum(s.feedback_seconds for s in solutions),
         solve_ms=1e3 * sum(s.solve_seconds for s in solutions),
-        step_ms=1e3 * seconds,
-        deadline_missed=config.deadline is not None and seconds > config.deadline,
+        step_ms=1e3 * clock.seconds,
+        deadline_missed=clock.late(),
     )
 
 

@@ -29,8 +29,8 @@ def fail(monkeypatch: pytest.MonkeyPatch) -> Fail:
     found = search.converge
 
     def between(begin: float, end: float) -> None:
-        def converge(mpcc: Any, memory: Any, situation: Any, guess: Any) -> Attempt:
-            attempt = found(mpcc, memory, situation, guess)
+        def converge(mpcc: Any, memory: Any, situation: Any, guess: Any, clock: Any) -> Attempt:
+            attempt = found(mpcc, memory, situation, guess, clock)
             if not begin <= situation.now < end:
                 return attempt
             refused = tuple(replace(s, solved=False, status="made up") for s in attempt.solutions)

@@ -12,6 +12,7 @@ from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import search
+from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.types import Array, Trajectory
 
@@ -107,11 +108,13 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc, situ
     memory = ControllerMemory(arrive_at=15.0)
     guess = search.first_guess(mpcc, memory, situation)
     assert guess.times[-1] == pytest.approx(15.0)
-    attempt = search.converge(mpcc, memory, situation, guess)
+    attempt = search.converge(mpcc, memory, situation, guess, CycleClock())
     assert attempt.problem == ""
     assert not attempt.squeezed
     assert search.FIRST_ITERATIONS <= len(attempt.solutions) <= search.ITERATIONS
-    again = search.converge(mpcc, replace(memory, solution=attempt.last), situation, None)
+    again = search.converge(
+        mpcc, replace(memory, solution=attempt.solutions[-1]), situation, None, CycleClock()
+    )
     assert len(again.solutions) == 1
 
 
@@ -127,6 +130,6 @@ def test_it_gives_up_when_two_problems_are_not_solved(
         mpcc, "feedback", lambda state, at, **_: replace(solution, solved=False, status="limit")
     )
     memory = ControllerMemory(solution=solution)
-    attempt = search.converge(mpcc, memory, situations(target=mpcc.target, begin=0.2), None)
+    attempt = search.converge(mpcc, memory, situations(target=mpcc.target, begin=0.2), None, CycleClock())
     assert attempt.problem == "the QP was not solved: limit"
     assert len(attempt.solutions) == search.UNSOLVED

@@ -73,6 +73,8 @@ class Scripted:
             failed=self.status(now) is Status.FAILED,
             solver_status="solved" if self.iterations(now) else "",
             iterations=self.iterations(now),
+            residuals=(0.0, 0.0),
+            retried=False,
             slack=0.0,
             reason="",
             aim=Pose2(0.0, 0.0, 0.0),

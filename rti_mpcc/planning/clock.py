@@ -1,0 +1,112 @@
+"""All that time decides in a cycle, asked for in one place, so that it can be recorded and played back.
+
+Three questions depend on how long something took: whether another iteration may begin, when a QP is stopped
+before it is solved, and whether the plan came too late. A `CycleClock` answers them by the wall clock and
+keeps its answers; a `PlayedBack` gives kept answers again and looks at no clock at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+from rti_mpcc.qp.solver import Stop
+
+EXIT = 1e-3
+"""Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decisions:
+    """What the clock decided in one cycle.
+
+    Attributes:
+        granted: for each iteration that was asked for, in order, whether it could begin.
+        stops: for each QP, in order, what ended it from outside; None where it came to an end of its own.
+        late: whether the deadline had passed when the plan was there.
+    """
+
+    granted: tuple[bool, ...] = ()
+    stops: tuple[Stop | None, ...] = ()
+    late: bool = False
+
+
+class CycleClock:
+    """Runs from the begin of a cycle; answers by the wall clock.
+
+    Args:
+        deadline: of the cycle [s], or None.
+    """
+
+    def __init__(self, deadline: float | None = None) -> None:
+        self._begun = self._asked = perf_counter()
+        self._deadline = deadline
+        self._longest = 0.0
+        self._granted: list[bool] = []
+        self._stops: list[Stop | None] = []
+        self._late = False
+
+    @property
+    def seconds(self) -> float:
+        """Since the begin of the cycle [s]."""
+        return perf_counter() - self._begun
+
+    @property
+    def time_limit(self) -> float | None:
+        """What is left for a QP [s]; None without a deadline."""
+        return None if self._deadline is None else max(self._deadline - EXIT - self.seconds, 0.0)
+
+    @property
+    def decisions(self) -> Decisions:
+        """What was decided so far."""
+        return Decisions(granted=tuple(self._granted), stops=tuple(self._stops), late=self._late)
+
+    def grants(self) -> bool:
+        """Whether an iteration may begin: there is time for one as long as the longest of this cycle."""
+        now = perf_counter()
+        if self._granted:
+            self._longest = max(self._longest, now - self._asked)
+        self._asked = now
+        limit = self.time_limit
+        granted = self._grants(limit is None or limit > self._longest)
+        self._granted.append(granted)
+        return granted
+
+    def stop(self) -> Stop | None:
+        """What ends the next QP before it is begun, or None."""
+        return None
+
+    def took(self, stop: Stop | None) -> None:
+        """Keep what ended a QP from outside, None if nothing did."""
+        self._stops.append(stop)
+
+    def late(self) -> bool:
+        """Whether the deadline has passed. Decided once: asked again, the answer stays."""
+        self._late = self._late or self._passed(self._deadline is not None and self.seconds > self._deadline)
+        return self._late
+
+    def _grants(self, granted: bool) -> bool:
+        return granted
+
+    def _passed(self, passed: bool) -> bool:
+        return passed
+
+
+class PlayedBack(CycleClock):
+    """Answers as another clock did. Asked more often than that one, it grants nothing."""
+
+    def __init__(self, decisions: Decisions) -> None:
+        super().__init__()
+        self._played = decisions
+
+    def stop(self) -> Stop | None:
+        """What ended this QP when it was recorded."""
+        place = len(self._stops)
+        return self._played.stops[place] if place < len(self._played.stops) else None
+
+    def _grants(self, granted: bool) -> bool:
+        place = len(self._granted)
+        return place < len(self._played.granted) and self._played.granted[place]
+
+    def _passed(self, passed: bool) -> bool:
+        return self._played.late
