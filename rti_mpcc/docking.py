@@ -6,10 +6,12 @@ finds a plan, `safety` decides what is driven.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
@@ -17,7 +19,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import QpProblem, RtiMpcc
 from rti_mpcc.model.delay import QueuedCommand, still_acting
-from rti_mpcc.model.layout import DELTA_DOT, V
+from rti_mpcc.model.layout import DELTA_DOT, STATES, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, intake, route, search, sensing
 from rti_mpcc.planning.clock import CycleClock
@@ -26,10 +28,14 @@ from rti_mpcc.planning.search import Attempt, Start
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.trust import weighed
 from rti_mpcc.safety import contact, gate, ladder
-from rti_mpcc.safety.act import Act, command
+from rti_mpcc.safety.act import Act, command, emergency
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Command, Source, Status, Trajectory, VehicleState
 
+_log = logging.getLogger(__name__)
+
+MISTAKE = "mistake in this program"
+"""Begin of the reason where the controller itself went wrong."""
 TOO_LATE = "the plan came after the deadline"
 
 
@@ -89,6 +95,23 @@ class DockingController:
                 recordings and tests.
         """
         clock = clock or CycleClock(self.config.deadline)
+        before = self._memory
+        try:
+            return self._cycle(state, now, goal, measurements, obstacles, clock)
+        except Exception as error:
+            # A mistake of this program must not leave the vehicle without a command.
+            _log.exception("mistake in a cycle, the vehicle is braked")
+            return self._rescue(before, error, state, clock)
+
+    def _cycle(
+        self,
+        state: VehicleState,
+        now: float,
+        goal: Pose2 | None,
+        measurements: Sequence[GoalMeasurement],
+        obstacles: Sequence[ArrayLike] | None,
+        clock: CycleClock,
+    ) -> Command:
         before, changes = self._memory, self._surroundings.changes
         remarks = self._receive(state, now, goal, obstacles)
         detections = self._locate_goal(measurements)
@@ -102,6 +125,22 @@ class DockingController:
         act = replace(act, drive=gate.admitted(act.drive, situation.state, state, self.config))
         self._remember(act, situation)
         return command(act, situation, self._memory, detections, remarks, self.config, clock)
+
+    def _rescue(
+        self, before: ControllerMemory, error: Exception, state: VehicleState, clock: CycleClock
+    ) -> Command:
+        """Brake, and begin afresh in the next cycle with what was known before this one."""
+        memory, reason = self._memory, f"{MISTAKE}: {type(error).__name__}: {' '.join(str(error).split())}"
+        if memory.trust.at < memory.now:  # it happened before the state was looked at
+            memory = before
+        believed = before.reached if memory.trust.state is None else memory.trust.state
+        if believed is None:
+            believed = np.zeros(STATES)
+        drive = ladder.brake(believed, ladder.braking(self.config), self.config)
+        drive = gate.admitted(drive, believed, state, self.config)
+        self._memory = route.braked(memory, drive.acceleration, reason, self.config)
+        self._mpcc = self._core()
+        return emergency(drive, believed, self._memory, reason, self.config, clock)
 
     def problem(self) -> QpProblem:
         """The QP of the last cycle that solved one, for study off line."""
