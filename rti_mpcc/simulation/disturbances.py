@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import cos, inf, isfinite, nan, sin
+from math import cos, inf, nan, sin
 
 from estimation import GoalMeasurement
 from geometry import Pose2
@@ -38,11 +38,11 @@ class Disturbances:
         """What the controller is told of the state that was measured. To be asked in every cycle."""
         for fault in self.acting("frozen_state", now):
             state = self.frozen.setdefault(fault, state)
-        x, y = _beside(state.x, state.y, state.phi, self.total("state_jump", now))
         if self.acting("nan_state", now):
             return VehicleState(x=nan, y=nan, phi=nan, v=nan, delta=nan)
         if self.acting("infinite_state", now):
             return VehicleState(x=inf, y=inf, phi=inf, v=inf, delta=inf)
+        x, y = _beside(state.x, state.y, state.phi, self.total("state_jump", now))
         return replace(state, x=x, y=y)
 
     def told(self, told: Told, now: float, path_end: Pose2, *, detected: bool) -> Told:
@@ -50,14 +50,25 @@ class Disturbances:
 
         No goal at all is the path's end, which has to be said once another one was told.
         """
+        if detected:
+            return told._replace(measurements=tuple(self._detected(m, now) for m in told.measurements))
         if not any(f.kind in ("goal_jump", "goal_nan") and f.begin <= now + SAME_TIME for f in self.faults):
             return told
-        aside, lost = self.total("goal_jump", now), bool(self.acting("goal_nan", now))
-        if detected:
-            return told._replace(measurements=tuple(_moved(m, aside, lost=lost) for m in told.measurements))
-        if lost:
+        if self.acting("goal_nan", now):
             return told._replace(goal=_pose_without_numbers())
-        return told._replace(goal=(told.goal or path_end).compose(Pose2(0.0, aside, 0.0)))
+        aside = Pose2(0.0, self.total("goal_jump", now), 0.0)
+        return told._replace(goal=(told.goal or path_end).compose(aside))
+
+    def _detected(self, measurement: GoalMeasurement, now: float) -> GoalMeasurement:
+        """A detection that arrives `now` [s]; its stamp is by the clock at the exposure."""
+        if behind := self.total("clock_back", measurement.stamp):
+            measurement = replace(measurement, stamp=measurement.stamp - behind)
+        if self.acting("goal_nan", now):
+            return replace(measurement, x=nan, y=nan, phi=nan)
+        if aside := self.total("goal_jump", now):
+            x, y = _beside(measurement.x, measurement.y, measurement.phi, aside)
+            return replace(measurement, x=x, y=y)
+        return measurement
 
     def clock(self, now: float, deadline: float | None) -> ForcedClock | None:
         """The clock of a cycle whose QPs go wrong, None in the others."""
@@ -69,15 +80,6 @@ class Disturbances:
 def _beside(x: float, y: float, phi: float, left: float) -> tuple[float, float]:
     """The point so far to the left of a pose [m]."""
     return x - left * sin(phi), y + left * cos(phi)
-
-
-def _moved(measurement: GoalMeasurement, left: float, *, lost: bool) -> GoalMeasurement:
-    if lost:
-        return replace(measurement, x=nan, y=nan, phi=nan)
-    if not isfinite(measurement.phi):
-        return measurement
-    x, y = _beside(measurement.x, measurement.y, measurement.phi, left)
-    return replace(measurement, x=x, y=y)
 
 
 def _pose_without_numbers() -> Pose2:

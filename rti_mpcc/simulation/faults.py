@@ -10,7 +10,7 @@ frozen_state                    the measured state stays what it was in the faul
 state_jump      [m] (0.5)       the measured pose is shifted by so much to the left of its heading
 lost_cycles                     the controller is not called; the vehicle does what it was told last
 late_cycles     [s] (0.1)       commands reach the actuators so much later, maybe after younger ones
-clock_back      [s] (3.0)       the controller is told a time so much earlier; stamps of detections are right
+clock_back      [s] (3.0)       the clock is so much behind: the time told, and the stamps of detections made
 solver_fail                     every QP is taken as failed
 solver_timeout                  every QP is taken as stopped by its time limit, and the deadline as missed
 goal_jump       [m] (0.5)       the goal told, or every detection of it, is shifted by so much to its left

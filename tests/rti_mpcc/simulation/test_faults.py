@@ -238,6 +238,16 @@ def test_a_goal_without_numbers(scripted: Any, straight: Scenario) -> None:
         assert {isnan(goal.x), isnan(goal.y), isnan(goal.phi)} == {acts}
 
 
+def test_stamps_of_detections_are_by_the_clock_of_their_exposure(scripted: Any, straight: Scenario) -> None:
+    late = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": {**DETECTED, "delay": 0.1}}}
+    controller = scripted(script=still)
+    simulate(faulty(straight, "clock_back", changes=late), controller=controller)
+    stamps = [m.stamp for told in controller.detections for m in told]
+    exposed = 0.05 * np.arange(len(stamps))
+    behind = (exposed > 0.475) & (exposed < 0.975)
+    assert stamps == pytest.approx(exposed - 3.0 * behind, abs=1e-9)
+
+
 @pytest.mark.parametrize("kind", ["goal_jump", "goal_nan"])
 def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scenario, kind: str) -> None:
     detected = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": DETECTED}}
