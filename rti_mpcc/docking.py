@@ -182,7 +182,7 @@ class DockingController:
         return self._assess()
 
     def _assess(self) -> Situation:
-        return sensing.assess(
+        return sensing.situation_of(
             self._memory, self._mpcc.part, self._mpcc.target, self.config, last_part=self._on_last_part
         )
 
@@ -220,7 +220,7 @@ class DockingController:
         if driving and situation.now - memory.trust.since <= self.config.plausibility.blind:
             act = self._go_on(memory, situation, doubt)
             if act is not None:
-                return act
+                return replace(act, status=Status.FAILED)
         return self._give_up(situation, doubt)
 
     def _start(self, situation: Situation, clock: CycleClock) -> Act:
