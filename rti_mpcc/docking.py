@@ -275,7 +275,7 @@ class DockingController:
         self._memory = route.begin_phase(self._memory, situation, self.config)
         guess = search.first_guess(self._mpcc, self._memory, situation)
         unfinished = self._memory.unfinished
-        start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished)
+        start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished, guess)
         attempt = self._search(situation, start, clock)
         self._memory = search.left_unfinished(self._memory, situation.target, attempt)
         filled = not attempt.cut and (attempt.problem or attempt.squeezed)

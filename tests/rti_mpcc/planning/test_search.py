@@ -152,11 +152,11 @@ class Granting(CycleClock):
 
     def __init__(self, iterations: int) -> None:
         super().__init__()
-        self.left = iterations
+        self.granted_yet = iterations
 
     def _grants(self, granted: bool) -> bool:
-        self.left -= 1
-        return self.left >= 0
+        self.granted_yet -= 1
+        return self.granted_yet >= 0
 
 
 def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situations: Any) -> None:
@@ -172,7 +172,13 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situ
     memory = search.left_unfinished(memory, mpcc.target, cut)
     assert memory.unfinished is not None
     assert memory.unfinished.iterations == 2
-    rest = search.converge(mpcc, memory, situation, search.resumed(memory.unfinished), CycleClock())
+    rest = search.converge(
+        mpcc,
+        memory,
+        situation,
+        search.resumed(memory.unfinished, at_once.solutions[0].trajectory),
+        CycleClock(),
+    )
     assert rest.problem == ""
     assert len(cut.solutions) + len(rest.solutions) == len(at_once.solutions)
     assert search.left_unfinished(memory, mpcc.target, rest).unfinished is None

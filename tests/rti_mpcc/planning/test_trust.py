@@ -43,7 +43,7 @@ def driven(cycles: int = 10) -> Trust:
 
 def believed(trust: Trust) -> list[float]:
     assert trust.state is not None
-    return trust.state.tolist()[:5]
+    return [float(value) for value in trust.state[:5]]
 
 
 def test_what_is_measured_is_believed() -> None:
