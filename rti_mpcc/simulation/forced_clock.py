@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.qp.solver import Stop
 
 FAILED = Stop("forced to fail", 0)
-TIMED_OUT = Stop("run time limit reached", 25)
+TIMED_OUT = Stop(TIME_IS_UP, 0)
+"""After no iteration: after a few a QP may have come to an end of its own."""
 
 
 class ForcedClock(CycleClock):
