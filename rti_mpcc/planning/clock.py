@@ -46,7 +46,7 @@ class CycleClock:
         self._longest = 0.0
         self._granted: list[bool] = []
         self._stops: list[Stop | None] = []
-        self._late = False
+        self._late: bool | None = None
 
     @property
     def seconds(self) -> float:
@@ -61,7 +61,7 @@ class CycleClock:
     @property
     def decisions(self) -> Decisions:
         """What was decided so far."""
-        return Decisions(granted=tuple(self._granted), stops=tuple(self._stops), late=self._late)
+        return Decisions(granted=tuple(self._granted), stops=tuple(self._stops), late=bool(self._late))
 
     def grants(self) -> bool:
         """Whether an iteration may begin: there is time for one as long as the longest of this cycle."""
@@ -94,7 +94,8 @@ class CycleClock:
 
     def late(self) -> bool:
         """Whether the deadline has passed. Decided once: asked again, the answer stays."""
-        self._late = self._late or self._passed(self._deadline is not None and self.seconds > self._deadline)
+        if self._late is None:
+            self._late = self._passed(self._deadline is not None and self.seconds > self._deadline)
         return self._late
 
     def _grants(self, granted: bool) -> bool:
