@@ -55,7 +55,7 @@ def assemble_cycles(times: Sequence[float], commands: Sequence[Command], step_ms
         source=tuple(command.source for command in commands),
         objective=tuple(note.objective for note in notes),
         reason=tuple(note.reason for note in notes),
-        weights=_kept([[w.lag, w.contouring, w.progress_reward, w.goal_position] for w in weights]),
+        weights=_rows([[w.lag, w.contouring, w.progress_reward, w.goal_position] for w in weights], 4),
         time_to_go=_kept([nan if note.time_to_go is None else note.time_to_go for note in notes]),
         iterations=_kept_integers([note.iterations for note in notes]),
         solved=_kept_flags([note.solver_status != "" for note in notes]),
@@ -77,9 +77,9 @@ def assemble_tracking(times: Sequence[float], commands: Sequence[Command]) -> Tr
     covariances = [goal.covariance if goal else None for goal in goals]
     told = [(time, judged) for time, note in zip(times, notes, strict=True) for judged in note.detections]
     return Tracking(
-        aims=_kept([_triple(note.aim) for note in notes]),
-        estimates=_kept([_triple(goal.pose if goal else None) for goal in goals]),
-        covariances=_kept(np.array([unknown if one is None else one for one in covariances])),
+        aims=_rows([_triple(note.aim) for note in notes], 3),
+        estimates=_rows([_triple(goal.pose if goal else None) for goal in goals], 3),
+        covariances=_kept(np.reshape([unknown if one is None else one for one in covariances], (-1, 3, 3))),
         status=tuple(goal.status if goal else None for goal in goals),
         detections=tuple(judged for _, judged in told),
         arrivals=_kept([time for time, _ in told]),
@@ -90,7 +90,12 @@ def _triple(pose: Pose2 | None) -> list[float]:
     return [nan, nan, nan] if pose is None else [pose.x, pose.y, pose.phi]
 
 
-def _kept(values: Sequence[float] | Sequence[list[float]] | Array) -> Array:
+def _rows(values: Sequence[list[float]], width: int) -> Array:
+    """(n, width), also where every cycle was lost and n is 0."""
+    return _kept(np.reshape(values, (-1, width)))
+
+
+def _kept(values: Sequence[float] | Array) -> Array:
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array

@@ -15,24 +15,16 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
 from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
+from rti_mpcc.simulation.disturbances import Disturbances
+from rti_mpcc.simulation.ending import LATCHED, STANDSTILL_SPEED, Ending
 from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
 from rti_mpcc.simulation.result import RunResult, inside_tolerance
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.types import Array, Command, Status, VehicleState
+from rti_mpcc.simulation.scenery import Obstacles, Scenery
+from rti_mpcc.types import Command, VehicleState
 
 METHODS = ("dynamic",)
-STANDSTILL_SPEED = 0.02
-"""Slower than this [m/s] is standing."""
-DOCK_TIME = 0.5
-"""So long [s] inside tolerance and standing is docked."""
-AFTER_DOCKING = 0.5
-"""The run goes on so long after docking [s]."""
-AFTER_STOP = 5.0
-"""The run goes on so long after a latched stop [s]."""
-_LATCHED = (Status.STALLED, Status.FAILED)
-
-Obstacles = Sequence[Array]
 
 
 class Controller(Protocol):
@@ -49,7 +41,8 @@ class Controller(Protocol):
     ) -> Command:
         """The command to apply until the next step, see `DockingController.step`.
 
-        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only.
+        Measurements are passed in runs with a detector only, obstacles in runs with changing ones only. In
+        the cycles of a fault of the solver, and only there, `clock` is passed: `DockingController.step`.
         """
         ...
 
@@ -69,8 +62,9 @@ def simulate(
 ) -> RunResult:
     """Run a scenario until 0.5 s after docking, 5 s after a latched stop, or its duration.
 
-    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. Garbage
-    collection stays on: the cycle times are those of a user's program.
+    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. A fault that
+    acts at that time is watched to its end. A stop counts from the end of the last fault on: the vehicle may
+    go on then. Garbage collection stays on: the cycle times are those of a user's program.
 
     Args:
         preset, method, seed: as on the command line; the seed drives the noise of the measured state and of
@@ -78,8 +72,8 @@ def simulate(
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
         start: true state at the beginning; default: at rest on the path's first pose, steering straight.
-        obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's; they are told to
-            the controller every cycle.
+        obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's; those of its
+            faults come on top. They are told to the controller every cycle.
         goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
             the default is allowed.
         detector: looks for the goal in place of the one that the scenario describes.
@@ -95,21 +89,29 @@ def simulate(
     source = source_in(scenario.name, goal_source, detector=watched)
     config = scenario.controller_config(preset, detections=source is GoalSource.DETECTED)
     path = scenario.build_path()
+    corridor = scenario.build_corridor(path)
     loop = _Loop(
         scenario=scenario,
+        config=config,
         path=path,
-        corridors=[(0.0, scenario.build_corridor(path))],
+        scenery=Scenery(
+            path=path,
+            corridor=corridor,
+            vehicle=config.vehicle,
+            faults=tuple(fault for fault in scenario.faults if fault.kind == "blocked"),
+            obstacles_at=obstacles_at,
+        ),
         plant=_starting_plant(path, start),
         goal=TrueGoal(pose=scenario.goal_pose(path), shifts=scenario.goal.shifts),
         feed=GoalFeed(
             source=source, planned=scenario.planned_goal(path), lookout=_lookout(scenario, detector, seed)
         ),
+        disturbances=Disturbances(faults=scenario.faults),
         random=np.random.default_rng(seed),
-        obstacles_at=obstacles_at,
         theta=path.parts[0].start,
     )
     if controller is None:
-        controller = _docking_controller(path, loop.corridors[0][1], config)
+        controller = _docking_controller(path, corridor, config)
     ended = _run(loop, controller, progress)
     return RunResult(
         scenario=scenario,
@@ -119,7 +121,7 @@ def simulate(
         goal_source=source,
         config=config,
         path=path,
-        corridors=tuple(loop.corridors),
+        corridors=tuple(loop.scenery.corridors),
         truth=assemble_truth(loop.samples, scenario.plant_parameters()),
         cycles=assemble_cycles(loop.cycle_times, loop.commands, loop.step_ms),
         tracking=assemble_tracking(loop.cycle_times, loop.commands) if watched else None,
@@ -143,47 +145,22 @@ def _docking_controller(path: ReferencePath, corridor: Corridor, config: Control
     return DockingController(path, corridor, config)
 
 
-@dataclass(frozen=True, slots=True)
-class _Ending:
-    """Since when the vehicle has been docked in truth, and stopped for good by its own word [s]."""
-
-    docked_since: float | None = None
-    stopped_since: float | None = None
-
-    def after(self, time: float, *, docked: bool, stopped: bool) -> _Ending:
-        """One sample later."""
-        return _Ending(
-            (time if self.docked_since is None else self.docked_since) if docked else None,
-            (time if self.stopped_since is None else self.stopped_since) if stopped else None,
-        )
-
-    def reason(self, time: float) -> str | None:
-        """Why the run ends now, or None."""
-        if (
-            self.docked_since is not None
-            and time - self.docked_since >= DOCK_TIME + AFTER_DOCKING - SAME_TIME
-        ):
-            return "docked"
-        if self.stopped_since is not None and time - self.stopped_since >= AFTER_STOP - SAME_TIME:
-            return "stopped"
-        return None
-
-
 @dataclass(slots=True, kw_only=True)
 class _Loop:
     """The run under way: what it runs with, where it is, and what was recorded."""
 
     scenario: Scenario
+    config: ControllerConfig
     path: ReferencePath
-    corridors: list[tuple[float, Corridor]]
+    scenery: Scenery
     plant: PlantState
     goal: TrueGoal
     feed: GoalFeed
+    disturbances: Disturbances
     random: np.random.Generator
-    obstacles_at: Callable[[float], Obstacles] | None
     theta: float
     part: int = 0
-    told: Obstacles | None = None
+    cycle: int = 0
     samples: list[tuple[float, ...]] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
     cycle_times: list[float] = field(default_factory=list)
@@ -200,14 +177,15 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
     """Alternate plant and controller on their own clocks until the run ends; returns why."""
     simulation = loop.scenario.simulation
     parameters = loop.scenario.plant_parameters()
-    ending = _Ending()
+    ending = Ending()
     # Rounded products instead of sums: no drift of one clock against the other.
     for step in range(round(simulation.duration / simulation.plant_step) + 1):
         time = round(step * simulation.plant_step, 9)
-        while (next_cycle := round(len(loop.commands) * simulation.cycle, 9)) <= time + SAME_TIME:
+        while (next_cycle := round(loop.cycle * simulation.cycle, 9)) <= time + SAME_TIME:
             _expose(loop, parameters, next_cycle)
             loop.plant = advance(loop.plant, parameters, next_cycle)
             _control(loop, controller, parameters, next_cycle)
+            loop.cycle += 1
             if progress is not None:
                 progress(next_cycle)
         # Before the plant goes past it: an exposure need not fall on a cycle.
@@ -216,7 +194,7 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
         loop.goal = loop.goal.seen_from(loop.plant.x, loop.plant.y)
         _sample(loop, time)
         ending = ending.after(time, docked=_docked(loop), stopped=_stopped(loop))
-        if (reason := ending.reason(time)) is not None:
+        if (reason := ending.reason(time, loop.scenario.faults)) is not None:
             return reason
     return "duration"
 
@@ -236,20 +214,17 @@ def _expose(loop: _Loop, parameters: PlantParameters, until: float) -> None:
 
 
 def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, now: float) -> None:
-    """One cycle: measure with noise, step, send the command off."""
-    plant = loop.plant
+    """One cycle: measure, step, send the command off; or lose it."""
+    plant, faults = loop.plant, loop.disturbances
     loop.goal = loop.goal.seen_from(plant.x, plant.y)
-    noise = loop.random.standard_normal(5) * loop.scenario.simulation.state_noise
-    values = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta]) + noise
-    measured = VehicleState(**dict(zip(("x", "y", "phi", "v", "delta"), values.tolist(), strict=True)))
-    told = loop.feed.told(now, measured, loop.goal)
-    arguments: dict[str, Any] = {"goal": told.goal}
-    if loop.feed.lookout is not None:
-        arguments["measurements"] = told.measurements
-    if (obstacles := _obstacles(loop, now)) is not None:
-        arguments["obstacles"] = obstacles
+    measured = _measure(loop)
+    state = faults.measured(measured, now)
+    obstacles = loop.scenery.obstacles(now, Pose2(plant.x, plant.y, plant.phi), loop.part, loop.theta)
+    if faults.acting("lost_cycles", now):
+        return
+    arguments = _told(loop, now, measured, obstacles)
     began = perf_counter()
-    command = controller.step(measured, now=now, **arguments)
+    command = controller.step(state, now=now - faults.total("clock_back", now), **arguments)
     loop.step_ms.append(1e3 * (perf_counter() - began))
     loop.cycle_times.append(now)
     loop.commands.append(command)
@@ -257,21 +232,37 @@ def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, n
         loop.part = command.diagnostics.part
         loop.theta = loop.path.parts[loop.part].start
     loop.plant = issue(
-        plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
+        plant,
+        parameters,
+        acceleration=command.acceleration,
+        steering_rate=command.steering_rate,
+        delay=faults.total("late_cycles", now),
     )
 
 
-def _obstacles(loop: _Loop, now: float) -> Obstacles | None:
-    """The obstacles to tell the controller; a change of them is kept for the clearance."""
-    if loop.obstacles_at is None:
-        return None
-    obstacles, known = loop.obstacles_at(now), loop.told
-    if known is None or len(known) != len(obstacles) or not all(map(np.array_equal, known, obstacles)):
-        corridor = loop.corridors[0][1].with_obstacles(obstacles)
-        # Before the first cycle nothing was driven: what it is told holds from the beginning.
-        loop.corridors = [*(loop.corridors if known is not None else []), (now, corridor)]
-        loop.told = obstacles
-    return obstacles
+def _measure(loop: _Loop) -> VehicleState:
+    """The state with its noise."""
+    plant = loop.plant
+    noise = loop.random.standard_normal(5) * loop.scenario.simulation.state_noise
+    values = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta]) + noise
+    return VehicleState(**dict(zip(("x", "y", "phi", "v", "delta"), values.tolist(), strict=True)))
+
+
+def _told(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles) -> dict[str, Any]:
+    """What a step is told besides state and time."""
+    feed, faults = loop.feed, loop.disturbances
+    detected = feed.lookout is not None and feed.source is GoalSource.DETECTED
+    goal, measurements = faults.told(
+        feed.told(now, measured, loop.goal), now, loop.path.end, detected=detected
+    )
+    arguments: dict[str, Any] = {"goal": goal}
+    if feed.lookout is not None:
+        arguments["measurements"] = measurements
+    if loop.scenery.changing:
+        arguments["obstacles"] = obstacles
+    if (clock := faults.clock(now, loop.config.deadline)) is not None:
+        arguments["clock"] = clock
+    return arguments
 
 
 def _sample(loop: _Loop, time: float) -> None:
@@ -291,4 +282,5 @@ def _docked(loop: _Loop) -> bool:
 
 
 def _stopped(loop: _Loop) -> bool:
-    return abs(loop.plant.v) <= STANDSTILL_SPEED and loop.commands[-1].status in _LATCHED
+    standing = abs(loop.plant.v) <= STANDSTILL_SPEED
+    return standing and bool(loop.commands) and loop.commands[-1].status in LATCHED

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.simulation.closed_loop import DOCK_TIME, STANDSTILL_SPEED
+from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import RunResult, Truth

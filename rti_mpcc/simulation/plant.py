@@ -1,7 +1,8 @@
 """The simulated truth: a kinematic bicycle behind actuators with dead time.
 
 Plant and controller share no code. The plant cuts time wherever an actuator switches (a command takes effect,
-the steering reaches its stop); between cuts acceleration a and steering rate r are constant, so that
+the steering reaches its stop, a fault comes or goes, weak brakes have done their work); between cuts
+acceleration a and steering rate r are constant, so that
 
     v(t) = v0 + a t,    delta(t) = delta0 + r t                                     (1)
 
@@ -17,7 +18,7 @@ at the nodes only.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import copysign, inf, isfinite
+from math import copysign, inf, isfinite, prod
 
 import numpy as np
 
@@ -42,6 +43,22 @@ SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PlantFault:
+    """Actuators that do less than they are told; of faults at one time the shares multiply.
+
+    Attributes:
+        begin, end: it acts from `begin` until before `end` [s].
+        steering_share: of the steering rate told; 0: the steering is stuck.
+        braking_share: of an acceleration against the motion, > 0. At a standstill all of it acts.
+    """
+
+    begin: float
+    end: float
+    steering_share: float = 1.0
+    braking_share: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlantParameters:
     """What the plant is; the controller knows neither the errors nor the gain.
 
@@ -52,6 +69,7 @@ class PlantParameters:
         dead_time: from command to effect, on both actuators [s].
         steering_offset: the wheels stand at delta + offset [rad].
         acceleration_gain: true over commanded acceleration.
+        faults: of the actuators, in any order.
     """
 
     wheelbase: float
@@ -61,6 +79,7 @@ class PlantParameters:
     dead_time: float = 0.0
     steering_offset: float = 0.0
     acceleration_gain: float = 1.0
+    faults: tuple[PlantFault, ...] = ()
 
     @classmethod
     def of(
@@ -72,6 +91,7 @@ class PlantParameters:
         wheelbase_error: float = 0.0,
         steering_offset: float = 0.0,
         acceleration_gain: float = 1.0,
+        faults: tuple[PlantFault, ...] = (),
     ) -> PlantParameters:
         """The plant of a vehicle; `wheelbase_error` is relative."""
         return cls(
@@ -82,6 +102,7 @@ class PlantParameters:
             dead_time=dead_time,
             steering_offset=steering_offset,
             acceleration_gain=acceleration_gain,
+            faults=faults,
         )
 
 
@@ -102,7 +123,7 @@ class PlantState:
         time: [s].
         x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
         v, delta: speed [m/s] and steering angle as measured [rad].
-        acceleration, steering_rate: what the actuators were told last and do now [m/s²], [rad/s].
+        acceleration, steering_rate: what the actuators were told last and do, but for faults [m/s²], [rad/s].
         pending: commands that have not taken effect, in the order of their times.
     """
 
@@ -118,9 +139,16 @@ class PlantState:
 
 
 def issue(
-    plant: PlantState, parameters: PlantParameters, *, acceleration: float, steering_rate: float
+    plant: PlantState,
+    parameters: PlantParameters,
+    *,
+    acceleration: float,
+    steering_rate: float,
+    delay: float = 0.0,
 ) -> PlantState:
     """Send a command [m/s²], [rad/s] at the plant's present time; the actuators do it one dead time later.
+
+    A command `delay` [s] late may arrive after younger ones: the actuators do what arrived last.
 
     Raises InputError when a value is not finite: the plant has no way to do that.
     """
@@ -128,11 +156,12 @@ def issue(
         if not isfinite(value):
             raise InputError(f"command.{name} = {value}: must be a finite number")
     queued = QueuedCommand(
-        time=plant.time + parameters.dead_time,
+        time=plant.time + parameters.dead_time + delay,
         acceleration=_clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain,
         steering_rate=_clip(steering_rate, parameters.steering_rate_limit),
     )
-    return replace(plant, pending=(*plant.pending, queued))
+    place = sum(command.time <= queued.time + SAME_TIME for command in plant.pending)
+    return replace(plant, pending=(*plant.pending[:place], queued, *plant.pending[place:]))
 
 
 def advance(plant: PlantState, parameters: PlantParameters, until: float) -> PlantState:
@@ -142,9 +171,11 @@ def advance(plant: PlantState, parameters: PlantParameters, until: float) -> Pla
         if until - plant.time <= SAME_TIME:
             return plant
         switch = plant.pending[0].time if plant.pending else inf
-        rate, stop = _steering_until_stop(plant, parameters)
-        end = min(until, switch, stop, plant.time + _LONGEST_STEP)
-        plant = _integrate(plant, parameters, rate, end, at_stop=end == stop)
+        steering_share, braking_share, change = _shares(plant, parameters)
+        acceleration, standstill = _acceleration_until_standstill(plant, braking_share)
+        rate, stop = _steering_until_stop(plant, parameters, steering_share)
+        end = min(until, switch, change, standstill, stop, plant.time + _LONGEST_STEP)
+        plant = _integrate(plant, parameters, acceleration, rate, end, at_stop=end == stop)
 
 
 def _take_effect(plant: PlantState) -> PlantState:
@@ -160,9 +191,30 @@ def _take_effect(plant: PlantState) -> PlantState:
     )
 
 
-def _steering_until_stop(plant: PlantState, parameters: PlantParameters) -> tuple[float, float]:
+def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, float, float]:
+    """What acts of steering rate and braking, and until when [s]."""
+    now = plant.time + SAME_TIME
+    acting = [fault for fault in parameters.faults if fault.begin <= now < fault.end]
+    edges = [edge for fault in parameters.faults for edge in (fault.begin, fault.end) if edge > now]
+    return (
+        prod(fault.steering_share for fault in acting),
+        prod(fault.braking_share for fault in acting),
+        min(edges, default=inf),
+    )
+
+
+def _acceleration_until_standstill(plant: PlantState, share: float) -> tuple[float, float]:
+    """The acceleration really done [m/s²], of which a `share` brakes, and until when it is that [s]."""
+    a = plant.acceleration
+    if share == 1.0 or plant.v * a >= 0.0:
+        return a, inf
+    left = -plant.v / (share * a)
+    return (share * a, plant.time + left) if left > SAME_TIME else (a, inf)
+
+
+def _steering_until_stop(plant: PlantState, parameters: PlantParameters, share: float) -> tuple[float, float]:
     """The rate the steering really does [rad/s] and the time at which it reaches its stop [s]."""
-    rate = plant.steering_rate
+    rate = share * plant.steering_rate
     if rate == 0.0:
         return 0.0, inf
     stop = copysign(parameters.steering_limit, rate)
@@ -172,11 +224,16 @@ def _steering_until_stop(plant: PlantState, parameters: PlantParameters) -> tupl
 
 
 def _integrate(
-    plant: PlantState, parameters: PlantParameters, rate: float, end: float, *, at_stop: bool
+    plant: PlantState,
+    parameters: PlantParameters,
+    a: float,
+    rate: float,
+    end: float,
+    *,
+    at_stop: bool,
 ) -> PlantState:
     """Equations (1) to (3) over an interval of constant acceleration and steering rate."""
     h = end - plant.time
-    a = plant.acceleration
     v = plant.v + a * h * _NODES
     delta = plant.delta + rate * h * _NODES
     turn = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase

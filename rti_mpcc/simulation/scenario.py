@@ -9,13 +9,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.plant import PlantParameters
+from rti_mpcc.simulation.section import Section
 
 PRESETS = ("default", "paper", "paper_printed")
 
@@ -31,12 +33,6 @@ Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
 StateNoise = Annotated[
     tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
 ]
-
-
-class Section(BaseModel):
-    """A table of the file: immutable, exact types (an int may be a float), no unknown keys, no NaN or inf."""
-
-    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
 
 
 class SegmentSection(Section):
@@ -189,6 +185,7 @@ class Scenario(Section):
     limits: LimitsSection = LimitsSection()
     controller: ControllerSection = ControllerSection()
     simulation: SimulationSection = SimulationSection()
+    faults: Annotated[tuple[FaultSection, ...], Field(strict=False)] = ()
 
     @property
     def goal_is_path_end(self) -> bool:
@@ -282,7 +279,7 @@ class Scenario(Section):
         return GoalTracking(filter=GoalFilterConfig(noise=measurement.noise, history=longest), required=True)
 
     def plant_parameters(self) -> PlantParameters:
-        """The plant, with the errors that the controller does not know."""
+        """The plant, with the errors and faults that the controller does not know."""
         simulation = self.simulation
         return PlantParameters.of(
             self.build_vehicle(),
@@ -291,4 +288,5 @@ class Scenario(Section):
             wheelbase_error=simulation.wheelbase_error,
             steering_offset=simulation.steering_offset,
             acceleration_gain=simulation.acceleration_gain,
+            faults=plant_faults(self.faults),
         )

@@ -12,6 +12,7 @@ from geometry import Corridor, Pose2, ReferencePath, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.simulation.faults import SIZES
 from rti_mpcc.simulation.scenario import Scenario
 
 GOAL_REACH = 20.0
@@ -29,7 +30,7 @@ class Problem:
 
 def problems(scenario: Scenario) -> list[Problem]:
     """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
-    checks = (_path_choice, _corridor_choice, _goal_choice, _ranges, _clock, _comfort)
+    checks = (_path_choice, _corridor_choice, _goal_choice, _ranges, _clock, _comfort, _faults)
     found = [problem for check in checks for problem in check(scenario)]
     if found:
         return found
@@ -128,6 +129,18 @@ def _comfort(scenario: Scenario) -> Iterator[Problem]:
             value=comfort,
             allowed=f"must be <= limits.acceleration = {scenario.limits.acceleration}",
         )
+
+
+def _faults(scenario: Scenario) -> Iterator[Problem]:
+    for index, fault in enumerate(scenario.faults):
+        if fault.end <= fault.begin:
+            yield Problem(
+                key=f"faults[{index}].to", value=fault.end, allowed=f"must be > from = {fault.begin}"
+            )
+        size = SIZES.get(fault.kind)
+        if size is not None and not size.above < fault.amount < size.below:
+            allowed = f"must be > {size.above:g} and < {size.below:g} for {fault.kind}"
+            yield Problem(key=f"faults[{index}].size", value=fault.size, allowed=allowed)
 
 
 def _path_key(scenario: Scenario) -> str:

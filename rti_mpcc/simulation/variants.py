@@ -49,7 +49,7 @@ def mirrored(scenario: Scenario) -> Scenario:
         changes["goal.measurement.initial_offset"] = [x, -y, -phi]
     if goal.shifts:
         changes["goal.shifts"] = _shifts(scenario, lambda x, y, phi: [x, -y, -phi])
-    return changed(scenario, changes)
+    return changed(scenario, {**changes, **_faults_aside(scenario)})
 
 
 def turned_round(scenario: Scenario) -> Scenario:
@@ -76,7 +76,7 @@ def turned_round(scenario: Scenario) -> Scenario:
         changes["goal.measurement.initial_offset"] = [-x, -y, phi]
     if goal.shifts:
         changes["goal.shifts"] = _shifts(scenario, lambda x, y, phi: [-x, -y, phi])
-    return changed(scenario, changes)
+    return changed(scenario, {**changes, **_faults_aside(scenario)})
 
 
 def _start(scenario: Scenario) -> Pose2:
@@ -109,6 +109,15 @@ def _shifts(scenario: Scenario, move: Callable[[float, float, float], list[float
     return [
         {"at_distance": shift.at_distance, "offset": move(*shift.offset)} for shift in scenario.goal.shifts
     ]
+
+
+def _faults_aside(scenario: Scenario) -> dict[str, Any]:
+    """The faults with jumps to the left as jumps to the right."""
+    faults = [fault.model_dump(by_alias=True) for fault in scenario.faults]
+    for table, fault in zip(faults, scenario.faults, strict=True):
+        if fault.kind in ("state_jump", "goal_jump"):
+            table["size"] = -fault.amount
+    return {"faults": faults} if faults else {}
 
 
 def _outlines(scenario: Scenario, move: Any) -> dict[str, list[Any]]:

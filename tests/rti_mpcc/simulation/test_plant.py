@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc.simulation.plant import PlantFault, PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Array
 
 PARAMETERS = PlantParameters.of(Vehicle(), Limits())
@@ -130,3 +130,67 @@ def test_command_that_is_not_finite_is_refused(name: str, value: float) -> None:
     command = {"acceleration": 0.0, "steering_rate": 0.0} | {name: value}
     with pytest.raises(InputError, match=rf"command\.{name} = .*finite"):
         issue(REST, PARAMETERS, **command)
+
+
+# -- faults ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("step", [0.01, 0.05, 1.0])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_weak_brakes_act_with_their_share_up_to_the_standstill(direction: float, step: float) -> None:
+    fault = PlantFault(begin=0.333, end=9.0, braking_share=0.4)
+    parameters = replace(PARAMETERS, faults=(fault,))
+    start = PlantState(x=0.0, y=0.0, phi=0.0, v=direction * 2.0)
+    plant = issue(start, parameters, acceleration=-direction * 2.0, steering_rate=0.0)
+    # 2 m/s² until 0.333 s, 0.8 m/s² until it stands, and all of it in the other direction.
+    left = 2.0 - 2.0 * 0.333
+    stands = 0.333 + left / 0.8
+    end = driven(plant, parameters, 4.0, step)
+    assert end.v == pytest.approx(-direction * 2.0 * (4.0 - stands), abs=1e-9)
+    way = 2.0 * 0.333 - 0.333**2 + 0.5 * left**2 / 0.8 - (4.0 - stands) ** 2
+    assert end.x == pytest.approx(direction * way, abs=1e-9)
+
+
+def test_weak_brakes_speed_up_as_ever() -> None:
+    parameters = replace(PARAMETERS, faults=(PlantFault(begin=0.0, end=9.0, braking_share=0.1),))
+    for acceleration in (1.0, -1.0):
+        plant = issue(REST, parameters, acceleration=acceleration, steering_rate=0.0)
+        assert driven(plant, parameters, 2.0, 0.05).v == pytest.approx(2.0 * acceleration, abs=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.05])
+def test_stuck_steering_stays_and_goes_on_with_what_it_is_told(step: float) -> None:
+    parameters = replace(PARAMETERS, faults=(PlantFault(begin=0.123, end=0.777, steering_share=0.0),))
+    plant = issue(REST, parameters, acceleration=0.0, steering_rate=0.3)
+    for time, delta in ((0.1, 0.03), (0.4, 0.0369), (0.75, 0.0369), (1.0, 0.0369 + 0.3 * 0.223)):
+        assert driven(plant, parameters, time, step).delta == pytest.approx(delta, abs=1e-12)
+
+
+def test_stuck_steering_lets_the_vehicle_go_round_in_a_circle() -> None:
+    parameters = replace(PARAMETERS, faults=(PlantFault(begin=0.0, end=9.0, steering_share=0.0),))
+    start = PlantState(x=0.0, y=0.0, phi=0.0, v=2.0, delta=0.3)
+    plant = issue(start, parameters, acceleration=0.0, steering_rate=-1.0)
+    end = driven(plant, parameters, 3.0, 0.05)
+    assert end.phi == pytest.approx(2.0 * 3.0 * tan(0.3) / Vehicle().wheelbase, abs=1e-9)
+
+
+def test_shares_of_faults_at_one_time_multiply() -> None:
+    faults = tuple(PlantFault(begin=0.0, end=end, braking_share=0.5) for end in (1.0, 2.0))
+    parameters = replace(PARAMETERS, faults=faults)
+    plant = issue(PlantState(x=0.0, y=0.0, phi=0.0, v=4.0), parameters, acceleration=-1.0, steering_rate=0.0)
+    end = driven(plant, parameters, 3.0, 0.05)
+    assert end.v == pytest.approx(4.0 - 0.25 - 0.5 - 1.0, abs=1e-9)
+
+
+def test_a_late_command_acts_from_its_arrival_until_the_next_one_arrives() -> None:
+    plant = issue(REST, PARAMETERS, acceleration=1.0, steering_rate=0.0, delay=0.3)
+    plant = issue(advance(plant, PARAMETERS, 0.1), PARAMETERS, acceleration=0.0, steering_rate=0.0)
+    plant = issue(plant, PARAMETERS, acceleration=0.0, steering_rate=0.0, delay=0.4)
+    assert [command.time for command in plant.pending] == pytest.approx([0.1, 0.3, 0.5])
+    assert driven(plant, PARAMETERS, 1.0, 0.05).v == pytest.approx(0.2, abs=1e-12)
+
+
+def test_of_commands_that_arrive_at_one_time_the_younger_acts() -> None:
+    plant = issue(REST, PARAMETERS, acceleration=1.0, steering_rate=0.0, delay=0.1 + 0.2)
+    plant = issue(advance(plant, PARAMETERS, 0.3), PARAMETERS, acceleration=-1.0, steering_rate=0.0)
+    assert advance(plant, PARAMETERS, 0.5).v == pytest.approx(-0.2, abs=1e-9)

@@ -36,6 +36,10 @@ def put(tables: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     return tables
 
 
+def fault(kind: str = "nan_state", **values: Any) -> dict[str, Any]:
+    return {"kind": kind, "from": 1.0, "to": 2.0, **values}
+
+
 def test_built_in_scenarios_are_those_of_the_contract() -> None:
     assert builtin_names() == BUILT_IN
 
@@ -150,7 +154,32 @@ def test_changed_scenarios_are_checked_anew(straight: Scenario) -> None:
 # Key, value, and what the message says behind `file: `.
 WRONG: list[tuple[str, Any, str]] = [
     ("speed", 3.0, "speed = 3.0: unknown key, allowed are name, description, path, corridor"),
-    ("faults", [{"kind": "lost_cycles"}], "faults = "),
+    ("faults", [{"kind": "lost_cycles", "to": 2.0}], "faults[0].from: required"),
+    ("faults", [{"kind": "lost_cycles", "from": 2.0}], "faults[0].to: required"),
+    ("faults", [{"from": 1.0, "to": 2.0}], "faults[0].kind: required"),
+    ("faults", {"kind": "lost_cycles"}, "faults = {'kind': 'lost_cycles'}: must be a list"),
+    (
+        "faults",
+        [fault(kind="fire")],
+        "faults[0].kind = 'fire': must be 'nan_state', 'infinite_state', 'frozen",
+    ),
+    ("faults", [fault(begin=1.0)], "faults[0].begin = 1.0: unknown key, allowed are kind, from, to, size"),
+    ("faults", [{**fault(), "from": -0.1}], "faults[0].from = -0.1: must be >= 0"),
+    ("faults", [fault(to=1.0)], "faults[0].to = 1.0: must be > from = 1.0"),
+    ("faults", [fault(), fault(to=0.5)], "faults[1].to = 0.5: must be > from = 1.0"),
+    ("faults", [fault(to=inf)], "faults[0].to = inf: must be a finite number"),
+    ("faults", [fault(size="big")], "faults[0].size = 'big': must be a number"),
+    ("faults", [fault(size=nan)], "faults[0].size = nan: must be a finite number"),
+    ("faults", [fault("weak_brakes", size=1.0)], "faults[0].size = 1.0: must be > 0 and < 1 for weak_brakes"),
+    ("faults", [fault("weak_brakes", size=0.0)], "faults[0].size = 0.0: must be > 0 and < 1 for weak_brakes"),
+    ("faults", [fault("late_cycles", size=-0.1)], "faults[0].size = -0.1: must be > 0 and < 10 for late_cyc"),
+    ("faults", [fault("clock_back", size=-1.0)], "faults[0].size = -1.0: must be > 0 and < 1e+06 for clock"),
+    ("faults", [fault("blocked", size=0.0)], "faults[0].size = 0.0: must be > 0 and < 1000 for blocked"),
+    (
+        "faults",
+        [fault("state_jump", size=200.0)],
+        "faults[0].size = 200.0: must be > -100 and < 100 for state",
+    ),
     ("goal.measurement", {"rate": 0.0}, "goal.measurement.rate = 0.0: must be > 0"),
     ("goal.measurement", {"dropout": 1.5}, "goal.measurement.dropout = 1.5: must be <= 1"),
     ("goal.measurement", {"delay": -0.1}, "goal.measurement.delay = -0.1: must be >= 0"),

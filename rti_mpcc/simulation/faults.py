@@ -1,0 +1,106 @@
+"""The faults of a scenario file: what goes wrong, from when to when, and how much.
+
+A fault acts in every cycle at or after `from` and before `to` [s]; the two of the vehicle act in between
+cycles too. Several may act at once: sizes of one kind add up. Nothing is random.
+
+kind            size (default)  what happens
+nan_state                       all measured values are NaN
+infinite_state                  all measured values are infinite
+frozen_state                    the measured state stays what it was in the fault's first cycle
+state_jump      [m] (0.5)       the measured pose is shifted by so much to the left of its heading
+lost_cycles                     the controller is not called; the vehicle does what it was told last
+late_cycles     [s] (0.1)       commands reach the actuators so much later, maybe after younger ones
+clock_back      [s] (3.0)       the clock is so much behind: the time told, and the stamps of detections made
+solver_fail                     every QP is taken as failed
+solver_timeout                  every QP is taken as stopped by its time limit, and the deadline as missed
+goal_jump       [m] (0.5)       the goal told, or every detection of it, is shifted by so much to its left
+goal_nan                        the goal told, or every detection of it, is NaN
+blocked         [m] (5.0)       something fills the way, along the route so far ahead of where the body was
+                                when it appeared; the controller is told
+stuck_steering                  the steering angle does not move
+weak_brakes     share (0.4)     only this share of an acceleration against the motion acts; below 1
+
+Where there is no size, one that is given means nothing. Jumps to the right are negative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal, NamedTuple
+
+from pydantic import Field
+
+from rti_mpcc.simulation.plant import SAME_TIME, PlantFault
+from rti_mpcc.simulation.section import Section
+
+Kind = Literal[
+    "nan_state",
+    "infinite_state",
+    "frozen_state",
+    "state_jump",
+    "lost_cycles",
+    "late_cycles",
+    "clock_back",
+    "solver_fail",
+    "solver_timeout",
+    "goal_jump",
+    "goal_nan",
+    "blocked",
+    "stuck_steering",
+    "weak_brakes",
+]
+
+
+class Size(NamedTuple):
+    """The size of a kind of fault: by default, and the open range that it has to lie in."""
+
+    default: float
+    above: float
+    below: float
+
+
+SIZES: dict[Kind, Size] = {
+    "state_jump": Size(0.5, -100.0, 100.0),
+    "late_cycles": Size(0.1, 0.0, 10.0),
+    "clock_back": Size(3.0, 0.0, 1e6),
+    "goal_jump": Size(0.5, -100.0, 100.0),
+    "blocked": Size(5.0, 0.0, 1e3),
+    "weak_brakes": Size(0.4, 0.0, 1.0),
+}
+"""Kinds that are not here have no size."""
+
+
+class FaultSection(Section):
+    """One fault, see the table of this module; it acts from `begin` until before `end` [s]."""
+
+    kind: Kind
+    begin: float = Field(alias="from", ge=0.0)
+    end: float = Field(alias="to")
+    size: float | None = None
+
+    @property
+    def amount(self) -> float:
+        """The size, by default that of the kind; 0 where the kind has none."""
+        if self.kind not in SIZES:
+            return 0.0
+        return SIZES[self.kind].default if self.size is None else self.size
+
+    def acts(self, time: float) -> bool:
+        """Whether it acts at this time [s]."""
+        return self.begin <= time + SAME_TIME < self.end
+
+
+def last_end(faults: Iterable[FaultSection]) -> float:
+    """When the last fault ends [s]; 0 without faults."""
+    return max((fault.end for fault in faults), default=0.0)
+
+
+def plant_faults(faults: Iterable[FaultSection]) -> tuple[PlantFault, ...]:
+    """Those of the vehicle itself, as the plant takes them."""
+    made = []
+    for fault in faults:
+        if fault.kind == "stuck_steering":
+            made.append(PlantFault(begin=fault.begin, end=fault.end, steering_share=0.0))
+        if fault.kind == "weak_brakes":
+            made.append(PlantFault(begin=fault.begin, end=fault.end, braking_share=fault.amount))
+    return tuple(made)

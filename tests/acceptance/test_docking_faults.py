@@ -1,0 +1,47 @@
+"""Everything that may go wrong, at four places of the full course, for 0.3, 1 and 3 s."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from typing import Any, get_args
+
+import pytest
+
+from rti_mpcc.simulation import load_scenario
+from rti_mpcc.simulation.faults import Kind
+from tests.rti_mpcc.fault_runs import check_all, drive, fault_figures, with_fault
+
+Figures = MutableMapping[str, Any]
+
+ONSETS = {"forward": 6.0, "before the cusp": 16.0, "bend in reverse": 30.0, "narrowing": 40.0}
+"""When a fault begins [s], by where the vehicle is then."""
+SECONDS = (0.3, 1.0, 3.0)
+SIZES = {
+    "state_jump": (0.2, 0.5, -0.5),
+    "late_cycles": (0.1, 0.2, 0.3),
+    "clock_back": (0.1, 3.0, 30.0),
+    "goal_jump": (0.2, 0.5, -1.0),
+    "blocked": (10.0, 5.0, 2.0),
+    "weak_brakes": (0.7, 0.4, 0.2),
+}
+"""One for each of SECONDS."""
+TOO_LATE_TO_TURN = ("state_jump", "goal_jump", "stuck_steering", "weak_brakes", "blocked")
+"""Near the dock these may lead the vehicle to where no way in reverse ends inside the tolerance."""
+CASES = [
+    (kind, seconds, size)
+    for kind in get_args(Kind)
+    for seconds, size in zip(SECONDS, SIZES.get(kind, (None, None, None)), strict=True)
+]
+
+
+@pytest.mark.parametrize(("kind", "seconds", "size"), CASES)
+@pytest.mark.parametrize("onset", ONSETS.values(), ids=ONSETS)
+def test_a_fault_ends_docked_or_standing_with_a_reason(
+    kind: str, seconds: float, size: float | None, onset: float, figures: Figures
+) -> None:
+    scenario = with_fault(load_scenario("docking_full_course"), kind, onset, seconds, size)
+    result, noted = drive(scenario)
+    figures.update(fault_figures(result))
+    check_all(result, noted)
+    if not (onset == ONSETS["narrowing"] and kind in TOO_LATE_TO_TURN):
+        assert result.ended == "docked", f"{result.cycles.status[-1].value}: {result.cycles.reason[-1]}"

@@ -1,0 +1,171 @@
+"""Runs with faults, what was told and commanded in them, and what is promised of every one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from rti_mpcc.simulation import RunResult, Scenario, changed, simulate
+from rti_mpcc.simulation.closed_loop import Controller
+from rti_mpcc.simulation.disturbances import Disturbances
+from rti_mpcc.simulation.metrics import clearances
+from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
+from rti_mpcc.types import Command, Source, Status, VehicleState
+from tests.rti_mpcc.docking_runs import docking_controller, docking_figures, statuses
+
+ROUNDING = 1e-9
+STANDS = 0.02
+"""Slower than this [m/s] is standing."""
+MAY_STAND = (Status.STALLED, Status.BLOCKED, Status.FAILED, Status.GOAL_LOST, Status.SEARCHING)
+"""What a vehicle may say that stands elsewhere than at its goal."""
+
+
+def with_fault(
+    scenario: Scenario, kind: str, begin: float, seconds: float, size: float | None = None
+) -> Scenario:
+    """The scenario with one fault, from `begin` on for so many seconds."""
+    return changed(scenario, {"faults": [{"kind": kind, "from": begin, "to": begin + seconds, "size": size}]})
+
+
+@dataclass(kw_only=True)
+class Noted:
+    """A controller whose inputs are kept: the measured state of each cycle beside its command."""
+
+    controller: Controller
+    cycles: list[tuple[VehicleState, Command]] = field(default_factory=list)
+
+    def step(self, state: VehicleState, **told: Any) -> Command:
+        command = self.controller.step(state, **told)
+        self.cycles.append((state, command))
+        return command
+
+
+class BrakesFully:
+    """A `DockingController` until the first fault; from then on full braking to a standstill, steering held.
+
+    It knows from its own commands what the vehicle does, whatever is measured.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._controller = docking_controller(scenario)
+        self._faults = Disturbances(faults=scenario.faults)
+        self._begin = min(fault.begin for fault in scenario.faults)
+        self._parameters = scenario.plant_parameters()
+        self._cycle = scenario.simulation.cycle
+        self._vehicle = PlantState(x=0.0, y=0.0, phi=0.0)
+        self._last: Command | None = None
+
+    def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
+        delay = self._faults.total("late_cycles", now)
+        self._vehicle = advance(self._vehicle, self._parameters, now)
+        if self._last is None or now + SAME_TIME < self._begin:
+            self._last = self._controller.step(state, now=now, **told)
+            command = self._last
+        else:
+            command = replace(
+                self._last,
+                acceleration=self._braking(now + self._parameters.dead_time + delay),
+                steering_rate=0.0,
+                status=Status.FAILED,
+                source=Source.BRAKING,
+            )
+        self._vehicle = issue(
+            self._vehicle,
+            self._parameters,
+            acceleration=command.acceleration,
+            steering_rate=command.steering_rate,
+            delay=delay,
+        )
+        return command
+
+    def _braking(self, acts: float) -> float:
+        """What brings the vehicle to rest soonest [m/s²], of a command that `acts` from that time on [s]."""
+        speed, most = advance(self._vehicle, self._parameters, acts).v, self._parameters.acceleration_limit
+        return float(np.clip(-speed / self._cycle, -most, most))
+
+
+def drive(scenario: Scenario) -> tuple[RunResult, Noted]:
+    """A run with the scenario's own controller, and what it was told."""
+    noted = Noted(controller=docking_controller(scenario))
+    return simulate(scenario, controller=noted), noted
+
+
+def avoidable(scenario: Scenario) -> bool:
+    """Whether a vehicle that brakes fully from the first fault on, under the same faults, touches nothing.
+
+    A clock that is wrong keeps no vehicle from braking; so it is right there.
+    """
+    others = [fault for fault in scenario.faults if fault.kind != "clock_back"]
+    controller = BrakesFully(scenario)
+    faults = [fault.model_dump(by_alias=True) for fault in others]
+    braked = simulate(changed(scenario, {"faults": faults}), controller=controller)
+    return float(clearances(braked).min()) >= 0.0
+
+
+def fault_figures(result: RunResult) -> dict[str, Any]:
+    """What is recorded of a run with faults."""
+    last = result.cycles.reason[-1] if result.cycles.reason else ""
+    return {
+        **docking_figures(result),
+        "ended": result.ended,
+        "statuses": statuses(result),
+        "last_reason": last,
+        "faulty_reasons": sorted(set(_while_faulty(result, result.cycles.reason))),
+    }
+
+
+def _while_faulty(result: RunResult, values: tuple[str, ...]) -> list[str]:
+    faults, times = result.scenario.faults, result.cycles.times
+    return [
+        value for time, value in zip(times.tolist(), values, strict=True) if any(f.acts(time) for f in faults)
+    ]
+
+
+# -- what is promised ------------------------------------------------------------------------------------
+
+
+def check_commands(noted: Noted, scenario: Scenario) -> None:
+    """Every command is finite and within the limits of the inputs, and what it plans is finite."""
+    limits = scenario.limits
+    for _, command in noted.cycles:
+        values = (command.acceleration, command.steering_rate, command.speed, command.steering)
+        assert all(map(isfinite, values)), values
+        assert abs(command.acceleration) <= limits.acceleration + ROUNDING
+        assert abs(command.steering_rate) <= limits.steering_rate + ROUNDING
+
+
+def check_way_back(noted: Noted, scenario: Scenario) -> None:
+    """A measured speed or steering angle outside its limits is never led further out."""
+    limits = scenario.limits
+    for state, command in noted.cycles:
+        if isfinite(state.v) and abs(state.v) > limits.speed:
+            assert command.acceleration * state.v <= ROUNDING
+        if isfinite(state.delta) and abs(state.delta) > limits.steering:
+            assert command.steering_rate * state.delta <= ROUNDING
+
+
+def check_contact(result: RunResult) -> None:
+    """Nothing is touched that braking at once would not have touched."""
+    least = float(clearances(result).min())
+    assert least >= 0.0 or not avoidable(result.scenario), f"touched something by {-least:.3f} m"
+
+
+def check_end(result: RunResult) -> None:
+    """It is docked at the end, or it stands and says why."""
+    status, reason = result.cycles.status[-1], result.cycles.reason[-1]
+    if result.ended == "docked":
+        return
+    assert abs(result.truth.v[-1]) <= STANDS, f"drives at the end: {status.value}, {reason}"
+    assert status in MAY_STAND, status
+    assert reason
+
+
+def check_all(result: RunResult, noted: Noted) -> None:
+    """All that is promised of every run."""
+    check_commands(noted, result.scenario)
+    check_way_back(noted, result.scenario)
+    check_contact(result)
+    check_end(result)

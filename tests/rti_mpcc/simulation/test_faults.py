@@ -1,0 +1,305 @@
+"""Each fault of a scenario at its time: what the controller is told, and what becomes of its commands."""
+
+from __future__ import annotations
+
+from math import isinf, isnan
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.simulation import Scenario, changed, simulate, summary
+from rti_mpcc.simulation.faults import SIZES, FaultSection, Kind, last_end
+from rti_mpcc.simulation.variants import mirrored, turned_round
+from rti_mpcc.types import Command, Status, VehicleState
+from tests.rti_mpcc.docking_runs import short
+
+DETECTED = {"rate": 20.0, "dropout": 0.0, "outlier": 0.0, "initial_offset": [0.0, 0.0, 0.0]}
+
+
+def still(now: float, state: VehicleState) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def forward(now: float, state: VehicleState) -> tuple[float, float]:
+    return 1.0, 0.0
+
+
+def faulty(
+    scenario: Scenario, kind: str, size: float | None = None, changes: dict[str, Any] | None = None
+) -> Scenario:
+    """With one fault from 0.5 to 1 s; 2 s long."""
+    fault = {"kind": kind, "from": 0.5, "to": 1.0, "size": size}
+    return changed(scenario, {"simulation.duration": 2.0, "faults": [fault], **(changes or {})})
+
+
+def section(**values: Any) -> FaultSection:
+    return FaultSection.model_validate({"kind": "nan_state", "from": 1.0, "to": 2.0, **values})
+
+
+def acting(controller: Any) -> list[bool]:
+    """For each cycle of a run of `faulty` whether the fault acted in it."""
+    return [bool(0.5 - 1e-6 < 0.05 * cycle < 1.0 - 1e-6) for cycle in range(len(controller.told))]
+
+
+# -- in the file -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", get_args(Kind))
+def test_every_kind_is_taken_with_and_without_a_size(straight: Scenario, kind: str) -> None:
+    (fault,) = faulty(straight, kind).faults
+    assert (fault.begin, fault.end) == (0.5, 1.0)
+    assert fault.amount == (SIZES[fault.kind].default if fault.kind in SIZES else 0.0)
+    assert faulty(straight, kind, 0.7).faults[0].size == 0.7
+
+
+def test_a_fault_acts_from_its_begin_until_before_its_end() -> None:
+    fault = section()
+    assert [fault.acts(time) for time in (0.95, 1.0, 1.0 - 1e-12, 1.95, 2.0, 2.0 - 1e-12)] == [
+        *(False, True, True),
+        *(True, False, False),
+    ]
+    assert last_end([section(to=3.0), fault]) == 3.0
+    assert last_end([]) == 0.0
+
+
+def test_a_fault_may_outlast_the_run(scripted: Any, straight: Scenario) -> None:
+    scenario = changed(faulty(straight, "nan_state"), {"simulation.duration": 0.8})
+    assert simulate(scenario, controller=scripted(script=still)).truth.times[-1] == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("variant", [mirrored, turned_round])
+def test_jumps_are_mirrored_with_the_scenario(straight: Scenario, variant: Any) -> None:
+    table = {"from": 1.0, "to": 2.0}
+    faults = [{"kind": "state_jump", **table}, {"kind": "blocked", **table, "size": 3.0}]
+    jump, blocked = variant(changed(straight, {"faults": faults})).faults
+    assert (jump.amount, blocked.amount) == (-0.5, 3.0)
+
+
+# -- the measured state ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("kind", "broken"), [("nan_state", isnan), ("infinite_state", isinf)])
+def test_no_measured_number_is_finite(scripted: Any, straight: Scenario, kind: str, broken: Any) -> None:
+    controller = scripted(script=still)
+    simulate(faulty(straight, kind), controller=controller)
+    for (_, state, _, _), acts in zip(controller.told, acting(controller), strict=True):
+        assert {broken(v) for v in (state.x, state.y, state.phi, state.v, state.delta)} == {acts}
+
+
+def test_a_frozen_state_is_that_of_the_first_cycle(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=forward)
+    simulate(faulty(straight, "frozen_state"), controller=controller)
+    for (now, state, _, _), acts in zip(controller.told, acting(controller), strict=True):
+        measured_at = 0.5 if acts else now
+        assert (state.x, state.v) == pytest.approx((0.5 * measured_at**2, measured_at), abs=1e-9)
+
+
+@pytest.mark.parametrize("size", [0.5, -0.3])
+def test_a_jump_moves_the_measured_position_to_the_left(
+    scripted: Any, straight: Scenario, size: float
+) -> None:
+    controller = scripted(script=still)
+    start = VehicleState(x=1.0, y=0.5, phi=np.pi / 6.0, v=0.0, delta=0.1)
+    truth = simulate(faulty(straight, "state_jump", size), controller=controller, start=start).truth
+    assert (truth.poses == truth.poses[0]).all()
+    for (_, state, _, _), acts in zip(controller.told, acting(controller), strict=True):
+        left = size if acts else 0.0
+        assert (state.x, state.y) == pytest.approx((1.0 - 0.5 * left, 0.5 + np.sqrt(0.75) * left), abs=1e-12)
+        assert (state.phi, state.v, state.delta) == (start.phi, start.v, start.delta)
+
+
+def test_noise_is_the_same_with_and_without_faults(scripted: Any, straight: Scenario) -> None:
+    noise = {"simulation.state_noise": [0.1, 0.1, 0.1, 0.1, 0.1]}
+    usual, lost = scripted(script=still), scripted(script=still)
+    simulate(changed(faulty(straight, "lost_cycles"), {"faults": [], **noise}), controller=usual, seed=3)
+    simulate(faulty(straight, "lost_cycles", changes=noise), controller=lost, seed=3)
+    states = {now: state for now, state, _, _ in usual.told}
+    assert all(states[now] == state for now, state, _, _ in lost.told)
+
+
+# -- cycles and clock ------------------------------------------------------------------------------------
+
+
+def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=lambda now, state: (1.0 if now < 0.475 else -1.0, 0.0))
+    result = simulate(faulty(straight, "lost_cycles"), controller=controller)
+    # The last command before the loss is that of 0.45 s: it acts until the one of 1 s.
+    times = np.concatenate([0.05 * np.arange(10), 1.0 + 0.05 * np.arange(21)])
+    assert result.cycles.times == pytest.approx(times, abs=1e-9)
+    assert [told[0] for told in controller.told] == pytest.approx(times, abs=1e-9)
+    truth = result.truth
+    assert truth.v == pytest.approx(np.minimum(truth.times, 2.0 - truth.times), abs=1e-9)
+
+
+def test_a_run_may_lose_all_its_cycles(scripted: Any, straight: Scenario) -> None:
+    changes = {"simulation.duration": 1.0, "faults": [{"kind": "lost_cycles", "from": 0.0, "to": 9.0}]}
+    detected = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": DETECTED}}
+    result = simulate(changed(straight, changes | detected), controller=scripted(script=forward))
+    assert result.cycles.weights.shape == (0, 4)
+    assert result.tracking is not None
+    assert result.tracking.covariances.shape == (0, 3, 3)
+    assert summary(result)["distance_m"] == 0.0
+    assert result.ended == "duration"
+
+
+def test_late_commands_act_later(scripted: Any, straight: Scenario) -> None:
+    scenario = changed(
+        straight,
+        {
+            "simulation.duration": 2.0,
+            "simulation.dead_time": 0.18,
+            "faults": [{"kind": "late_cycles", "from": 0.0, "to": 3.0, "size": 0.13}],
+        },
+    )
+    truth = simulate(scenario, controller=scripted(script=forward)).truth
+    assert truth.v == pytest.approx(np.maximum(truth.times - 0.31, 0.0), abs=1e-9)
+
+
+def test_a_late_command_may_overtake_a_younger_one(scripted: Any, straight: Scenario) -> None:
+    # That of 0.95 s says 1 and arrives at 1.07 s; that of 1 s says 0 and acts in time, until 1.05 s and the
+    # next, and from 1.1 s on again.
+    scenario = faulty(straight, "late_cycles", 0.12)
+    controller = scripted(script=lambda now, state: (1.0 if 0.925 < now < 0.975 else 0.0, 0.0))
+    truth = simulate(scenario, controller=controller).truth
+    assert truth.v == pytest.approx(np.clip(truth.times - 1.07, 0.0, 0.03), abs=1e-9)
+
+
+def test_the_clock_goes_back_and_forth_again(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=still)
+    result = simulate(faulty(straight, "clock_back"), controller=controller)
+    told = np.array([told[0] for told in controller.told])
+    assert result.cycles.times == pytest.approx(0.05 * np.arange(41), abs=1e-9)
+    assert told == pytest.approx(result.cycles.times - 3.0 * np.array(acting(controller)), abs=1e-9)
+
+
+# -- the solver ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "word", "late"),
+    [("solver_fail", "forced to fail", False), ("solver_timeout", "run time limit reached", True)],
+)
+def test_every_qp_of_the_cycle_goes_wrong(kind: str, word: str, late: bool) -> None:
+    result = simulate(faulty(short(), kind))
+    during = (result.cycles.times > 0.475) & (result.cycles.times < 0.975)
+    assert result.cycles.failed[during].all()
+    assert not result.cycles.failed[~during].any()
+    assert (result.cycles.deadline_missed == (during & late)).all()
+    assert {r for r, acts in zip(result.cycles.reason, during, strict=True) if acts} == {
+        f"the QP was not solved: {word}"
+    }
+
+
+def test_a_clock_is_told_in_the_cycles_of_a_solver_fault_only(scripted: Any, straight: Scenario) -> None:
+    clocks: list[CycleClock | None] = []
+
+    class Clocked(scripted):  # type: ignore[misc]
+        def step(self, state: VehicleState, *, clock: CycleClock | None = None, **told: Any) -> Command:
+            clocks.append(clock)
+            return super().step(state, **told)  # type: ignore[no-any-return]
+
+    controller = Clocked(script=still)
+    simulate(faulty(straight, "solver_timeout"), controller=controller)
+    assert [clock is not None for clock in clocks] == acting(controller)
+    clock = next(clock for clock in clocks if clock is not None)
+    clock.took(clock.stop())
+    assert clock.late()
+    assert clock.decisions.late
+    assert clock.decisions.stops == (clock.stop(),)
+
+
+# -- the goal --------------------------------------------------------------------------------------------
+
+
+def test_a_goal_jumps_to_its_left_and_back(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=still)
+    scenario = faulty(straight, "goal_jump", 0.6, {"goal.pose": [9.0, 0.5, np.pi / 6.0]})
+    result = simulate(scenario, controller=controller)
+    goal = Pose2(9.0, 0.5, np.pi / 6.0)
+    for (_, _, told, _), acts in zip(controller.told, acting(controller), strict=True):
+        assert told == (goal.compose(Pose2(0.0, 0.6, 0.0)) if acts else goal)
+    assert np.ptp(result.truth.goals, axis=0) == pytest.approx(0.0)
+
+
+def test_a_path_end_that_jumped_is_told_from_then_on(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=still)
+    simulate(faulty(straight, "goal_jump"), controller=controller)
+    end = Pose2(10.0, 0.0, 0.0)
+    assert [told[2] for told in controller.told] == [None] * 10 + [Pose2(10.0, 0.5, 0.0)] * 10 + [end] * 21
+
+
+def test_a_goal_without_numbers(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=still)
+    simulate(faulty(straight, "goal_nan", changes={"goal.offset": [0.0, 0.0, 0.0]}), controller=controller)
+    for (_, _, goal, _), acts in zip(controller.told, acting(controller), strict=True):
+        assert isinstance(goal, Pose2)
+        assert {isnan(goal.x), isnan(goal.y), isnan(goal.phi)} == {acts}
+
+
+def test_stamps_of_detections_are_by_the_clock_of_their_exposure(scripted: Any, straight: Scenario) -> None:
+    late = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": {**DETECTED, "delay": 0.1}}}
+    controller = scripted(script=still)
+    simulate(faulty(straight, "clock_back", changes=late), controller=controller)
+    stamps = [m.stamp for told in controller.detections for m in told]
+    exposed = 0.05 * np.arange(len(stamps))
+    behind = (exposed > 0.475) & (exposed < 0.975)
+    assert stamps == pytest.approx(exposed - 3.0 * behind, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["goal_jump", "goal_nan"])
+def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scenario, kind: str) -> None:
+    detected = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": DETECTED}}
+    usual, wrong = scripted(script=still), scripted(script=still)
+    simulate(changed(straight, {"simulation.duration": 2.0, **detected}), controller=usual)
+    simulate(faulty(straight, kind, changes=detected), controller=wrong)
+    assert {told[2] for told in wrong.told} == {Pose2(10.0, 0.0, 0.0)}
+    for (good,), (bad,), acts in zip(usual.detections, wrong.detections, acting(wrong), strict=True):
+        place = Pose2(good.x, good.y, good.phi).compose(Pose2(0.0, 0.5 if acts else 0.0, 0.0))
+        if kind == "goal_nan" and acts:
+            assert isnan(bad.x)
+            assert isnan(bad.phi)
+        else:
+            assert (bad.stamp, bad.x, bad.y) == pytest.approx((good.stamp, place.x, place.y))
+
+
+# -- the vehicle -----------------------------------------------------------------------------------------
+
+
+def test_the_plant_has_the_faults_of_the_vehicle(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=lambda now, state: (2.0 if now < 0.475 else -1.0, 0.1))
+    truth = simulate(faulty(straight, "weak_brakes", 0.25), controller=controller).truth
+    t = truth.times
+    slower = 1.0 - 0.25 * (np.clip(t, 0.5, 1.0) - 0.5) - (np.maximum(t, 1.0) - 1.0)
+    assert truth.v == pytest.approx(np.where(t < 0.5, 2.0 * t, slower), abs=1e-9)
+    truth = simulate(faulty(straight, "stuck_steering"), controller=controller).truth
+    assert truth.delta == pytest.approx(0.1 * (t - np.clip(t - 0.5, 0.0, 0.5)), abs=1e-9)
+
+
+# -- how long a run goes on ------------------------------------------------------------------------------
+
+
+def test_a_stop_counts_from_the_end_of_the_last_fault_on(scripted: Any, straight: Scenario) -> None:
+    controller = scripted(script=still, status=lambda now: Status.FAILED)
+    faults = [{"kind": "nan_state", "from": 0.5, "to": 3.0}, {"kind": "nan_state", "from": 1.0, "to": 2.0}]
+    result = simulate(changed(straight, {"faults": faults}), controller=controller)
+    assert (result.ended, result.truth.times[-1]) == ("stopped", pytest.approx(8.0))
+
+
+@pytest.mark.parametrize(("begin", "end", "over"), [(0.5, 3.0, 3.0), (1.5, 3.0, 1.0), (0.1, 0.5, 1.0)])
+def test_a_docked_vehicle_is_watched_to_the_end_of_a_fault_that_acts(
+    scripted: Any, straight: Scenario, begin: float, end: float, over: float
+) -> None:
+    faults = [{"kind": "nan_state", "from": begin, "to": end}]
+    scenario = changed(straight, {"faults": faults, "goal.pose": [0.0, 0.0, 0.0]})
+    result = simulate(scenario, controller=scripted(script=still))
+    assert (result.ended, result.truth.times[-1]) == ("docked", pytest.approx(over))
+
+
+def test_one_that_leaves_its_dock_while_watched_is_not_docked(scripted: Any, straight: Scenario) -> None:
+    faults = [{"kind": "state_jump", "from": 0.5, "to": 2.0}]
+    changes = {"simulation.duration": 4.0, "faults": faults, "goal.pose": [0.0, 0.0, 0.0]}
+    controller = scripted(script=lambda now, state: (1.0 if now > 1.2 else 0.0, 0.0))
+    assert simulate(changed(straight, changes), controller=controller).ended == "duration"
