@@ -19,6 +19,7 @@ LAYERS = (
     "controller",
     "planning",
     "safety",
+    "driving",
     "docking",
     "recording",
     "simulation",
