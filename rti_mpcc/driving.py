@@ -101,9 +101,10 @@ class Driver:
 
     def _doubt(self, situation: Situation, doubt: str) -> Act:
         """Drive on along the last plan for a moment, by what is believed; then brake."""
-        memory = self._memory
+        memory, trust = self._memory, self._memory.trust
         driving = memory.phase in (Phase.CONTOURING, Phase.ARRIVING) and not memory.latched
-        if driving and situation.now - memory.trust.since <= self.config.plausibility.blind:
+        short = situation.now - trust.since <= self.config.plausibility.blind
+        if driving and short and not trust.obstinate:
             act = self._go_on(memory, situation, doubt)
             if act is not None:
                 return replace(act, status=Status.FAILED)
