@@ -22,9 +22,15 @@ GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
 """Only these give a solution: "solved inaccurate" is what a QP ends at that a limit has stopped."""
 
 UNFINISHED = frozenset(
-    {int(osqp.SolverStatus.OSQP_TIME_LIMIT_REACHED), int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE)}
+    {
+        int(osqp.SolverStatus.OSQP_TIME_LIMIT_REACHED),
+        int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE),
+        int(osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE_INACCURATE),
+        int(osqp.SolverStatus.OSQP_DUAL_INFEASIBLE_INACCURATE),
+    }
 )
-"""What a QP may be called that was ended by a limit."""
+"""What a QP may be called that was ended by a limit; `_cut_short` knows the other sign of it."""
+OUT_OF_TIME = "run time limit reached"
 
 RHO = 0.1
 """First step-size parameter; OSQP adapts it."""
@@ -124,18 +130,16 @@ class QpSolver:
         result = self._osqp.solve(raise_error=False)
         self._updating = 0.0
         info = result.info
+        cut = self._cut_short(int(info.status_val), int(info.iter))
         good = info.status_val in GOOD and np.isfinite(result.x).all() and np.isfinite(result.y).all()
-        if not good:
+        if cut or not good:
             self.forget()
-            status, iterations = str(info.status), int(info.iter)
-            by_clock = (
-                info.status_val in UNFINISHED and iterations < self._patience * self._settings.max_iterations
-            )
+            status, iterations = OUT_OF_TIME if cut and good else str(info.status), int(info.iter)
             return self.nothing(
                 status,
                 iterations=iterations,
                 seconds=float(info.run_time),
-                stopped=Stop(status, iterations) if by_clock else None,
+                stopped=Stop(status, iterations) if cut else None,
             )
         return QpSolution(
             solved=True,
@@ -169,6 +173,18 @@ class QpSolver:
         limit = NO_LIMIT if seconds is None else max(seconds, 1e-5) + self._updating
         self._osqp.update_settings(time_limit=limit)
         self._limited = seconds is not None
+
+    def _cut_short(self, status: int, iterations: int) -> bool:
+        """Whether the clock has ended a solve.
+
+        At its time limit OSQP looks once more at what it has, and may find the QP just solved. Left alone it
+        would have gone on to its next regular check and another solution: a replay, without a clock, would
+        not find the same.
+        """
+        if not self._limited or iterations >= self._patience * self._settings.max_iterations:
+            return False
+        regular = iterations > 0 and iterations % self._settings.check_interval == 0
+        return status in UNFINISHED or not regular
 
     def _set_up(self, values: QpValues) -> None:
         settings = self._settings

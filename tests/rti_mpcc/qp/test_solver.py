@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solver import QpSolution, QpSolver
+from rti_mpcc.qp.solver import OUT_OF_TIME, QpSolution, QpSolver, Stop
 from rti_mpcc.types import Array
 
 STAGES = 10
@@ -166,3 +167,37 @@ def test_a_time_limit_that_is_too_short_gives_nothing(pattern: QpPattern) -> Non
     solver.update(values)
     zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
     nothing(solver.solve(values, *zero, time_limit=1e-4))
+
+
+class EndsAfter:
+    """OSQP, except that it says to have solved a QP after so many iterations."""
+
+    def __init__(self, osqp: Any, iterations: int) -> None:
+        self._osqp = osqp
+        self._iterations = iterations
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._osqp, name)
+
+    def solve(self, **settings: Any) -> Any:
+        result = self._osqp.solve(**settings)
+        result.info.iter = self._iterations
+        return result
+
+
+@pytest.mark.parametrize(
+    ("iterations", "time_limit", "cut"),
+    [(0, 9.0, True), (13, 9.0, True), (15, 9.0, False), (20_000, 9.0, False), (13, None, False)],
+)
+def test_what_the_clock_has_ended_is_not_taken_though_solved(
+    pattern: QpPattern, iterations: int, time_limit: float | None, cut: bool
+) -> None:
+    """At its limit OSQP checks at whatever iteration it is; else at every 5th and at the last only."""
+    solver = QpSolver(pattern, SETTINGS)
+    values = problem(pattern, 1)
+    solver.update(values)
+    solver._osqp = EndsAfter(solver._osqp, iterations)
+    zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
+    solution = solver.solve(values, *zero, time_limit=time_limit)
+    assert solution.solved is not cut
+    assert solution.stopped == (Stop(OUT_OF_TIME, iterations) if cut else None)
