@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import Enum
+from math import nan
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -12,7 +14,6 @@ from estimation import GoalMeasurement
 from geometry import Corridor, CorridorLines, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
-from rti_mpcc.errors import InputError
 from rti_mpcc.planning.clock import CycleClock, Decisions
 from rti_mpcc.recording.codec import Data, array_data, decoder, fields_data, to_data
 from rti_mpcc.recording.lines import VERSION
@@ -119,30 +120,49 @@ def inputs_of(
 ) -> Inputs:
     """The inputs as they come back from a file: the same numbers, all of them float64.
 
-    Raises:
-        InputError: something that is no number where one must be.
+    What is no number where one must be is NaN, which the controller refuses as well.
     """
-    try:
-        outlines = None if obstacles is None else [array_data(outline) for outline in obstacles]
-    except (TypeError, ValueError) as error:
-        raise InputError(f"obstacles: must be numbers of shape (m, 2) each ({error})") from None
     data: dict[str, Data] = {
         "calls": to_data(tuple(calls)),
-        "state": fields_data(state, VehicleState),
-        "now": to_data(now),
-        "goal": _pose_data(goal),
-        "measurements": [
-            fields_data(measurement, GoalMeasurement) | {"vehicle": _pose_data(measurement.vehicle)}
-            for measurement in measurements
-        ],
-        "obstacles": outlines,
+        "state": _numbers(state, VehicleState),
+        "now": _number(now),
+        "goal": _pose(goal),
+        "measurements": [_measurement(measurement) for measurement in measurements],
+        "obstacles": _outlines(obstacles),
     }
     inputs: Inputs = read_inputs(data)
     return inputs
 
 
-def _pose_data(pose: Pose2 | None) -> Data:
-    return None if pose is None else fields_data(pose, Pose2)
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return nan
+
+
+def _numbers(value: object, kind: type) -> dict[str, float]:
+    return {field.name: _number(getattr(value, field.name)) for field in fields(kind)}
+
+
+def _pose(pose: Pose2 | None) -> Data:
+    return None if pose is None else _numbers(pose, Pose2)
+
+
+def _measurement(measurement: GoalMeasurement) -> Data:
+    return fields_data(measurement, GoalMeasurement) | {
+        **{name: _number(getattr(measurement, name)) for name in ("stamp", "x", "y", "phi")},
+        "vehicle": _pose(measurement.vehicle),
+    }
+
+
+def _outlines(obstacles: Sequence[ArrayLike] | None) -> Data:
+    if obstacles is None:
+        return None
+    try:
+        return [array_data(outline) for outline in obstacles]
+    except (TypeError, ValueError):
+        return [array_data([nan])]
 
 
 def run_cycle(

@@ -30,9 +30,10 @@ _log = logging.getLogger(__name__)
 class Recorder:
     """Steps a controller and writes each cycle to a file, which `replay` drives again.
 
-    The controller is told what the recording says, so numbers of other types reach it as float64. Writing
-    comes after the command is there, and never stops the controller: if the file cannot be written any
-    more, that is logged and the vehicle is driven on without it. So is it after `close`.
+    The controller is told what the recording says: numbers of other types reach it as float64, and what is
+    no number as NaN. Writing comes after the command is there, and never stops the controller: if the file
+    cannot be written any more, that is logged and the vehicle is driven on without it. So is it after
+    `close`.
 
     Args:
         controller: which has not stepped yet.
@@ -69,11 +70,7 @@ class Recorder:
         obstacles: Sequence[ArrayLike] | None = None,
         clock: CycleClock | None = None,
     ) -> Command:
-        """One cycle, recorded. Arguments, result and errors are those of `DockingController.step`.
-
-        Raises:
-            InputError: something that is no number where one must be; that is no cycle.
-        """
+        """One cycle, recorded. Arguments, result and errors are those of `DockingController.step`."""
         clock = clock or CycleClock(self.controller.config.deadline)
         inputs = inputs_of(
             state, calls=self._calls, now=now, goal=goal, measurements=measurements, obstacles=obstacles
