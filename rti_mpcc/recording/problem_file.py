@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -55,16 +56,20 @@ def load_problem(file: str | PathLike[str]) -> QpProblem:
         RecordingError: the file cannot be read or is no such archive.
     """
     try:
-        with np.load(file, allow_pickle=False) as content:
+        with open(file, "rb") as stream:
+            content = np.load(stream, allow_pickle=False)
             found: dict[str, Any] = {field: content[name] for name, field in _VECTORS.items()}
-            for name, field in _MATRICES.items():
-                parts = tuple(content[f"{name}_{item}"] for item in ("data", "indices", "indptr"))
-                found[field] = csc_matrix(parts, shape=tuple(content[f"{name}_shape"].tolist()))
-            return QpProblem(**found)
+            found |= {field: _matrix(content, name) for name, field in _MATRICES.items()}
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read, {error.strerror or error}") from error
-    except (KeyError, ValueError, AttributeError, EOFError, BadZipFile) as error:
+    except (KeyError, ValueError, IndexError, EOFError, BadZipFile, zlib.error) as error:
         raise RecordingError(f"{file}: is not a QP of rti-mpcc ({error})") from error
+    return QpProblem(**found)
+
+
+def _matrix(content: Any, name: str) -> csc_matrix:
+    data, indices, indptr = (content[f"{name}_{item}"] for item in ("data", "indices", "indptr"))
+    return csc_matrix((data, indices, indptr), shape=tuple(content[f"{name}_shape"].tolist()))
 
 
 def dump_if_failed(controller: DockingController, cycle: Cycle, folder: Path) -> Path | None:

@@ -27,8 +27,8 @@ def _mismatch_lines(mismatch: Mismatch) -> list[str]:
         f"different: cycle {mismatch.cycle}{time}" + (f": {mismatch.changed}" if mismatch.changed else "")
     ]
     fields = mismatch.fields
-    if mismatch.changed and not fields:
-        lines.append("  as far as it can be replayed, it comes to the same")
+    if mismatch.time is not None and not fields:
+        lines.append("  what comes of it is the same")
     lines += [_field_line(field) for field in fields[:SHOWN]]
     if len(fields) > SHOWN:
         lines.append(f"  and {len(fields) - SHOWN} fields more")
