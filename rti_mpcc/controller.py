@@ -37,7 +37,7 @@ from rti_mpcc.qp.filling import (
     fill_initial,
 )
 from rti_mpcc.qp.pattern import build_pattern
-from rti_mpcc.qp.solver import QpSolution, QpSolver, Stop
+from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver, Stop
 from rti_mpcc.types import Array, Trajectory
 
 RETURN_SHARE = 0.9
@@ -81,7 +81,7 @@ class Solution:
         weights: that acted; planes: that acted, memory of their features.
         dual: multipliers, the next QP's guess.
         status, iterations, refactorisations, residuals: of OSQP, see `QpSolution`.
-        stopped: what ended the QP from outside, or None.
+        stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
         prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
     """
 
@@ -96,6 +96,7 @@ class Solution:
     refactorisations: int
     residuals: tuple[float, float]
     stopped: Stop | None
+    iterate: tuple[Array, Array] | None
     prepare_seconds: float
     solve_seconds: float
     feedback_seconds: float
@@ -189,6 +190,7 @@ class RtiMpcc:
         arrive_at: float | None = None,
         retreat: float = 0.0,
         damping: float = 0.0,
+        again: bool = False,
     ) -> Linearisation:
         """Preparation phase: everything about the QP that needs no measurement.
 
@@ -199,12 +201,14 @@ class RtiMpcc:
             arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
             retreat: speed allowed against the part's direction [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
+            again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
         """
         begun = perf_counter()
         config, target, wheelbase = self.config, self.target, self.config.vehicle.wheelbase
         if plan is not None:
             last = None
-            self._solver.forget()
+            if not again:
+                self._solver.forget()
         else:
             last = last or self._last
             plan = last.trajectory if last else None
@@ -261,8 +265,8 @@ class RtiMpcc:
         state: Array,
         at: float,
         *,
-        time_limit: float | None = None,
-        stopped: Stop | None = None,
+        ends: Ends | None = None,
+        iterate: tuple[Array, Array] | None = None,
         patience: int = 1,
     ) -> Solution:
         """Feedback phase: insert the state and solve.
@@ -270,8 +274,8 @@ class RtiMpcc:
         Args:
             state: (6,) x, y, phi, v, delta, theta measured for, or rolled forward to, `at`.
             at: as in the last `prepare`, which is done here if it was for another time [s].
-            time_limit: of the solver [s].
-            stopped: the QP is not solved, but taken as ended by this.
+            ends: asked now and then whether the QP must come to an end.
+            iterate: how far this QP had come when it was stopped before.
             patience: how many times the configured iterations the solver may take.
         """
         if self._linearisation is None or self._linearisation.trajectory.times[0] != at:
@@ -285,7 +289,7 @@ class RtiMpcc:
         fill_initial(self._values, self._pattern, measured - linear.states[0])
         self._admit(measured, linear)
         self._solver.allow(patience)
-        result = self._solve(linear, measured - linear.states[0], time_limit, stopped)
+        result = self._solve(linear, measured - linear.states[0], ends, iterate)
         solution = self._read(linear, result, begun)
         if solution.solved:
             self._last = solution
@@ -349,7 +353,11 @@ class RtiMpcc:
             values.lower[rows] = admitted(linear.rows, change, elapsed, self.config.footprint.margin)
 
     def _solve(
-        self, linear: Linearisation, change: Array, time_limit: float | None, stopped: Stop | None
+        self,
+        linear: Linearisation,
+        change: Array,
+        ends: Ends | None,
+        iterate: tuple[Array, Array] | None,
     ) -> QpSolution:
         pattern = self._pattern
         primal = np.zeros(pattern.constraints.shape[1])
@@ -359,14 +367,16 @@ class RtiMpcc:
             primal[pattern.slack_columns] = self._last.slack / pattern.column_units[pattern.slack_columns]
             if len(self._last.dual) == len(dual):
                 dual = self._last.dual
+        if iterate is not None and len(iterate[1]) == len(dual):
+            primal, dual = iterate
         self._guess = (primal, dual)
         if linear.refused:
             return self._solver.nothing(linear.refused)
-        return self._solver.solve(self._values, primal, dual, time_limit, stopped)
+        return self._solver.solve(self._values, primal, dual, ends)
 
     def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
-        change = result.primal * pattern.column_units
+        change = result.primal * pattern.column_units if result.solved else np.zeros(len(result.primal))
         states = linear.frame.states_out(linear.states + change[pattern.state_columns])
         controls = shifted.controls + change[pattern.control_columns]
         read_only(states, controls, shifted.times)
@@ -376,12 +386,13 @@ class RtiMpcc:
             slack=np.maximum(change[pattern.slack_columns], 0.0),
             weights=linear.weights,
             planes=linear.planes,
-            dual=result.dual,
+            dual=result.dual if result.solved else np.zeros(len(result.dual)),
             status=result.status,
             iterations=result.iterations,
             refactorisations=result.refactorisations,
             residuals=result.residuals,
             stopped=result.stopped,
+            iterate=(result.primal, result.dual) if result.stopped else None,
             prepare_seconds=linear.seconds,
             solve_seconds=result.seconds,
             feedback_seconds=perf_counter() - begun,

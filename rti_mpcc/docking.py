@@ -182,7 +182,7 @@ class DockingController:
         return self._assess()
 
     def _assess(self) -> Situation:
-        return sensing.assess(
+        return sensing.situation_of(
             self._memory, self._mpcc.part, self._mpcc.target, self.config, last_part=self._on_last_part
         )
 
@@ -220,7 +220,7 @@ class DockingController:
         if driving and situation.now - memory.trust.since <= self.config.plausibility.blind:
             act = self._go_on(memory, situation, doubt)
             if act is not None:
-                return act
+                return replace(act, status=Status.FAILED)
         return self._give_up(situation, doubt)
 
     def _start(self, situation: Situation, clock: CycleClock) -> Act:
@@ -275,7 +275,7 @@ class DockingController:
         self._memory = route.begin_phase(self._memory, situation, self.config)
         guess = search.first_guess(self._mpcc, self._memory, situation)
         unfinished = self._memory.unfinished
-        start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished)
+        start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished, guess)
         attempt = self._search(situation, start, clock)
         self._memory = search.left_unfinished(self._memory, situation.target, attempt)
         filled = not attempt.cut and (attempt.problem or attempt.squeezed)

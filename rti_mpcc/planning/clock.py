@@ -8,10 +8,12 @@ keeps its answers; a `PlayedBack` gives kept answers again and looks at no clock
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from time import perf_counter
 
-from rti_mpcc.qp.solver import Stop
+from rti_mpcc.qp.solver import Ends, Stop
 
+TIME_IS_UP = "run time limit reached"
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
 
@@ -44,7 +46,7 @@ class CycleClock:
         self._longest = 0.0
         self._granted: list[bool] = []
         self._stops: list[Stop | None] = []
-        self._late = False
+        self._late: bool | None = None
 
     @property
     def seconds(self) -> float:
@@ -52,14 +54,14 @@ class CycleClock:
         return perf_counter() - self._begun
 
     @property
-    def time_limit(self) -> float | None:
-        """What is left for a QP [s]; None without a deadline."""
-        return None if self._deadline is None else max(self._deadline - EXIT - self.seconds, 0.0)
+    def left(self) -> float:
+        """What is left for finding a plan [s]; infinite without a deadline."""
+        return inf if self._deadline is None else self._deadline - EXIT - self.seconds
 
     @property
     def decisions(self) -> Decisions:
         """What was decided so far."""
-        return Decisions(granted=tuple(self._granted), stops=tuple(self._stops), late=self._late)
+        return Decisions(granted=tuple(self._granted), stops=tuple(self._stops), late=bool(self._late))
 
     def grants(self) -> bool:
         """Whether an iteration may begin: there is time for one as long as the longest of this cycle."""
@@ -67,13 +69,23 @@ class CycleClock:
         if self._granted:
             self._longest = max(self._longest, now - self._asked)
         self._asked = now
-        limit = self.time_limit
-        granted = self._grants(limit is None or limit > self._longest)
+        granted = self._grants(self.left > self._longest)
         self._granted.append(granted)
         return granted
 
+    def ends(self) -> Ends:
+        """For the next QP: what ends it after so many iterations, "" if it may go on."""
+        stop = self.stop()
+
+        def word(iterations: int) -> str:
+            if stop is not None and iterations >= stop.iterations:
+                return stop.status
+            return TIME_IS_UP if self.left <= 0.0 else ""
+
+        return word
+
     def stop(self) -> Stop | None:
-        """What ends the next QP before it is begun, or None."""
+        """What is to end the next QP whatever the time is, or None."""
         return None
 
     def took(self, stop: Stop | None) -> None:
@@ -82,7 +94,8 @@ class CycleClock:
 
     def late(self) -> bool:
         """Whether the deadline has passed. Decided once: asked again, the answer stays."""
-        self._late = self._late or self._passed(self._deadline is not None and self.seconds > self._deadline)
+        if self._late is None:
+            self._late = self._passed(self._deadline is not None and self.seconds > self._deadline)
         return self._late
 
     def _grants(self, granted: bool) -> bool:

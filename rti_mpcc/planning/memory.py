@@ -30,12 +30,14 @@ class Unfinished:
     """A search for a first plan that goes on in the next cycle.
 
     Attributes:
-        solution: the last iterate; iterations: done so far.
+        solution: the last one, None if no QP was solved yet; iterations: so many were.
+        iterate: how far the QP had come that was stopped, or None.
         target: what the plan is to end in; arrive_at: when [s], or None.
     """
 
-    solution: Solution
+    solution: Solution | None
     iterations: int
+    iterate: tuple[Array, Array] | None
     target: Target
     arrive_at: float | None
 

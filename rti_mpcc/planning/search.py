@@ -14,11 +14,11 @@ from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
-from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished
 from rti_mpcc.planning.route import retreat
-from rti_mpcc.types import Trajectory
+from rti_mpcc.types import Array, Trajectory
 
 ITERATIONS = 10
 """Real-time iterations of one search, at most."""
@@ -82,6 +82,7 @@ class Start:
 
     Attributes:
         last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
+        iterate: how far the first QP had come in an earlier cycle.
         least: so many iterations at least; most: at most.
         damping: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
         unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
@@ -89,6 +90,7 @@ class Start:
 
     last: Solution | None = None
     guess: Trajectory | None = None
+    iterate: tuple[Array, Array] | None = None
     least: int = 1
     most: int = ITERATIONS
     damping: float = DAMPING
@@ -117,11 +119,13 @@ def from_guess(guess: Trajectory) -> Start:
     )
 
 
-def resumed(unfinished: Unfinished) -> Start:
-    """The same, where the time of an earlier cycle was up."""
+def resumed(unfinished: Unfinished, guess: Trajectory) -> Start:
+    """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
     done = unfinished.iterations
     return Start(
         last=unfinished.solution,
+        guess=guess if unfinished.solution is None else None,
+        iterate=unfinished.iterate,
         least=max(FIRST_ITERATIONS - done, 1),
         most=max(ITERATIONS - done, 1),
         damping=START_DAMPING,
@@ -142,7 +146,8 @@ def converge(
             return Attempt(
                 solutions=tuple(solutions), problem=problem or NO_TIME, squeezed=squeezed, cut=True
             )
-        solutions.append(_iterate(mpcc, memory, situation, replace(start, last=last, guess=guess), clock))
+        begin = replace(start, last=last, guess=guess, iterate=None if solutions else start.iterate)
+        solutions.append(_iterate(mpcc, memory, situation, begin, clock))
         if solutions[-1].solved:
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved
@@ -150,9 +155,15 @@ def converge(
         squeezed = start.least > 1 and _squeezed(
             solutions[-1], mpcc.target, arriving=memory.arrive_at is not None
         )
+        if _ran_out_of_time(solutions[-1]):
+            return Attempt(solutions=tuple(solutions), problem=problem, squeezed=squeezed, cut=True)
         if unsolved >= start.unsolved or (len(solutions) >= start.least and not problem and not squeezed):
             break
     return Attempt(solutions=tuple(solutions), problem=problem, squeezed=squeezed)
+
+
+def _ran_out_of_time(solution: Solution) -> bool:
+    return solution.stopped is not None and solution.stopped.status == TIME_IS_UP
 
 
 def _iterate(
@@ -166,12 +177,13 @@ def _iterate(
         arrive_at=memory.arrive_at,
         retreat=retreat(memory, situation),
         damping=start.damping,
+        again=start.iterate is not None,
     )
     solution = mpcc.feedback(
         situation.state,
         situation.begin,
-        time_limit=clock.time_limit,
-        stopped=clock.stop(),
+        ends=clock.ends(),
+        iterate=start.iterate,
         patience=start.patience,
     )
     clock.took(solution.stopped)
@@ -182,12 +194,14 @@ def left_unfinished(memory: ControllerMemory, target: Target, attempt: Attempt) 
     """Keep a search that ran out of time, to go on with in the next cycle."""
     if not attempt.cut:
         return replace(memory, unfinished=None)
-    if attempt.solved is None:
+    if not attempt.solutions:
         return memory
-    done = memory.unfinished.iterations if memory.unfinished else 0
+    before, last = memory.unfinished, attempt.solutions[-1]
+    solved = sum(solution.solved for solution in attempt.solutions)
     unfinished = Unfinished(
-        solution=attempt.solved,
-        iterations=done + len(attempt.solutions),
+        solution=attempt.solved or (before.solution if before else None),
+        iterate=last.iterate,
+        iterations=(before.iterations if before else 0) + solved,
         target=target,
         arrive_at=memory.arrive_at,
     )

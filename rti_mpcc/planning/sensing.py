@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot
 
 import numpy as np
@@ -46,12 +47,29 @@ def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: 
     return reached
 
 
-def assess(
+def situation_of(
     memory: ControllerMemory, part: PathPart, target: Target, config: ControllerConfig, *, last_part: bool
 ) -> Situation:
-    """Set the vehicle, as it will be when the command begins to act, against the path and the target."""
-    now, believed, free = memory.now, memory.trust.state, memory.stop_at is None
-    reached = reached_state(now, memory, part, config)
+    """The situation of this cycle by what is believed of the vehicle."""
+    believed, free = memory.trust.state, memory.stop_at is None
+    speed = 0.0 if believed is None else float(believed[V])
+    reached = reached_state(memory.now, memory, part, config)
+    situation = assess(reached, memory.now, speed, part, target, config, last_part=last_part, free=free)
+    return replace(situation, doubt=memory.trust.why or situation.doubt)
+
+
+def assess(
+    reached: Array,
+    now: float,
+    measured_speed: float,
+    part: PathPart,
+    target: Target,
+    config: ControllerConfig,
+    *,
+    last_part: bool,
+    free: bool,
+) -> Situation:
+    """Set the state `reached` (6,) against the path and the target."""
     here = Pose2(float(reached[X]), float(reached[Y]), float(reached[PHI]))
     stopped = _stopped(reached, config)
     tolerance = config.goal_tolerance if last_part else CUSP_TOLERANCE
@@ -59,8 +77,8 @@ def assess(
         now=now,
         begin=now + config.dead_time,
         state=reached,
-        measured_speed=0.0 if believed is None else float(believed[V]),
-        doubt=memory.trust.why or _off_the_path(here, part.pose(float(reached[THETA]))),
+        measured_speed=measured_speed,
+        doubt=_off_the_path(here, part.pose(float(reached[THETA]))),
         target=target,
         direction=part.direction,
         last_part=last_part,

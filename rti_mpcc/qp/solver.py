@@ -6,8 +6,8 @@ unsolved QP may leave finite garbage behind. Only a status on the list of good o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from time import perf_counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,19 +23,23 @@ GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
 
 UNFINISHED = frozenset(
     {
-        int(osqp.SolverStatus.OSQP_TIME_LIMIT_REACHED),
+        int(osqp.SolverStatus.OSQP_MAX_ITER_REACHED),
         int(osqp.SolverStatus.OSQP_SOLVED_INACCURATE),
         int(osqp.SolverStatus.OSQP_PRIMAL_INFEASIBLE_INACCURATE),
         int(osqp.SolverStatus.OSQP_DUAL_INFEASIBLE_INACCURATE),
     }
 )
-"""What a QP may be called that was ended by a limit; `_cut_short` knows the other sign of it."""
-OUT_OF_TIME = "run time limit reached"
+"""What a QP is called that has had its iterations and not come to an end."""
 
 RHO = 0.1
 """First step-size parameter; OSQP adapts it."""
-NO_LIMIT = 1e10
-"""OSQP's own time limit [s]."""
+SLICE = 50
+"""So many iterations are done in one go: after each slice it is asked whether to go on. OSQP's own time limit
+stops anywhere, which could not be played back. It adapts its step size every 50 iterations, so a sliced solve
+is the same as a whole one."""
+
+Ends = Callable[[int], str]
+"""After so many iterations: "" to go on with a QP, or the word for what ends it."""
 
 
 class Stop(NamedTuple):
@@ -50,7 +54,8 @@ class QpSolution:
     """What a solve gave.
 
     Attributes:
-        solved: whether the status is good and all numbers are finite; if not, `primal` and `dual` are 0.
+        solved: whether the status is good and all numbers are finite; if not, `primal` and `dual` are 0, or
+            how far a QP had come that was stopped.
         primal: (n,), dual: (m,), in scaled units.
         status: OSQP's word.
         iterations: of OSQP.
@@ -78,16 +83,14 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
-        self._patience = 1
-        self._limited = False
-        self._updating = 0.0
+        self._most = settings.max_iterations
+        self._sliced = SLICE
 
     def update(self, values: QpValues) -> str:
         """Preparation: hand over all numbers (factorises). Returns "" or why they were refused."""
         problem = self._complaint(values)
         if problem:
             return problem
-        begun = perf_counter()
         if self._osqp is None:
             self._set_up(values)
         else:
@@ -98,66 +101,64 @@ class QpSolver:
                 l=values.lower,
                 u=values.upper,
             )
-        self._updating += perf_counter() - begun
         return ""
 
-    def solve(
-        self,
-        values: QpValues,
-        primal: Array,
-        dual: Array,
-        time_limit: float | None = None,
-        stopped: Stop | None = None,
-    ) -> QpSolution:
+    def solve(self, values: QpValues, primal: Array, dual: Array, ends: Ends | None = None) -> QpSolution:
         """Feedback: hand over the bounds only and solve from a guess.
 
         Args:
             values: as in the last `update`, but for its bounds.
             primal: (n,), dual: (m,) guess in scaled units.
-            time_limit: [s].
-            stopped: the QP is not solved, but taken as ended by this.
+            ends: asked before each slice of iterations.
         """
-        if stopped is not None:
-            self.forget()
-            return self.nothing(stopped.status, iterations=stopped.iterations, stopped=stopped)
         if self._osqp is None:
             return self.nothing("not prepared")
         if not (np.isfinite(values.lower) | np.isneginf(values.lower)).all() or not _ordered(values):
             return self.nothing("bounds refused")
         self._osqp.update(l=values.lower, u=values.upper)
         self._osqp.warm_start(x=primal, y=dual)
-        self._limit(time_limit)
-        result = self._osqp.solve(raise_error=False)
-        self._updating = 0.0
-        info = result.info
-        cut = self._cut_short(int(info.status_val), int(info.iter))
-        good = info.status_val in GOOD and np.isfinite(result.x).all() and np.isfinite(result.y).all()
-        if cut or not good:
+        done, seconds = 0, 0.0
+        while True:
+            word = ends(done) if ends is not None else ""
+            if word:
+                return self._stopped(Stop(word, done), primal, dual, seconds)
+            info, primal, dual = self._slice(min(SLICE, self._most - done))
+            done += int(info.iter)
+            seconds += float(info.run_time)
+            finite = bool(np.isfinite(primal).all() and np.isfinite(dual).all())
+            if info.status_val not in UNFINISHED or not finite or done >= self._most:
+                break
+        if info.status_val not in GOOD or not finite:
             self.forget()
-            status, iterations = OUT_OF_TIME if cut and good else str(info.status), int(info.iter)
-            return self.nothing(
-                status,
-                iterations=iterations,
-                seconds=float(info.run_time),
-                stopped=Stop(status, iterations) if cut else None,
-            )
+            return self.nothing(str(info.status), iterations=done, seconds=seconds)
         return QpSolution(
             solved=True,
-            primal=np.array(result.x),
-            dual=np.array(result.y),
+            primal=primal,
+            dual=dual,
             status=str(info.status),
-            iterations=int(info.iter),
+            iterations=done,
             refactorisations=int(info.rho_updates),
             residuals=(float(info.prim_res), float(info.dual_res)),
             stopped=None,
-            seconds=float(info.run_time),
+            seconds=seconds,
         )
+
+    def _slice(self, iterations: int) -> tuple[Any, Array, Array]:
+        """So many iterations more: OSQP's account of them, and the iterate (n,), (m,)."""
+        if iterations != self._sliced:
+            self._osqp.update_settings(max_iter=iterations)
+            self._sliced = iterations
+        result = self._osqp.solve(raise_error=False)
+        return result.info, np.array(result.x), np.array(result.y)
+
+    def _stopped(self, stop: Stop, primal: Array, dual: Array, seconds: float) -> QpSolution:
+        """A QP that was not let come to an end; its iterate is a guess for another try."""
+        nothing = self.nothing(stop.status, iterations=stop.iterations, seconds=seconds)
+        return replace(nothing, primal=primal, dual=dual, stopped=stop)
 
     def allow(self, patience: int) -> None:
         """From now on a QP may take `patience` times the configured iterations."""
-        if self._osqp is not None and patience != self._patience:
-            self._osqp.update_settings(max_iter=patience * self._settings.max_iterations)
-            self._patience = patience
+        self._most = patience * self._settings.max_iterations
 
     def forget(self) -> None:
         """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
@@ -166,29 +167,10 @@ class QpSolver:
             self._osqp.warm_start(x=np.zeros(columns), y=np.zeros(rows))
             self._osqp.update_settings(rho=RHO)
 
-    def _limit(self, seconds: float | None) -> None:
-        """Set OSQP's time limit, which counts its set-up and its updates since the last solve."""
-        if seconds is None and not self._limited:
-            return
-        limit = NO_LIMIT if seconds is None else max(seconds, 1e-5) + self._updating
-        self._osqp.update_settings(time_limit=limit)
-        self._limited = seconds is not None
-
-    def _cut_short(self, status: int, iterations: int) -> bool:
-        """Whether the clock has ended a solve.
-
-        At its time limit OSQP looks once more at what it has, and may find the QP just solved. Left alone it
-        would have gone on to its next regular check and another solution: a replay, without a clock, would
-        not find the same.
-        """
-        if not self._limited or iterations >= self._patience * self._settings.max_iterations:
-            return False
-        regular = iterations > 0 and iterations % self._settings.check_interval == 0
-        return status in UNFINISHED or not regular
-
     def _set_up(self, values: QpValues) -> None:
         settings = self._settings
         self._osqp = osqp.OSQP()
+        self._sliced = SLICE
         self._osqp.setup(
             P=self._pattern.cost.matrix(values.cost.copy()),
             q=values.gradient.copy(),
@@ -198,7 +180,7 @@ class QpSolver:
             rho=RHO,
             eps_abs=settings.tolerance,
             eps_rel=settings.tolerance,
-            max_iter=settings.max_iterations,
+            max_iter=SLICE,
             check_termination=settings.check_interval,
             polishing=settings.polish,
             scaling=0,
@@ -218,9 +200,7 @@ class QpSolver:
             return "bounds not a number"
         return "" if _ordered(values) else "a lower bound above its upper bound"
 
-    def nothing(
-        self, status: str, *, iterations: int = 0, seconds: float = 0.0, stopped: Stop | None = None
-    ) -> QpSolution:
+    def nothing(self, status: str, *, iterations: int = 0, seconds: float = 0.0) -> QpSolution:
         """The result of a QP that was not solved, with the word for why."""
         rows, columns = self._pattern.constraints.shape
         return QpSolution(
@@ -231,7 +211,7 @@ class QpSolver:
             iterations=iterations,
             refactorisations=0,
             residuals=(np.inf, np.inf),
-            stopped=stopped,
+            stopped=None,
             seconds=seconds,
         )
 

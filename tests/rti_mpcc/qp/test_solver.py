@@ -1,7 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solver import OUT_OF_TIME, QpSolution, QpSolver, Stop
+from rti_mpcc.qp.solver import SLICE, QpSolution, QpSolver
 from rti_mpcc.types import Array
 
 STAGES = 10
@@ -159,45 +159,50 @@ def test_too_few_iterations_give_nothing_and_say_so(pattern: QpPattern) -> None:
     assert solution.iterations == 2
 
 
-def test_a_time_limit_that_is_too_short_gives_nothing(pattern: QpPattern) -> None:
-    """1e-4 s at least are granted; a tolerance out of reach outlasts any of that."""
-    large = build_pattern(200, 5, 2)
-    solver = QpSolver(large, SolverSettings(tolerance=1e-16, max_iterations=1_000_000))
-    values = problem(large, 1)
-    solver.update(values)
-    zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
-    nothing(solver.solve(values, *zero, time_limit=1e-4))
+def word_after(most: int) -> Callable[[int], str]:
+    return lambda iterations: "enough" if iterations >= most else ""
 
 
-class EndsAfter:
-    """OSQP, except that it says to have solved a QP after so many iterations."""
-
-    def __init__(self, osqp: Any, iterations: int) -> None:
-        self._osqp = osqp
-        self._iterations = iterations
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._osqp, name)
-
-    def solve(self, **settings: Any) -> Any:
-        result = self._osqp.solve(**settings)
-        result.info.iter = self._iterations
-        return result
-
-
-@pytest.mark.parametrize(
-    ("iterations", "time_limit", "cut"),
-    [(0, 9.0, True), (13, 9.0, True), (15, 9.0, False), (20_000, 9.0, False), (13, None, False)],
-)
-def test_what_the_clock_has_ended_is_not_taken_though_solved(
-    pattern: QpPattern, iterations: int, time_limit: float | None, cut: bool
-) -> None:
-    """At its limit OSQP checks at whatever iteration it is; else at every 5th and at the last only."""
-    solver = QpSolver(pattern, SETTINGS)
+def test_a_qp_is_stopped_after_a_slice_and_goes_on_from_there(pattern: QpPattern) -> None:
     values = problem(pattern, 1)
-    solver.update(values)
-    solver._osqp = EndsAfter(solver._osqp, iterations)
     zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
-    solution = solver.solve(values, *zero, time_limit=time_limit)
-    assert solution.solved is not cut
-    assert solution.stopped == (Stop(OUT_OF_TIME, iterations) if cut else None)
+    tight = SolverSettings(tolerance=1e-9, max_iterations=5000)
+    whole, other = QpSolver(pattern, tight), QpSolver(pattern, tight)
+    whole.update(values)
+    other.update(values)
+    expected = whole.solve(values, *zero)
+    assert expected.solved
+    assert expected.iterations > SLICE
+    stopped = other.solve(values, *zero, word_after(1))
+    assert not stopped.solved
+    assert stopped.stopped == ("enough", SLICE)
+    assert stopped.primal.any()
+    rest = other.solve(values, stopped.primal, stopped.dual)
+    np.testing.assert_allclose(rest.primal, expected.primal, atol=1e-6)
+    assert rest.iterations < expected.iterations
+
+
+def test_a_qp_that_may_not_begin_is_not_solved(pattern: QpPattern) -> None:
+    values = problem(pattern, 1)
+    solver = QpSolver(pattern, SolverSettings())
+    solver.update(values)
+    guess = np.full(len(values.gradient), 0.1), np.zeros(len(values.lower))
+    stopped = solver.solve(values, *guess, word_after(0))
+    assert (stopped.solved, stopped.stopped) == (False, ("enough", 0))
+    assert stopped.primal is guess[0]
+
+
+def test_slices_are_one_solve(pattern: QpPattern) -> None:
+    """The same numbers as OSQP gives in one go."""
+    values = problem(pattern, 1)
+    settings = SolverSettings(tolerance=1e-7, max_iterations=1000)
+    solver = QpSolver(pattern, settings)
+    solver.update(values)
+    sliced = solve(solver, values)
+    assert sliced.iterations > SLICE
+    fresh = QpSolver(pattern, settings)
+    fresh.update(values)
+    info, primal, dual = fresh._slice(settings.max_iterations)
+    assert info.iter == sliced.iterations
+    np.testing.assert_array_equal(primal, sliced.primal)
+    np.testing.assert_array_equal(dual, sliced.dual)
