@@ -12,8 +12,9 @@ import numpy as np
 
 from estimation import Frame, GoalMeasurement
 from geometry import Pose2
+from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.qp.solver import Stop
+from rti_mpcc.qp.solver import SLICE, Stop
 from rti_mpcc.recording import Recorder
 from rti_mpcc.recording.lines import from_line, to_line
 from rti_mpcc.simulation import docking_controller
@@ -35,6 +36,30 @@ class Forced(CycleClock):
 
     def stop(self) -> Stop:
         return Stop("forced to fail", 0)
+
+
+class Moody(CycleClock):
+    """Decides by chance: some iterations may not begin, some QPs are stopped, some plans come too late."""
+
+    def __init__(self, random: np.random.Generator) -> None:
+        super().__init__()
+        self._random = random
+
+    def stop(self) -> Stop | None:
+        return Stop("a whim", int(self._random.integers(2)) * SLICE) if self._random.random() < 0.3 else None
+
+    def _grants(self, granted: bool) -> bool:
+        return bool(self._random.random() < 0.8)
+
+    def _passed(self, passed: bool) -> bool:
+        return bool(self._random.random() < 0.2)
+
+
+def controller(kind: type[DockingController] = DockingController, **settings: Any) -> DockingController:
+    """A new controller for `SCENARIO`, with some settings changed."""
+    path = SCENARIO.build_path()
+    config = SCENARIO.controller_config().model_copy(update=settings)
+    return kind(path, SCENARIO.build_corridor(path), config)
 
 
 def usual(cycle: int, state: VehicleState) -> dict[str, Any]:
