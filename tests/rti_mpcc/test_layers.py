@@ -153,6 +153,8 @@ def test_opencv_is_imported_in_one_file_and_got_from_there() -> None:
         ),
         ("rti_mpcc/ocp/objectives.py", "from estimation import GoalEstimate"),
         ("rti_mpcc/__init__.py", "from .simulation import simulate"),
+        ("rti_mpcc/__init__.py", "from rti_mpcc.recording import Recorder"),
+        ("rti_mpcc/recording/replay.py", "from rti_mpcc.simulation import simulate"),
         ("rti_mpcc/simulation/plant.py", "from ..report import table"),
         ("rti_mpcc/stray.py", ""),
     ],
