@@ -11,6 +11,7 @@ import numpy as np
 
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
 from rti_mpcc.simulation.controllers import controller_on
