@@ -156,11 +156,36 @@ class GoalTracking(Settings):
     required: bool = False
 
 
+class Plausibility(Settings):
+    """Beyond what a measurement is doubted, and when it is trusted again.
+
+    Attributes:
+        position, heading, speed, steering: farthest from the state reckoned by the commands [m], [rad],
+            [m/s], [rad]; what model errors explain in the time between two cycles comes on top.
+        frozen_way, frozen_speed: a measurement that stays the same to the last bit is an old one once the
+            vehicle must have moved so far [m], or be so much faster or slower [m/s].
+        steering_gap: so far may the steering move otherwise than commanded [rad] within `steering_time` [s].
+        blind: so long the last plan is driven on by reckoning before the vehicle brakes [s].
+        confirmation: so long a standing vehicle has to be measured in the same place to be there [s].
+    """
+
+    position: Positive = 0.5
+    heading: Positive = 0.3
+    speed: Positive = 1.0
+    steering: Positive = 0.3
+    frozen_way: Positive = 0.05
+    frozen_speed: Positive = 0.15
+    steering_gap: Positive = 0.2
+    steering_time: Positive = 1.0
+    blind: NonNegative = 0.3
+    confirmation: NonNegative = 3.0
+
+
 class ControllerConfig(Settings):
     """All settings of a `DockingController`; every one has a default.
 
     Attributes:
-        vehicle, limits, weights, footprint, solver, goal_tracking: see there.
+        vehicle, limits, weights, footprint, solver, goal_tracking, plausibility: see there.
         cycle: time between two steps [s], 0.005 to 0.2.
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
@@ -173,7 +198,8 @@ class ControllerConfig(Settings):
         speed_profile: bound on speed near the stop point, or None.
         progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
             error hardly knows theta, and a plan whose progress may run back can then hang there.
-        deadline: of one step [s], or None.
+        deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
+            driven in its cycle.
     """
 
     vehicle: Vehicle = Vehicle()
@@ -182,6 +208,7 @@ class ControllerConfig(Settings):
     footprint: Footprint = Footprint()
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
+    plausibility: Plausibility = Plausibility()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import inf, isfinite
+from math import inf
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
@@ -19,16 +18,19 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import QpProblem, RtiMpcc
 from rti_mpcc.model.delay import QueuedCommand, still_acting
 from rti_mpcc.model.layout import DELTA_DOT, V
-from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times
-from rti_mpcc.planning import aim, route, search, sensing
+from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.planning import aim, intake, route, search, sensing
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
-from rti_mpcc.planning.search import Attempt
+from rti_mpcc.planning.search import Attempt, Start
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.safety import contact, ladder
+from rti_mpcc.planning.trust import weighed
+from rti_mpcc.safety import contact, gate, ladder
 from rti_mpcc.safety.act import Act, command
 from rti_mpcc.safety.stopping import stopping_motion
-from rti_mpcc.types import Array, Command, Source, Status, Trajectory, VehicleState
+from rti_mpcc.types import Command, Source, Status, Trajectory, VehicleState
+
+TOO_LATE = "the plan came after the deadline"
 
 
 class DockingController:
@@ -73,6 +75,8 @@ class DockingController:
     ) -> Command:
         """One cycle: the command to apply from now until the next step.
 
+        No value that comes in makes it raise: what is not fit to be used is left out, and said.
+
         Args:
             state: measured at `now`.
             now: on any clock that runs on [s].
@@ -85,21 +89,19 @@ class DockingController:
                 recordings and tests.
         """
         clock = clock or CycleClock(self.config.deadline)
-        changes = self._surroundings.changes
-        self._receive(goal, obstacles)
-        detections = self._locate_goal(measurements, state, now)
-        self._aim(now)
-        if _is_finite(state):
-            situation = self._situation(state, now)
-            self._memory = route.decide(self._memory, situation, self.config)
-            act = self._act(situation, clock, new_obstacles=self._surroundings.changes > changes)
-        else:
-            reached = sensing.reckoned_state(now, self._memory, self._mpcc.part, self.config)
-            situation = self._assess(reached, now, float(reached[V]))
-            wanted = ladder.braking(self.config)
-            act = self._stop(situation, Status.FAILED, f"not a finite state: {state}", wanted)
+        before, changes = self._memory, self._surroundings.changes
+        remarks = self._receive(state, now, goal, obstacles)
+        detections = self._locate_goal(measurements)
+        self._aim()
+        situation = self._situation()
+        act = self._act(situation, clock, new_obstacles=self._surroundings.changes > changes)
+        if clock.late() and act.drive.source is Source.SOLUTION:
+            act = self._go_on(before, situation, TOO_LATE, act.attempt) or self._stop(
+                situation, Status.STARTING, TOO_LATE, attempt=act.attempt
+            )
+        act = replace(act, drive=gate.admitted(act.drive, situation.state, state, self.config))
         self._remember(act, situation)
-        return command(act, situation, self._memory, detections, self.config, clock)
+        return command(act, situation, self._memory, detections, remarks, self.config, clock)
 
     def problem(self) -> QpProblem:
         """The QP of the last cycle that solved one, for study off line."""
@@ -107,39 +109,52 @@ class DockingController:
 
     # -- what comes in ------------------------------------------------------------------------------
 
-    def _receive(self, goal: Pose2 | None, obstacles: Sequence[ArrayLike] | None) -> None:
-        """Take what is new of goal and obstacles."""
-        before, self._surroundings = self._surroundings, self._surroundings.told(obstacles)
-        if self._surroundings is not before:
-            self._mpcc.set_obstacles(self._surroundings.corridor)
+    def _receive(
+        self,
+        state: VehicleState,
+        now: float,
+        goal: Pose2 | None,
+        obstacles: Sequence[ArrayLike] | None,
+    ) -> tuple[str, ...]:
+        """Take what is new, in so far as it can be used; says what could not."""
+        memory, clock_remark = intake.timed(self._memory, now, self.config.cycle)
+        goal, goal_remark = intake.goal_in(goal, self.path.end)
+        surroundings, unreadable = intake.surroundings_in(self._surroundings, obstacles)
+        trust = weighed(memory.trust, state, memory.queue, memory.now, self.config)
+        self._memory = replace(memory, trust=trust.doubting(unreadable, memory.trust))
+        if surroundings is not self._surroundings:
+            self._surroundings = surroundings
+            self._mpcc.set_obstacles(surroundings.corridor)
         if goal is not None and goal != self._memory.planned:
             self._plan_for(goal)
+        return tuple(remark for remark in (clock_remark, goal_remark) if remark)
 
     def _plan_for(self, goal: Pose2 | None) -> None:
         self._memory = route.with_goal(self._memory, goal)
         if self._filter is not None:
             self._filter.reset()
 
-    def _locate_goal(
-        self, measurements: Sequence[GoalMeasurement], state: VehicleState, now: float
-    ) -> tuple[Judgement, ...]:
+    def _locate_goal(self, measurements: Sequence[GoalMeasurement]) -> tuple[Judgement, ...]:
         """Filter what was detected, and let the pose made for follow; says what became of the detections."""
-        settings = self.config.goal_tracking.filter
-        if _is_finite(state):
-            self._memory = aim.noted(self._memory, state, now, settings.history)
+        settings, now = self.config.goal_tracking.filter, self._memory.now
+        self._memory = aim.noted(self._memory, settings.history)
         if measurements and self._filter is None:
             self._filter = GoalPoseFilter(settings)
         if self._filter is None:
             return ()
         self._filter.predict(now)
-        judgements = tuple(self._filter.update(aim.placed(m, self._memory, settings)) for m in measurements)
+        judgements = []
+        for measurement in measurements:
+            own = intake.measurement_in(measurement, self._memory.clock_offset)
+            judgement = self._filter.update(aim.placed(own, self._memory, settings))
+            judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(now)
         self._memory = aim.aimed(self._memory, estimate, self.path.end, now, self.config)
-        return judgements
+        return tuple(judgements)
 
-    def _aim(self, now: float) -> None:
+    def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
-        if route.may_be_free(self._memory, now, self._surroundings.changes):
+        if route.may_be_free(self._memory, self._memory.now, self._surroundings.changes):
             self._memory = route.released(self._memory)
         if self._memory.stop_at is not None:
             self._mpcc.set_stop(self._memory.stop_at)
@@ -150,37 +165,34 @@ class DockingController:
     def _on_last_part(self) -> bool:
         return self._memory.part == len(self.path.parts) - 1
 
-    def _assess(self, reached: Array, now: float, speed: float) -> Situation:
-        return sensing.assess(
-            reached,
-            now,
-            speed,
-            self._mpcc.part,
-            self._mpcc.target,
-            self.config,
-            last_part=self._on_last_part,
-            free=self._memory.stop_at is None,
-        )
-
     def _core(self) -> RtiMpcc:
         index = self._memory.part
         return RtiMpcc(self.path.parts[index], self._surroundings.corridor, self.config, index=index)
 
-    def _situation(self, state: VehicleState, now: float) -> Situation:
+    def _situation(self) -> Situation:
         """Where the command will begin to act, on the part that the vehicle is on by then."""
-        reached = sensing.reached_state(state, now, self._memory, self._mpcc.part, self.config)
-        situation = self._assess(reached, now, state.v)
+        if self._memory.trust.found:
+            self._memory = replace(route.restart(self._memory), reached=None)
+        situation = self._assess()
         if not route.may_change_direction(self._memory, situation, self.config.dead_time):
             return situation
         self._memory = route.next_part(self._memory)
         self._mpcc = self._core()
-        self._aim(now)
-        reached = sensing.reached_state(state, now, self._memory, self._mpcc.part, self.config)
-        return self._assess(reached, now, state.v)
+        self._aim()
+        return self._assess()
+
+    def _assess(self) -> Situation:
+        return sensing.situation_of(
+            self._memory, self._mpcc.part, self._mpcc.target, self.config, last_part=self._on_last_part
+        )
 
     # -- what is driven -----------------------------------------------------------------------------
 
     def _act(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
+        self._memory = route.noticed(self._memory, situation)
+        if situation.doubt:
+            return self._doubt(situation, situation.doubt)
+        self._memory = route.decide(self._memory, situation, self.config)
         phase = self._memory.phase
         if phase is Phase.HOLDING:
             return self._hold(situation)
@@ -194,57 +206,81 @@ class DockingController:
             wanted = ladder.landing(situation, self.config)
             return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
         if phase is Phase.STARTING:
-            if not route.looks_again(self._memory, situation):
-                return self._stop(situation, Status.BLOCKED, "standing before a contact, looks again soon")
-            attempt, situation = self._begin(situation, clock)
-            if self._memory.phase is Phase.HOLDING:
-                return self._hold(situation)
-            if self._memory.phase is Phase.STARTING:
-                return self._stop(situation, Status.STARTING, attempt.problem, attempt=attempt)
-            return self._judge(attempt, situation)
+            return self._start(situation, clock)
         if route.arrival_due(self._memory, situation, self.config) or (new_obstacles and self._plan_is_cut()):
-            driving = self._memory
-            attempt, other = self._begin(situation, clock)
-            if not attempt.problem and self._memory.phase is not Phase.HOLDING:
-                return self._judge(attempt, other)
-            self._memory = driving
-            self._aim(situation.now)
-            if route.too_late(driving, situation, self.config):
-                wanted = ladder.braking(self.config)
-                return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
-        attempt = search.converge(self._mpcc, self._memory, situation, None, clock)
-        self._keep(attempt)
-        return self._judge(attempt, situation)
+            act = self._change_over(situation, clock)
+            if act is not None:
+                return act
+        return self._iterate(situation, clock)
 
-    def _plan_is_cut(self) -> bool:
-        """Whether something lies in the way of the plan being driven, however far along."""
-        plan = self._memory.driven
-        if plan is None:
-            return False
-        return (
-            contact.way_to_contact(plan, self._surroundings.corridor, self._memory.part, self.config, inf)
-            < inf
-        )
+    def _doubt(self, situation: Situation, doubt: str) -> Act:
+        """Drive on along the last plan for a moment, by what is believed; then brake."""
+        memory = self._memory
+        driving = memory.phase in (Phase.CONTOURING, Phase.ARRIVING) and not memory.latched
+        if driving and situation.now - memory.trust.since <= self.config.plausibility.blind:
+            act = self._go_on(memory, situation, doubt)
+            if act is not None:
+                return replace(act, status=Status.FAILED)
+        return self._give_up(situation, doubt)
 
-    def _hold(self, situation: Situation) -> Act:
-        if not situation.free:
-            return self._stop(situation, Status.BLOCKED, "standing before something that fills the way")
-        if not situation.last_part:
-            return self._stop(situation, Status.CHANGING_DIRECTION, "standing at the cusp")
-        if aim.never_seen(self._memory, self.config):
-            return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
-        return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
+    def _start(self, situation: Situation, clock: CycleClock) -> Act:
+        """Look for a first plan."""
+        stands, latched = route.stands(self._memory, situation), self._memory.latched
+        if stands and not route.looks_again(self._memory, situation):
+            status = Status.FAILED if latched else Status.BLOCKED
+            return self._stop(situation, status, f"standing, looks again soon: {latched or 'contact ahead'}")
+        attempt, situation = self._begin(situation, clock)
+        if self._memory.phase is Phase.HOLDING:
+            return self._hold(situation)
+        if not attempt.problem:
+            return self._accept(attempt, situation)
+        if latched and stands:
+            self._memory = replace(self._memory, looked_at=situation.now)
+        status = Status.FAILED if latched else Status.STARTING
+        return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
+
+    def _change_over(self, situation: Situation, clock: CycleClock) -> Act | None:
+        """Turn from the present plan to the first one of another objective; None: not yet."""
+        driving = self._memory
+        attempt, other = self._begin(situation, clock)
+        if not attempt.problem and self._memory.phase is not Phase.HOLDING:
+            return self._accept(attempt, other)
+        self._memory = replace(driving, unfinished=self._memory.unfinished)
+        self._aim()
+        if route.too_late(driving, situation, self.config):
+            wanted = ladder.braking(self.config)
+            return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
+        return None
+
+    def _iterate(self, situation: Situation, clock: CycleClock) -> Act:
+        """One real-time iteration, and the ladder if it gives no plan."""
+        memory = self._memory
+        attempt = self._search(situation, search.going_on(memory.solution), clock)
+        if attempt.problem and not attempt.cut and memory.driven is not None:
+            attempt = attempt.then(self._search(situation, search.clean(memory.driven), clock))
+        if not attempt.problem:
+            return self._accept(attempt, situation)
+        act = self._go_on(self._memory, situation, attempt.problem, attempt)
+        return act or self._give_up(situation, attempt.problem, attempt)
+
+    def _search(self, situation: Situation, start: Start, clock: CycleClock) -> Attempt:
+        """Iterate, and keep the last iterate that was solved to go on from."""
+        attempt = search.converge(self._mpcc, self._memory, situation, start, clock)
+        if attempt.solved is not None:
+            self._memory = replace(self._memory, solution=attempt.solved)
+        return attempt
 
     def _begin(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
         """Search from a first guess; where something fills the way, for a stop before it."""
         self._memory = route.begin_phase(self._memory, situation, self.config)
         guess = search.first_guess(self._mpcc, self._memory, situation)
-        attempt = search.converge(self._mpcc, self._memory, situation, guess, clock)
-        self._keep(attempt)
-        if (attempt.problem or attempt.squeezed) and situation.free and self._surroundings.corridor.obstacles:
-            way = contact.way_to_contact(
-                guess, self._surroundings.corridor, self._memory.part, self.config, inf
-            )
+        unfinished = self._memory.unfinished
+        start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished)
+        attempt = self._search(situation, start, clock)
+        self._memory = search.left_unfinished(self._memory, situation.target, attempt)
+        filled = not attempt.cut and (attempt.problem or attempt.squeezed)
+        if filled and situation.free and self._surroundings.corridor.obstacles:
+            way = self._way_to_contact(guess, inf)
             if way < inf:
                 return self._begin_stop(attempt, situation, way, clock)
         if not attempt.problem:
@@ -256,56 +292,89 @@ class DockingController:
     ) -> tuple[Attempt, Situation]:
         left = way - contact.stop_clearance(self.config)
         self._memory = route.stop_before(self._memory, situation, left, self._surroundings.changes)
-        self._aim(situation.now)
-        situation = self._assess(situation.state, situation.now, situation.measured_speed)
+        self._aim()
+        situation = self._assess()
         if self._memory.phase is Phase.HOLDING:
             return attempt, situation
         return self._begin(situation, clock)
 
-    def _keep(self, attempt: Attempt) -> None:
-        """Go on from the last iterate that was solved."""
-        solved = [solution for solution in attempt.solutions if solution.solved]
-        if solved:
-            self._memory = replace(self._memory, solution=solved[-1])
+    def _plan_is_cut(self) -> bool:
+        """Whether something lies in the way of the plan being driven, however far along."""
+        plan = self._memory.driven
+        return plan is not None and self._way_to_contact(plan, inf) < inf
 
-    def _judge(self, attempt: Attempt, situation: Situation) -> Act:
-        """Take the first rung of the ladder that holds."""
-        config, memory, now, problem = self.config, self._memory, situation.now, attempt.problem
-        if not problem:
-            plan, source = attempt.solutions[-1].trajectory, Source.SOLUTION
-            self._memory = replace(memory, driven=plan, accepted_at=now)
-        elif memory.driven is not None and now - (memory.accepted_at or 0.0) <= ladder.PLAN_LIFE:
-            times = stage_times(situation.begin, np.diff(memory.driven.times))
-            plan, source = resample(memory.driven, times, config.vehicle.wheelbase), Source.SHIFTED_PLAN
-        else:
-            return self._stop(situation, Status.FAILED, problem, ladder.braking(config), attempt)
+    def _way_to_contact(self, plan: Trajectory, reach: float) -> float:
+        corridor = self._surroundings.corridor
+        return contact.way_to_contact(plan, corridor, self._memory.part, self.config, reach)
+
+    # -- the rungs of the ladder --------------------------------------------------------------------
+
+    def _accept(self, attempt: Attempt, situation: Situation) -> Act:
+        """Drive the plan of this cycle."""
+        plan = attempt.solutions[-1].trajectory
+        self._memory = replace(
+            self._memory, driven=plan, accepted_at=situation.now, latched="", looked_at=None
+        )
+        return self._drive(plan, Source.SOLUTION, situation, "", attempt)
+
+    def _go_on(
+        self, memory: ControllerMemory, situation: Situation, problem: str, attempt: Attempt | None = None
+    ) -> Act | None:
+        """Drive the last accepted plan in this memory on; None if there is none that may be."""
+        plan = ladder.driven_on(memory.driven, memory.accepted_at, situation, self.config)
+        if plan is None:
+            return None
+        return self._drive(plan, Source.SHIFTED_PLAN, situation, problem, attempt)
+
+    def _give_up(self, situation: Situation, problem: str, attempt: Attempt | None = None) -> Act:
+        """Brake to a standstill; what moved begins afresh once there is a reason to."""
+        if self._memory.phase not in (Phase.HOLDING, Phase.STALLED):
+            self._memory = replace(route.restart(self._memory), latched=problem)
+        return self._stop(situation, Status.FAILED, problem, ladder.braking(self.config), attempt)
+
+    def _drive(
+        self,
+        plan: Trajectory,
+        source: Source,
+        situation: Situation,
+        problem: str,
+        attempt: Attempt | None,
+    ) -> Act:
+        """Drive a plan, unless its body meets something or the goal is not known well enough."""
+        config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
         way = self._way_to_stop_in(plan, situation)
-        self._memory = replace(self._memory, blocked=way is not None)
+        self._memory = replace(memory, blocked=way is not None)
         if way is not None:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)
-            rate = float(plan.controls[0, DELTA_DOT])
             return self._stop(situation, Status.BLOCKED, f"contact in {way:.2f} m", wanted, attempt, rate)
         waiting = aim.must_wait(memory, situation, config)
         if waiting:
-            rate = float(plan.controls[0, DELTA_DOT])
             return self._stop(situation, Status.GOAL_LOST, waiting, attempt=attempt, steering_rate=rate)
         return Act(
-            drive=ladder.follow(plan.controls[0], situation.state, source, config),
+            drive=ladder.follow(plan.controls[0], source),
             status=Status.FOLLOWING if memory.arrive_at is None else Status.ARRIVING,
             reason=problem
             or ("" if situation.free else "making for a stop before something in the way")
             or aim.remark(memory),
             trajectory=plan,
-            solutions=attempt.solutions,
-            failed=bool(problem),
+            attempt=attempt,
         )
 
     def _way_to_stop_in(self, plan: Trajectory, situation: Situation) -> float | None:
         """Way to a contact that the vehicle must brake for now [m], or None."""
         need = contact.stopping_distance(float(situation.state[V]), self.config)
         reach = need + contact.CHECKED
-        way = contact.way_to_contact(plan, self._surroundings.corridor, self._memory.part, self.config, reach)
+        way = self._way_to_contact(plan, reach)
         return way if way <= (reach if self._memory.blocked else need) else None
+
+    def _hold(self, situation: Situation) -> Act:
+        if not situation.free:
+            return self._stop(situation, Status.BLOCKED, "standing before something that fills the way")
+        if not situation.last_part:
+            return self._stop(situation, Status.CHANGING_DIRECTION, "standing at the cusp")
+        if aim.never_seen(self._memory, self.config):
+            return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
+        return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
 
     def _stop(
         self,
@@ -329,8 +398,7 @@ class DockingController:
             status=status,
             reason=reason,
             trajectory=stopping_motion(state, times, wanted, config.vehicle.wheelbase),
-            solutions=attempt.solutions if attempt else (),
-            failed=status is Status.FAILED,
+            attempt=attempt,
         )
 
     def _remember(self, act: Act, situation: Situation) -> None:
@@ -340,12 +408,8 @@ class DockingController:
         queue = (*still_acting(self._memory.queue, situation.now), sent)
         waiting = act.status is Status.GOAL_LOST
         self._memory = replace(self._memory, queue=queue, reached=situation.state, waiting=waiting)
-        blocked = act.status is Status.BLOCKED and self._memory.stop_at is None
-        if not blocked:
+        if act.status is Status.BLOCKED and self._memory.stop_at is None:
+            if route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
+                self._memory = replace(route.restart(self._memory), looked_at=situation.now)
+        elif not self._memory.latched:
             self._memory = replace(self._memory, looked_at=None)
-        elif route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
-            self._memory = replace(route.restart(self._memory), looked_at=situation.now)
-
-
-def _is_finite(state: VehicleState) -> bool:
-    return all(map(isfinite, (state.x, state.y, state.phi, state.v, state.delta)))

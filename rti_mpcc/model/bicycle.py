@@ -54,6 +54,21 @@ _STATE_COLUMNS = np.array([PHI, V, DELTA])
 _CONTROL_COLUMNS = np.array([A, DELTA_DOT])
 
 
+def rollout(state: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
+    """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s].
+
+    Speed, steering and progress are sums of the controls, the heading is one of what these turn it, and the
+    position one of what all of them move it: three sums instead of n steps.
+    """
+    states = np.tile(state, (len(lengths) + 1, 1)).astype(np.float64)
+    for quantity, control in ((V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)):
+        states[1:, quantity] += np.cumsum(lengths * controls[:, control])
+    for pose in ([PHI], [X, Y]):
+        moved = step(states[:-1], controls, lengths, wheelbase) - states[:-1]
+        states[1:, pose] = states[0, pose] + np.cumsum(moved[:, pose], axis=0)
+    return states
+
+
 def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Step:
     """One Runge-Kutta step per stage with exact sensitivities, Eq. (M2), (M3).
 

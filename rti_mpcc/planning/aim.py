@@ -14,8 +14,9 @@ import numpy as np
 from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus, stds_in
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.memory import ControllerMemory, Situation
-from rti_mpcc.types import Array, VehicleState
+from rti_mpcc.types import Array
 
 LONGEST_STEP = 0.5
 """After a longer gap between two cycles [s] the pose aimed at moves no farther than in this time."""
@@ -23,10 +24,13 @@ NEAR = 0.3
 """A vehicle that stands so much [m] farther off than where it has to wait for the goal waits there."""
 
 
-def noted(memory: ControllerMemory, state: VehicleState, now: float, length: float) -> ControllerMemory:
+def noted(memory: ControllerMemory, length: float) -> ControllerMemory:
     """Keep where the vehicle is: detections of the last `length` [s] may still arrive."""
-    here = Pose2(state.x, state.y, state.phi)
-    return replace(memory, poses=memory.poses.noted(now, here, length=length))
+    trust = memory.trust
+    if trust.why or trust.state is None:
+        return memory
+    here = Pose2(float(trust.state[X]), float(trust.state[Y]), float(trust.state[PHI]))
+    return replace(memory, poses=memory.poses.noted(memory.now, here, length=length))
 
 
 def placed(

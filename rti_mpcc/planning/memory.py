@@ -10,6 +10,7 @@ from geometry import Pose2
 from rti_mpcc.controller import Solution
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -25,12 +26,32 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Unfinished:
+    """A search for a first plan that goes on in the next cycle.
+
+    Attributes:
+        solution: the last iterate; iterations: done so far.
+        target: what the plan is to end in; arrive_at: when [s], or None.
+    """
+
+    solution: Solution
+    iterations: int
+    target: Target
+    arrive_at: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerMemory:
     """Everything that a cycle leaves to the next.
 
     Attributes:
+        time: on the controller's own clock, which never runs back [s]; None before the first cycle;
+            clock_offset: how far it is ahead of the user's [s].
+        trust: what is believed of the vehicle's state.
         part: index of the active part of the route.
         phase: see `Phase`.
+        unfinished: a search for a first plan that ran out of time, or None.
+        latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
         solution: the last iterate on this part, or None: where the next cycle goes on.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         arrive_at: planned time of arrival at rest [s]; None while contouring.
@@ -55,8 +76,13 @@ class ControllerMemory:
         restarts: how often the active part was begun again after a stop outside the tolerance.
     """
 
+    time: float | None = None
+    clock_offset: float = 0.0
+    trust: Trust = field(default_factory=Trust)
     part: int = 0
     phase: Phase = Phase.STARTING
+    unfinished: Unfinished | None = None
+    latched: str = ""
     solution: Solution | None = None
     driven: Trajectory | None = None
     accepted_at: float | None = None
@@ -83,6 +109,11 @@ class ControllerMemory:
     stop_since: float = 0.0
     restarts: int = 0
 
+    @property
+    def now(self) -> float:
+        """Time of this cycle on the controller's own clock [s]; 0 before the first."""
+        return self.time or 0.0
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
@@ -91,7 +122,8 @@ class Situation:
     Attributes:
         now, begin: [s]; begin = now + dead time.
         state: (6,) at `begin`, heading on the route's branch.
-        measured_speed: at `now` [m/s].
+        measured_speed: at `now` [m/s], as far as it is believed.
+        doubt: why nothing can be planned from this state, or "".
         target: what the active part ends in.
         direction: of the active part.
         last_part: whether the active part is the route's last.
@@ -106,6 +138,7 @@ class Situation:
     begin: float
     state: Array
     measured_speed: float
+    doubt: str
     target: Target
     direction: int
     last_part: bool

@@ -10,6 +10,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.types import Trajectory
 
 STANDSTILL_SPEED = 0.02
 """Below this speed the vehicle stands [m/s]."""
@@ -51,7 +52,7 @@ MOVED = 0.1
 
 def decide(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     """The phase of this cycle."""
-    decided = _phase(_noticed(memory, situation), situation, config)
+    decided = _phase(memory, situation, config)
     # A stalled vehicle remembers what it stalled before: a target that creeps away is noticed.
     stays = memory.phase is Phase.STALLED and decided.phase is Phase.STALLED
     return replace(decided, target=memory.target if stays else situation.target)
@@ -88,7 +89,14 @@ def too_late(memory: ControllerMemory, situation: Situation, config: ControllerC
 
 
 def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
-    """Choose between contouring and a planned arrival, for a vehicle about to begin one."""
+    """Choose between contouring and a planned arrival, for a vehicle about to begin one.
+
+    A search that ran out of time goes on with what it was for, unless the target has moved since.
+    """
+    begun = memory.unfinished
+    if begun is not None and _apart(begun.target.pose, situation.target.pose) <= MOVED:
+        return replace(memory, arrive_at=begun.arrive_at, timed_for=situation.target.pose, overdue_since=None)
+    memory = replace(memory, unfinished=None)
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None, overdue_since=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
@@ -113,6 +121,7 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
     return replace(
         memory,
         phase=Phase.STARTING,
+        unfinished=None,
         solution=None,
         driven=None,
         accepted_at=None,
@@ -130,7 +139,12 @@ def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
 def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """A first plan was found: drive it."""
     phase = Phase.CONTOURING if memory.arrive_at is None else Phase.ARRIVING
-    return replace(memory, phase=phase, driving_since=situation.now)
+    return replace(memory, phase=phase, driving_since=situation.now, unfinished=None)
+
+
+def accepted(memory: ControllerMemory, plan: Trajectory, situation: Situation) -> ControllerMemory:
+    """A plan was accepted for driving: nothing holds the vehicle any more."""
+    return replace(memory, driven=plan, accepted_at=situation.now, latched="", looked_at=None)
 
 
 def stop_before(
@@ -160,7 +174,7 @@ def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
     """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
     if memory.stop_at is not None:
         memory = released(memory)
-    return replace(memory, planned=goal, goal=goal, estimate=None, estimated_at=None)
+    return replace(memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None)
 
 
 def released(memory: ControllerMemory) -> ControllerMemory:
@@ -183,6 +197,9 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
 def next_part(memory: ControllerMemory) -> ControllerMemory:
     """The memory at the beginning of the next part."""
     return ControllerMemory(
+        time=memory.time,
+        clock_offset=memory.clock_offset,
+        trust=memory.trust,
         part=memory.part + 1,
         planned=memory.planned,
         goal=memory.goal,
@@ -194,7 +211,7 @@ def next_part(memory: ControllerMemory) -> ControllerMemory:
     )
 
 
-def _noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """Keep since when the vehicle stands."""
     speed = max(abs(situation.measured_speed), abs(float(situation.state[V])))
     stood = memory.standing_since

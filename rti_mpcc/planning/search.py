@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot, radians
 
 import numpy as np
@@ -10,19 +10,20 @@ import numpy as np
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
-from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished
 from rti_mpcc.planning.route import retreat
 from rti_mpcc.types import Trajectory
 
 ITERATIONS = 10
-"""Real-time iterations in one cycle, at most."""
+"""Real-time iterations of one search, at most."""
 UNSOLVED = 2
-"""So many QPs may remain unsolved in one cycle; the second one began without the first one's guess."""
+"""From a first guess on so many QPs may remain unsolved."""
 PATIENCE = 5
 """From a first guess on a QP may take so many times the configured iterations."""
 FIRST_ITERATIONS = 3
@@ -54,52 +55,143 @@ class Attempt:
         problem: why the last one must not be driven, or "".
         squeezed: it goes through something that stands in the way, or ends before it.
         cut: the time was up before the iterations came to an end.
+        retried: the last ones began from a clean start, after others had failed.
     """
 
     solutions: tuple[Solution, ...]
     problem: str
     squeezed: bool
     cut: bool = False
+    retried: bool = False
+
+    @property
+    def solved(self) -> Solution | None:
+        """The last iterate that was solved."""
+        return next((solution for solution in reversed(self.solutions) if solution.solved), None)
+
+    def then(self, other: Attempt) -> Attempt:
+        """Both, one after the other: what counts is the second, unless there was no time for it."""
+        if not other.solutions:
+            return self
+        return replace(other, solutions=(*self.solutions, *other.solutions), retried=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Start:
+    """Where a search begins.
+
+    Attributes:
+        last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
+        least: so many iterations at least; most: at most.
+        damping: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
+        unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
+    """
+
+    last: Solution | None = None
+    guess: Trajectory | None = None
+    least: int = 1
+    most: int = ITERATIONS
+    damping: float = DAMPING
+    patience: int = 1
+    unsolved: int = 1
+
+
+def going_on(solution: Solution | None) -> Start:
+    """One iteration a cycle, more while there is a problem."""
+    return Start(last=solution)
+
+
+def clean(plan: Trajectory) -> Start:
+    """Once more from the last accepted plan, with nothing kept of the solver's answers since."""
+    return Start(guess=plan)
+
+
+def from_guess(guess: Trajectory) -> Start:
+    """The first plan of an objective."""
+    return Start(
+        guess=guess,
+        least=FIRST_ITERATIONS,
+        damping=START_DAMPING,
+        patience=PATIENCE,
+        unsolved=UNSOLVED,
+    )
+
+
+def resumed(unfinished: Unfinished) -> Start:
+    """The same, where the time of an earlier cycle was up."""
+    done = unfinished.iterations
+    return Start(
+        last=unfinished.solution,
+        least=max(FIRST_ITERATIONS - done, 1),
+        most=max(ITERATIONS - done, 1),
+        damping=START_DAMPING,
+        patience=PATIENCE,
+        unsolved=UNSOLVED,
+    )
 
 
 def converge(
-    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, guess: Trajectory | None, clock: CycleClock
+    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, start: Start, clock: CycleClock
 ) -> Attempt:
-    """One iteration from the last solution, or several from a `guess`; more only while there is a problem."""
-    least, damping = (1, DAMPING) if guess is None else (FIRST_ITERATIONS, START_DAMPING)
+    """Iterate until the last iterate can be driven, in so far as there is time."""
     solutions: list[Solution] = []
-    unsolved, patience = 0, 1 if guess is None else PATIENCE
-    last = None if guess is not None else memory.solution
-    problem, squeezed = NO_TIME, False
-    while len(solutions) < ITERATIONS:
+    problem, squeezed, unsolved = NO_TIME, False, 0
+    last, guess = start.last, start.guess
+    while len(solutions) < start.most:
         if not clock.grants():
-            return Attempt(solutions=tuple(solutions), problem=problem, squeezed=squeezed, cut=True)
-        mpcc.prepare(
-            situation.begin,
-            last=last,
-            plan=guess,
-            arrive_at=memory.arrive_at,
-            retreat=retreat(memory, situation),
-            damping=damping,
-        )
-        solutions.append(
-            mpcc.feedback(
-                situation.state,
-                situation.begin,
-                time_limit=clock.time_limit,
-                stopped=clock.stop(),
-                patience=patience,
+            return Attempt(
+                solutions=tuple(solutions), problem=problem or NO_TIME, squeezed=squeezed, cut=True
             )
-        )
-        clock.took(solutions[-1].stopped)
+        solutions.append(_iterate(mpcc, memory, situation, replace(start, last=last, guess=guess), clock))
         if solutions[-1].solved:
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved
         problem = complaint(solutions[-1], mpcc.config)
-        squeezed = least > 1 and _squeezed(solutions[-1], mpcc.target, arriving=memory.arrive_at is not None)
-        if unsolved >= UNSOLVED or (len(solutions) >= least and not problem and not squeezed):
+        squeezed = start.least > 1 and _squeezed(
+            solutions[-1], mpcc.target, arriving=memory.arrive_at is not None
+        )
+        if unsolved >= start.unsolved or (len(solutions) >= start.least and not problem and not squeezed):
             break
     return Attempt(solutions=tuple(solutions), problem=problem, squeezed=squeezed)
+
+
+def _iterate(
+    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, start: Start, clock: CycleClock
+) -> Solution:
+    """One real-time iteration."""
+    mpcc.prepare(
+        situation.begin,
+        last=start.last,
+        plan=start.guess,
+        arrive_at=memory.arrive_at,
+        retreat=retreat(memory, situation),
+        damping=start.damping,
+    )
+    solution = mpcc.feedback(
+        situation.state,
+        situation.begin,
+        time_limit=clock.time_limit,
+        stopped=clock.stop(),
+        patience=start.patience,
+    )
+    clock.took(solution.stopped)
+    return solution
+
+
+def left_unfinished(memory: ControllerMemory, target: Target, attempt: Attempt) -> ControllerMemory:
+    """Keep a search that ran out of time, to go on with in the next cycle."""
+    if not attempt.cut:
+        return replace(memory, unfinished=None)
+    if attempt.solved is None:
+        return memory
+    done = memory.unfinished.iterations if memory.unfinished else 0
+    unfinished = Unfinished(
+        solution=attempt.solved,
+        iterations=done + len(attempt.solutions),
+        target=target,
+        arrive_at=memory.arrive_at,
+    )
+    return replace(memory, unfinished=unfinished)
 
 
 def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -> Trajectory:
@@ -131,10 +223,19 @@ def complaint(solution: Solution, config: ControllerConfig) -> str:
     most = 1.0 + INPUT_SLACK
     if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
+    slack, most = float(solution.slack.max()), _most_slack(solution, config)
+    if slack > most:
+        return f"the plan leaves the corridor by {slack:.2f} m"
     position, heading = defect(plan, config.vehicle.wheelbase)
     if position > POSITION_DEFECT or heading > HEADING_DEFECT:
         return f"the plan breaks the dynamics by {position:.2f} m and {np.degrees(heading):.1f} deg"
     return ""
+
+
+def _most_slack(solution: Solution, config: ControllerConfig) -> float:
+    """Slack [m] with which a disc's centre lies on a boundary, on top of what the vehicle begins with."""
+    radius = cover(config.vehicle, config.footprint.discs).radius
+    return radius + config.footprint.margin + float(solution.slack[0])
 
 
 def defect(plan: Trajectory, wheelbase: float) -> tuple[float, float]:

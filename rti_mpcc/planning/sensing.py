@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot
 
 import numpy as np
@@ -14,49 +15,47 @@ from rti_mpcc.model.layout import CONTROLS, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
-from rti_mpcc.types import Array, VehicleState
+from rti_mpcc.types import Array
 
 PASSED = 0.5
 """A vehicle that has passed its target by less than this still has the way to it left [m]."""
+OFF_THE_PATH = 100.0
+"""A vehicle farther than this from its path [m] is taken to be on another one."""
 PROJECTION_REACH = 2.0
 """How far the progress may move from one cycle to the next [m]."""
 
 
-def reached_state(
-    state: VehicleState, now: float, memory: ControllerMemory, part: PathPart, config: ControllerConfig
-) -> Array:
-    """The state (6,) when a command given at `now` begins to act: rolled forward and set on the route."""
-    begin = now + config.dead_time
-    reached = roll_forward(
-        np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0]),
-        memory.queue,
-        now,
-        begin,
-        wheelbase=config.vehicle.wheelbase,
-        steering=config.limits.steering,
-    )
-    _place_on_route(reached, memory.reached, part)
-    return reached
+def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: ControllerConfig) -> Array:
+    """The state (6,) when a command given at `now` begins to act: what is believed, rolled forward.
 
-
-def reckoned_state(now: float, memory: ControllerMemory, part: PathPart, config: ControllerConfig) -> Array:
-    """The state (6,) when a command given at `now` begins to act, without a measurement.
-
-    Dead reckoning by the queued commands from the state of the last cycle; before any, the part's begin.
+    It has its progress on the part and its heading on the route's branch. Before any state was believed it is
+    the part's begin.
     """
-    first = part.first
-    if memory.reached is None or not memory.queue:
+    believed, first = memory.trust.state, part.first
+    if believed is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     reached = roll_forward(
-        memory.reached,
+        believed,
         memory.queue,
-        memory.queue[-1].begins,
+        now,
         now + config.dead_time,
         wheelbase=config.vehicle.wheelbase,
         steering=config.limits.steering,
     )
+    reached = reached.copy()
     _place_on_route(reached, memory.reached, part)
     return reached
+
+
+def situation_of(
+    memory: ControllerMemory, part: PathPart, target: Target, config: ControllerConfig, *, last_part: bool
+) -> Situation:
+    """The situation of this cycle by what is believed of the vehicle."""
+    believed, free = memory.trust.state, memory.stop_at is None
+    speed = 0.0 if believed is None else float(believed[V])
+    reached = reached_state(memory.now, memory, part, config)
+    situation = assess(reached, memory.now, speed, part, target, config, last_part=last_part, free=free)
+    return replace(situation, doubt=memory.trust.why or situation.doubt)
 
 
 def assess(
@@ -79,6 +78,7 @@ def assess(
         begin=now + config.dead_time,
         state=reached,
         measured_speed=measured_speed,
+        doubt=_off_the_path(here, part.pose(float(reached[THETA]))),
         target=target,
         direction=part.direction,
         last_part=last_part,
@@ -89,6 +89,12 @@ def assess(
         stop_error=Pose2(float(stopped[X]), float(stopped[Y]), float(stopped[PHI])).relative_to(target.pose),
         tolerance=tolerance if free else STOP_TOLERANCE,
     )
+
+
+def _off_the_path(here: Pose2, path: Pose2) -> str:
+    """Why the path cannot be come back to, or ""."""
+    distance = hypot(here.x - path.x, here.y - path.y)
+    return f"{distance:.4g} m off the path" if distance > OFF_THE_PATH else ""
 
 
 def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:

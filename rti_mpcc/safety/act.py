@@ -2,33 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from estimation import Judgement
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
 from rti_mpcc.model.layout import DELTA, THETA, V
+from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.search import Attempt
 from rti_mpcc.safety.ladder import Drive
 from rti_mpcc.types import Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Act:
-    """The drive of a cycle, why, the plan it belongs to, and the QPs that were solved for it.
-
-    `failed` says that a QP was solved for this cycle's drive and not accepted, `retried` that it was sought
-    once more from a clean start.
-    """
+    """The drive of a cycle, why, the plan it belongs to, and the search that was made for it, if any."""
 
     drive: Drive
     status: Status
     reason: str
     trajectory: Trajectory
-    solutions: tuple[Solution, ...] = ()
-    failed: bool = False
-    retried: bool = False
+    attempt: Attempt | None = None
 
 
 def command(
@@ -36,11 +32,16 @@ def command(
     situation: Situation,
     memory: ControllerMemory,
     detections: tuple[Judgement, ...],
+    remarks: tuple[str, ...],
     config: ControllerConfig,
     clock: CycleClock,
 ) -> Command:
-    """The command of a cycle that was told `detections`."""
-    drive, cycle = act.drive, config.cycle
+    """The command of a cycle that was told `detections`, and has `remarks` on what else it was told."""
+    drive, cycle, plan = act.drive, config.cycle, act.trajectory
+    if memory.clock_offset:
+        times = plan.times - memory.clock_offset
+        read_only(times)
+        plan = replace(plan, times=times)
     return Command(
         acceleration=drive.acceleration,
         steering_rate=drive.steering_rate,
@@ -49,8 +50,8 @@ def command(
         status=act.status,
         source=drive.source,
         docked=act.status is Status.DOCKED,
-        trajectory=act.trajectory,
-        diagnostics=_diagnose(act, situation, memory, detections, clock),
+        trajectory=plan,
+        diagnostics=_diagnose(act, situation, memory, detections, remarks, clock),
     )
 
 
@@ -59,9 +60,10 @@ def _diagnose(
     situation: Situation,
     memory: ControllerMemory,
     detections: tuple[Judgement, ...],
+    remarks: tuple[str, ...],
     clock: CycleClock,
 ) -> Diagnostics:
-    solutions = act.solutions
+    solutions = act.attempt.solutions if act.attempt else ()
     arrive_at = memory.arrive_at
     return Diagnostics(
         theta=float(situation.state[THETA]),
@@ -69,13 +71,13 @@ def _diagnose(
         objective=Objective.CONTOURING if arrive_at is None else Objective.ARRIVAL,
         weights=_first_weights(solutions),
         time_to_go=None if arrive_at is None else arrive_at - situation.begin,
-        failed=act.failed,
+        failed=act.attempt is not None and bool(act.attempt.problem),
         solver_status=solutions[-1].status if solutions else "",
         iterations=sum(s.iterations for s in solutions),
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
-        retried=act.retried,
+        retried=act.attempt is not None and act.attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        reason=act.reason,
+        reason="; ".join(part for part in (act.reason, *remarks) if part),
         aim=situation.target.pose,
         goal=memory.estimate,
         detections=detections,

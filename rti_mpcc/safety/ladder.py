@@ -1,13 +1,18 @@
 """The ladder: which plan is driven, and what is driven instead when there is none.
 
-1. The solution, if OSQP calls it solved, it is finite, keeps the input limits and obeys the dynamics
-   (`planning.search.complaint`).
-2. The last accepted plan, for at most `PLAN_LIFE`.
-3. Braking with the steering held.
-4. Standing still.
+1. The solution of this cycle, if `planning.search.complaint` has none: OSQP calls it solved, all of it is
+   finite, it begins within the input limits, its first 2 s obey the dynamics, and its slack leaves no disc's
+   centre beyond a boundary.
+2. If it does not hold and there is time, the same sought once more from a clean start: from the last accepted
+   plan, with nothing kept of the solver's last answers.
+3. The last accepted plan, rolled forward from where the vehicle is, for at most `PLAN_LIFE`, and as long as
+   the vehicle is near it (`NEAR_PLAN`).
+4. Braking at `braking` with the steering held, to a standstill. It stays until there is a plan again, which
+   is then sought from a fresh first guess.
 
-A plan of 1 or 2 whose exact body touches a boundary or obstacle within the stopping distance is not
-driven either: the vehicle brakes along its steering and is blocked until the way is free further on.
+What is driven by 1 to 3 is checked against the corridor with the exact body: if it touches something within
+the stopping distance the vehicle brakes instead, and is blocked until the way is free further on. Whatever is
+driven passes `safety.gate`.
 """
 
 from __future__ import annotations
@@ -16,13 +21,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry import wrap
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import DELTA, DELTA_DOT, A, V
+from rti_mpcc.model.bicycle import rollout
+from rti_mpcc.model.layout import DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.ocp.horizon import read_only, resample, stage_times
 from rti_mpcc.planning.memory import Situation
-from rti_mpcc.types import Array, Source
+from rti_mpcc.types import Array, Source, Trajectory
 
 PLAN_LIFE = 1.0
 """How long the last accepted plan may be driven on [s]."""
+NEAR_PLAN = (0.5, 0.2)
+"""A plan that begins farther than this from the vehicle [m], [rad] is not driven on."""
 SETTLING_TIME = 0.15
 """Time constant with which the last of the speed is taken out [s]."""
 SPARE = 0.3
@@ -42,32 +52,33 @@ class Drive:
     source: Source
 
 
-def follow(controls: Array, state: Array, source: Source, config: ControllerConfig) -> Drive:
-    """Drive the first control (3,) of a plan, cut to the input limits and to the steering's stop."""
-    limits = config.limits
-    least, most = _rates_to_stops(state, config)
-    return Drive(
-        acceleration=float(np.clip(controls[A], -limits.acceleration, limits.acceleration)),
-        steering_rate=float(np.clip(controls[DELTA_DOT], least, most)),
-        source=source,
-    )
+def follow(controls: Array, source: Source) -> Drive:
+    """Drive the first control (3,) of a plan."""
+    return Drive(acceleration=float(controls[A]), steering_rate=float(controls[DELTA_DOT]), source=source)
 
 
 def brake(state: Array, deceleration: float, config: ControllerConfig, steering_rate: float = 0.0) -> Drive:
     """Brake at `deceleration` [m/s²] to a soft standstill, keeping `steering_rate` [rad/s] on."""
     speed = float(state[V])
     wanted = min(deceleration, abs(speed) / max(SETTLING_TIME, config.cycle), config.limits.acceleration)
-    least, most = _rates_to_stops(state, config)
-    rate = float(np.clip(steering_rate, least, most)) if abs(speed) > SLOW else 0.0
+    rate = steering_rate if abs(speed) > SLOW else 0.0
     return Drive(acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING)
 
 
-def _rates_to_stops(state: Array, config: ControllerConfig) -> tuple[float, float]:
-    """Least and largest steering rate [rad/s] that pass neither the rate limit nor the steering's stops."""
-    limits, delta = config.limits, float(state[DELTA])
-    least = max(-limits.steering_rate, min((-limits.steering - delta) / config.cycle, 0.0))
-    most = min(limits.steering_rate, max((limits.steering - delta) / config.cycle, 0.0))
-    return least, most
+def driven_on(
+    plan: Trajectory | None, accepted_at: float | None, situation: Situation, config: ControllerConfig
+) -> Trajectory | None:
+    """The last accepted plan, driven on from where the vehicle is; None if it is too old or too far off."""
+    if plan is None or accepted_at is None or not 0.0 <= situation.now - accepted_at <= PLAN_LIFE:
+        return None
+    times = stage_times(situation.begin, np.diff(plan.times))
+    shifted = resample(plan, times, config.vehicle.wheelbase)
+    off = situation.state - shifted.states[0]
+    if np.hypot(off[X], off[Y]) > NEAR_PLAN[0] or abs(wrap(off[PHI])) > NEAR_PLAN[1]:
+        return None
+    states = rollout(situation.state, shifted.controls, np.diff(times), config.vehicle.wheelbase)
+    read_only(times, states, shifted.controls)
+    return Trajectory(times=times, states=states, controls=shifted.controls)
 
 
 def hold(state: Array, config: ControllerConfig) -> Drive:

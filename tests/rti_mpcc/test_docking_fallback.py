@@ -119,13 +119,35 @@ def test_a_goal_that_is_not_finite_cannot_be_made(field: str, value: float) -> N
 @pytest.mark.parametrize(
     "outline", [[[5.0, 1.0], [6.0, 1.0]], [[5.0, nan], [6.0, 1.0], [6.0, 2.0]], [[5.0, 1.0, 0.0]] * 3]
 )
-def test_an_obstacle_that_is_no_polygon_is_refused_and_the_last_ones_stay(outline: Any) -> None:
+def test_an_obstacle_that_is_no_polygon_stops_the_vehicle_and_says_why(outline: Any) -> None:
     controller = docking_controller(short())
     start = short().build_path().start
     state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)
-    with pytest.raises(CorridorError, match=r"obstacles\[0\]"):
-        controller.step(state, now=0.0, obstacles=[np.array(outline)])
+    command = controller.step(state, now=0.0, obstacles=[np.array(outline)])
+    assert (command.status, command.source) == (Status.FAILED, Source.STANDSTILL)
+    assert command.diagnostics.reason.startswith("obstacles not ")
     assert controller.step(state, now=0.05).source is Source.SOLUTION
+
+
+class Blank:
+    """A goal that a broken bridge hands over."""
+
+    x, y, phi = nan, 1.0, 2.0
+
+
+def test_a_goal_that_is_not_finite_is_not_taken_and_the_last_one_stays() -> None:
+    scenario = short()
+    path, goal = scenario.build_path(), scenario.goal_pose(scenario.build_path())
+    controller = docking_controller(scenario)
+    state = VehicleState(x=path.start.x, y=path.start.y, phi=path.start.phi, v=0.0, delta=0.0)
+    controller.step(state, now=0.0, goal=goal)
+    blank: Any = Blank()
+    for told in (blank, Pose2(1e9, 0.0, 0.0), Pose2(0.0, 0.0, 1e9)):
+        command = controller.step(state, now=0.05, goal=told)
+        assert command.source is Source.SOLUTION
+        assert "the last one stays" in command.diagnostics.reason
+        assert command.diagnostics.aim.x == pytest.approx(goal.x)
+        assert command.diagnostics.aim.y == pytest.approx(goal.y)
 
 
 def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:

@@ -25,6 +25,7 @@ class Situations:
             "now": 10.0,
             "begin": 10.2,
             "state": np.array([10.0, 0.0, 0.0, 1.0, 0.0, 10.0]),
+            "doubt": "",
             "measured_speed": 1.0,
             "target": target_at(20.0),
             "direction": 1,

@@ -14,7 +14,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, GoalTracking
 from rti_mpcc.planning import aim
 from rti_mpcc.planning.memory import ControllerMemory
-from rti_mpcc.types import VehicleState
+from rti_mpcc.planning.trust import Trust
 
 CONFIG = ControllerConfig(cycle=0.05, goal_tracking=GoalTracking(speed=0.5, turn_rate=0.3))
 END = Pose2(20.0, 0.0, 0.0)
@@ -76,7 +76,10 @@ def test_a_gap_or_a_clock_that_runs_back_gives_no_leap() -> None:
 def test_a_detection_is_given_the_pose_at_its_stamp_unless_it_brings_one() -> None:
     memory = ControllerMemory()
     for now in (0.0, 0.1, 0.2):
-        memory = aim.noted(memory, VehicleState(x=10.0 * now, y=0.0, phi=0.0, v=10.0, delta=0.0), now, 1.0)
+        state = np.array([10.0 * now, 0.0, 0.0, 10.0, 0.0, 0.0])
+        memory = aim.noted(replace(memory, time=now, trust=Trust(state=state)), 1.0)
+    doubted = Trust(state=state, why="not a finite state")
+    assert aim.noted(replace(memory, time=0.3, trust=doubted), 1.0).poses is memory.poses
     settings = GoalFilterConfig()
     detection = GoalMeasurement(stamp=0.15, x=1.0, y=0.0, phi=0.0, frame=Frame.VEHICLE)
     placed = aim.placed(detection, memory, settings).vehicle

@@ -13,11 +13,16 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import route
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
-from rti_mpcc.planning.memory import ControllerMemory, Phase
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.planning.trust import Trust
 
 CONFIG = ControllerConfig(dead_time=0.2)
 NEAR = Pose2(0.01, -0.01, 0.01)
 """Inside half the tolerance."""
+
+
+def decided(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+    return route.decide(route.noticed(memory, situation), situation, config)
 
 
 def target_at(x: float) -> Target:
@@ -40,12 +45,12 @@ def arriving(**changes: Any) -> ControllerMemory:
 
 def test_a_plan_under_way_goes_on(situations: Any) -> None:
     memory = arriving()
-    after = route.decide(memory, situations(), CONFIG)
+    after = decided(memory, situations(), CONFIG)
     assert after == replace(memory, target=situations().target)
 
 
 def test_a_slow_vehicle_that_would_stop_inside_half_the_tolerance_settles(situations: Any) -> None:
-    after = route.decide(arriving(), situations(speed=0.2, stop_error=NEAR), CONFIG)
+    after = decided(arriving(), situations(speed=0.2, stop_error=NEAR), CONFIG)
     assert after.phase is Phase.SETTLING
 
 
@@ -59,43 +64,43 @@ def test_a_slow_vehicle_that_would_stop_inside_half_the_tolerance_settles(situat
     ],
 )
 def test_a_fast_vehicle_or_one_off_the_goal_drives_its_plan(changes: dict[str, Any], situations: Any) -> None:
-    assert route.decide(arriving(), situations(**changes), CONFIG).phase is Phase.ARRIVING
+    assert decided(arriving(), situations(**changes), CONFIG).phase is Phase.ARRIVING
 
 
 def test_a_settling_vehicle_that_stands_holds(situations: Any) -> None:
     memory = arriving(phase=Phase.SETTLING)
-    assert route.decide(memory, situations.standing(), CONFIG).phase is Phase.HOLDING
+    assert decided(memory, situations.standing(), CONFIG).phase is Phase.HOLDING
 
 
 def test_a_settling_vehicle_whose_goal_moves_away_begins_again(situations: Any) -> None:
     memory = arriving(phase=Phase.SETTLING)
-    after = route.decide(memory, situations(speed=0.2, stop_error=Pose2(0.3, 0.0, 0.0)), CONFIG)
+    after = decided(memory, situations(speed=0.2, stop_error=Pose2(0.3, 0.0, 0.0)), CONFIG)
     assert after.phase is Phase.STARTING
     assert after.driven is None
 
 
 def test_a_holding_vehicle_holds_inside_the_tolerance_and_begins_again_outside(situations: Any) -> None:
     memory = arriving(phase=Phase.HOLDING)
-    assert route.decide(memory, situations.standing(19.96), CONFIG).phase is Phase.HOLDING
-    assert route.decide(memory, situations.standing(19.90), CONFIG).phase is Phase.STARTING
+    assert decided(memory, situations.standing(19.96), CONFIG).phase is Phase.HOLDING
+    assert decided(memory, situations.standing(19.90), CONFIG).phase is Phase.STARTING
 
 
 def test_a_holding_vehicle_measured_just_outside_for_a_moment_holds(situations: Any) -> None:
     memory = arriving(phase=Phase.HOLDING)
     for now in (10.0, 10.1, 10.2):
-        memory = route.decide(memory, situations.standing(19.94, now=now), CONFIG)
+        memory = decided(memory, situations.standing(19.94, now=now), CONFIG)
         assert memory.phase is Phase.HOLDING
-    inside = route.decide(memory, situations.standing(19.96, now=10.25), CONFIG)
+    inside = decided(memory, situations.standing(19.96, now=10.25), CONFIG)
     assert inside.outside_since is None
-    after = route.decide(memory, situations.standing(19.94, now=10.0 + route.DOUBT_TIME), CONFIG)
+    after = decided(memory, situations.standing(19.94, now=10.0 + route.DOUBT_TIME), CONFIG)
     assert after.phase is Phase.STARTING
 
 
 def test_noise_on_the_speed_is_no_motion(situations: Any) -> None:
     memory = arriving(standing_since=8.0)
     noisy = situations.standing(19.96, measured_speed=0.035)
-    assert route.decide(memory, noisy, CONFIG).standing_since == 8.0
-    assert route.decide(arriving(), noisy, CONFIG).standing_since is None
+    assert decided(memory, noisy, CONFIG).standing_since == 8.0
+    assert decided(arriving(), noisy, CONFIG).standing_since is None
     cusp = situations.standing(20.0, last_part=False, measured_speed=0.035)
     assert not route.may_change_direction(memory, cusp, 0.2)
 
@@ -105,7 +110,7 @@ def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_do
     memory = arriving(phase=Phase.HOLDING)
     for cycle in range(100):
         x = 19.97 if cycle % 4 == 0 else 19.94
-        memory = route.decide(memory, situations.standing(x, now=0.05 * cycle), CONFIG)
+        memory = decided(memory, situations.standing(x, now=0.05 * cycle), CONFIG)
         assert memory.phase is Phase.HOLDING
     for time, x, phase in (
         (6.0, 20.0, Phase.HOLDING),
@@ -113,34 +118,34 @@ def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_do
         (7.0 + 0.9 * route.DOUBT_TIME, 19.94, Phase.HOLDING),
         (7.0 + 1.1 * route.DOUBT_TIME, 19.94, Phase.STARTING),
     ):
-        memory = route.decide(memory, situations.standing(x, now=time), CONFIG)
+        memory = decided(memory, situations.standing(x, now=time), CONFIG)
         assert memory.phase is phase
     assert memory.outside_since is None
 
 
 def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situations: Any) -> None:
     memory = arriving(phase=Phase.HOLDING, stop_at=15.0)
-    assert route.decide(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
+    assert decided(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
 
 
 def test_a_vehicle_that_stands_outside_the_tolerance_tries_a_few_times_more(situations: Any) -> None:
     memory = arriving(standing_since=5.0, overdue_since=9.0)
     for attempt in range(route.RESTARTS):
-        memory = route.decide(memory, situations.standing(19.8), CONFIG)
+        memory = decided(memory, situations.standing(19.8), CONFIG)
         assert memory.phase is Phase.STARTING
         assert memory.restarts == attempt + 1
         memory = replace(memory, phase=Phase.ARRIVING, arrive_at=11.0, overdue_since=9.0)
-    assert route.decide(memory, situations.standing(19.8), CONFIG).phase is Phase.STALLED
+    assert decided(memory, situations.standing(19.8), CONFIG).phase is Phase.STALLED
 
 
 def test_a_plan_that_has_just_begun_is_given_time_to_move_off(situations: Any) -> None:
     memory = arriving(standing_since=5.0, driving_since=9.5)
-    assert route.decide(memory, situations.standing(12.0), CONFIG).phase is Phase.ARRIVING
+    assert decided(memory, situations.standing(12.0), CONFIG).phase is Phase.ARRIVING
 
 
 def test_a_vehicle_that_stands_has_not_stalled_while_its_arrival_has_time_to_go(situations: Any) -> None:
     """It begins slowly, or turns about: over 0.4 m in 10 s it takes a second to leave standstill."""
-    after = route.decide(arriving(standing_since=5.0), situations.standing(19.8), CONFIG)
+    after = decided(arriving(standing_since=5.0), situations.standing(19.8), CONFIG)
     assert after.phase is Phase.ARRIVING
 
 
@@ -153,10 +158,10 @@ def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(
     memory = arriving(arrive_at=10.2)
     for cycle in range(round(route.OVERDUE / 0.05)):
         creeping = situations.standing(19.8, now=10.0 + 0.05 * cycle, begin=10.2 + 0.05 * cycle)
-        memory = route.decide(memory, replace(creeping, measured_speed=0.03), CONFIG)
+        memory = decided(memory, replace(creeping, measured_speed=0.03), CONFIG)
         assert memory.phase is Phase.ARRIVING
     last = situations.standing(x, now=10.01 + route.OVERDUE, begin=10.21 + route.OVERDUE, measured_speed=0.03)
-    after = route.decide(memory, last, CONFIG)
+    after = decided(memory, last, CONFIG)
     assert after.phase is phase
     if phase is Phase.STARTING:
         assert (after.restarts, after.overdue_since) == (1, None)
@@ -165,13 +170,13 @@ def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(
 def test_an_arrival_is_not_overdue_any_more_when_its_target_has_moved(situations: Any) -> None:
     memory = arriving(arrive_at=11.2, overdue_since=9.0)
     moved = situations(target=target_at(20.5), way=10.5)
-    assert route.decide(memory, moved, CONFIG).overdue_since is None
+    assert decided(memory, moved, CONFIG).overdue_since is None
 
 
 def test_a_stalled_vehicle_waits_for_another_target(situations: Any) -> None:
     memory = arriving(phase=Phase.STALLED, restarts=2)
-    assert route.decide(memory, situations.standing(19.8), CONFIG).phase is Phase.STALLED
-    after = route.decide(memory, situations.standing(19.8, target=target_at(20.5)), CONFIG)
+    assert decided(memory, situations.standing(19.8), CONFIG).phase is Phase.STALLED
+    after = decided(memory, situations.standing(19.8, target=target_at(20.5)), CONFIG)
     assert after.phase is Phase.STARTING
     assert after.restarts == 0
 
@@ -179,18 +184,16 @@ def test_a_stalled_vehicle_waits_for_another_target(situations: Any) -> None:
 def test_a_stalled_vehicle_is_not_woken_by_noise_but_by_a_target_that_creeps_away(situations: Any) -> None:
     memory = arriving(phase=Phase.STALLED, restarts=2)
     for moves in range(1, 3):
-        memory = route.decide(
-            memory, situations.standing(19.8, target=target_at(20.0 + 0.01 * moves)), CONFIG
-        )
+        memory = decided(memory, situations.standing(19.8, target=target_at(20.0 + 0.01 * moves)), CONFIG)
         assert memory.phase is Phase.STALLED
-    memory = route.decide(memory, situations.standing(19.8, target=target_at(20.03)), CONFIG)
+    memory = decided(memory, situations.standing(19.8, target=target_at(20.03)), CONFIG)
     assert memory.phase is Phase.STARTING
 
 
 def test_deciding_changes_nothing_but_what_it_returns(situations: Any) -> None:
     memory, situation = arriving(), situations()
     state = situation.state.copy()
-    assert route.decide(memory, situation, CONFIG) == route.decide(memory, situation, CONFIG)
+    assert decided(memory, situation, CONFIG) == decided(memory, situation, CONFIG)
     np.testing.assert_array_equal(situation.state, state)
     with pytest.raises(FrozenInstanceError):
         memory.part = 1  # type: ignore[misc]
@@ -200,19 +203,19 @@ def test_deciding_changes_nothing_but_what_it_returns(situations: Any) -> None:
 
 
 def test_standing_is_counted_from_its_first_cycle_and_ends_with_motion(situations: Any) -> None:
-    memory = route.decide(arriving(), situations.standing(12.0, now=3.0), CONFIG)
+    memory = decided(arriving(), situations.standing(12.0, now=3.0), CONFIG)
     assert memory.standing_since == 3.0
-    memory = route.decide(memory, situations.standing(12.0, now=3.5), CONFIG)
+    memory = decided(memory, situations.standing(12.0, now=3.5), CONFIG)
     assert memory.standing_since == 3.0
     assert route.stands(memory, situations.standing(12.0, now=4.0), 1.0)
     assert not route.stands(memory, situations.standing(12.0, now=3.9), 1.0)
-    assert route.decide(memory, situations(now=4.0), CONFIG).standing_since is None
+    assert decided(memory, situations(now=4.0), CONFIG).standing_since is None
 
 
 def test_a_vehicle_about_to_move_does_not_stand(situations: Any) -> None:
     """Measured at rest, but the queued commands will have it moving."""
     state = np.array([12.0, 0.0, 0.0, 0.1, 0.0, 12.0])
-    after = route.decide(arriving(), situations.standing(12.0, state=state), CONFIG)
+    after = decided(arriving(), situations.standing(12.0, state=state), CONFIG)
     assert after.standing_since is None
 
 
@@ -220,34 +223,34 @@ def test_a_vehicle_about_to_move_does_not_stand(situations: Any) -> None:
 
 
 def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor(situations: Any) -> None:
-    assert route.decide(arriving(arrive_at=20.0), situations(), CONFIG).arrive_at == 20.0
+    assert decided(arriving(arrive_at=20.0), situations(), CONFIG).arrive_at == 20.0
     near = situations(way=0.1, speed=0.3)
-    late = route.decide(arriving(arrive_at=10.9), near, CONFIG).arrive_at
+    late = decided(arriving(arrive_at=10.9), near, CONFIG).arrive_at
     assert late == pytest.approx(10.2 + FLOOR)
 
 
 def test_an_arrival_that_lost_cycles_gets_its_time_back(situations: Any) -> None:
     gap = (QueuedCommand(10.2 - 5.0, 0.0, 0.0),)
-    after = route.decide(replace(arriving(arrive_at=12.0), queue=gap), situations(), CONFIG).arrive_at
+    after = decided(replace(arriving(arrive_at=12.0), queue=gap), situations(), CONFIG).arrive_at
     assert after == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.comfort_acceleration))
     none = (QueuedCommand(10.2 - CONFIG.cycle, 0.0, 0.0),)
-    assert route.decide(replace(arriving(arrive_at=12.0), queue=none), situations(), CONFIG).arrive_at == 12.0
+    assert decided(replace(arriving(arrive_at=12.0), queue=none), situations(), CONFIG).arrive_at == 12.0
 
 
 def test_a_target_that_moves_is_a_new_arrival(situations: Any) -> None:
     moved = situations(target=target_at(20.5), way=10.5)
-    after = route.decide(arriving(), moved, CONFIG)
+    after = decided(arriving(), moved, CONFIG)
     expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.comfort_acceleration)
     assert after.arrive_at == pytest.approx(expected)
     slightly = situations(target=target_at(20.05), way=10.05)
-    assert route.decide(arriving(), slightly, CONFIG).arrive_at == 20.0
+    assert decided(arriving(), slightly, CONFIG).arrive_at == 20.0
 
 
 def test_a_target_that_creeps_away_is_a_new_arrival_too(situations: Any) -> None:
     memory, times = arriving(), []
     for moves in range(1, 6):
         there = 20.0 + 0.03 * moves
-        memory = route.decide(memory, situations(target=target_at(there), way=there - 10.0), CONFIG)
+        memory = decided(memory, situations(target=target_at(there), way=there - 10.0), CONFIG)
         times.append(memory.arrive_at)
     assert times[:3] == [20.0] * 3
     assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.comfort_acceleration))
@@ -306,6 +309,9 @@ def test_the_next_part_knows_the_goal_where_the_vehicle_is_and_the_queue_and_not
         "poses": poses,
         "queue": queue,
         "standing_since": 9.0,
+        "time": 9.1,
+        "clock_offset": 3.0,
+        "trust": Trust(at=9.1),
     }
     memory = arriving(**kept, restarts=1, stop_at=3.0, waiting=True)
     assert route.next_part(memory) == ControllerMemory(part=1, **kept)
@@ -354,13 +360,13 @@ def test_another_try_near_the_goal_has_time_to_back_off_first(situations: Any) -
 
 def test_a_vehicle_that_holds_has_all_its_tries_again(situations: Any) -> None:
     memory = arriving(phase=Phase.SETTLING, restarts=2)
-    assert route.decide(memory, situations.standing(), CONFIG).restarts == 0
+    assert decided(memory, situations.standing(), CONFIG).restarts == 0
 
 
 def test_without_a_planned_arrival_there_is_no_other_try(situations: Any) -> None:
     memory = arriving(phase=Phase.CONTOURING, arrive_at=None, standing_since=5.0)
     config = ControllerConfig.paper(dead_time=0.2)
-    assert route.decide(memory, situations.standing(19.8), config).phase is Phase.STALLED
+    assert decided(memory, situations.standing(19.8), config).phase is Phase.STALLED
 
 
 def test_a_blocked_vehicle_looks_again_now_and_then(situations: Any) -> None:

@@ -31,7 +31,8 @@ def solution(mpcc: RtiMpcc) -> Solution:
     times = stage_times(0.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages))
     plan = obedient(np.array([5.0, 0.0, 0.0, 1.0, 0.05, 5.0]), times)
     mpcc.prepare(0.0, plan=plan)
-    return replace(mpcc.feedback(plan.states[0], 0.0), solved=True, trajectory=plan)
+    solution = mpcc.feedback(plan.states[0], 0.0)
+    return replace(solution, solved=True, trajectory=plan, slack=np.zeros(CONFIG.stages))
 
 
 def obedient(state: Array, times: Array) -> Trajectory:
@@ -108,13 +109,11 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc, situ
     memory = ControllerMemory(arrive_at=15.0)
     guess = search.first_guess(mpcc, memory, situation)
     assert guess.times[-1] == pytest.approx(15.0)
-    attempt = search.converge(mpcc, memory, situation, guess, CycleClock())
+    attempt = search.converge(mpcc, memory, situation, search.from_guess(guess), CycleClock())
     assert attempt.problem == ""
     assert not attempt.squeezed
     assert search.FIRST_ITERATIONS <= len(attempt.solutions) <= search.ITERATIONS
-    again = search.converge(
-        mpcc, replace(memory, solution=attempt.solutions[-1]), situation, None, CycleClock()
-    )
+    again = search.converge(mpcc, memory, situation, search.going_on(attempt.solved), CycleClock())
     assert len(again.solutions) == 1
 
 
@@ -123,13 +122,63 @@ def test_without_a_planned_arrival_the_guess_spans_the_cruise_horizon(mpcc: RtiM
     assert guess.times[-1] == pytest.approx(0.2 + CONFIG.cruise_horizon)
 
 
-def test_it_gives_up_when_two_problems_are_not_solved(
-    mpcc: RtiMpcc, solution: Solution, situations: Any, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("begin", ["guess", "solution"])
+def test_it_gives_up_when_problems_are_not_solved(
+    begin: str, mpcc: RtiMpcc, solution: Solution, situations: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
         mpcc, "feedback", lambda state, at, **_: replace(solution, solved=False, status="limit")
     )
-    memory = ControllerMemory(solution=solution)
-    attempt = search.converge(mpcc, memory, situations(target=mpcc.target, begin=0.2), None, CycleClock())
+    guess = begin == "guess"
+    start = search.from_guess(solution.trajectory) if guess else search.going_on(solution)
+    situation = situations(target=mpcc.target, begin=0.2)
+    attempt = search.converge(mpcc, ControllerMemory(), situation, start, CycleClock())
     assert attempt.problem == "the QP was not solved: limit"
-    assert len(attempt.solutions) == search.UNSOLVED
+    assert attempt.solved is None
+    assert len(attempt.solutions) == (search.UNSOLVED if guess else 1)
+
+
+def test_a_plan_with_a_disc_beyond_a_boundary_is_refused_unless_it_begins_there(solution: Solution) -> None:
+    slack = np.full(len(solution.trajectory.controls), 1.2)
+    slack[30] = 1.5
+    slack[0] = 0.0
+    assert "leaves the corridor by 1.50 m" in search.complaint(replace(solution, slack=slack), CONFIG)
+    slack[0] = 0.5
+    assert search.complaint(replace(solution, slack=slack), CONFIG) == ""
+
+
+class Granting(CycleClock):
+    """Grants so many iterations."""
+
+    def __init__(self, iterations: int) -> None:
+        super().__init__()
+        self.left = iterations
+
+    def _grants(self, granted: bool) -> bool:
+        self.left -= 1
+        return self.left >= 0
+
+
+def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situations: Any) -> None:
+    situation = situations(target=mpcc.target, begin=0.2)
+    memory = ControllerMemory(arrive_at=15.0)
+    start = search.from_guess(search.first_guess(mpcc, memory, situation))
+    at_once = search.converge(mpcc, memory, situation, start, CycleClock())
+    clock = Granting(2)
+    cut = search.converge(mpcc, memory, situation, start, clock)
+    assert cut.cut
+    assert cut.problem != ""
+    assert clock.decisions.granted == (True, True, False)
+    memory = search.left_unfinished(memory, mpcc.target, cut)
+    assert memory.unfinished is not None
+    assert memory.unfinished.iterations == 2
+    rest = search.converge(mpcc, memory, situation, search.resumed(memory.unfinished), CycleClock())
+    assert rest.problem == ""
+    assert len(cut.solutions) + len(rest.solutions) == len(at_once.solutions)
+    assert search.left_unfinished(memory, mpcc.target, rest).unfinished is None
+
+
+def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, situations: Any) -> None:
+    situation, start = situations(target=mpcc.target, begin=0.2), search.going_on(solution)
+    attempt = search.converge(mpcc, ControllerMemory(), situation, start, Granting(0))
+    assert (attempt.solutions, attempt.problem, attempt.cut) == ((), search.NO_TIME, True)

@@ -13,7 +13,8 @@ from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
-from rti_mpcc.types import Array, VehicleState
+from rti_mpcc.planning.trust import Trust
+from rti_mpcc.types import Array
 
 CONFIG = ControllerConfig(dead_time=0.2)
 
@@ -37,8 +38,8 @@ def assess(
 
 def test_the_state_is_rolled_over_the_queued_commands() -> None:
     queue = (QueuedCommand(0.9, 0.5, 0.0), QueuedCommand(1.1, -0.5, 0.1))
-    state = VehicleState(x=3.0, y=0.0, phi=0.0, v=1.0, delta=0.0)
-    reached = sensing.reached_state(state, 1.0, ControllerMemory(queue=queue), part(), CONFIG)
+    trust = Trust(state=np.array([3.0, 0.0, 0.0, 1.0, 0.0, 0.0]))
+    reached = sensing.reached_state(1.0, ControllerMemory(trust=trust, queue=queue), part(), CONFIG)
     assert reached[3] == pytest.approx(1.0)
     assert reached[4] == pytest.approx(0.01)
     assert reached[0] == pytest.approx(3.0 + 0.2 + 0.5 * 0.1**2, abs=1e-4)
@@ -47,20 +48,20 @@ def test_the_state_is_rolled_over_the_queued_commands() -> None:
 
 @pytest.mark.parametrize("turns", [-2, 0, 1])
 def test_the_heading_is_set_on_the_branch_of_the_route(turns: int) -> None:
-    state = VehicleState(x=3.0, y=0.2, phi=0.1 + 2.0 * pi * turns, v=0.0, delta=0.0)
-    first = sensing.reached_state(state, 1.0, ControllerMemory(), part(), CONFIG)
+    trust = Trust(state=np.array([3.0, 0.2, 0.1 + 2.0 * pi * turns, 0.0, 0.0, 0.0]))
+    first = sensing.reached_state(1.0, ControllerMemory(trust=trust), part(), CONFIG)
     assert first[2] == pytest.approx(0.1)
-    later = sensing.reached_state(state, 1.0, ControllerMemory(reached=first), part(), CONFIG)
+    later = sensing.reached_state(1.0, ControllerMemory(trust=trust, reached=first), part(), CONFIG)
     assert later[2] == pytest.approx(0.1)
 
 
 def test_the_progress_follows_the_last_cycles_where_the_route_comes_back_near_itself() -> None:
     loop = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.25, 40.0)]).parts[0]
     twice_round = loop.pose(5.0 + 8.0 * pi)
-    state = VehicleState(x=twice_round.x, y=twice_round.y, phi=twice_round.phi, v=0.0, delta=0.0)
+    trust = Trust(state=np.array([twice_round.x, twice_round.y, twice_round.phi, 0.0, 0.0, 0.0]))
     for theta in (5.0, 5.0 + 8.0 * pi):
         last = np.array([twice_round.x, twice_round.y, loop.pose(theta).phi, 0.0, 0.0, theta - 0.3])
-        reached = sensing.reached_state(state, 1.0, ControllerMemory(reached=last), loop, CONFIG)
+        reached = sensing.reached_state(1.0, ControllerMemory(trust=trust, reached=last), loop, CONFIG)
         assert reached[5] == pytest.approx(theta, abs=1e-6)
 
 
@@ -99,3 +100,15 @@ def test_the_tolerance_is_the_goals_the_cusps_or_a_stops() -> None:
     assert assess(reached, part()).tolerance == CONFIG.goal_tolerance
     assert assess(reached, part(), last_part=False).tolerance == CUSP_TOLERANCE
     assert assess(reached, part(), free=False).tolerance == STOP_TOLERANCE
+
+
+def test_what_is_far_off_the_path_is_doubted() -> None:
+    assert assess(np.array([10.0, 99.0, 0.0, 0.0, 0.0, 10.0]), part()).doubt == ""
+    assert "101 m off the path" in assess(np.array([10.0, 101.0, 0.0, 0.0, 0.0, 10.0]), part()).doubt
+
+
+def test_what_is_doubted_is_said_and_nothing_known_is_the_begin_of_the_part() -> None:
+    memory = ControllerMemory(trust=Trust(why="not a finite state"))
+    situation = sensing.situation_of(memory, part(), path_end(part()), CONFIG, last_part=True)
+    assert situation.doubt == "not a finite state"
+    assert situation.state.tolist() == [0.0] * 6

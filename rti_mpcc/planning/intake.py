@@ -1,0 +1,78 @@
+"""What a cycle is told, checked: whatever comes in, only what can be planned with goes on.
+
+Nothing here raises for a value. What is not fit to be used is left out, and said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import hypot, isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from estimation import GoalMeasurement
+from geometry import Pose2, RtiMpccError
+from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.trust import FAR, MANY_TURNS
+
+GOAL_REACH = 1e3
+"""A goal farther than this from the path's end [m] is not taken."""
+LEAP = 3600.0
+"""A clock that leaps ahead by more than this [s] was set anew."""
+
+
+def goal_in(goal: Pose2 | None, end: Pose2) -> tuple[Pose2 | None, str]:
+    """The goal, and why it is not used (then None). `end` is the path's last pose."""
+    if goal is None:
+        return None, ""
+    x, y, phi = goal.x, goal.y, goal.phi
+    if not _all_finite(x, y, phi):
+        return None, f"goal ({x}, {y}, {phi}) not finite, the last one stays"
+    if abs(phi) > MANY_TURNS or max(abs(x), abs(y)) > FAR or hypot(x - end.x, y - end.y) > GOAL_REACH:
+        return None, f"goal ({x:.6g}, {y:.6g}, {phi:.6g}) out of reach, the last one stays"
+    return goal, ""
+
+
+def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None) -> tuple[Surroundings, str]:
+    """The surroundings with these obstacles, and why they are not used (then as known)."""
+    if obstacles is None:
+        return known, ""
+    try:
+        outlines = [np.asarray(outline, dtype=np.float64) for outline in obstacles]
+        if any(outline.size and not np.abs(outline).max() <= FAR for outline in outlines):
+            return known, "obstacles not finite or not near"
+        return known.told(outlines), ""
+    except (RtiMpccError, ValueError, TypeError) as error:
+        return known, f"obstacles not readable: {' '.join(str(error).split())}"
+
+
+def measurement_in(measurement: GoalMeasurement, offset: float) -> GoalMeasurement:
+    """A detection with its stamp on the controller's own clock, `offset` [s] ahead of the user's."""
+    return replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
+
+
+def timed(memory: ControllerMemory, now: float, cycle: float) -> tuple[ControllerMemory, str]:
+    """The memory at the time that the user's clock shows, and what is wrong with that clock, or "".
+
+    The controller's own clock never runs back: where the user's does, or leaps ahead, or shows no number, one
+    cycle is taken to have passed, and the two are `clock_offset` apart from then on.
+    """
+    last = memory.time
+    if not _all_finite(now) or abs(now) > 1e12:
+        return replace(memory, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
+    own = now + memory.clock_offset
+    if last is None or last <= own <= last + LEAP:
+        return replace(memory, time=own), ""
+    word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
+    own = last + cycle
+    return replace(memory, time=own, clock_offset=own - now), word
+
+
+def _all_finite(*values: float) -> bool:
+    try:
+        return all(isfinite(value) for value in values)
+    except (TypeError, ValueError, OverflowError):
+        return False

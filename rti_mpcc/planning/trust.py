@@ -1,0 +1,203 @@
+"""What the measured state is worth: the state that is believed, and why the measured one is not.
+
+Every cycle the state believed last is rolled forward by the commands under way and set against the
+measurement. Doubted is a measurement that cannot be (not finite, no vehicle's), that has not changed although
+the vehicle must have moved, or that is farther off than the vehicle can be. What is believed is then reckoned
+from the commands. It is trusted again once it agrees with the reckoning; or, as the vehicle may have been set
+down elsewhere, once it has agreed with itself for `Plausibility.confirmation` while the vehicle stands. A
+steering that moves otherwise than commanded is found out in the same way, and is given as much time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import exp, hypot
+
+import numpy as np
+
+from geometry import wrap
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import QueuedCommand, roll_forward
+from rti_mpcc.model.layout import DELTA, PHI, STATES, V, X, Y
+from rti_mpcc.types import Array, VehicleState
+
+FAR = 1e7
+"""Coordinates beyond this [m] are no places on earth."""
+MANY_TURNS = 1e4
+"""Headings beyond this [rad] have lost their precision."""
+GAP = 1.0
+"""After so long without a cycle [s] a measurement is taken as it is: too much may have happened."""
+SLOW = 0.05
+"""A vehicle measured slower than this [m/s] stands, as far as a doubted measurement can say."""
+MOST_STEERING = 1.5
+"""No steering angle is beyond this [rad]."""
+MOST_SPEED = 3.0
+"""No speed is beyond this share of its limit."""
+MISMATCH = 0.3
+"""Share of what a vehicle can do in the meantime by which its model may be wrong."""
+OBSTINATE = "the steering does not follow its commands"
+"""Begin of the reason."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trust:
+    """What is believed at the time `at` [s], and why the measurement is not.
+
+    Attributes:
+        state: (6,) believed, progress 0; None before the first measurement that can be one.
+        measured: (6,) the last measurement, whatever it was; None before the first.
+        reckoned: (6,) where the commands have brought the vehicle since `measured` last changed.
+        steering_gap: by how much the steering has lately moved otherwise than commanded [rad].
+        why: what is wrong, or ""; since: for how long [s].
+        agrees_since: since when measurements agree with one another while the vehicle stands [s], or None.
+        found: the vehicle was just found elsewhere than it was believed to be.
+    """
+
+    at: float = 0.0
+    state: Array | None = None
+    measured: Array | None = None
+    reckoned: Array | None = None
+    steering_gap: float = 0.0
+    why: str = ""
+    since: float = 0.0
+    agrees_since: float | None = None
+    found: bool = False
+
+    def doubting(self, problem: str, last: Trust) -> Trust:
+        """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
+        if not problem or self.why:
+            return self
+        return replace(self, why=problem, since=last.since if last.why else self.at)
+
+
+def weighed(
+    last: Trust, told: VehicleState, queue: tuple[QueuedCommand, ...], now: float, config: ControllerConfig
+) -> Trust:
+    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
+    measured = _array(told)
+    problem = _unfit(measured, config)
+    seconds = now - last.at
+    if last.state is None or last.measured is None or last.reckoned is None or seconds > GAP:
+        return _first(last, measured, problem, now)
+
+    def rolled(state: Array) -> Array:
+        return _rolled(state, queue, last.at, now, config)
+
+    expected = rolled(last.state)
+    reckoned = rolled(last.reckoned) if np.array_equal(measured, last.measured) else measured
+    frozen = "" if problem else _frozen(measured, reckoned, config)
+    problem = problem or frozen or _far(measured, expected, seconds, config)
+    gap = last.steering_gap * exp(-seconds / config.plausibility.steering_time)
+    if not problem:
+        gap += float(measured[DELTA] - expected[DELTA])
+        problem = _obstinate(gap, last, config)
+    fit = not frozen and not _unfit(measured, config) and not _unfit(last.measured, config)
+    agrees = fit and abs(float(measured[V])) <= SLOW
+    agrees = agrees and not _far(measured, rolled(last.measured), seconds, config)
+    trust = replace(
+        last,
+        at=now,
+        state=_believed(measured, expected, reckoned if frozen else None, problem, config),
+        measured=measured,
+        reckoned=reckoned,
+        steering_gap=gap,
+        why=problem,
+        since=last.since if problem and last.why else now,
+        agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
+        found=False,
+    )
+    since = trust.agrees_since
+    if problem and since is not None and now - max(since, trust.since) >= config.plausibility.confirmation:
+        return replace(trust, state=measured, steering_gap=0.0, why="", found=True)
+    return trust
+
+
+def _first(last: Trust, measured: Array, problem: str, now: float) -> Trust:
+    """The first measurement, or the first one after a gap."""
+    if problem:
+        since = last.since if last.why else now
+        return replace(last, at=now, measured=measured, why=problem, since=since, agrees_since=None)
+    return Trust(at=now, state=measured, measured=measured, reckoned=measured, found=last.state is not None)
+
+
+def _array(state: VehicleState) -> Array:
+    try:
+        return np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0], dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return np.full(STATES, np.nan)
+
+
+def _rolled(
+    state: Array, queue: tuple[QueuedCommand, ...], begin: float, end: float, config: ControllerConfig
+) -> Array:
+    return roll_forward(
+        state, queue, begin, end, wheelbase=config.vehicle.wheelbase, steering=config.limits.steering
+    )
+
+
+def _unfit(state: Array, config: ControllerConfig) -> str:
+    """Why this is no state of a vehicle, or ""."""
+    x, y, phi, v, delta, _ = state.tolist()
+    told = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
+    if not np.isfinite(state).all():
+        return f"not a finite state {told}"
+    fits = max(abs(x), abs(y)) <= FAR and abs(phi) <= MANY_TURNS
+    if not fits or abs(v) > MOST_SPEED * config.limits.speed or abs(delta) > MOST_STEERING:
+        return f"not a state that the vehicle can have {told}"
+    return ""
+
+
+def _frozen(measured: Array, reckoned: Array, config: ControllerConfig) -> str:
+    """Why this measurement must be an old one, or ""."""
+    limits = config.plausibility
+    way = hypot(measured[X] - reckoned[X], measured[Y] - reckoned[Y])
+    if way <= limits.frozen_way and abs(float(measured[V] - reckoned[V])) <= limits.frozen_speed:
+        return ""
+    return f"the measured state does not change, by its commands the vehicle is {way:.2f} m further"
+
+
+def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:
+    """Why the vehicle cannot have come from the expected state to this one, or ""."""
+    limits, allowed = config.limits, config.plausibility
+    speed = max(abs(float(measured[V])), abs(float(expected[V])))
+    way = MISMATCH * speed * seconds
+    most = {
+        "position": allowed.position + way,
+        "heading": allowed.heading + way * config.max_curvature,
+        "speed": allowed.speed + MISMATCH * limits.acceleration * seconds,
+        "steering": allowed.steering + MISMATCH * limits.steering_rate * seconds,
+    }
+    change = measured - expected
+    jumps = {
+        "position": hypot(change[X], change[Y]),
+        "heading": abs(float(wrap(change[PHI]))),
+        "speed": abs(float(change[V])),
+        "steering": abs(float(change[DELTA])),
+    }
+    far = [f"{name} by {jumps[name]:.2f} {_UNITS[name]}" for name in most if jumps[name] > most[name]]
+    return f"the measured state has jumped: {', '.join(far)}" if far else ""
+
+
+_UNITS = {"position": "m", "heading": "rad", "speed": "m/s", "steering": "rad"}
+
+
+def _obstinate(gap: float, last: Trust, config: ControllerConfig) -> str:
+    """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
+    if last.why.startswith(OBSTINATE):
+        return last.why
+    return f"{OBSTINATE}: {gap:+.2f} rad off" if abs(gap) > config.plausibility.steering_gap else ""
+
+
+def _believed(
+    measured: Array, expected: Array, frozen: Array | None, problem: str, config: ControllerConfig
+) -> Array:
+    """The state (6,) to go by: of a doubted measurement only what can be true."""
+    if not problem or problem.startswith(OBSTINATE):
+        return measured
+    if frozen is not None:
+        return frozen
+    believed = expected.copy()
+    for quantity, most in ((V, config.plausibility.speed), (DELTA, config.plausibility.steering)):
+        if abs(measured[quantity] - expected[quantity]) <= most:
+            believed[quantity] = measured[quantity]
+    return believed

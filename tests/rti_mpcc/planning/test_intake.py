@@ -1,0 +1,117 @@
+"""What a cycle is told is checked, and nothing raises for a value."""
+
+from __future__ import annotations
+
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import GoalMeasurement
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.planning import intake
+from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.planning.surroundings import Surroundings
+
+CYCLE = 0.05
+END = Pose2(20.0, 0.0, 0.0)
+
+
+def times(*told: float) -> list[float]:
+    """The controller's own times for what the user's clock shows."""
+    memory, own = ControllerMemory(), []
+    for now in told:
+        memory, _ = intake.timed(memory, now, CYCLE)
+        own.append(memory.now)
+    return own
+
+
+def test_a_clock_that_runs_on_is_the_controllers_own() -> None:
+    told = [1.7e9, 1.7e9, 1.7e9 + 0.05, 1.7e9 + 30.0]
+    assert times(*told) == told
+
+
+def test_a_clock_that_goes_back_or_leaps_lets_one_cycle_pass() -> None:
+    assert times(5.0, 2.0, 2.05, 9.0) == pytest.approx([5.0, 5.05, 5.1, 12.05])
+    assert times(5.0, 1e7, 1e7 + 0.05) == pytest.approx([5.0, 5.05, 5.1])
+    memory, remark = intake.timed(ControllerMemory(time=5.0), 2.0, CYCLE)
+    assert remark == "the clock went back by 3.000 s"
+    assert intake.timed(memory, 2.05, CYCLE)[1] == ""
+
+
+@pytest.mark.parametrize("now", [nan, inf, -inf, 1e300])
+def test_a_clock_that_shows_no_time_lets_one_cycle_pass(now: float) -> None:
+    assert times(5.0, now, 5.1) == pytest.approx([5.0, 5.05, 5.1])
+    assert times(now, 5.0) == [0.0, 5.0]
+    assert str(now) in intake.timed(ControllerMemory(), now, CYCLE)[1]
+
+
+def test_stamps_are_moved_to_the_controllers_own_clock() -> None:
+    detection = GoalMeasurement(stamp=2.0, x=0.0, y=0.0, phi=0.0)
+    assert intake.measurement_in(detection, 3.05).stamp == pytest.approx(5.05)
+    assert intake.measurement_in(detection, 0.0) is detection
+
+
+class Told:
+    def __init__(self, x: Any, y: Any, phi: Any) -> None:
+        self.x, self.y, self.phi = x, y, phi
+
+
+@pytest.mark.parametrize("field", [0, 1, 2])
+@pytest.mark.parametrize("value", [nan, inf, 1e300, 1e5, None, "east"])
+def test_a_goal_that_cannot_be_one_is_not_used(field: int, value: Any) -> None:
+    fields: list[Any] = [20.0, 1.0, 0.1]
+    fields[field] = value
+    goal: Any = Told(*fields)
+    used, remark = intake.goal_in(goal, END)
+    assert used is None
+    assert remark.startswith("goal (")
+    assert remark.endswith("the last one stays")
+
+
+def test_a_goal_within_reach_is_used_and_none_is_no_problem() -> None:
+    goal = Pose2(24.0, 3.0, 0.1)
+    assert intake.goal_in(goal, END) == (goal, "")
+    assert intake.goal_in(None, END) == (None, "")
+
+
+@pytest.fixture(scope="module")
+def known() -> Surroundings:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+    return Surroundings.of(Corridor.from_offsets(path, left=3.0, right=-3.0), path, ControllerConfig())
+
+
+SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
+
+
+@pytest.mark.parametrize(
+    "obstacles",
+    [
+        [[[5.0, nan], [6.0, 1.0], [6.0, 2.0]]],
+        [[[5.0, inf], [6.0, 1.0], [6.0, 2.0]]],
+        [[[5.0, 1e300], [6.0, 1.0], [6.0, 2.0]]],
+        [[[5.0, 1.0], [6.0, 1.0]]],
+        [[5.0, 1.0, 6.0]],
+        [SQUARE, [[0.0]]],
+        [SQUARE, []],
+        [None],
+        ["wall"],
+        5.0,
+        [[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]],
+    ],
+)
+def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any) -> None:
+    surroundings, problem = intake.surroundings_in(known, obstacles)
+    assert surroundings is known
+    assert problem.startswith("obstacles not ")
+    assert "\n" not in problem
+
+
+def test_obstacles_are_told_and_none_keeps_the_last_ones(known: Surroundings) -> None:
+    surroundings, problem = intake.surroundings_in(known, [np.array(SQUARE)])
+    assert problem == ""
+    assert len(surroundings.obstacles) == 1
+    assert intake.surroundings_in(surroundings, None) == (surroundings, "")
+    assert intake.surroundings_in(surroundings, [])[0].obstacles == ()

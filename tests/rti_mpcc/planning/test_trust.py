@@ -1,0 +1,174 @@
+"""Measured states are believed, doubted, and believed again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import inf, nan, pi
+from typing import Any
+
+import pytest
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.planning.trust import Trust, weighed
+from rti_mpcc.types import VehicleState
+
+CONFIG = ControllerConfig(cycle=0.05)
+CHECKS = CONFIG.plausibility
+
+
+def cruising(now: float, **changes: Any) -> VehicleState:
+    """Along x at 1 m/s."""
+    usual = {"x": now, "y": 0.0, "phi": 0.0, "v": 1.0, "delta": 0.0}
+    return VehicleState(**{**usual, **changes})
+
+
+def standing(x: float = 0.0, **changes: Any) -> VehicleState:
+    return VehicleState(**{"x": x, "y": 0.0, "phi": 0.0, "v": 0.0, "delta": 0.0, **changes})
+
+
+def after(
+    states: Iterable[VehicleState], trust: Trust | None = None, queue: tuple[QueuedCommand, ...] = ()
+) -> Trust:
+    """After a cycle for each of these states, going on from where the trust ends."""
+    trust = trust or Trust(at=-CONFIG.cycle)
+    for state in states:
+        trust = weighed(trust, state, queue, round(trust.at + CONFIG.cycle, 9), CONFIG)
+    return trust
+
+
+def driven(cycles: int = 10) -> Trust:
+    return after(cruising(k * CONFIG.cycle) for k in range(cycles))
+
+
+def believed(trust: Trust) -> list[float]:
+    assert trust.state is not None
+    return trust.state.tolist()[:5]
+
+
+def test_what_is_measured_is_believed() -> None:
+    trust = driven()
+    assert trust.why == ""
+    assert believed(trust) == [0.45, 0.0, 0.0, 1.0, 0.0]
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf, 1e300, 1e8])
+@pytest.mark.parametrize("field", ["x", "y", "phi", "v", "delta"])
+def test_what_no_vehicle_can_be_is_not_believed_and_reckoned_from_the_commands(
+    field: str, value: float
+) -> None:
+    trust = after([cruising(0.5, **{field: value})], driven())
+    assert ("not a finite state" if abs(value) > 1e301 or value != value else "not a state") in trust.why
+    assert believed(trust)[:4] == pytest.approx([0.5, 0.0, 0.0, 1.0])
+    again = after([cruising(0.55)], trust)
+    assert (again.why, again.found) == ("", False)
+
+
+def test_without_any_state_nothing_is_believed() -> None:
+    trust = after([cruising(0.0, x=nan), cruising(0.05, x=nan)])
+    assert trust.state is None
+    assert trust.since == 0.0
+    assert after([cruising(0.1)], trust).why == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"y": 0.7}, "position by 0.70 m"),
+        ({"phi": 0.5}, "heading by 0.50 rad"),
+        ({"v": 2.5}, "speed by 1.50 m/s"),
+        ({"delta": 0.5}, "steering by 0.50 rad"),
+    ],
+)
+def test_a_jump_is_doubted_and_a_step_that_can_be_is_not(change: dict[str, float], word: str) -> None:
+    jumped = after([cruising(0.5, **change)], driven())
+    assert word in jumped.why
+    assert believed(jumped)[:2] == pytest.approx([0.5, 0.0])
+    (field, value), usual = next(iter(change.items())), cruising(0.5)
+    small = getattr(usual, field) + 0.6 * (value - getattr(usual, field))
+    if field != "delta":  # so much too fast a steering is obstinate
+        assert after([cruising(0.5, **{field: small})], driven()).why == ""
+
+
+@pytest.mark.parametrize("turn", [2.0 * pi, -2.0 * pi])
+def test_another_branch_of_the_heading_is_no_jump(turn: float) -> None:
+    assert after([cruising(0.5, phi=turn)], driven()).why == ""
+
+
+def test_the_speed_of_a_vehicle_set_down_elsewhere_is_believed() -> None:
+    """It has to brake by what it is measured to do."""
+    trust = after([cruising(0.5, y=3.0, v=0.8)], driven())
+    assert believed(trust)[3] == 0.8
+
+
+def test_a_vehicle_that_moves_and_is_measured_in_one_place_is_reckoned_further() -> None:
+    trust = after([cruising(0.45)] * 4, driven())
+    assert "does not change" in trust.why
+    assert believed(trust)[0] == pytest.approx(0.65)
+    assert trust.since == pytest.approx(0.55)  # after two cycles it was 0.1 m further
+    assert after([cruising(0.7)], trust).why == ""
+
+
+def test_a_vehicle_that_should_have_begun_to_move_is_not_measured() -> None:
+    moving = (QueuedCommand(-1.0, 0.5, 0.0),)
+    trust = after([standing()] * 20, queue=moving)
+    assert "does not change" in trust.why
+    assert after([standing()] * 200).why == ""
+
+
+def test_steering_that_does_not_follow_is_found_out_and_given_its_time() -> None:
+    turning = (QueuedCommand(-1.0, 0.0, 0.5),)
+    states = [cruising(k * CONFIG.cycle) for k in range(12)]
+    trust = after(states, queue=turning)
+    assert "the steering does not follow" in trust.why
+    assert believed(trust)[3] == 1.0
+    stopped = after([standing(0.6)] * 20, trust)
+    assert "steering" in stopped.why
+    rested = after([standing(0.6)] * 100, trust)
+    assert (rested.why, rested.steering_gap) == ("", 0.0)
+
+
+def test_a_steering_that_follows_with_noise_and_a_lag_is_not_obstinate() -> None:
+    turning = (QueuedCommand(-1.0, 0.0, 0.2),)
+    lag = [cruising(k * 0.05, delta=0.2 * max(k * 0.05 - 0.2, 0.0) + 0.01 * (-1) ** k) for k in range(60)]
+    trust = after(lag[:1], queue=turning)
+    for state in lag[1:]:
+        trust = after([state], trust, turning)
+        assert trust.why == ""
+
+
+def test_a_vehicle_that_was_set_down_elsewhere_is_there_once_it_has_stood_there() -> None:
+    jumped = after([cruising(0.5, y=3.0)], driven())
+    rolling = after([cruising(0.5 + k * 0.05, y=3.0) for k in range(1, 100)], jumped)
+    assert rolling.why != ""
+    there = standing(5.5, y=3.0)
+    cycles = round(CHECKS.confirmation / CONFIG.cycle)
+    almost = after([there] * (cycles - 1), rolling)
+    assert almost.why != ""
+    found = after([there] * 3, almost)
+    assert found.why == ""
+    assert believed(found)[1] == 3.0
+
+
+def test_measurements_that_disagree_with_one_another_are_never_believed() -> None:
+    wild = [standing(0.0, y=3.0 + 2.0 * (k % 2)) for k in range(300)]
+    trust = after([standing()])
+    for state in wild:
+        trust = after([state], trust)
+        assert trust.why != ""
+
+
+def test_after_a_gap_a_measurement_is_taken_as_it_is() -> None:
+    trust = weighed(driven(), cruising(9.0, y=5.0), (), 3.0, CONFIG)
+    assert (trust.why, trust.found) == ("", True)
+    assert weighed(driven(), cruising(9.0, y=nan), (), 3.0, CONFIG).why != ""
+
+
+def test_another_problem_is_doubt_too_and_counts_from_its_begin() -> None:
+    trust = driven()
+    first = after([cruising(0.5)], trust).doubting("obstacles not readable", trust)
+    assert (first.why, first.since) == ("obstacles not readable", 0.5)
+    assert believed(first)[0] == 0.5
+    second = after([cruising(0.55)], first).doubting("obstacles not readable", first)
+    assert second.since == 0.5
+    assert after([cruising(0.6)], second).why == ""

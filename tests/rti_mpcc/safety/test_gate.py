@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+from math import inf, nan
+
+import numpy as np
+import pytest
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.safety.gate import admitted
+from rti_mpcc.safety.ladder import Drive
+from rti_mpcc.types import Array, Source, VehicleState
+
+CONFIG = ControllerConfig()
+LIMITS = CONFIG.limits
+MOST = (LIMITS.acceleration, LIMITS.steering_rate)
+
+
+def state(v: float = 1.0, delta: float = 0.0) -> Array:
+    return np.array([0.0, 0.0, 0.0, v, delta, 0.0])
+
+
+def gated(
+    a: float,
+    rate: float,
+    v: float = 1.0,
+    delta: float = 0.0,
+    *,
+    measured: tuple[float, float] | None = None,
+) -> Drive:
+    speed, steering = measured or (v, delta)
+    drive = Drive(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
+    told = VehicleState(x=0.0, y=0.0, phi=0.0, v=speed, delta=steering)
+    return admitted(drive, state(v, delta), told, CONFIG)
+
+
+def test_what_is_within_the_limits_passes_as_it_is() -> None:
+    drive = gated(0.3, -0.2)
+    assert (drive.acceleration, drive.steering_rate, drive.source) == (0.3, -0.2, Source.SOLUTION)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_inputs_are_cut_to_their_limits(sign: float) -> None:
+    drive = gated(sign * 9.0, sign * 3.0)
+    assert (drive.acceleration, drive.steering_rate) == (
+        sign * LIMITS.acceleration,
+        sign * LIMITS.steering_rate,
+    )
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_speed_and_steering_do_not_pass_their_limits(sign: float) -> None:
+    drive = gated(sign * 1.0, sign * 1.0, sign * (LIMITS.speed - 0.01), sign * (LIMITS.steering - 0.01))
+    assert drive.acceleration * CONFIG.cycle == pytest.approx(sign * 0.01)
+    assert drive.steering_rate * CONFIG.cycle == pytest.approx(sign * 0.01)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_is_outside_returns_at_the_rate_limit(sign: float) -> None:
+    drive = gated(sign * 1.0, sign * 1.0, sign * (LIMITS.speed + 2.0), sign * (LIMITS.steering + 0.2))
+    assert (drive.acceleration, drive.steering_rate) == (
+        -sign * LIMITS.acceleration,
+        -sign * LIMITS.steering_rate,
+    )
+    near = gated(0.0, 0.0, sign * (LIMITS.speed + 0.01), sign * (LIMITS.steering + 0.01))
+    assert near.acceleration * CONFIG.cycle == pytest.approx(-sign * 0.01)
+    assert near.steering_rate * CONFIG.cycle == pytest.approx(-sign * 0.01)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_is_measured_outside_is_not_led_further_out_whatever_it_will_be(sign: float) -> None:
+    outside = (sign * (LIMITS.speed + 1.0), sign * (LIMITS.steering + 0.1))
+    drive = gated(sign * 1.0, sign * 0.5, 0.0, 0.0, measured=outside)
+    assert (drive.acceleration, drive.steering_rate) == (0.0, 0.0)
+    back = gated(-sign * 1.0, -sign * 0.5, 0.0, 0.0, measured=outside)
+    assert (back.acceleration, back.steering_rate) == (-sign * 1.0, -sign * 0.5)
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf])
+def test_what_is_not_finite_becomes_braking(value: float) -> None:
+    for drive in (gated(value, 0.0), gated(0.0, value)):
+        assert drive.source is Source.BRAKING
+        assert drive.acceleration == pytest.approx(-4.0 * CONFIG.comfort_acceleration)
+        assert drive.steering_rate == 0.0
+
+
+@pytest.mark.parametrize("value", [nan, inf])
+def test_a_measurement_that_is_not_finite_is_left_out(value: float) -> None:
+    drive = gated(0.3, -0.2, measured=(value, value))
+    assert (drive.acceleration, drive.steering_rate) == (0.3, -0.2)
