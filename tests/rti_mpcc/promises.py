@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isfinite
 
 import numpy as np
@@ -11,10 +12,12 @@ from geometry import Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Source, Status, VehicleState
 from rti_mpcc.planning.route import MOVING_SPEED
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
-from tests.rti_mpcc.drawn import RUNS, Run, is_finite, placed_state, state_of, told
-from tests.rti_mpcc.worlds import world
+from tests.rti_mpcc.drawn import RUNS, Placed, Run, is_finite, measured, placed_state, told
+from tests.rti_mpcc.worlds import World, world
 
 ROUNDING = 1e-9
+LONGEST = 1.0
+"""So long the plant is driven on between two cycles at most [s]."""
 
 
 def hold(draws: int, chunk: int) -> None:
@@ -42,12 +45,11 @@ def keep_promises(run: Run) -> None:
     controller = DockingController(here.path, here.corridor, config)
     parameters = PlantParameters.of(config.vehicle, config.limits, dead_time=config.dead_time)
     limit, now = config.limits.speed, 0.0
-    plant = _plant(placed_state(run.start, here, limit))
+    plant = _moved(PlantState(x=0.0, y=0.0, phi=0.0), run.start, here, limit)
     for cycle in run.cycles:
-        now = cycle.passed[0] if isinstance(cycle.passed, tuple) else now + cycle.passed
-        state = state_of(cycle, here, _measured(plant), limit)
-        if is_finite(state) and max(abs(state.x), abs(state.y)) < 1e6 and abs(state.v) < 1e3:
-            plant = _plant(state, plant)
+        if isinstance(cycle.state, Placed):
+            plant = _moved(plant, cycle.state, here, limit)
+        state = measured(cycle, _state(plant))
         pose = Pose2(plant.x, plant.y, plant.phi)
         command = controller.step(state, now=now, **told(cycle, here, pose, now))
         check_numbers(command, config)
@@ -56,7 +58,10 @@ def keep_promises(run: Run) -> None:
         plant = issue(
             plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
         )
-        plant = advance(plant, parameters, plant.time + config.cycle)
+        passed = config.cycle if cycle.passed is None else cycle.passed
+        now = passed[0] if isinstance(passed, tuple) else now + passed
+        lasted = passed if isinstance(passed, float) and 0.0 <= passed <= LONGEST else config.cycle
+        plant = advance(plant, parameters, plant.time + lasted)
 
 
 def check_numbers(command: Command, config: ControllerConfig) -> None:
@@ -105,20 +110,11 @@ def check_account(state: VehicleState, command: Command, config: ControllerConfi
         assert abs(state.v) <= MOVING_SPEED
 
 
-def _measured(plant: PlantState) -> VehicleState:
+def _state(plant: PlantState) -> VehicleState:
     return VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)
 
 
-def _plant(state: VehicleState, before: PlantState | None = None) -> PlantState:
-    """The plant at a state; commands under way stay."""
-    return PlantState(
-        time=before.time if before else 0.0,
-        x=state.x,
-        y=state.y,
-        phi=state.phi,
-        v=state.v,
-        delta=state.delta,
-        acceleration=before.acceleration if before else 0.0,
-        steering_rate=before.steering_rate if before else 0.0,
-        pending=before.pending if before else (),
-    )
+def _moved(plant: PlantState, place: Placed, here: World, limit: float) -> PlantState:
+    """The plant at a place; commands under way stay."""
+    state = placed_state(place, here, limit)
+    return replace(plant, x=state.x, y=state.y, phi=state.phi, v=state.v, delta=state.delta)

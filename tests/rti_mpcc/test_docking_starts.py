@@ -53,6 +53,11 @@ class Start:
     goal: float = 0.0
     over: float = 0.0
 
+    @property
+    def off(self) -> bool:
+        """Whether it is off the path or turned away from it."""
+        return bool(self.across or self.over or self.turned)
+
 
 LIMITS = {
     "steering left": Start(steering=0.7),
