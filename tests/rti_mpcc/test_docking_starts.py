@@ -20,7 +20,7 @@ from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array, Command, Source
 from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, drive
 
-HALF = 4.0
+HALF = 8.0
 """Half width of the corridor [m]."""
 LENGTH = 25.0
 SPEED = 2.0
