@@ -17,12 +17,13 @@ export MKL_NUM_THREADS = 1
 export MPLBACKEND = Agg
 
 .DEFAULT_GOAL := help
-.PHONY: help test lint types unit demo acceptance clean
+.PHONY: help test lint types unit demo acceptance soak clean
 
 help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
 	@echo "make test        set up $(VENV) and run lint, types and tests (lint, types, unit: one of them)"
 	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
+	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
 
 test: lint types unit
@@ -44,6 +45,9 @@ demo: $(RUNTIME)
 acceptance: $(TEST)
 	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance
 	@echo "figures: runs/acceptance.json"
+
+soak: $(TEST)
+	$(PY) -m benchmarks.soak
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

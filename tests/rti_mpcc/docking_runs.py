@@ -195,12 +195,16 @@ def drive(
     *,
     goal_at: Callable[[float], Pose2 | None] | None = None,
     controller: DockingController | None = None,
+    start: PlantState | None = None,
 ) -> Iterator[tuple[PlantState, Command]]:
-    """The true state that each cycle measures, and its command, for `seconds` [s] whatever happens."""
+    """The true state that each cycle measures, and its command, for `seconds` [s] whatever happens.
+
+    The plant begins at `start`, by default at rest at the begin of the path.
+    """
     path, simulation = scenario.build_path(), scenario.simulation
     controller = controller or docking_controller(scenario)
     parameters = scenario.plant_parameters()
-    plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
+    plant = start or PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
     for cycle in range(round(seconds / simulation.cycle)):
         plant = advance(plant, parameters, cycle * simulation.cycle)
         state = VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)

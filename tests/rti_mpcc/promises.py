@@ -1,0 +1,120 @@
+"""The promises that hold for every command, whatever the controller is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import isfinite
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, seed, settings
+
+from geometry import Pose2
+from rti_mpcc import Command, ControllerConfig, DockingController, Source, Status, VehicleState
+from rti_mpcc.planning.route import MOVING_SPEED
+from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from tests.rti_mpcc.drawn import RUNS, Placed, Run, is_finite, measured, placed_state, told
+from tests.rti_mpcc.worlds import World, world
+
+ROUNDING = 1e-9
+LONGEST = 1.0
+"""So long the plant is driven on between two cycles at most [s]."""
+
+
+def hold(draws: int, chunk: int) -> None:
+    """So many drawn runs, the same for the same `chunk`, keep the promises."""
+
+    @seed(chunk)
+    @settings(
+        max_examples=draws,
+        deadline=None,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+        phases=(Phase.generate, Phase.shrink),
+        print_blob=False,
+    )
+    @given(run=RUNS)
+    def promised(run: Run) -> None:
+        keep_promises(run)
+
+    promised()
+
+
+def keep_promises(run: Run) -> None:
+    """Drive a run; the plant follows the commands wherever the state is not drawn."""
+    here, config = world(run.world), run.setting.config()
+    controller = DockingController(here.path, here.corridor, config)
+    parameters = PlantParameters.of(config.vehicle, config.limits, dead_time=config.dead_time)
+    limit, now = config.limits.speed, 0.0
+    plant = _moved(PlantState(x=0.0, y=0.0, phi=0.0), run.start, here, limit)
+    for cycle in run.cycles:
+        if isinstance(cycle.state, Placed):
+            plant = _moved(plant, cycle.state, here, limit)
+        state = measured(cycle, _state(plant))
+        pose = Pose2(plant.x, plant.y, plant.phi)
+        command = controller.step(state, now=now, **told(cycle, here, pose, now))
+        check_numbers(command, config)
+        check_return(state, command, config)
+        check_account(state, command, config)
+        plant = issue(
+            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
+        )
+        passed = config.cycle if cycle.passed is None else cycle.passed
+        now = passed[0] if isinstance(passed, tuple) else now + passed
+        lasted = passed if isinstance(passed, float) and 0.0 <= passed <= LONGEST else config.cycle
+        plant = advance(plant, parameters, plant.time + lasted)
+
+
+def check_numbers(command: Command, config: ControllerConfig) -> None:
+    """Everything is finite, within the input limits, and of the documented shape."""
+    numbers = (command.acceleration, command.steering_rate, command.speed, command.steering)
+    assert all(type(number) is float and isfinite(number) for number in numbers), numbers
+    assert abs(command.acceleration) <= config.limits.acceleration + ROUNDING
+    assert abs(command.steering_rate) <= config.limits.steering_rate + ROUNDING
+    plan, stages = command.trajectory, config.stages
+    for array, shape in (
+        (plan.times, (stages + 1,)),
+        (plan.states, (stages + 1, 6)),
+        (plan.controls, (stages, 3)),
+    ):
+        assert array.shape == shape
+        assert np.isfinite(array).all()
+        assert not array.flags.writeable
+
+
+def check_return(state: VehicleState, command: Command, config: ControllerConfig) -> None:
+    """What is measured outside its limit is not led further out."""
+    for value, limit, rate in (
+        (state.v, config.limits.speed, command.acceleration),
+        (state.delta, config.limits.steering, command.steering_rate),
+    ):
+        if isfinite(value) and abs(value) > limit:
+            assert np.sign(value) * rate <= ROUNDING, (value, limit, rate)
+
+
+def check_account(state: VehicleState, command: Command, config: ControllerConfig) -> None:
+    """Status, source and reason tell what is the case."""
+    assert type(command.status) is Status
+    assert type(command.source) is Source
+    assert len(command.diagnostics.reason.splitlines()) <= 1
+    if command.status is Status.FAILED:
+        assert command.diagnostics.reason
+    assert type(command.docked) is bool
+    assert command.docked is (command.status is Status.DOCKED)
+    if command.docked:
+        assert is_finite(state)
+        error = Pose2(state.x, state.y, state.phi).relative_to(command.diagnostics.aim)
+        along, across, heading = config.goal_tolerance
+        assert abs(error.x) <= along, error
+        assert abs(error.y) <= across, error
+        assert abs(error.phi) <= heading, error
+        assert abs(state.v) <= MOVING_SPEED
+
+
+def _state(plant: PlantState) -> VehicleState:
+    return VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)
+
+
+def _moved(plant: PlantState, place: Placed, here: World, limit: float) -> PlantState:
+    """The plant at a place; commands under way stay."""
+    state = placed_state(place, here, limit)
+    return replace(plant, x=state.x, y=state.y, phi=state.phi, v=state.v, delta=state.delta)

@@ -1,0 +1,113 @@
+"""Controllers in one process, interleaved and in threads, don't influence each other's results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from threading import Barrier
+
+import numpy as np
+import pytest
+
+from estimation import GoalMeasurement
+from rti_mpcc.simulation import Scenario
+from rti_mpcc.simulation.plant import PlantState, advance, issue
+from rti_mpcc.types import Command, VehicleState
+from tests.rti_mpcc.docking_runs import between_obstacles, docking_controller, narrow, short, straight
+
+CYCLES = 80
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A scenario, and whether its goal is known from detections only."""
+
+    scenario: Scenario
+    detected: bool = False
+
+
+TASKS = {
+    "short, detected": Task(scenario=short(), detected=True),
+    "reverse, obstacles": Task(scenario=between_obstacles(-1)),
+    "forward, detected": Task(scenario=straight(1, 15.0), detected=True),
+    "reverse, narrow": Task(scenario=narrow(-1, 0.2)),
+}
+
+
+def commands(task: Task) -> Iterator[Command]:
+    """The commands of a run, one a cycle, as the plant goes on."""
+    scenario = task.scenario
+    path, parameters = scenario.build_path(), scenario.plant_parameters()
+    controller, goal = docking_controller(scenario), scenario.goal_pose(path)
+    noise = np.random.default_rng(1)
+    plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
+    for cycle in range(CYCLES):
+        now = cycle * scenario.simulation.cycle
+        plant = advance(plant, parameters, now)
+        seen = np.array([goal.x, goal.y, goal.phi]) + noise.normal(0.0, [0.05, 0.05, 0.01])
+        x, y, phi = seen.tolist()
+        detections = [GoalMeasurement(stamp=now, x=x, y=y, phi=phi)] if task.detected else []
+        command = controller.step(
+            VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta),
+            now=now,
+            goal=None if task.detected else goal,
+            measurements=detections,
+        )
+        yield command
+        plant = issue(
+            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
+        )
+
+
+@pytest.fixture(scope="module")
+def alone() -> dict[str, list[Command]]:
+    return {name: list(commands(task)) for name, task in TASKS.items()}
+
+
+def assert_same(run: list[Command], other: list[Command]) -> None:
+    """Bit by bit."""
+    assert len(run) == len(other) == CYCLES
+    for one, two in zip(run, other, strict=True):
+        assert numbers(one) == numbers(two)
+        assert (one.status, one.source, one.docked) == (two.status, two.source, two.docked)
+        assert one.diagnostics.reason == two.diagnostics.reason
+        assert one.diagnostics.iterations == two.diagnostics.iterations
+        for name in ("times", "states", "controls"):
+            assert getattr(one.trajectory, name).tobytes() == getattr(two.trajectory, name).tobytes()
+
+
+def numbers(command: Command) -> list[str]:
+    values = (command.acceleration, command.steering_rate, command.speed, command.steering)
+    return [value.hex() for value in values]
+
+
+def test_the_tasks_drive_with_and_without_detections(alone: dict[str, list[Command]]) -> None:
+    for name, run in alone.items():
+        assert max(abs(command.speed) for command in run) > 0.1
+        assert any(command.diagnostics.goal is not None for command in run) == TASKS[name].detected
+
+
+def test_the_same_run_again_is_the_same(alone: dict[str, list[Command]]) -> None:
+    name = "short, detected"
+    assert_same(list(commands(TASKS[name])), alone[name])
+
+
+def test_two_that_take_turns_are_as_alone(alone: dict[str, list[Command]]) -> None:
+    one, two = "short, detected", "reverse, obstacles"
+    both = list(zip(commands(TASKS[one]), commands(TASKS[two]), strict=True))
+    assert_same([first for first, _ in both], alone[one])
+    assert_same([second for _, second in both], alone[two])
+
+
+def test_one_in_each_of_four_threads_is_as_alone(alone: dict[str, list[Command]]) -> None:
+    together = Barrier(len(TASKS))
+
+    def run(task: Task) -> list[Command]:
+        together.wait()
+        return list(commands(task))
+
+    with ThreadPoolExecutor(len(TASKS)) as threads:
+        found = dict(zip(TASKS, threads.map(run, TASKS.values()), strict=True))
+    for name in TASKS:
+        assert_same(found[name], alone[name])

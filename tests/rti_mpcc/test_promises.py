@@ -1,0 +1,12 @@
+"""A short form of tests/acceptance/test_promises.py."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.rti_mpcc.promises import hold
+
+
+@pytest.mark.parametrize("chunk", range(3))
+def test_the_promises_hold_whatever_the_controller_is_told(chunk: int) -> None:
+    hold(100, chunk)

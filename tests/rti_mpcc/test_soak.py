@@ -1,0 +1,32 @@
+"""A short form of benchmarks/soak.py: what a controller holds does not grow with its cycles."""
+
+from __future__ import annotations
+
+import gc
+import tracemalloc
+
+from benchmarks.soak import GROWTH, Shuttle
+
+WARM_UP, CYCLES = 400, 700
+"""The first change of direction comes after about 350 cycles, the first wall, which makes the QP larger,
+after 750."""
+
+
+def held(shuttle_cycles: list[int]) -> list[int]:
+    """Memory [bytes] that Python objects take after each of these counts of cycles."""
+    found = []
+    shuttle = Shuttle.of(shuttle_cycles[-1])
+    tracemalloc.start()
+    try:
+        for cycle, _ in enumerate(shuttle.drive(shuttle_cycles[-1]), start=1):
+            if cycle in shuttle_cycles:
+                gc.collect()
+                found.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    return found
+
+
+def test_memory_is_flat_once_it_is_warm() -> None:
+    warm, later = held([WARM_UP, CYCLES])
+    assert later <= (1.0 + GROWTH) * warm
