@@ -121,6 +121,9 @@ class Driver:
             return self._hold(situation)
         if not attempt.problem:
             return self._accept(attempt, situation)
+        if not latched and route.stands(self._memory, situation, route.PATIENCE):
+            latched = attempt.problem
+            self._memory = replace(self._memory, latched=latched)
         if latched and stands:
             self._memory = replace(self._memory, looked_at=situation.now)
         status = Status.FAILED if latched else Status.STARTING
@@ -164,15 +167,20 @@ class Driver:
         unfinished = self._memory.unfinished
         start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished, guess)
         attempt = self._search(situation, start, clock)
-        self._memory = search.left_unfinished(self._memory, situation.target, attempt)
-        filled = not attempt.cut and (attempt.problem or attempt.squeezed)
-        if filled and situation.free and self._surroundings.corridor.obstacles:
-            way = self._way_to_contact(guess, inf)
+        self._memory = search.left_unfinished(self._memory, situation, attempt)
+        if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
+            way = self._way_in(attempt, guess)
             if way < inf:
                 return self._begin_stop(attempt, situation, way, clock)
         if not attempt.problem:
             self._memory = route.begun(self._memory, situation)
         return attempt, situation
+
+    def _way_in(self, attempt: Attempt, guess: Trajectory) -> float:
+        """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""
+        if attempt.problem or attempt.squeezed:
+            return self._way_to_contact(guess, inf)
+        return self._way_to_contact(attempt.solutions[-1].trajectory, inf)
 
     def _begin_stop(
         self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock

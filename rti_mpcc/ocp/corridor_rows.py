@@ -22,6 +22,8 @@ are 0 besides: a row that never binds still drags on the solver's steps."""
 
 RETURN_TIME = 1.5
 """So long the plan may take to give the margin back that a measurement has taken from it [s]."""
+WAY_BACK = 10.0
+"""So long it may take to bring a body back that is over a boundary [s]."""
 
 
 class CorridorRows(NamedTuple):
@@ -53,18 +55,26 @@ def corridor_rows(
 
 
 def admitted(rows: CorridorRows, change: Array, elapsed: Array, margin: float) -> Array:
-    """Lower bounds (N, discs, sides) that give back step by step what is missing of the margin.
+    """Lower bounds (N, discs, sides) that give back step by step what is missing.
 
     The plan begins `change` (3,) in x, y, phi beside the one linearised about. What is missing of the margin
     a moment ahead, by this or before, is out of reach by then: the exact penalty would answer each
-    centimetre of measurement noise beside a boundary with all the steering there is.
+    centimetre of measurement noise beside a boundary with all the steering there is. What is missing beyond
+    the margin where the vehicle is, with the body over a boundary, takes longer to give back; a slack that
+    nothing can make smaller would saturate the penalty all along the plan, and the solver with it.
 
-    (H4)  lower - (1 - t / RETURN_TIME) min(max(0, lower - slopes change), margin)
+    (H4)  lower - (1 - t / RETURN_TIME) min(m, margin) - (1 - t / WAY_BACK) min(max(0, m - margin), over),
+          m = max(0, lower - slopes change),  over = the largest max(0, m - margin) of stage 1
 
     Args:
         elapsed: (N,) time of stages 1..N [s].
     """
-    missing = np.clip(rows.lower - rows.slopes @ change, 0.0, margin)
+    missing = np.maximum(rows.lower - rows.slopes @ change, 0.0)
+    lacking = np.minimum(missing, margin)
     share = np.clip(1.0 - elapsed / RETURN_TIME, 0.0, 1.0)
-    bounds: Array = rows.lower - share[:, None, None] * missing
+    bounds: Array = rows.lower - share[:, None, None] * lacking
+    over = float((missing[0] - lacking[0]).max(initial=0.0))
+    if over > 0.0:
+        share = np.clip(1.0 - elapsed / WAY_BACK, 0.0, 1.0)
+        bounds -= share[:, None, None] * np.minimum(missing - lacking, over)
     return bounds

@@ -33,6 +33,7 @@ class Unfinished:
         solution: the last one, None if no QP was solved yet; iterations: so many were.
         iterate: how far the QP had come that was stopped, or None.
         target: what the plan is to end in; arrive_at: when [s], or None.
+        begin: when the plan begins [s].
     """
 
     solution: Solution | None
@@ -40,6 +41,7 @@ class Unfinished:
     iterate: tuple[Array, Array] | None
     target: Target
     arrive_at: float | None
+    begin: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand, still_acting
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished
 from rti_mpcc.types import Trajectory
 
 STANDSTILL_SPEED = 0.02
@@ -37,6 +37,8 @@ NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
 LOOK_AGAIN = 0.5
 """Time between two looks whether the way is free again [s]."""
+PATIENCE = 5.0
+"""A vehicle that stands so long without a first plan [s] says that it failed, and looks less often."""
 RESTARTS = 3
 """So often a vehicle that stopped outside the tolerance tries again."""
 RETREAT_REACH = 2.0
@@ -133,7 +135,9 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
 
 
 def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
-    """Whether a vehicle that stands blocked should look for a plan in this cycle."""
+    """Whether a vehicle that stands blocked should look for a plan in this cycle, or goes on looking."""
+    if memory.unfinished is not None:
+        return True
     return memory.looked_at is None or not 0.0 <= situation.now - memory.looked_at < LOOK_AGAIN
 
 
@@ -296,6 +300,20 @@ def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:
     if memory.target is None:
         return True
     return not situation.inside(situation.target.pose.relative_to(memory.target.pose), SETTLE_SHARE)
+
+
+def _later(begun: Unfinished, seconds: float) -> Unfinished:
+    """The same search for a plan that begins so much later [s]."""
+    solution, arrive_at = begun.solution, begun.arrive_at
+    if solution is not None:
+        plan = replace(solution.trajectory, times=solution.trajectory.times + seconds)
+        solution = replace(solution, trajectory=plan)
+    return replace(
+        begun,
+        solution=solution,
+        arrive_at=None if arrive_at is None else arrive_at + seconds,
+        begin=begun.begin + seconds,
+    )
 
 
 def _apart(one: Pose2, other: Pose2) -> float:

@@ -190,7 +190,7 @@ def _iterate(
     return solution
 
 
-def left_unfinished(memory: ControllerMemory, target: Target, attempt: Attempt) -> ControllerMemory:
+def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Attempt) -> ControllerMemory:
     """Keep a search that ran out of time, to go on with in the next cycle."""
     if not attempt.cut:
         return replace(memory, unfinished=None)
@@ -202,8 +202,9 @@ def left_unfinished(memory: ControllerMemory, target: Target, attempt: Attempt) 
         solution=attempt.solved or (before.solution if before else None),
         iterate=last.iterate,
         iterations=(before.iterations if before else 0) + solved,
-        target=target,
+        target=situation.target,
         arrive_at=memory.arrive_at,
+        begin=situation.begin,
     )
     return replace(memory, unfinished=unfinished)
 

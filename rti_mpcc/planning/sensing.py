@@ -98,14 +98,21 @@ def _off_the_path(here: Pose2, path: Pose2) -> str:
 
 
 def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
-    """Give the state its progress and the branch of its heading, both nearest to the last ones."""
+    """Give the state its progress and the branch of its heading, both nearest to the last ones.
+
+    Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
+    """
     x, y, phi = float(reached[X]), float(reached[Y]), float(reached[PHI])
     if last is None:
-        reached[THETA] = part.project(x, y, heading=phi)
-        heading = part.pose(float(reached[THETA])).phi
+        theta = part.project(x, y, heading=phi)
+        heading = part.pose(theta).phi
     else:
-        reached[THETA] = part.project(x, y, near=float(last[THETA]), reach=PROJECTION_REACH)
+        near = max(float(last[THETA]), part.start)
+        theta = part.project(x, y, near=near, reach=PROJECTION_REACH)
         heading = float(last[PHI])
+    if theta <= part.start:
+        theta += min(part.direction * Pose2(x, y, phi).relative_to(part.first).x, 0.0)
+    reached[THETA] = theta
     reached[PHI] = lift(phi, heading)
 
 

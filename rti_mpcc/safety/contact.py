@@ -14,6 +14,8 @@ from rti_mpcc.types import Trajectory
 
 CHECKED = 3.0
 """How far ahead along the plan contact is looked for beyond the stopping distance [m]."""
+LET_OUT = 0.1
+"""So far a body that touches something may swing its other end out to get away [m]."""
 SPACING = 0.2
 """Way between two bodies that are checked [m]."""
 
@@ -23,7 +25,7 @@ def way_to_contact(
 ) -> float:
     """Way along the plan to the first body that touches something [m]; inf if none does within `reach`.
 
-    A body that touches from the start on is let out: only poses with less clearance than it count.
+    A body that touches from the start on is let out: only poses with `LET_OUT` less clearance than it count.
     """
     steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
     way = np.append(0.0, np.cumsum(steps))
@@ -35,7 +37,7 @@ def way_to_contact(
     touching = corridor.collides(part, bodies)
     if touching[0]:
         clearance = corridor.clearance(part, bodies)
-        touching &= clearance < clearance[0] - 1e-3
+        touching &= clearance < clearance[0] - LET_OUT
     return float(marks[np.argmax(touching)]) if touching.any() else np.inf
 
 

@@ -6,7 +6,8 @@ import pytest
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.ocp.corridor_rows import RETURN_TIME, CorridorRows, admitted, corridor_rows
+from rti_mpcc.ocp.corridor_rows import RETURN_TIME,
+    WAY_BACK, CorridorRows, admitted, corridor_rows
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -115,5 +116,26 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
     assert half_way == pytest.approx(-0.5 * missing, rel=1e-6)
     after = admitted(lacking, aside, np.full(len(states), RETURN_TIME), margin=1.0)
     np.testing.assert_array_equal(after, lacking.lower)
-    little = admitted(lacking, aside, elapsed, margin=0.3 * missing)[4, 2, 0]
-    assert little == pytest.approx(-0.3 * missing, rel=1e-6)
+    inside = rows.lower.copy()
+    inside[4, 2, 0] = 0.0
+    little = admitted(CorridorRows(rows.slopes, inside - 9.0), aside, elapsed, margin=0.3 * missing)
+    np.testing.assert_array_equal(little, inside - 9.0)
+    inside[0] -= 9.0  # nothing is missing where the vehicle is
+    little = admitted(CorridorRows(rows.slopes, inside), aside, elapsed, margin=0.3 * missing)
+    assert little[4, 2, 0] == pytest.approx(-0.3 * missing, rel=1e-6)
+
+
+def test_what_the_vehicle_itself_lacks_beyond_the_margin_is_given_back_more_slowly(
+    corridor: Corridor, states: Array
+) -> None:
+    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    lower = np.full_like(rows.lower, -9.0)
+    lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
+    lacking = CorridorRows(np.zeros_like(rows.slopes), lower)
+    for time, left in ((1e-9, 1.0), (RETURN_TIME, 1.0 - RETURN_TIME / WAY_BACK), (WAY_BACK, 0.0)):
+        bounds = admitted(lacking, np.zeros(3), np.full(len(states), time), margin=0.1)
+        share = max(1.0 - time / RETURN_TIME, 0.0)
+        assert bounds[0, 1, 0] == pytest.approx(0.5 - share * 0.1 - left * 0.4)
+        assert bounds[6, 2, 1] == pytest.approx(0.3 - share * 0.1 - left * 0.2)
+        assert bounds[7, 0, 0] == pytest.approx(0.9 - share * 0.1 - left * 0.4)  # no more than the vehicle lacks
+        assert bounds[3, 1, 0] == -9.0

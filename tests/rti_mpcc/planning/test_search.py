@@ -169,7 +169,7 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situ
     assert cut.cut
     assert cut.problem != ""
     assert clock.decisions.granted == (True, True, False)
-    memory = search.left_unfinished(memory, mpcc.target, cut)
+    memory = search.left_unfinished(memory, situation, cut)
     assert memory.unfinished is not None
     assert memory.unfinished.iterations == 2
     rest = search.converge(
@@ -181,7 +181,7 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situ
     )
     assert rest.problem == ""
     assert len(cut.solutions) + len(rest.solutions) == len(at_once.solutions)
-    assert search.left_unfinished(memory, mpcc.target, rest).unfinished is None
+    assert search.left_unfinished(memory, situation, rest).unfinished is None
 
 
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, situations: Any) -> None:
