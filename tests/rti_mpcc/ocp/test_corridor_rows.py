@@ -6,8 +6,7 @@ import pytest
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.ocp.corridor_rows import RETURN_TIME,
-    WAY_BACK, CorridorRows, admitted, corridor_rows
+from rti_mpcc.ocp.corridor_rows import RETURN_TIME, WAY_BACK, CorridorRows, admitted, corridor_rows
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -137,5 +136,6 @@ def test_what_the_vehicle_itself_lacks_beyond_the_margin_is_given_back_more_slow
         share = max(1.0 - time / RETURN_TIME, 0.0)
         assert bounds[0, 1, 0] == pytest.approx(0.5 - share * 0.1 - left * 0.4)
         assert bounds[6, 2, 1] == pytest.approx(0.3 - share * 0.1 - left * 0.2)
-        assert bounds[7, 0, 0] == pytest.approx(0.9 - share * 0.1 - left * 0.4)  # no more than the vehicle lacks
+        # No more than the vehicle itself lacks:
+        assert bounds[7, 0, 0] == pytest.approx(0.9 - share * 0.1 - left * 0.4)
         assert bounds[3, 1, 0] == -9.0
