@@ -5,6 +5,7 @@ from __future__ import annotations
 from geometry.angles import lift, wrap
 from geometry.corridor import Corridor, Narrowing
 from geometry.errors import CorridorError, InputError, PathError, RtiMpccError
+from geometry.lines import CorridorLines, PartLines
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
 from geometry.pose import Pose2
@@ -13,9 +14,11 @@ from geometry.walls import HalfPlanes
 __all__ = [
     "Corridor",
     "CorridorError",
+    "CorridorLines",
     "HalfPlanes",
     "InputError",
     "Narrowing",
+    "PartLines",
     "PathError",
     "PathPart",
     "PathReference",

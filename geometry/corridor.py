@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry import clearance as bodies_against
 from geometry.errors import CorridorError, InputError
+from geometry.lines import CorridorLines
 from geometry.offsets import sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
@@ -111,6 +112,25 @@ class Corridor:
                 raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
             walls.append(PartWalls.from_lines(*split(part, shape), narrowest_in(part, shape), joined=True))
         return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
+
+    @classmethod
+    def from_lines(cls, lines: CorridorLines) -> Corridor:
+        """Build exactly the corridor that `to_lines` was called on.
+
+        Raises:
+            CorridorError: a bad obstacle.
+        """
+        walls = (
+            PartWalls.from_lines(part.left, part.right, part.narrowest, joined=part.joined)
+            for part in lines.parts
+        )
+        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(lines.obstacles))
+
+    def to_lines(self) -> CorridorLines:
+        """Return all that defines this corridor, as plain arrays."""
+        return CorridorLines(
+            parts=tuple(walls.to_lines() for walls in self.walls), obstacles=self.kept_out.to_polygons()
+        )
 
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:
         """Return the same boundaries with other obstacle polygons (m, 2) [m].

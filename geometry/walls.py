@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry.boundary import Boundary
 from geometry.errors import InputError
+from geometry.lines import PartLines
 from geometry.outline import checked_polygon
 from geometry.sampling import as_complex, as_pairs
 
@@ -87,6 +88,15 @@ class PartWalls:
             narrowest=narrowest,
         )
 
+    def to_lines(self) -> PartLines:
+        """Return what `from_lines` builds the same from."""
+        return PartLines(
+            left=self.left_lines,
+            right=self.right_lines,
+            joined=self.left is not None and not self.left.is_open,
+            narrowest=self.narrowest,
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Obstacles:
@@ -115,6 +125,10 @@ class Obstacles:
             boundary=Boundary.from_polylines(rings, closed=True),
             shapes=np.array(shapes, dtype=np.object_),
         )
+
+    def to_polygons(self) -> tuple[Array, ...]:
+        """Return what `from_polygons` builds the same from; `corners` begin one corner later."""
+        return tuple(shapely.get_coordinates(shape)[:-1] for shape in self.shapes)
 
 
 def half_planes(

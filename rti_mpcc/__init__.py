@@ -44,7 +44,7 @@ from rti_mpcc.config import (
 )
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.docking import DockingController
-from rti_mpcc.errors import ConfigError, MissingExtraError, ScenarioError
+from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
 from rti_mpcc.types import (
     Command,
     Diagnostics,
@@ -88,6 +88,7 @@ __all__ = [
     "PathError",
     "PathPart",
     "Pose2",
+    "RecordingError",
     "ReferencePath",
     "RtiMpcc",
     "RtiMpccError",

@@ -173,8 +173,8 @@ class Plausibility(Settings):
     heading: Positive = 0.3
     speed: Positive = 1.0
     steering: Positive = 0.3
-    frozen_way: Positive = 0.05
-    frozen_speed: Positive = 0.15
+    frozen_way: Positive = 0.2
+    frozen_speed: Positive = 0.3
     steering_gap: Positive = 0.2
     steering_time: Positive = 1.0
     blind: NonNegative = 0.3

@@ -16,12 +16,17 @@ class ScenarioError(InputError):
     """A scenario file cannot be read, or says something that is not allowed."""
 
 
+class RecordingError(InputError):
+    """A recording cannot be read: it is none, not whole, changed, or from a newer version."""
+
+
 __all__ = [
     "ConfigError",
     "CorridorError",
     "InputError",
     "MissingExtraError",
     "PathError",
+    "RecordingError",
     "RtiMpccError",
     "ScenarioError",
 ]

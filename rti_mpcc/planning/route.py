@@ -7,6 +7,7 @@ from math import hypot
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import QueuedCommand, still_acting
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
@@ -145,6 +146,15 @@ def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
 def accepted(memory: ControllerMemory, plan: Trajectory, situation: Situation) -> ControllerMemory:
     """A plan was accepted for driving: nothing holds the vehicle any more."""
     return replace(memory, driven=plan, accepted_at=situation.now, latched="", looked_at=None)
+
+
+def braked(
+    memory: ControllerMemory, acceleration: float, reason: str, config: ControllerConfig
+) -> ControllerMemory:
+    """Nothing is kept of a cycle that went wrong but that the vehicle was braked in it."""
+    sent = QueuedCommand(memory.now + config.dead_time, acceleration, 0.0)
+    queue = (*still_acting(memory.queue, memory.now), sent)
+    return replace(restart(memory), queue=queue, latched=reason, reached=None)
 
 
 def stop_before(

@@ -63,6 +63,11 @@ class Trust:
     agrees_since: float | None = None
     found: bool = False
 
+    @property
+    def obstinate(self) -> bool:
+        """Whether it is the steering that cannot be relied on, not the measurement."""
+        return self.why.startswith(OBSTINATE)
+
     def doubting(self, problem: str, last: Trust) -> Trust:
         """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
         if not problem or self.why:
@@ -183,7 +188,7 @@ _UNITS = {"position": "m", "heading": "rad", "speed": "m/s", "steering": "rad"}
 
 def _obstinate(gap: float, last: Trust, config: ControllerConfig) -> str:
     """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
-    if last.why.startswith(OBSTINATE):
+    if last.obstinate:
         return last.why
     return f"{OBSTINATE}: {gap:+.2f} rad off" if abs(gap) > config.plausibility.steering_gap else ""
 

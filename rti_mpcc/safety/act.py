@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from estimation import Judgement
+from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
-from rti_mpcc.model.layout import DELTA, THETA, V
-from rti_mpcc.ocp.horizon import read_only
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
+from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.search import Attempt
-from rti_mpcc.safety.ladder import Drive
-from rti_mpcc.types import Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
+from rti_mpcc.safety.ladder import Drive, braking
+from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +56,52 @@ def command(
         docked=act.status is Status.DOCKED,
         trajectory=plan,
         diagnostics=_diagnose(act, situation, memory, detections, remarks, clock),
+    )
+
+
+def emergency(
+    drive: Drive,
+    state: Array,
+    memory: ControllerMemory,
+    reason: str,
+    config: ControllerConfig,
+    clock: CycleClock,
+) -> Command:
+    """The command of a cycle that went wrong: of the vehicle only the believed `state` (6,) is known."""
+    pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+    begin = memory.now - memory.clock_offset + config.dead_time
+    times = stage_times(begin, np.full(config.stages, config.cycle))
+    return Command(
+        acceleration=drive.acceleration,
+        steering_rate=drive.steering_rate,
+        speed=float(state[V]) + config.cycle * drive.acceleration,
+        steering=float(state[DELTA]) + config.cycle * drive.steering_rate,
+        status=Status.FAILED,
+        source=drive.source,
+        docked=False,
+        trajectory=stopping_motion(state, times, braking(config), config.vehicle.wheelbase),
+        diagnostics=Diagnostics(
+            theta=float(state[THETA]),
+            part=memory.part,
+            objective=Objective.CONTOURING,
+            weights=_first_weights(()),
+            time_to_go=None,
+            failed=True,
+            solver_status="",
+            iterations=0,
+            residuals=(0.0, 0.0),
+            retried=False,
+            slack=0.0,
+            reason=reason,
+            aim=memory.goal or pose,
+            goal=memory.estimate,
+            detections=(),
+            prepare_ms=0.0,
+            feedback_ms=0.0,
+            solve_ms=0.0,
+            step_ms=1e3 * clock.seconds,
+            deadline_missed=clock.late(),
+        ),
     )
 
 

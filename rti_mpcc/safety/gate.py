@@ -8,29 +8,24 @@ from math import isfinite
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import DELTA, V
+from rti_mpcc.model.layout import DELTA, STATES, V
 from rti_mpcc.safety.ladder import Drive, brake, braking
-from rti_mpcc.types import Array, VehicleState
+from rti_mpcc.types import Array
 
 
-def admitted(drive: Drive, state: Array, measured: VehicleState, config: ControllerConfig) -> Drive:
-    """The drive, cut to what may be sent to a vehicle that will be in `state` (6,) when it begins to act.
+def admitted(drive: Drive, state: Array, measured: Array | None, config: ControllerConfig) -> Drive:
+    """The drive, cut to what may be sent to a vehicle that will be in `state` (6,) when it begins to act,
+    and is `measured` (6,) now.
 
     Inputs stay within their limits. Speed and steering are not led beyond theirs; where they are outside,
     they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
     """
     if not (isfinite(drive.acceleration) and isfinite(drive.steering_rate)):
         drive = brake(state, braking(config), config)
-    limits = config.limits
-    a = _within(drive.acceleration, float(state[V]), measured.v, limits.speed, limits.acceleration, config)
-    rate = _within(
-        drive.steering_rate,
-        float(state[DELTA]),
-        measured.delta,
-        limits.steering,
-        limits.steering_rate,
-        config,
-    )
+    limits, now = config.limits, np.full(STATES, np.nan) if measured is None else measured
+    speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
+    a = _within(drive.acceleration, float(state[V]), float(now[V]), *speed, config)
+    rate = _within(drive.steering_rate, float(state[DELTA]), float(now[DELTA]), *steering, config)
     return replace(drive, acceleration=a, steering_rate=rate)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rti_mpcc.simulation.closed_loop import Controller, simulate
+from rti_mpcc.simulation.controllers import docking_controller
 from rti_mpcc.simulation.detector import Detector, SimulatedDetector
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.metrics import summary
@@ -22,6 +23,7 @@ __all__ = [
     "Truth",
     "builtin_names",
     "changed",
+    "docking_controller",
     "load_scenario",
     "scenario_from_dict",
     "simulate",

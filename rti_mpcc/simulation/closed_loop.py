@@ -10,10 +10,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from estimation import GoalMeasurement
-from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig
+from geometry import Pose2, ReferencePath
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
+from rti_mpcc.simulation.controllers import controller_on
 from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
 from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.ending import LATCHED, STANDSTILL_SPEED, Ending
@@ -111,7 +111,7 @@ def simulate(
         theta=path.parts[0].start,
     )
     if controller is None:
-        controller = _docking_controller(path, corridor, config)
+        controller = controller_on(path, corridor, config)
     ended = _run(loop, controller, progress)
     return RunResult(
         scenario=scenario,
@@ -136,13 +136,6 @@ def _lookout(scenario: Scenario, detector: Detector | None, seed: int) -> Lookou
     if section is None:
         return None
     return Lookout(detector=SimulatedDetector(section=section, random=np.random.default_rng([seed, 1])))
-
-
-def _docking_controller(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Controller:
-    # Not at the top: the harness serves other controllers without loading this one's solver.
-    from rti_mpcc.docking import DockingController
-
-    return DockingController(path, corridor, config)
 
 
 @dataclass(slots=True, kw_only=True)

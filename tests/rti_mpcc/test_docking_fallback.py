@@ -12,6 +12,7 @@ import pytest
 
 from geometry import Corridor, CorridorError, InputError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
+from rti_mpcc.docking import MISTAKE
 from rti_mpcc.planning import search
 from rti_mpcc.planning.search import Attempt
 from rti_mpcc.safety.ladder import PLAN_LIFE
@@ -205,3 +206,25 @@ def test_a_vehicle_that_is_not_measured_stops_and_stays_and_goes_on_afterwards()
     first, last = stopped[0][0], stopped[-1][0]
     assert np.hypot(last.x - first.x, last.y - first.y) <= 0.01
     assert run[-1][1].docked
+
+
+def test_a_mistake_in_the_program_brakes_and_the_next_cycle_goes_on(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    found = search.converge
+
+    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> Attempt:
+        if 5.0 <= situation.now < 5.2:
+            raise ZeroDivisionError("made up\nin two lines")
+        return found(mpcc, memory, situation, start, clock)
+
+    monkeypatch.setattr(search, "converge", converge)
+    run = list(drive(short(), 25.0))
+    during = between(run, 5.0, 5.2)
+    assert {(c.status, c.source) for _, c in during} == {(Status.FAILED, Source.BRAKING)}
+    assert during[0][1].diagnostics.reason == f"{MISTAKE}: ZeroDivisionError: made up in two lines"
+    assert during[0][1].acceleration > 0.0  # it reverses
+    assert finite(run)
+    assert run[int(5.2 / 0.05)][1].source is Source.SOLUTION
+    assert run[-1][1].docked
+    assert "mistake in a cycle" in caplog.text

@@ -8,7 +8,7 @@ import pytest
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.safety.gate import admitted
 from rti_mpcc.safety.ladder import Drive
-from rti_mpcc.types import Array, Source, VehicleState
+from rti_mpcc.types import Array, Source
 
 CONFIG = ControllerConfig()
 LIMITS = CONFIG.limits
@@ -29,8 +29,7 @@ def gated(
 ) -> Drive:
     speed, steering = measured or (v, delta)
     drive = Drive(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
-    told = VehicleState(x=0.0, y=0.0, phi=0.0, v=speed, delta=steering)
-    return admitted(drive, state(v, delta), told, CONFIG)
+    return admitted(drive, state(v, delta), state(speed, steering), CONFIG)
 
 
 def test_what_is_within_the_limits_passes_as_it_is() -> None:
@@ -87,3 +86,9 @@ def test_what_is_not_finite_becomes_braking(value: float) -> None:
 def test_a_measurement_that_is_not_finite_is_left_out(value: float) -> None:
     drive = gated(0.3, -0.2, measured=(value, value))
     assert (drive.acceleration, drive.steering_rate) == (0.3, -0.2)
+
+
+def test_without_a_measurement_it_goes_by_the_state() -> None:
+    drive = Drive(acceleration=0.3, steering_rate=9.0, source=Source.SOLUTION)
+    admission = admitted(drive, state(), None, CONFIG)
+    assert (admission.acceleration, admission.steering_rate) == (0.3, LIMITS.steering_rate)

@@ -1,0 +1,289 @@
+"""Driver: phases, search and ladder, from the situation of a cycle to what is driven in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+
+from geometry import Corridor, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.model.layout import DELTA_DOT, V
+from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.planning import aim, route, search, sensing
+from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.planning.search import Attempt, Start
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.safety import contact, ladder
+from rti_mpcc.safety.act import Act
+from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.types import Source, Status, Trajectory
+
+TOO_LATE = "the plan came after the deadline"
+
+
+class Driver:
+    """Knows the route, what is around, and what was done in the last cycle; decides what is driven in this
+    one.
+
+    Args:
+        path: the route; corridor: its boundaries and obstacles; config: settings.
+
+    Raises:
+        CorridorError: the corridor is narrower than the body.
+    """
+
+    def __init__(self, path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> None:
+        self.path = path
+        self.config = config
+        self._surroundings = Surroundings.of(corridor, path, config)
+        self._memory = ControllerMemory()
+        self._mpcc = self._core()
+
+    def _core(self) -> RtiMpcc:
+        index = self._memory.part
+        return RtiMpcc(self.path.parts[index], self._surroundings.corridor, self.config, index=index)
+
+    def _aim(self) -> None:
+        """Give the core what the active part is to end in: a stop, its own end, or the goal."""
+        if route.may_be_free(self._memory, self._memory.now, self._surroundings.changes):
+            self._memory = route.released(self._memory)
+        if self._memory.stop_at is not None:
+            self._mpcc.set_stop(self._memory.stop_at)
+        else:
+            self._mpcc.set_goal(self._memory.goal if self._on_last_part else None)
+
+    @property
+    def _on_last_part(self) -> bool:
+        return self._memory.part == len(self.path.parts) - 1
+
+    def _assess(self) -> Situation:
+        return sensing.situation_of(
+            self._memory, self._mpcc.part, self._mpcc.target, self.config, last_part=self._on_last_part
+        )
+
+    # -- phases -------------------------------------------------------------------------------------
+
+    def _driven(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
+        """What is driven in this cycle: a plan that came too late is not."""
+        before = self._memory
+        act = self._act(situation, clock, new_obstacles=new_obstacles)
+        if not clock.late() or act.drive.source is not Source.SOLUTION:
+            return act
+        last = self._go_on(before, situation, TOO_LATE, act.attempt)
+        return last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
+
+    def _act(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
+        self._memory = route.noticed(self._memory, situation)
+        if situation.doubt:
+            return self._doubt(situation, situation.doubt)
+        self._memory = route.decide(self._memory, situation, self.config)
+        phase = self._memory.phase
+        if phase is Phase.HOLDING:
+            return self._hold(situation)
+        waiting = aim.must_wait(self._memory, situation, self.config)
+        if waiting and route.stands(self._memory, situation):
+            self._memory = route.restart(self._memory)
+            return self._stop(situation, Status.GOAL_LOST, waiting)
+        if phase is Phase.STALLED:
+            return self._stop(situation, Status.STALLED, "no plan from here ends inside the tolerance")
+        if phase is Phase.SETTLING:
+            wanted = ladder.landing(situation, self.config)
+            return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
+        if phase is Phase.STARTING:
+            return self._start(situation, clock)
+        if route.arrival_due(self._memory, situation, self.config) or (new_obstacles and self._plan_is_cut()):
+            act = self._change_over(situation, clock)
+            if act is not None:
+                return act
+        return self._iterate(situation, clock)
+
+    def _doubt(self, situation: Situation, doubt: str) -> Act:
+        """Drive on along the last plan for a moment, by what is believed; then brake."""
+        memory, trust = self._memory, self._memory.trust
+        driving = memory.phase in (Phase.CONTOURING, Phase.ARRIVING) and not memory.latched
+        short = situation.now - trust.since <= self.config.plausibility.blind
+        if driving and short and not trust.obstinate:
+            act = self._go_on(memory, situation, doubt)
+            if act is not None:
+                return replace(act, status=Status.FAILED)
+        return self._give_up(situation, doubt)
+
+    def _start(self, situation: Situation, clock: CycleClock) -> Act:
+        """Look for a first plan."""
+        stands, latched = route.stands(self._memory, situation), self._memory.latched
+        if stands and not route.looks_again(self._memory, situation):
+            status = Status.FAILED if latched else Status.BLOCKED
+            return self._stop(situation, status, f"standing, looks again soon: {latched or 'contact ahead'}")
+        attempt, situation = self._begin(situation, clock)
+        if self._memory.phase is Phase.HOLDING:
+            return self._hold(situation)
+        if not attempt.problem:
+            return self._accept(attempt, situation)
+        if latched and stands:
+            self._memory = replace(self._memory, looked_at=situation.now)
+        status = Status.FAILED if latched else Status.STARTING
+        return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
+
+    def _change_over(self, situation: Situation, clock: CycleClock) -> Act | None:
+        """Turn from the present plan to the first one of another objective; None: not yet."""
+        driving = self._memory
+        attempt, other = self._begin(situation, clock)
+        if not attempt.problem and self._memory.phase is not Phase.HOLDING:
+            return self._accept(attempt, other)
+        self._memory = replace(driving, unfinished=self._memory.unfinished)
+        self._aim()
+        if route.too_late(driving, situation, self.config):
+            wanted = ladder.braking(self.config)
+            return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
+        return None
+
+    def _iterate(self, situation: Situation, clock: CycleClock) -> Act:
+        """One real-time iteration, and the ladder if it gives no plan."""
+        memory = self._memory
+        attempt = self._search(situation, search.going_on(memory.solution), clock)
+        if attempt.problem and not attempt.cut and memory.driven is not None:
+            attempt = attempt.then(self._search(situation, search.clean(memory.driven), clock))
+        if not attempt.problem:
+            return self._accept(attempt, situation)
+        act = self._go_on(self._memory, situation, attempt.problem, attempt)
+        return act or self._give_up(situation, attempt.problem, attempt)
+
+    def _search(self, situation: Situation, start: Start, clock: CycleClock) -> Attempt:
+        """Iterate, and keep the last iterate that was solved to go on from."""
+        attempt = search.converge(self._mpcc, self._memory, situation, start, clock)
+        if attempt.solved is not None:
+            self._memory = replace(self._memory, solution=attempt.solved)
+        return attempt
+
+    def _begin(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
+        """Search from a first guess; where something fills the way, for a stop before it."""
+        self._memory = route.begin_phase(self._memory, situation, self.config)
+        guess = search.first_guess(self._mpcc, self._memory, situation)
+        unfinished = self._memory.unfinished
+        start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished, guess)
+        attempt = self._search(situation, start, clock)
+        self._memory = search.left_unfinished(self._memory, situation.target, attempt)
+        filled = not attempt.cut and (attempt.problem or attempt.squeezed)
+        if filled and situation.free and self._surroundings.corridor.obstacles:
+            way = self._way_to_contact(guess, inf)
+            if way < inf:
+                return self._begin_stop(attempt, situation, way, clock)
+        if not attempt.problem:
+            self._memory = route.begun(self._memory, situation)
+        return attempt, situation
+
+    def _begin_stop(
+        self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock
+    ) -> tuple[Attempt, Situation]:
+        left = way - contact.stop_clearance(self.config)
+        self._memory = route.stop_before(self._memory, situation, left, self._surroundings.changes)
+        self._aim()
+        situation = self._assess()
+        if self._memory.phase is Phase.HOLDING:
+            return attempt, situation
+        return self._begin(situation, clock)
+
+    def _plan_is_cut(self) -> bool:
+        """Whether something lies in the way of the plan being driven, however far along."""
+        plan = self._memory.driven
+        return plan is not None and self._way_to_contact(plan, inf) < inf
+
+    def _way_to_contact(self, plan: Trajectory, reach: float) -> float:
+        corridor = self._surroundings.corridor
+        return contact.way_to_contact(plan, corridor, self._memory.part, self.config, reach)
+
+    # -- the rungs of the ladder --------------------------------------------------------------------
+
+    def _accept(self, attempt: Attempt, situation: Situation) -> Act:
+        """Drive the plan of this cycle."""
+        plan = attempt.solutions[-1].trajectory
+        self._memory = replace(
+            self._memory, driven=plan, accepted_at=situation.now, latched="", looked_at=None
+        )
+        return self._drive(plan, Source.SOLUTION, situation, "", attempt)
+
+    def _go_on(
+        self, memory: ControllerMemory, situation: Situation, problem: str, attempt: Attempt | None = None
+    ) -> Act | None:
+        """Drive the last accepted plan in this memory on; None if there is none that may be."""
+        plan = ladder.driven_on(memory.driven, memory.accepted_at, situation, self.config)
+        if plan is None:
+            return None
+        return self._drive(plan, Source.SHIFTED_PLAN, situation, problem, attempt)
+
+    def _give_up(self, situation: Situation, problem: str, attempt: Attempt | None = None) -> Act:
+        """Brake to a standstill; what moved begins afresh once there is a reason to."""
+        if self._memory.phase not in (Phase.HOLDING, Phase.STALLED):
+            self._memory = replace(route.restart(self._memory), latched=problem)
+        return self._stop(situation, Status.FAILED, problem, ladder.braking(self.config), attempt)
+
+    def _drive(
+        self,
+        plan: Trajectory,
+        source: Source,
+        situation: Situation,
+        problem: str,
+        attempt: Attempt | None,
+    ) -> Act:
+        """Drive a plan, unless its body meets something or the goal is not known well enough."""
+        config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
+        way = self._way_to_stop_in(plan, situation)
+        self._memory = replace(memory, blocked=way is not None)
+        if way is not None:
+            wanted = ladder.before_contact(float(situation.state[V]), way, config)
+            return self._stop(situation, Status.BLOCKED, f"contact in {way:.2f} m", wanted, attempt, rate)
+        waiting = aim.must_wait(memory, situation, config)
+        if waiting:
+            return self._stop(situation, Status.GOAL_LOST, waiting, attempt=attempt, steering_rate=rate)
+        return Act(
+            drive=ladder.follow(plan.controls[0], source),
+            status=Status.FOLLOWING if memory.arrive_at is None else Status.ARRIVING,
+            reason=problem
+            or ("" if situation.free else "making for a stop before something in the way")
+            or aim.remark(memory),
+            trajectory=plan,
+            attempt=attempt,
+        )
+
+    def _way_to_stop_in(self, plan: Trajectory, situation: Situation) -> float | None:
+        """Way to a contact that the vehicle must brake for now [m], or None."""
+        need = contact.stopping_distance(float(situation.state[V]), self.config)
+        reach = need + contact.CHECKED
+        way = self._way_to_contact(plan, reach)
+        return way if way <= (reach if self._memory.blocked else need) else None
+
+    def _hold(self, situation: Situation) -> Act:
+        if not situation.free:
+            return self._stop(situation, Status.BLOCKED, "standing before something that fills the way")
+        if not situation.last_part:
+            return self._stop(situation, Status.CHANGING_DIRECTION, "standing at the cusp")
+        if aim.never_seen(self._memory, self.config):
+            return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
+        return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
+
+    def _stop(
+        self,
+        situation: Situation,
+        status: Status,
+        reason: str,
+        deceleration: float | None = None,
+        attempt: Attempt | None = None,
+        steering_rate: float = 0.0,
+    ) -> Act:
+        """Brake at `deceleration` [m/s²], by default the comfort acceleration, and stand."""
+        config, state = self.config, situation.state
+        wanted = config.comfort_acceleration if deceleration is None else deceleration
+        times = stage_times(
+            situation.begin, stage_lengths(config.cruise_horizon, config.cycle, config.stages)
+        )
+        stands = route.stands(self._memory, situation)
+        drive = ladder.hold(state, config) if stands else ladder.brake(state, wanted, config, steering_rate)
+        return Act(
+            drive=drive,
+            status=status,
+            reason=reason,
+            trajectory=stopping_motion(state, times, wanted, config.vehicle.wheelbase),
+            attempt=attempt,
+        )

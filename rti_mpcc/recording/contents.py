@@ -1,0 +1,193 @@
+"""What a recording holds, and one cycle as recorder and replay both drive it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from enum import Enum
+from math import nan
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from estimation import GoalMeasurement
+from geometry import Corridor, CorridorLines, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.docking import DockingController
+from rti_mpcc.planning.clock import CycleClock, Decisions
+from rti_mpcc.recording.codec import Data, array_data, decoder, fields_data, to_data
+from rti_mpcc.recording.lines import VERSION
+from rti_mpcc.recording.machine import Machine
+from rti_mpcc.types import Array, Command, VehicleState
+
+
+class Call(Enum):
+    """Methods of the controller without arguments that are inputs as well."""
+
+    CLEAR_GOAL = "clear_goal"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """All that the controller was told for one cycle.
+
+    Attributes:
+        calls: made since the last step, in order.
+        state, now, goal, measurements, obstacles: as in `DockingController.step`; any of their numbers may
+            be not finite.
+    """
+
+    calls: tuple[Call, ...]
+    state: VehicleState
+    now: float
+    goal: Pose2 | None
+    measurements: tuple[GoalMeasurement, ...]
+    obstacles: tuple[Array, ...] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cycle:
+    """One cycle: what came in, what the clock decided, what came out.
+
+    Attributes:
+        number: from 0.
+        inputs, decisions: see there.
+        command: or None if the step raised.
+        raised: type and text of what it raised, or "".
+    """
+
+    number: int
+    inputs: Inputs
+    decisions: Decisions
+    command: Command | None
+    raised: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Header:
+    """What a recording begins with: where it was made, and all that its controller was made from.
+
+    Attributes:
+        version: of the format.
+        machine, config, path, corridor: see there; obstacles are those that the corridor began with.
+    """
+
+    version: int
+    machine: Machine
+    config: ControllerConfig
+    path: ReferencePath
+    corridor: CorridorLines
+
+    @classmethod
+    def of(cls, controller: DockingController) -> Header:
+        """That of a recording of this controller, which has not stepped yet, made here and now."""
+        return cls(
+            version=VERSION,
+            machine=Machine.here(),
+            config=controller.config,
+            path=controller.path,
+            corridor=controller._surroundings.corridor.to_lines(),
+        )
+
+    def controller(self) -> DockingController:
+        """A new controller like the one that was recorded."""
+        return DockingController(self.path, Corridor.from_lines(self.corridor), self.config)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """A recording that was read: its header, its cycles, and whether its end is there."""
+
+    header: Header
+    cycles: tuple[Cycle, ...]
+    complete: bool
+
+
+read_inputs = decoder(Inputs)
+"""Inputs from JSON data."""
+read_decisions = decoder(Decisions)
+"""Decisions from JSON data."""
+
+
+def inputs_of(
+    state: VehicleState,
+    *,
+    calls: Sequence[Call],
+    now: float,
+    goal: Pose2 | None,
+    measurements: Sequence[GoalMeasurement],
+    obstacles: Sequence[ArrayLike] | None,
+) -> Inputs:
+    """The inputs as they come back from a file: the same numbers, all of them float64.
+
+    What is no number where one must be is NaN, which the controller refuses as well.
+    """
+    data: dict[str, Data] = {
+        "calls": to_data(tuple(calls)),
+        "state": _numbers(state, VehicleState),
+        "now": _number(now),
+        "goal": _pose(goal),
+        "measurements": [_measurement(measurement) for measurement in measurements],
+        "obstacles": _outlines(obstacles),
+    }
+    inputs: Inputs = read_inputs(data)
+    return inputs
+
+
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return nan
+
+
+def _numbers(value: object, kind: type) -> dict[str, float]:
+    return {field.name: _number(getattr(value, field.name)) for field in fields(kind)}
+
+
+def _pose(pose: Pose2 | None) -> Data:
+    return None if pose is None else _numbers(pose, Pose2)
+
+
+def _measurement(measurement: GoalMeasurement) -> Data:
+    return fields_data(measurement, GoalMeasurement) | {
+        **{name: _number(getattr(measurement, name)) for name in ("stamp", "x", "y", "phi")},
+        "vehicle": _pose(measurement.vehicle),
+    }
+
+
+def _outlines(obstacles: Sequence[ArrayLike] | None) -> Data:
+    if obstacles is None:
+        return None
+    try:
+        return [array_data(outline) for outline in obstacles]
+    except (TypeError, ValueError):
+        return [array_data([nan])]
+
+
+def run_cycle(
+    controller: DockingController, number: int, inputs: Inputs, clock: CycleClock
+) -> tuple[Cycle, Exception | None]:
+    """Let the controller make one cycle; returns what came of it, and what it raised."""
+    command, error = None, None
+    try:
+        for call in inputs.calls:
+            getattr(controller, call.value)()
+        command = controller.step(
+            inputs.state,
+            now=inputs.now,
+            goal=inputs.goal,
+            measurements=inputs.measurements,
+            obstacles=inputs.obstacles,
+            clock=clock,
+        )
+    except Exception as raised:  # whatever it is, it is what this cycle came to
+        error = raised
+    cycle = Cycle(
+        number=number,
+        inputs=inputs,
+        decisions=clock.decisions,
+        command=command,
+        raised="" if error is None else f"{type(error).__name__}: {error}",
+    )
+    return cycle, error

@@ -1,0 +1,122 @@
+"""Recorder: a controller that writes down each of its cycles."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from contextlib import suppress
+from os import PathLike
+from pathlib import Path
+from types import TracebackType
+from typing import Self, TextIO
+
+from numpy.typing import ArrayLike
+
+from estimation import GoalMeasurement
+from geometry import Pose2
+from rti_mpcc.docking import DockingController
+from rti_mpcc.errors import InputError
+from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.recording.codec import Data, to_data
+from rti_mpcc.recording.contents import Call, Header, inputs_of, run_cycle
+from rti_mpcc.recording.lines import END, FORMAT, to_line
+from rti_mpcc.recording.problem_file import dump_if_failed
+from rti_mpcc.types import Command, VehicleState
+
+_log = logging.getLogger(__name__)
+
+
+class Recorder:
+    """Steps a controller and writes each cycle to a file, which `replay` drives again.
+
+    The controller is told what the recording says: numbers of other types reach it as float64, and what is
+    no number as NaN. Writing comes after the command is there, and never stops the controller: if the file
+    cannot be written any more, that is logged and the vehicle is driven on without it. So is it after
+    `close`.
+
+    Args:
+        controller: which has not stepped yet.
+        file: to write; what it holds is replaced.
+        dump_failed: folder for the QPs of failed cycles, see `dump_problem`; None: they are not kept.
+
+    Raises:
+        InputError: the controller has stepped before.
+        OSError: the file or the folder cannot be made.
+    """
+
+    def __init__(
+        self, controller: DockingController, file: str | PathLike[str], *, dump_failed: Path | None = None
+    ) -> None:
+        if to_data(controller.memory) != to_data(ControllerMemory()):
+            raise InputError("controller: has stepped before, a recording must begin with its first cycle")
+        header = to_data(Header.of(controller))
+        if dump_failed is not None:
+            dump_failed.mkdir(parents=True, exist_ok=True)
+        self.controller = controller
+        self._dumps = dump_failed
+        self._number = 0
+        self._calls: list[Call] = []
+        self._file: TextIO | None = open(file, "w", encoding="utf-8", newline="\n")  # noqa: SIM115
+        self._write({"format": FORMAT} | header)
+
+    def step(
+        self,
+        state: VehicleState,
+        *,
+        now: float,
+        goal: Pose2 | None = None,
+        measurements: Sequence[GoalMeasurement] = (),
+        obstacles: Sequence[ArrayLike] | None = None,
+        clock: CycleClock | None = None,
+    ) -> Command:
+        """One cycle, recorded. Arguments, result and errors are those of `DockingController.step`."""
+        clock = clock or CycleClock(self.controller.config.deadline)
+        inputs = inputs_of(
+            state, calls=self._calls, now=now, goal=goal, measurements=measurements, obstacles=obstacles
+        )
+        self._calls = []
+        cycle, error = run_cycle(self.controller, self._number, inputs, clock)
+        self._number += 1
+        self._write(to_data(cycle))
+        if self._dumps is not None:
+            try:
+                dump_if_failed(self.controller, cycle, self._dumps)
+            except OSError as problem:
+                _log.error("the QP of cycle %d was not written: %s", cycle.number, problem)
+        if cycle.command is None:
+            assert error is not None
+            raise error
+        return cycle.command
+
+    def clear_goal(self) -> None:
+        """Forget the goal and its detections; takes effect, and is recorded, with the next step."""
+        self._calls.append(Call.CLEAR_GOAL)
+
+    def close(self) -> None:
+        """Write the end mark. Cycles after that are not recorded."""
+        self._write({END: self._number})
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _write(self, data: dict[str, Data]) -> None:
+        """Write a line through to the system, so that a crash of this process loses none before it."""
+        if self._file is None:
+            return
+        try:
+            self._file.write(to_line(data))
+            self._file.flush()
+        except OSError as error:
+            _log.error("recording has ended, its file cannot be written: %s", error)
+            file, self._file = self._file, None
+            with suppress(OSError):  # what was left to write cannot be
+                file.close()

@@ -1,0 +1,40 @@
+"""What a replay came to, in lines for a terminal."""
+
+from __future__ import annotations
+
+from rti_mpcc.recording import FieldDifference, Mismatch, ReplayReport
+
+SHOWN = 12
+"""Fields of the first differing cycle that are shown, at most."""
+
+
+def replay_lines(report: ReplayReport) -> list[str]:
+    """One line if all is as it was recorded; otherwise where it first is not, and what differs there."""
+    how = "bit for bit" if report.tolerance == 0.0 else f"within {report.tolerance:g}"
+    there = "the machine and with the versions" if report.same_machine else "another machine or versions"
+    than = "of the recording" if report.same_machine else "than the recording's"
+    compared = f"{report.cycles} cycles compared {how}, on {there} {than}"
+    if not report.complete:
+        compared += ", which is truncated"
+    if report.mismatch is None:
+        return [f"identical: {compared}"]
+    return [*_mismatch_lines(report.mismatch), compared]
+
+
+def _mismatch_lines(mismatch: Mismatch) -> list[str]:
+    time = "" if mismatch.time is None else f" at {mismatch.time:.3f} s"
+    lines = [
+        f"different: cycle {mismatch.cycle}{time}" + (f": {mismatch.changed}" if mismatch.changed else "")
+    ]
+    fields = mismatch.fields
+    if mismatch.time is not None and not fields:
+        lines.append("  what comes of it is the same")
+    lines += [_field_line(field) for field in fields[:SHOWN]]
+    if len(fields) > SHOWN:
+        lines.append(f"  and {len(fields) - SHOWN} fields more")
+    return lines
+
+
+def _field_line(field: FieldDifference) -> str:
+    size = "" if field.size is None else f", difference {field.size:.3g}"
+    return f"  {field.field}: recorded {field.recorded!r}, replayed {field.replayed!r}{size}"
