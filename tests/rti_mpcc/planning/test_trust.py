@@ -64,6 +64,12 @@ def test_what_no_vehicle_can_be_is_not_believed_and_reckoned_from_the_commands(
     assert (again.why, again.found) == ("", False)
 
 
+def test_a_state_that_stays_infinite_is_not_reckoned_with() -> None:
+    trust = after([cruising(0.5, x=inf)] * 5, driven())
+    assert believed(trust)[0] == pytest.approx(0.7)
+    assert after([cruising(0.75)], trust).why == ""
+
+
 def test_without_any_state_nothing_is_believed() -> None:
     trust = after([cruising(0.0, x=nan), cruising(0.05, x=nan)])
     assert trust.state is None
