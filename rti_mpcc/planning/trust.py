@@ -10,6 +10,7 @@ steering that moves otherwise than commanded is found out in the same way, and i
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import exp, hypot
 
@@ -49,7 +50,8 @@ class Trust:
         reckoned: (6,) where the commands have brought the vehicle since `measured` last changed.
         steering_gap: by how much the steering has lately moved otherwise than commanded [rad].
         why: what is wrong, or ""; since: for how long [s].
-        agrees_since: since when measurements agree with one another while the vehicle stands [s], or None.
+        agrees_since: since when doubted measurements agree with one another while the vehicle stands [s], or
+            None.
         found: the vehicle was just found elsewhere than it was believed to be.
     """
 
@@ -96,9 +98,7 @@ def weighed(
     if not problem:
         gap += float(measured[DELTA] - expected[DELTA])
         problem = _obstinate(gap, last, config)
-    fit = not frozen and not _unfit(measured, config) and not _unfit(last.measured, config)
-    agrees = fit and abs(float(measured[V])) <= SLOW
-    agrees = agrees and not _far(measured, rolled(last.measured), seconds, config)
+    agrees = problem and not frozen and _agrees(measured, last.measured, rolled, seconds, config)
     trust = replace(
         last,
         at=now,
@@ -112,7 +112,7 @@ def weighed(
         found=False,
     )
     since = trust.agrees_since
-    if problem and since is not None and now - max(since, trust.since) >= config.plausibility.confirmation:
+    if since is not None and now - since >= config.plausibility.confirmation:
         return replace(trust, state=measured, steering_gap=0.0, why="", found=True)
     return trust
 
@@ -184,6 +184,15 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
 
 
 _UNITS = {"position": "m", "heading": "rad", "speed": "m/s", "steering": "rad"}
+
+
+def _agrees(
+    measured: Array, before: Array, rolled: Callable[[Array], Array], seconds: float, config: ControllerConfig
+) -> bool:
+    """Whether this measurement and the one before it are of one vehicle, which stands."""
+    if _unfit(measured, config) or _unfit(before, config) or abs(float(measured[V])) > SLOW:
+        return False
+    return not _far(measured, rolled(before), seconds, config)
 
 
 def _obstinate(gap: float, last: Trust, config: ControllerConfig) -> str:
