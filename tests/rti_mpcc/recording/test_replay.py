@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import nan
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -17,7 +17,8 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Machine, Recorder, ReplayReport, read_recording, replay
 from rti_mpcc.recording.reader import CHANGED
-from rti_mpcc.simulation import docking_controller, load_scenario, simulate
+from rti_mpcc.simulation import changed, docking_controller, load_scenario, simulate
+from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
@@ -75,14 +76,31 @@ def test_everything_did_happen(recording: Path) -> None:
 
 
 def test_a_docking_with_detections_replays_bit_for_bit(tmp_path: Path) -> None:
-    """By way of the closed loop, over a change of direction."""
-    scenario = load_scenario("docking_noisy")
-    scenario = scenario.model_copy(
-        update={"simulation": scenario.simulation.model_copy(update={"duration": 2.0})}
-    )
+    """By way of the closed loop."""
+    scenario = changed(load_scenario("docking_noisy"), {"simulation.duration": 2.0})
     with Recorder(docking_controller(scenario), tmp_path / "noisy.jsonl") as recorder:
         simulate(scenario, controller=recorder)
     assert_identical(replay(tmp_path / "noisy.jsonl"), 41)
+
+
+@pytest.mark.parametrize("deadline", [None, 0.006])
+def test_a_run_with_every_fault_replays_bit_for_bit(tmp_path: Path, deadline: float | None) -> None:
+    kinds = get_args(Kind)
+    begins = 1.0 + 0.3 * np.arange(len(kinds))
+    faults = [
+        {"kind": kind, "from": float(begin), "to": float(begin) + 0.2}
+        for kind, begin in zip(kinds, begins, strict=True)
+    ]
+    tables = {"faults": faults, "goal.measurement": {}, "simulation.duration": float(begins[-1]) + 1.0}
+    if deadline is not None:
+        tables["controller"] = {"deadline": deadline}
+    scenario = changed(SCENARIO, tables)
+    with Recorder(docking_controller(scenario), tmp_path / "faults.jsonl") as recorder:
+        simulate(scenario, controller=recorder)
+    recorded = read_recording(tmp_path / "faults.jsonl")
+    assert recorded.header.config.deadline == deadline
+    assert len({cycle.command.status for cycle in recorded.cycles if cycle.command}) > 1
+    assert_identical(replay(tmp_path / "faults.jsonl"), len(recorded.cycles))
 
 
 def test_a_whole_docking_replays_bit_for_bit(tmp_path: Path) -> None:
