@@ -57,6 +57,11 @@ class DockingController(Driver):
         """What this controller remembers from cycle to cycle."""
         return self._memory
 
+    @property
+    def corridor(self) -> Corridor:
+        """Where the vehicle may be, with the obstacles that were told last."""
+        return self._surroundings.corridor
+
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
         self._plan_for(None)

@@ -86,7 +86,7 @@ class Header:
             machine=Machine.here(),
             config=controller.config,
             path=controller.path,
-            corridor=controller._surroundings.corridor.to_lines(),
+            corridor=controller.corridor.to_lines(),
         )
 
     def controller(self) -> DockingController:
