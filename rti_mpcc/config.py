@@ -169,7 +169,7 @@ class Plausibility(Settings):
         confirmation: so long a standing vehicle has to be measured in the same place to be there [s].
     """
 
-    position: Positive = 0.5
+    position: Positive = 0.3
     heading: Positive = 0.3
     speed: Positive = 1.0
     steering: Positive = 0.3

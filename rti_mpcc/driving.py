@@ -237,7 +237,7 @@ class Driver:
     ) -> Act:
         """Drive a plan, unless its body meets something or the goal is not known well enough."""
         config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
-        way = self._way_to_stop_in(plan, situation)
+        way = self._way_to_stop_in(plan, situation, anywhere=source is not Source.SOLUTION)
         self._memory = replace(memory, blocked=way is not None)
         if way is not None:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)
@@ -255,12 +255,13 @@ class Driver:
             attempt=attempt,
         )
 
-    def _way_to_stop_in(self, plan: Trajectory, situation: Situation) -> float | None:
+    def _way_to_stop_in(self, plan: Trajectory, situation: Situation, *, anywhere: bool) -> float | None:
         """Way to a contact that the vehicle must brake for now [m], or None."""
         need = contact.stopping_distance(float(situation.state[V]), self.config)
-        reach = need + contact.CHECKED
+        reach = inf if anywhere else need + contact.CHECKED
         way = self._way_to_contact(plan, reach)
-        return way if way <= (reach if self._memory.blocked else need) else None
+        stops = way < inf if anywhere or self._memory.blocked else way <= need
+        return way if stops else None
 
     def _hold(self, situation: Situation) -> Act:
         if not situation.free:
@@ -280,18 +281,20 @@ class Driver:
         attempt: Attempt | None = None,
         steering_rate: float = 0.0,
     ) -> Act:
-        """Brake at `deceleration` [m/s²], by default the comfort acceleration, and stand."""
+        """Brake at `deceleration` [m/s²], by default the comfort acceleration, and stand.
+
+        Where that is not enough to stand before what the vehicle meets on its way, it brakes harder.
+        """
         config, state = self.config, situation.state
         wanted = config.comfort_acceleration if deceleration is None else deceleration
         times = stage_times(
             situation.begin, stage_lengths(config.cruise_horizon, config.cycle, config.stages)
         )
         stands = route.stands(self._memory, situation)
+        motion = stopping_motion(state, times, wanted, config.vehicle.wheelbase)
+        way = inf if stands else self._way_to_contact(motion, inf)
+        if way < inf:
+            wanted = max(wanted, ladder.before_contact(float(state[V]), way, config))
+            motion = stopping_motion(state, times, wanted, config.vehicle.wheelbase)
         drive = ladder.hold(state, config) if stands else ladder.brake(state, wanted, config, steering_rate)
-        return Act(
-            drive=drive,
-            status=status,
-            reason=reason,
-            trajectory=stopping_motion(state, times, wanted, config.vehicle.wheelbase),
-            attempt=attempt,
-        )
+        return Act(drive=drive, status=status, reason=reason, trajectory=motion, attempt=attempt)

@@ -80,7 +80,7 @@ def test_without_any_state_nothing_is_believed() -> None:
 @pytest.mark.parametrize(
     ("change", "word"),
     [
-        ({"y": 0.7}, "position by 0.70 m"),
+        ({"y": 0.4}, "position by 0.40 m"),
         ({"phi": 0.5}, "heading by 0.50 rad"),
         ({"v": 2.5}, "speed by 1.50 m/s"),
         ({"delta": 0.5}, "steering by 0.50 rad"),
