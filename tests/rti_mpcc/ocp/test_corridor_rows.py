@@ -134,8 +134,8 @@ def test_what_the_vehicle_itself_lacks_beyond_the_margin_is_given_back_more_slow
     for time, left in ((1e-9, 1.0), (RETURN_TIME, 1.0 - RETURN_TIME / WAY_BACK), (WAY_BACK, 0.0)):
         bounds = admitted(lacking, np.zeros(3), np.full(len(states), time), margin=0.1)
         share = max(1.0 - time / RETURN_TIME, 0.0)
-        assert bounds[0, 1, 0] == pytest.approx(0.5 - share * 0.1 - left * 0.4)
-        assert bounds[6, 2, 1] == pytest.approx(0.3 - share * 0.1 - left * 0.2)
+        assert bounds[0, 1, 0] == pytest.approx(0.5 - share * 0.1 - left * 0.4, abs=1e-6)
+        assert bounds[6, 2, 1] == pytest.approx(0.3 - share * 0.1 - left * 0.2, abs=1e-6)
         # No more than the vehicle itself lacks:
-        assert bounds[7, 0, 0] == pytest.approx(0.9 - share * 0.1 - left * 0.4)
+        assert bounds[7, 0, 0] == pytest.approx(0.9 - share * 0.1 - left * 0.4, abs=1e-6)
         assert bounds[3, 1, 0] == -9.0
