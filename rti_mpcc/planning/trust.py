@@ -89,7 +89,8 @@ def weighed(
         return _rolled(state, queue, last.at, now, config)
 
     expected = rolled(last.state)
-    reckoned = rolled(last.reckoned) if np.array_equal(measured, last.measured) else measured
+    unchanged = not problem and np.array_equal(measured, last.measured)
+    reckoned = rolled(last.reckoned) if unchanged else measured
     frozen = "" if problem else _frozen(measured, reckoned, config)
     problem = problem or frozen or _far(measured, expected, seconds, config)
     gap = last.steering_gap * exp(-seconds / config.plausibility.steering_time)

@@ -64,6 +64,13 @@ def test_what_no_vehicle_can_be_is_not_believed_and_reckoned_from_the_commands(
     assert (again.why, again.found) == ("", False)
 
 
+@pytest.mark.parametrize("field", ["x", "phi", "v", "delta"])
+def test_nothing_is_reckoned_from_a_wild_state_that_comes_again(field: str) -> None:
+    trust = after([cruising(0.5, **{field: 1.7e308})] * 3, driven())
+    assert "not a state" in trust.why
+    assert believed(trust)[:4] == pytest.approx([0.6, 0.0, 0.0, 1.0])
+
+
 def test_without_any_state_nothing_is_believed() -> None:
     trust = after([cruising(0.0, x=nan), cruising(0.05, x=nan)])
     assert trust.state is None
