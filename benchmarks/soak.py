@@ -116,7 +116,9 @@ class Shuttle:
             seen = np.array([end.x, end.y, end.phi]) + self.rng.normal(0.0, GOAL_NOISE)
             x, y, phi = seen.tolist()
             spread = np.diag(np.square(GOAL_NOISE))
-            told["measurements"] = [GoalMeasurement(stamp=self.plant.time, x=x, y=y, phi=phi, covariance=spread)]
+            told["measurements"] = [
+                GoalMeasurement(stamp=self.plant.time, x=x, y=y, phi=phi, covariance=spread)
+            ]
         if cycle % WALL_EVERY == WALL_EVERY - WALL_STAYS:
             told["obstacles"] = [self._wall(*WALLS[cycle // WALL_EVERY % len(WALLS)])]
         elif cycle % WALL_EVERY == 0 and cycle:
