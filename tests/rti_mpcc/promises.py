@@ -110,7 +110,7 @@ def check_account(state: VehicleState, command: Command, config: ControllerConfi
         assert is_finite(state)
         error = Pose2(state.x, state.y, state.phi).relative_to(command.diagnostics.aim)
         along, across, heading = (HELD_OUT * most for most in config.goal_tolerance)
-        assert abs(error.x) <= along, error
+        assert abs(error.x) <= along + MOVING_SPEED * config.dead_time, error
         assert abs(error.y) <= across, error
         assert abs(error.phi) <= heading, error
         assert abs(state.v) <= MOVING_SPEED
