@@ -2,8 +2,9 @@
 
     OMP_NUM_THREADS=1 python -m benchmarks.soak [--cycles 100000]
 
-The route shuttles between two places, so that starting, contouring, arriving, settling and changing direction
-occur hundreds of times; states and detections of the goal are noisy, obstacles come and go. Writes
+The route shuttles between two places, now and then to a farther one, so that starting, contouring, arriving,
+settling and changing direction occur again and again; states and detections of the goal are noisy; walls come
+and go that fill the way, that can be passed, and that leave gaps too narrow for the body. Writes
 runs/soak.json; exit status 1 if memory grew by more than 2 % or a cycle failed.
 """
 
@@ -37,6 +38,8 @@ GROWTH = 0.02
 """Share by which memory may grow from the first tenth to the last."""
 CYCLES_PER_PART = 250
 """A part of the shuttle takes at least so many cycles, so that the route never ends."""
+PART, LONG_PART, LONG_EVERY = 20.0, 70.0, 10
+"""The way there and back [m]; on the second and then every tenth one there is room to cruise."""
 HALF_WIDTH = 4.0
 DEAD_TIME = 0.18
 STATE_NOISE = (0.005, 0.005, 0.001, 0.005, 0.001)
@@ -44,18 +47,19 @@ STATE_NOISE = (0.005, 0.005, 0.001, 0.005, 0.001)
 GOAL_NOISE = (0.05, 0.05, 0.01)
 DETECTED_EVERY, WALL_EVERY = 7, 900
 """Cycles from one detection of the goal to the next, and from one wall across the way to the next."""
-WALL_STAYS, WALL_AHEAD = 150, 12.0
+WALL_STAYS, WALL_AHEAD = 300, 12.0
 """Cycles for which a wall stands, and how far ahead of the vehicle [m]."""
-WALL_HALF_WIDTHS = (6.0, 1.0)
-"""In turn: a wall that fills the way, and one that can be passed [m]."""
+WALLS = ((-6.0, 6.0), (1.2, 6.0), (-3.0, 3.0))
+"""Right and left ends [m], in turn: it fills the way, can be passed, leaves gaps too narrow for the body."""
 
 
 def shuttle(parts: int) -> ReferencePath:
-    """There and back again on the same bends, 20 m each way."""
-    way = [(0.0, 5.0), (0.08, 5.0), (-0.08, 5.0), (0.0, 5.0)]
+    """There and back again on the same bends."""
     segments = []
     for part in range(parts):
         there = part % 2 == 0
+        length = LONG_PART if part // 2 % LONG_EVERY == 1 else PART
+        way = [(0.0, 5.0), (0.08, 5.0), (-0.08, 5.0), (0.0, length - 15.0)]
         segments += [(1 if there else -1, k, s) for k, s in (way if there else way[::-1])]
     return ReferencePath.from_segments(Pose2(0.0, 0.0, 3.0), segments)
 
@@ -111,18 +115,21 @@ class Shuttle:
             end = self.controller.path.end
             seen = np.array([end.x, end.y, end.phi]) + self.rng.normal(0.0, GOAL_NOISE)
             x, y, phi = seen.tolist()
-            told["measurements"] = [GoalMeasurement(stamp=self.plant.time, x=x, y=y, phi=phi)]
+            spread = np.diag(np.square(GOAL_NOISE))
+            told["measurements"] = [
+                GoalMeasurement(stamp=self.plant.time, x=x, y=y, phi=phi, covariance=spread)
+            ]
         if cycle % WALL_EVERY == WALL_EVERY - WALL_STAYS:
-            told["obstacles"] = [self._wall(WALL_HALF_WIDTHS[cycle // WALL_EVERY % 2])]
+            told["obstacles"] = [self._wall(*WALLS[cycle // WALL_EVERY % len(WALLS)])]
         elif cycle % WALL_EVERY == 0 and cycle:
             told["obstacles"] = []
         return told
 
-    def _wall(self, half: float) -> Array:
-        """Across the way of the vehicle, whichever way it drives, `half` [m] to both sides."""
+    def _wall(self, right: float, left: float) -> Array:
+        """Across the way of the vehicle, whichever way it drives, with ends so far beside it [m]."""
         direction = self.controller.path.parts[self.controller.memory.part].direction
         here = Pose2(self.plant.x, self.plant.y, self.plant.phi)
-        corners = [(0.0, -half), (0.5, -half), (0.5, half), (0.0, half)]
+        corners = [(0.0, right), (0.5, right), (0.5, left), (0.0, left)]
         placed = [here.compose(Pose2(direction * (WALL_AHEAD + x), y, 0.0)) for x, y in corners]
         return np.array([[corner.x, corner.y] for corner in placed])
 
@@ -131,6 +138,11 @@ def resident() -> int:
     """Memory that this process holds [bytes]."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def failed(command: Command) -> bool:
+    """Whether a cycle found no plan that could be driven."""
+    return command.status is Status.FAILED or command.diagnostics.failed
 
 
 def soak(cycles: int) -> dict[str, Any]:
@@ -146,7 +158,7 @@ def soak(cycles: int) -> dict[str, Any]:
     for cycle, (command, took) in enumerate(bar):
         seconds[cycle], memory[cycle] = took, resident() if cycle % 100 == 0 else memory[cycle - 1]
         counts[command.status.value, command.source.value] += 1
-        if command.status is Status.FAILED or command.diagnostics.failed:
+        if failed(command):
             failures[command.diagnostics.reason] += 1
     first, last = memory[tenth : 2 * tenth], memory[-tenth:]
     return {

@@ -235,9 +235,14 @@ def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
 
 
 def _held(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
-    """Hold on unless the target is clearly elsewhere: noise may show it just outside for a moment."""
+    """Hold on unless the target is clearly elsewhere."""
     if not situation.free or situation.inside(situation.error):
         return replace(memory, outside_since=None)
+    return _outside(memory, situation)
+
+
+def _outside(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    """A vehicle that stands outside the tolerance begins again: noise may show it just there for a moment."""
     since = situation.now if memory.outside_since is None else memory.outside_since
     just_now = situation.now - since < DOUBT_TIME
     if just_now and situation.inside(situation.error, 2.0):
@@ -246,11 +251,12 @@ def _held(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
 
 
 def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
-    if stands(memory, situation):
-        return replace(memory, phase=Phase.HOLDING, restarts=0)
-    if not situation.inside(situation.stop_error):  # the target moved away while braking
-        return restart(memory)
-    return memory
+    if not stands(memory, situation):
+        # It will stop outside: the target has moved away while braking.
+        return memory if situation.inside(situation.stop_error) else restart(memory)
+    if situation.free and not situation.inside(situation.error):
+        return _outside(memory, situation)
+    return replace(memory, phase=Phase.HOLDING, restarts=0, outside_since=None)
 
 
 def _stuck(memory: ControllerMemory, situation: Situation) -> bool:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from estimation import Frame, GoalMeasurement
 from geometry import Pose2
 from rti_mpcc import VehicleState
-from tests.rti_mpcc.worlds import WORLDS, Setting, World, box
+from tests.rti_mpcc.worlds import OF_ONE_PART, WORLDS, Setting, World, box
 
 EXTREMES = (0.0, -0.0, pi, -pi, 1e-300, 5e-324, 1e9, -1e9, 1e17, 1e300, -1e300, 1.7e308, inf, -inf, nan)
 WILD = st.one_of(st.sampled_from(EXTREMES), st.floats())
@@ -227,26 +227,48 @@ CYCLES = st.builds(
     measurements=often((), st.lists(DETECTIONS, min_size=1, max_size=3).map(tuple), times=3),
     obstacles=often(None, st.lists(OUTLINES, max_size=3).map(tuple), times=12),
 )
-SETTINGS = st.builds(
-    Setting,
-    preset=often("default", st.sampled_from(["paper", "paper_printed"]), times=3),
-    cycle=st.sampled_from([0.05, 0.005, 0.02, 0.1, 0.2]),
-    dead_time=st.sampled_from([0.0, 0.18, 0.5]),
-    stages=often(10, st.sampled_from([20, 70]), times=5),
-    required=st.booleans(),
-    deadline=often(None, st.sampled_from([0.02, 1e-4]), times=8),
-    speed=st.sampled_from([10.0, 3.0, 1.0]),
-    iterations=often(400, st.sampled_from([5, 100])),
+SHAKEN = st.builds(
+    Cycle,
+    passed=often(None, st.floats(0.0, 0.5), times=10),
+    state=often(None, standing_at_the_end(0.12, 0.06), numbers(5), times=6),
+    goal=often(None, standing_at_the_end(0.12, 0.06), times=10),
 )
+
+
+def drawn_settings(
+    required: st.SearchStrategy[bool], deadline: st.SearchStrategy[float | None]
+) -> st.SearchStrategy[Setting]:
+    return st.builds(
+        Setting,
+        preset=often("default", st.sampled_from(["paper", "paper_printed"]), times=3),
+        cycle=st.sampled_from([0.05, 0.005, 0.02, 0.1, 0.2]),
+        dead_time=st.sampled_from([0.0, 0.18, 0.5]),
+        stages=often(10, st.sampled_from([20, 70]), times=5),
+        required=required,
+        deadline=deadline,
+        speed=st.sampled_from([10.0, 3.0, 1.0]),
+        iterations=often(400, st.sampled_from([5, 100])),
+    )
+
+
 BEGIN = Placed(share=0.0, along=0.0, across=0.0, turned=0.0, speed=0.0, steering=0.0)
 STARTS = often(BEGIN, NEAR, BESIDE, ENDS, standing_at_the_end(0.06, 0.03), FAR, times=3)
-RUNS = st.builds(
+DRIVING = st.builds(
     Run,
     world=st.integers(0, WORLDS - 1),
-    setting=SETTINGS,
+    setting=drawn_settings(st.booleans(), often(None, st.sampled_from([0.02, 1e-4]), times=8)),
     start=STARTS,
     cycles=st.lists(CYCLES, min_size=5, max_size=20).map(tuple),
 )
+DOCKED = st.builds(
+    Run,
+    world=st.sampled_from(OF_ONE_PART),
+    setting=drawn_settings(st.just(False), st.none()),
+    start=standing_at_the_end(0.04, 0.02),
+    cycles=st.lists(st.one_of(SHAKEN, CYCLES), min_size=5, max_size=20).map(tuple),
+)
+RUNS = st.integers(0, 7).flatmap(lambda lot: DRIVING if lot else DOCKED)
+"""One in eight begins inside the tolerance of its goal."""
 
 
 def is_finite(state: VehicleState) -> bool:

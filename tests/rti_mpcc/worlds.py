@@ -15,6 +15,8 @@ from rti_mpcc.types import Array
 
 WORLDS = 200
 """So many routes with corridors there are."""
+OF_ONE_PART = range(0, WORLDS, 3)
+"""Those without a cusp."""
 STEERABLE = 0.24
 """Largest curvature that the default vehicle can drive [1/m]."""
 HALF_WIDTH = 1.04
@@ -42,17 +44,17 @@ def world(number: int) -> World:
         return World(path=path, corridor=Corridor.from_offsets(path, left=5.0, right=-5.0))
     rng = np.random.default_rng(number)
     while True:
-        path = _route(rng)
+        path = _route(rng, 1 + number % 3)
         try:
             return World(path=path, corridor=_corridor(rng, path))
         except RtiMpccError:
             continue
 
 
-def _route(rng: np.random.Generator) -> ReferencePath:
-    """One to three parts of one to three bends each, 0.5 to 60 m long; some cannot be steered."""
+def _route(rng: np.random.Generator, parts: int) -> ReferencePath:
+    """Each part of one to three bends, 0.5 to 60 m long; some cannot be steered."""
     direction, segments = int(rng.choice([-1, 1])), []
-    for _ in range(rng.integers(1, 4)):
+    for _ in range(parts):
         for _ in range(rng.integers(1, 4)):
             curvature = rng.choice([0.0, rng.uniform(-1.0, 1.0), rng.uniform(-1.5, 1.5)]) * STEERABLE
             segments.append((direction, float(curvature), float(0.5 * 120.0 ** rng.uniform(0.0, 1.0))))

@@ -72,6 +72,16 @@ def test_a_settling_vehicle_that_stands_holds(situations: Any) -> None:
     assert decided(memory, situations.standing(), CONFIG).phase is Phase.HOLDING
 
 
+def test_a_settling_vehicle_that_stands_outside_the_tolerance_does_not_hold(situations: Any) -> None:
+    memory = arriving(phase=Phase.SETTLING)
+    assert decided(memory, situations.standing(19.85), CONFIG).phase is Phase.STARTING
+    memory = decided(memory, situations.standing(19.94), CONFIG)
+    assert memory.phase is Phase.SETTLING
+    assert decided(memory, situations.standing(19.96), CONFIG).phase is Phase.HOLDING
+    later = situations.standing(19.94, now=10.01 + route.DOUBT_TIME)
+    assert decided(memory, later, CONFIG).phase is Phase.STARTING
+
+
 def test_a_settling_vehicle_whose_goal_moves_away_begins_again(situations: Any) -> None:
     memory = arriving(phase=Phase.SETTLING)
     after = decided(memory, situations(speed=0.2, stop_error=Pose2(0.3, 0.0, 0.0)), CONFIG)

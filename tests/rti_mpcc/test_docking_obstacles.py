@@ -1,0 +1,30 @@
+"""Walls across the way that can neither be passed nor ignored; tests/acceptance has more of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rti_mpcc.simulation import simulate
+from rti_mpcc.types import Status
+from tests.rti_mpcc.docking_runs import docking_figures, present, straight, wall
+
+GONE = 15.0
+"""When the wall is taken away [s]."""
+
+
+@pytest.mark.parametrize("begin", [0.0, 3.0])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_goes_on_when_it_is_gone(
+    direction: int, begin: float
+) -> None:
+    scenario = straight(direction, 16.0, corridor={"left": 4.0, "right": -4.0}, duration=GONE + 20.0)
+    outline = wall(scenario.build_path(), 12.0, 3.0)
+    result = simulate(scenario, obstacles_at=present(outline, begin, GONE))
+    found, cycles, truth = docking_figures(result), result.cycles, result.truth
+    waiting = (truth.times > GONE - 1.0) & (truth.times < GONE)
+    assert np.abs(truth.v[waiting]).max() <= 0.02
+    assert cycles.status[int((GONE - 0.1) / 0.05)] is Status.BLOCKED
+    assert Status.FAILED not in cycles.status
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.0
