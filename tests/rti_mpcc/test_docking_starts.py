@@ -73,8 +73,8 @@ PLACES = {
     "behind the end, before the goal": Start(theta=LENGTH + 3.0, goal=8.0),
     "over the left boundary": Start(theta=2.0, over=0.3),
     "over the right boundary": Start(theta=2.0, over=-0.3),
-    "over the left boundary, turned": Start(theta=2.0, over=0.3, turned=radians(-15.0)),
-    "over the right boundary, turned": Start(theta=2.0, over=-0.3, turned=radians(15.0)),
+    "over the left boundary, turned": Start(theta=5.0, over=0.3, turned=radians(-15.0)),
+    "over the right boundary, turned": Start(theta=5.0, over=-0.3, turned=radians(15.0)),
     "left of the path": Start(across=2.0),
     "right of the path": Start(across=-2.0),
     "turned left": Start(turned=radians(60.0)),
@@ -91,7 +91,7 @@ BOTH = {
         across=2.0, turned=radians(-60.0), steering=-0.7, speed=-1.0
     ),
     "over the boundary, steered away, too fast": Start(
-        theta=2.0, over=0.2, turned=radians(-15.0), steering=0.7, speed=2.5
+        theta=5.0, over=0.2, turned=radians(-15.0), steering=0.7, speed=2.5
     ),
 }
 STARTS = {**LIMITS, **PLACES, **BOTH}
