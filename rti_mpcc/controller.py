@@ -46,7 +46,7 @@ RETURN_SHARE = 0.9
 OUTSIDE_PATIENCE = 10
 """While the vehicle is far outside its bounds a QP may take so many times the configured iterations at least:
 what presses it back in at all stages adds up, and it takes the solver long to find how much."""
-SHORT = 0.2
+SHORT = 0.1
 """Share of the corridor's margin that must be missing for that."""
 STILL = 1.0
 """A goal that moves by less than this is projected near its last projection [m]."""
@@ -344,7 +344,7 @@ class RtiMpcc:
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
 
-        Returns whether the vehicle is far outside: beyond a limit for more than the first stages, or short of
+        Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `SHORT` of it.
         """
         values, pattern, limits = self._values, self._pattern, self.config.limits
@@ -354,10 +354,10 @@ class RtiMpcc:
             unit = pattern.row_units[rows]
             shift = linear.states[1:, quantity]
             drop = RETURN_SHARE * rate * elapsed
-            low, high = values.lower[rows[1]], values.upper[rows[1]]
+            low, high = values.lower[rows[0]], values.upper[rows[0]]
             values.upper[rows] = np.maximum(values.upper[rows], (measured[quantity] - drop - shift) / unit)
             values.lower[rows] = np.minimum(values.lower[rows], (measured[quantity] + drop - shift) / unit)
-            far_out |= bool(values.lower[rows[1]] < low or values.upper[rows[1]] > high)
+            far_out |= bool(values.lower[rows[0]] < low or values.upper[rows[0]] > high)
         if linear.rows is None:
             return far_out
         margin = self.config.footprint.margin
