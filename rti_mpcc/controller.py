@@ -15,7 +15,7 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import overrun, stage_bounds
-from rti_mpcc.ocp.corridor_rows import CorridorRows, admitted, corridor_rows
+from rti_mpcc.ocp.corridor_rows import CorridorRows, admitted, corridor_rows, lacking
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
@@ -43,6 +43,11 @@ from rti_mpcc.types import Array, Trajectory
 RETURN_SHARE = 0.9
 """Share of the input limits at which a measured speed or steering outside its limits must return."""
 
+OUTSIDE_PATIENCE = 10
+"""While the vehicle is far outside its bounds a QP may take so many times the configured iterations at least:
+what presses it back in at all stages adds up, and it takes the solver long to find how much."""
+SHORT = 0.1
+"""Share of the corridor's margin that must be missing for that."""
 STILL = 1.0
 """A goal that moves by less than this is projected near its last projection [m]."""
 
@@ -287,8 +292,8 @@ class RtiMpcc:
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
         measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
         fill_initial(self._values, self._pattern, measured - linear.states[0])
-        self._admit(measured, linear)
-        self._solver.allow(patience)
+        far_out = self._admit(measured, linear)
+        self._solver.allow(max(patience, OUTSIDE_PATIENCE) if far_out else patience)
         result = self._solve(linear, measured - linear.states[0], ends, iterate)
         solution = self._read(linear, result, begun)
         if solution.solved:
@@ -336,21 +341,43 @@ class RtiMpcc:
         previous = last.planes if last else None
         return self._corridor.half_planes(self.index, centres, previous)
 
-    def _admit(self, measured: Array, linear: Linearisation) -> None:
-        """Widen bounds on v and delta, and the corridor's margin, as far as a measured state needs it."""
+    def _admit(self, measured: Array, linear: Linearisation) -> bool:
+        """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
+
+        Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
+        the corridor's margin by more than `SHORT` of it.
+        """
         values, pattern, limits = self._values, self._pattern, self.config.limits
-        elapsed = np.cumsum(linear.lengths)
+        elapsed, far_out = np.cumsum(linear.lengths), False
         for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
             rows = pattern.state_rows[:, column]
             unit = pattern.row_units[rows]
             shift = linear.states[1:, quantity]
             drop = RETURN_SHARE * rate * elapsed
+            low, high = values.lower[rows[0]], values.upper[rows[0]]
             values.upper[rows] = np.maximum(values.upper[rows], (measured[quantity] - drop - shift) / unit)
             values.lower[rows] = np.minimum(values.lower[rows], (measured[quantity] + drop - shift) / unit)
-        if linear.rows is not None:
-            change = (measured - linear.states[0])[[X, Y, PHI]]
-            rows = pattern.corridor_rows[:, :, : linear.rows.lower.shape[2]]
-            values.lower[rows] = admitted(linear.rows, change, elapsed, self.config.footprint.margin)
+            far_out |= bool(values.lower[rows[0]] < low or values.upper[rows[0]] > high)
+        if linear.rows is None:
+            return far_out
+        margin = self.config.footprint.margin
+        change = (measured - linear.states[0])[[X, Y, PHI]]
+        lack = lacking(linear.rows, change)
+        over = np.maximum(lack - margin, 0.0)
+        rows = pattern.corridor_rows[:, :, : linear.rows.lower.shape[2]]
+        values.lower[rows] = admitted(linear.rows, change, elapsed, self._turned(linear.states), margin, over)
+        return far_out or float(lack.max()) > SHORT * margin
+
+    def _turned(self, states: Array) -> Array:
+        """Way (N,) driven by stages 1..N since the trailing end is back where it was, if the body turns [m].
+
+        On a circle of radius R the end at l behind the axle goes out by l s/R - s²/2R: to l²/2R, and back at
+        s = 2 l whatever R is.
+        """
+        vehicle = self.config.vehicle
+        trailing = vehicle.rear if self.part.direction > 0 else vehicle.front
+        way: Array = np.cumsum(np.hypot(np.diff(states[:, X]), np.diff(states[:, Y])))
+        return np.maximum(way - 2.0 * trailing, 0.0)
 
     def _solve(
         self,

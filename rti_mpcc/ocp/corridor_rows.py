@@ -23,7 +23,7 @@ are 0 besides: a row that never binds still drags on the solver's steps."""
 RETURN_TIME = 1.5
 """So long the plan may take to give the margin back that a measurement has taken from it [s]."""
 WAY_BACK = 10.0
-"""So long it may take to bring a body back that is over a boundary [s]."""
+"""Way over which a body that is over a boundary is brought back, once it has turned [m]."""
 
 
 class CorridorRows(NamedTuple):
@@ -54,27 +54,42 @@ def corridor_rows(
     return CorridorRows(slopes, np.where(acts, gap, LOOSE))
 
 
-def admitted(rows: CorridorRows, change: Array, elapsed: Array, margin: float) -> Array:
+def lacking(rows: CorridorRows, change: Array) -> Array:
+    """What the vehicle lacks of the corridor and its margin (sides,) [m] where the plan begins, 0 if nothing.
+
+    The plan begins `change` (3,) in x, y, phi beside the one linearised about.
+    """
+    lack: Array = np.maximum((rows.lower[0] - rows.slopes[0] @ change).max(axis=0), 0.0)
+    return lack
+
+
+def admitted(
+    rows: CorridorRows, change: Array, elapsed: Array, turned: Array, margin: float, over: Array
+) -> Array:
     """Lower bounds (N, discs, sides) that give back step by step what is missing.
 
-    The plan begins `change` (3,) in x, y, phi beside the one linearised about. What is missing of the margin
-    a moment ahead, by this or before, is out of reach by then: the exact penalty would answer each
-    centimetre of measurement noise beside a boundary with all the steering there is. What is missing beyond
-    the margin where the vehicle is, with the body over a boundary, takes longer to give back; a slack that
-    nothing can make smaller would saturate the penalty all along the plan, and the solver with it.
+    What is missing of the margin a moment ahead, by this `change` or before, is out of reach by then: the
+    exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
+    there is. A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
+    one that turns away swings its other end out before. A slack that nothing can make smaller would
+    saturate the penalty all along the plan, and the solver with it. So that boundary is taken to be where the
+    vehicle has it now, and to come back from there: as a whole, for where it kept to what is missing at each
+    stage it would bind at all of them, and hold the plan to the one linearised about. The other boundaries
+    stay.
 
-    (H4)  lower - (1 - t / RETURN_TIME) min(m, margin) - (1 - t / WAY_BACK) min(max(0, m - margin), over),
-          m = max(0, lower - slopes change),  over = the largest max(0, m - margin) of stage 1
+    (H4)  lower - r - (1 - s / WAY_BACK) (over + min(over, margin - r)),
+          r = (1 - t / RETURN_TIME) min(m, margin),   m = max(0, lower - slopes change)
 
     Args:
-        elapsed: (N,) time of stages 1..N [s].
+        elapsed: (N,) time t of stages 1..N [s].
+        turned: (N,) way s that the plan has driven by then since its body can have turned away [m].
+        over: (sides,) what the vehicle lacks beyond the margin [m].
     """
     missing = np.maximum(rows.lower - rows.slopes @ change, 0.0)
-    lacking = np.minimum(missing, margin)
     share = np.clip(1.0 - elapsed / RETURN_TIME, 0.0, 1.0)
-    bounds: Array = rows.lower - share[:, None, None] * lacking
-    over = float((missing[0] - lacking[0]).max(initial=0.0))
-    if over > 0.0:
-        share = np.clip(1.0 - elapsed / WAY_BACK, 0.0, 1.0)
-        bounds -= share[:, None, None] * np.minimum(missing - lacking, over)
+    relief = share[:, None, None] * np.minimum(missing, margin)
+    if over.any():
+        share = np.clip(1.0 - turned / WAY_BACK, 0.0, 1.0)
+        relief += share[:, None, None] * (over + np.minimum(over, margin - relief))
+    bounds: Array = rows.lower - relief
     return bounds

@@ -6,18 +6,24 @@ iteration never begins there: at the start, after a cusp, a stop or a change of 
 
 from __future__ import annotations
 
-from math import tan
+from math import atan, cos, sqrt, tan
 
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.types import Array, Trajectory
 
 BLEND = 12.0
-"""Way over which an offset at the start or at the target fades into the path [m]."""
+"""Way over which an offset at the start or at the target fades into the path [m], at least."""
+GENTLE = 0.1
+"""Curvature with which a large offset at the start begins to fade [1/m]: the end that trails swings out."""
+LOST = 0.05
+"""A start at which the heading goes astray by more than this while the steering turns to where the fade needs
+it [rad] has the steering turned first."""
 
 
 def arrival_guess(
@@ -41,7 +47,7 @@ def cruise_guess(
     elapsed = times - times[0]
     most = config.comfort_acceleration * elapsed
     change = np.clip(config.cruise_speed - now, -most, most)
-    rate = now + change
+    rate = np.minimum(now + change, _let_in(now, elapsed, config))
     s = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times)))
     left = max(target.theta - float(state[THETA]), 0.0)
     rate = np.where(s < left, rate, 0.0)
@@ -63,21 +69,44 @@ def along_path(
     both as cubics whose slope is the heading. The guess need not obey the dynamics, the first iterations
     see to that, but the less it slips sideways the less they have to change.
     """
+    lead = _lead_in(part, target, state, times, rate, config)
+    led = len(lead) - 1
+    if led:
+        s, rate, state = s[led:] - s[led], rate[led:], lead[-1]
+    states = _faded(part, target, state, s, rate, config)
+    if led:
+        states = np.vstack([lead[:-1], states])
+    lengths = np.diff(times)
+    controls = np.empty((len(lengths), CONTROLS))
+    controls[:, A] = np.diff(states[:, V]) / lengths
+    controls[:, DELTA_DOT] = np.diff(states[:, DELTA]) / lengths
+    controls[:, THETA_DOT] = np.diff(states[:, THETA]) / lengths
+    limits = config.limits
+    controls[:, A] = np.clip(controls[:, A], -limits.acceleration, limits.acceleration)
+    controls[:, DELTA_DOT] = np.clip(controls[:, DELTA_DOT], -limits.steering_rate, limits.steering_rate)
+    return Trajectory(times=times, states=states, controls=controls)
+
+
+def _faded(
+    part: PathPart, target: Target, state: Array, s: Array, rate: Array, config: ControllerConfig
+) -> Array:
+    """States (n, 6) along the path from `state` on, `s` (n,) [m] further each, at speed `rate` (n,) [m/s]."""
     theta = state[THETA] + s
     reference = part.reference(theta)
     here, there = part.pose(float(state[THETA])), part.pose(target.theta)
     begin = Pose2(float(state[X]), float(state[Y]), float(state[PHI])).relative_to(here)
     end = target.pose.relative_to(there)
-    reach = min(BLEND, max(target.theta - float(state[THETA]), 1e-3))
-    left, into = 1.0 - s / reach, 1.0 + (theta - target.theta) / reach
-    across_begin, slope_begin = _fade(left, begin.y, -part.direction * _slope(begin.phi), reach)
+    way = max(target.theta - float(state[THETA]), 1e-3)
+    reach, fade = min(BLEND, way), min(_fade_length(begin.y), way)
+    left, into = 1.0 - s / fade, 1.0 + (theta - target.theta) / reach
+    across_begin, slope_begin = _fade(left, begin.y, -part.direction * _slope(begin.phi), fade)
     across_end, slope_end = _fade(into, end.y, part.direction * _slope(end.phi), reach)
     along = _smooth(left) * begin.x + _smooth(into) * end.x
     across, slope = across_begin + across_end, slope_end - slope_begin
     c, sn = np.cos(reference.phi), np.sin(reference.phi)
     stretch = np.maximum(1.0 - part.direction * reference.slope * across, 0.2)
 
-    states = np.empty((len(times), STATES))
+    states = np.empty((len(s), STATES))
     states[:, X] = reference.x + c * along - sn * across
     states[:, Y] = reference.y + sn * along + c * across
     states[:, PHI] = reference.phi + part.direction * np.arctan(slope / stretch)
@@ -88,15 +117,56 @@ def along_path(
     states[:, DELTA] = np.clip(steering, -config.limits.steering, config.limits.steering)
     states[0] = state
     states[0, PHI] = lift(float(state[PHI]), float(states[1, PHI]))
-    lengths = np.diff(times)
-    controls = np.empty((len(lengths), CONTROLS))
-    controls[:, A] = np.diff(states[:, V]) / lengths
-    controls[:, DELTA_DOT] = np.diff(states[:, DELTA]) / lengths
-    controls[:, THETA_DOT] = np.diff(states[:, THETA]) / lengths
+    return states
+
+
+def _lead_in(
+    part: PathPart, target: Target, state: Array, times: Array, rate: Array, config: ControllerConfig
+) -> Array:
+    """States (k+1, 6) from `state` on until the steering is where the fade needs it: `state` alone, mostly.
+
+    A vehicle that drives with its steering turned away from there leaves the fade by far before it can follow
+    it, and what is linearised about a fade that it cannot follow says nothing about what it can do.
+    """
+    d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
+    led = [state]
+    for k, length in enumerate(np.diff(times)):
+        now = led[-1]
+        here = Pose2(float(now[X]), float(now[Y]), float(now[PHI])).relative_to(part.pose(float(now[THETA])))
+        wanted = _fade_steering(part, target, float(now[THETA]), here, config)
+        gap = wanted - float(now[DELTA])
+        astray = abs(float(now[V])) * gap**2 / (2.0 * limits.steering_rate * wheelbase)
+        if astray <= LOST and (k == 0 or abs(gap) <= limits.steering_rate * length):
+            break
+        a = np.clip((d * rate[k + 1] - now[V]) / length, -limits.acceleration, limits.acceleration)
+        turn = np.clip(gap / length, -limits.steering_rate, limits.steering_rate)
+        along = max(d * float(now[V]) * cos(here.phi), 0.0)
+        control = np.array([[a, turn, along]])
+        led.append(step(now[None, :], control, np.array([length]), wheelbase)[0])
+    return np.array(led)
+
+
+def _fade_steering(
+    part: PathPart, target: Target, theta: float, here: Pose2, config: ControllerConfig
+) -> float:
+    """Steering [rad] with which the fade from `here`, in the frame of the path at `theta`, begins."""
+    d, slope = part.direction, _slope(here.phi)
+    fade = min(_fade_length(here.y), max(target.theta - theta, BLEND))
+    bend = -6.0 * here.y / fade**2 - 4.0 * d * slope / fade
+    curvature = float(part.reference(np.array([theta])).slope[0]) + d * bend / (1.0 + slope**2) ** 1.5
+    steering = atan(config.vehicle.wheelbase * d * curvature)
+    return min(max(steering, -config.limits.steering), config.limits.steering)
+
+
+def _fade_length(offset: float) -> float:
+    """Way over which an offset at the start fades [m]."""
+    return max(BLEND, sqrt(6.0 * abs(offset) / GENTLE))
+
+
+def _let_in(speed: float, elapsed: Array, config: ControllerConfig) -> Array:
+    """Highest speeds (n,) [m/s] of a vehicle that may be too fast, and brakes then."""
     limits = config.limits
-    controls[:, A] = np.clip(controls[:, A], -limits.acceleration, limits.acceleration)
-    controls[:, DELTA_DOT] = np.clip(controls[:, DELTA_DOT], -limits.steering_rate, limits.steering_rate)
-    return Trajectory(times=times, states=states, controls=controls)
+    return np.maximum(limits.speed, speed - limits.acceleration * elapsed)
 
 
 def _fade(share: Array, offset: float, slope: float, reach: float) -> tuple[Array, Array]:

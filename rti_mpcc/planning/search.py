@@ -24,7 +24,7 @@ ITERATIONS = 10
 """Real-time iterations of one search, at most."""
 UNSOLVED = 2
 """From a first guess on so many QPs may remain unsolved."""
-PATIENCE = 5
+PATIENCE = 10
 """From a first guess on a QP may take so many times the configured iterations."""
 FIRST_ITERATIONS = 3
 """Real-time iterations from a first guess on, at least."""

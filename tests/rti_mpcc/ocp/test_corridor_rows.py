@@ -6,7 +6,14 @@ import pytest
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.ocp.corridor_rows import RETURN_TIME, WAY_BACK, CorridorRows, admitted, corridor_rows
+from rti_mpcc.ocp.corridor_rows import (
+    RETURN_TIME,
+    WAY_BACK,
+    CorridorRows,
+    admitted,
+    corridor_rows,
+    lacking,
+)
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -93,12 +100,18 @@ def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array
     assert np.isfinite(empty.lower).all()
 
 
+def relieved(rows: CorridorRows, change: Array, elapsed: Array, margin: float, way: float = 0.0) -> Array:
+    """`admitted` with what the vehicle lacks itself, all stages being `way` [m] along."""
+    over = np.maximum(lacking(rows, change) - margin, 0.0)
+    return admitted(rows, change, elapsed, np.full(len(elapsed), way), margin, over)
+
+
 def test_without_a_lack_of_margin_nothing_is_admitted(corridor: Corridor, states: Array) -> None:
     rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
     free = rows.lower < 0.0
     assert free.any()
     elapsed = np.linspace(0.0, 3.0, len(states))
-    np.testing.assert_array_equal(admitted(rows, np.zeros(3), elapsed, MARGIN)[free], rows.lower[free])
+    np.testing.assert_array_equal(relieved(rows, np.zeros(3), elapsed, MARGIN)[free], rows.lower[free])
 
 
 def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin(
@@ -107,35 +120,49 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
     rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
     elapsed = np.full(len(states), 1e-9)
     aside = -0.05 * rows.slopes[4, 2, 0]  # straight into the half-plane of one disc
-    lacking = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
+    short = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
     missing = -float(rows.slopes[4, 2, 0] @ aside)
-    at_once = admitted(lacking, aside, elapsed, margin=1.0)[4, 2, 0]
+    at_once = relieved(short, aside, elapsed, margin=1.0)[4, 2, 0]
     assert at_once == pytest.approx(-missing, rel=1e-6)
-    half_way = admitted(lacking, aside, np.full(len(states), 0.5 * RETURN_TIME), margin=1.0)[4, 2, 0]
+    half_way = relieved(short, aside, np.full(len(states), 0.5 * RETURN_TIME), margin=1.0)[4, 2, 0]
     assert half_way == pytest.approx(-0.5 * missing, rel=1e-6)
-    after = admitted(lacking, aside, np.full(len(states), RETURN_TIME), margin=1.0)
-    np.testing.assert_array_equal(after, lacking.lower)
+    after = relieved(short, aside, np.full(len(states), RETURN_TIME), margin=1.0)
+    np.testing.assert_array_equal(after, short.lower)
     inside = rows.lower.copy()
     inside[4, 2, 0] = 0.0
-    little = admitted(CorridorRows(rows.slopes, inside - 9.0), aside, elapsed, margin=0.3 * missing)
+    little = relieved(CorridorRows(rows.slopes, inside - 9.0), aside, elapsed, margin=0.3 * missing)
     np.testing.assert_array_equal(little, inside - 9.0)
     inside[0] -= 9.0  # nothing is missing where the vehicle is
-    little = admitted(CorridorRows(rows.slopes, inside), aside, elapsed, margin=0.3 * missing)
+    little = relieved(CorridorRows(rows.slopes, inside), aside, elapsed, margin=0.3 * missing)
     assert little[4, 2, 0] == pytest.approx(-0.3 * missing, rel=1e-6)
 
 
-def test_what_the_vehicle_itself_lacks_beyond_the_margin_is_given_back_more_slowly(
+def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     corridor: Corridor, states: Array
 ) -> None:
     rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
     lower = np.full_like(rows.lower, -9.0)
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
-    lacking = CorridorRows(np.zeros_like(rows.slopes), lower)
-    for time, left in ((1e-9, 1.0), (RETURN_TIME, 1.0 - RETURN_TIME / WAY_BACK), (WAY_BACK, 0.0)):
-        bounds = admitted(lacking, np.zeros(3), np.full(len(states), time), margin=0.1)
-        share = max(1.0 - time / RETURN_TIME, 0.0)
-        assert bounds[0, 1, 0] == pytest.approx(0.5 - share * 0.1 - left * 0.4, abs=1e-6)
-        assert bounds[6, 2, 1] == pytest.approx(0.3 - share * 0.1 - left * 0.2, abs=1e-6)
-        # No more than the vehicle itself lacks:
-        assert bounds[7, 0, 0] == pytest.approx(0.9 - share * 0.1 - left * 0.4, abs=1e-6)
-        assert bounds[3, 1, 0] == -9.0
+    short = CorridorRows(np.zeros_like(rows.slopes), lower)
+    late = np.full(len(states), 2.0 * RETURN_TIME)
+    for way, left in ((0.0, 1.0), (0.25 * WAY_BACK, 0.75), (WAY_BACK, 0.0), (2.0 * WAY_BACK, 0.0)):
+        bounds = relieved(short, np.zeros(3), late, 0.1, way)
+        # The vehicle lacks 0.5 m of the left boundary, which is relieved by no more than that at any stage.
+        np.testing.assert_allclose(bounds[..., 0], lower[..., 0] - left * 0.5, atol=1e-12)
+        # The others stay.
+        np.testing.assert_array_equal(bounds[..., 1:], lower[..., 1:])
+    at_once = relieved(short, np.zeros(3), np.full(len(states), 1e-9), 0.1)
+    assert at_once[0, 1, 0] == pytest.approx(0.0, abs=1e-6)
+    assert (at_once[..., 0] >= lower[..., 0] - 0.5 - 1e-12).all()
+    assert at_once[6, 2, 1] == pytest.approx(0.2, abs=1e-6)
+
+
+def test_a_little_beyond_the_margin_changes_little(corridor: Corridor, states: Array) -> None:
+    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    lower = np.full_like(rows.lower, -9.0)
+    lower[0, 1, 0] = 0.1
+    elapsed = np.linspace(0.05, 3.0, len(states))
+    short = CorridorRows(np.zeros_like(rows.slopes), lower)
+    before = relieved(short, np.zeros(3), elapsed, 0.1)
+    lower[0, 1, 0] += 1e-6
+    np.testing.assert_allclose(relieved(short, np.zeros(3), elapsed, 0.1), before, atol=4e-6)

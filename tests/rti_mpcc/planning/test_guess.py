@@ -11,6 +11,7 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
+from rti_mpcc.planning.search import defect
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig(limits=Limits(speed=2.0, steering_rate=0.5))
@@ -28,6 +29,13 @@ def beside(mpcc: RtiMpcc, speed: float) -> Array:
     """A state 0.6 m beside the path and turned against it."""
     pose = mpcc.part.pose(2.0).compose(Pose2(0.0, 0.6, -0.2))
     return np.array([pose.x, pose.y, pose.phi, mpcc.part.direction * speed, 0.1, 2.0])
+
+
+def on_path(mpcc: RtiMpcc, speed: float) -> Array:
+    """A state on the path that is steered along it."""
+    pose, d = mpcc.part.pose(2.0), mpcc.part.direction
+    steering = np.arctan(CONFIG.vehicle.wheelbase * 0.1)
+    return np.array([pose.x, pose.y, pose.phi, d * speed, steering, 2.0])
 
 
 def arrival(mpcc: RtiMpcc, state: Array) -> Trajectory:
@@ -79,9 +87,11 @@ def test_a_cruise_changes_at_the_comfort_acceleration_to_the_cruise_speed(
     speed: float, direction: int
 ) -> None:
     mpcc = core(direction)
-    guess = cruise(mpcc, beside(mpcc, speed))
+    guess = cruise(mpcc, on_path(mpcc, speed))
     change = CONFIG.comfort_acceleration * (guess.times - guess.times[0])
     expected = speed + np.clip(CONFIG.cruise_speed - speed, -change, change)
+    elapsed = guess.times - guess.times[0]
+    expected = np.minimum(expected, np.maximum(2.0, speed - CONFIG.limits.acceleration * elapsed))
     driving = guess.states[1:, THETA] < mpcc.target.theta - 1e-9
     means = 0.5 * (expected[1:] + expected[:-1])
     np.testing.assert_allclose(progress_rate(guess)[driving], means[driving], atol=1e-9)
@@ -96,3 +106,31 @@ def test_a_heading_on_another_branch_gives_the_same_guess() -> None:
     one, other = arrival(mpcc, state), arrival(mpcc, lifted)
     np.testing.assert_allclose(other.states[:, [X, Y]], one.states[:, [X, Y]], atol=1e-9)
     assert np.abs(np.diff(other.states[:, PHI])).max() < 1.0
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_vehicle_steered_away_turns_its_steering_first(direction: int) -> None:
+    mpcc = core(direction)
+    pose = mpcc.part.pose(2.0).compose(Pose2(0.0, 1.0, direction * 0.5))
+    state = np.array([pose.x, pose.y, pose.phi, direction * 2.0, direction * 0.6, 2.0])
+    guess = cruise(mpcc, state)
+    turning = np.diff(guess.states[:, DELTA]) / np.diff(guess.times)
+    led = int(np.argmax(np.abs(direction * turning + CONFIG.limits.steering_rate) > 1e-6))
+    assert guess.times[led] - guess.times[0] >= 1.0
+    begin = Trajectory(
+        times=guess.times[: led + 1], states=guess.states[: led + 1], controls=guess.controls[:led]
+    )
+    position, heading = defect(begin, CONFIG.vehicle.wheelbase)
+    assert position < 1e-9
+    assert heading < 1e-9
+    apart = np.hypot(*(guess.states[-1, [X, Y]] - [mpcc.target.pose.x, mpcc.target.pose.y]))
+    assert apart < 8.0
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_standing_vehicle_begins_on_the_fade_wherever_it_steers(direction: int) -> None:
+    mpcc = core(direction)
+    state = beside(mpcc, 0.0)
+    other = state.copy()
+    other[DELTA] = -0.6
+    np.testing.assert_array_equal(cruise(mpcc, state).states[1:], cruise(mpcc, other).states[1:])

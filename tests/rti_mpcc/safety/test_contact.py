@@ -76,7 +76,22 @@ def test_a_body_that_touches_already_may_leave_but_not_press_on() -> None:
     press = Trajectory(times=begin.times, states=outwards, controls=begin.controls)
     assert inside.collides(0, body_polygons(begin.states[:1], CONFIG.vehicle)).all()
     assert way(leave, inside) == np.inf
-    assert way(press, inside) < 1.0
+    assert way(press, inside) == pytest.approx(10.0 * contact.LET_OUT / 0.3, abs=2.0 * contact.SPACING)
+
+
+def test_a_body_that_touches_may_go_as_deep_as_braking_would() -> None:
+    inside = corridor(wall_at=None, width=3.0)
+    times, y = np.linspace(0.0, 2.0, 21), 3.0 - 0.5 * CONFIG.vehicle.width + 0.05
+    deep = straight_on(2.0, 8.0, y=y)
+    states = np.zeros((21, 6))
+    states[:, 0], states[:, 3] = np.linspace(2.0, 6.0, 21), 2.0
+    states[:, 1] = y + np.linspace(0.0, 0.45, 21)
+    states[:, 2] = np.arctan2(0.45, 4.0)
+    for steering, free in ((0.0, False), (0.6, True)):
+        states[:, 4] = steering
+        plan = Trajectory(times=times, states=states.copy(), controls=np.zeros((20, 3)))
+        assert (way(plan, inside) == np.inf) == free
+    assert way(deep, inside) == np.inf
 
 
 def test_a_plan_that_stands_still_is_checked_where_it_stands() -> None:
