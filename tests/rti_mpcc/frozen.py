@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from geometry import Corridor, HalfPlanes, PathPart, PathReference, lift
-from rti_mpcc import docking
+from rti_mpcc import driving
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RETURN_SHARE, Linearisation, RtiMpcc, Solution
 from rti_mpcc.model.bicycle import linearised_step
@@ -300,7 +300,7 @@ def take(
     taker = Taker(name=f"{scenario.name} ({preset})", times=sorted(times))
     short = changed(scenario, {"simulation.duration": max(times) + 0.2})
     with monkeypatch.context() as patch:
-        patch.setattr(docking, "RtiMpcc", taker.core())
+        patch.setattr(driving, "RtiMpcc", taker.core())
         simulate(short, preset=preset, **options)
     return taker.taken
 
