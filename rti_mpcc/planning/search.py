@@ -26,6 +26,8 @@ UNSOLVED = 2
 """From a first guess on so many QPs may remain unsolved."""
 PATIENCE = 10
 """From a first guess on a QP may take so many times the configured iterations."""
+CLEAN_PATIENCE = 3
+"""The same for a plan that is sought once more from a clean start."""
 FIRST_ITERATIONS = 3
 """Real-time iterations from a first guess on, at least."""
 START_DAMPING = 1e-2
@@ -105,7 +107,7 @@ def going_on(solution: Solution | None) -> Start:
 
 def clean(plan: Trajectory) -> Start:
     """Once more from the last accepted plan, with nothing kept of the solver's answers since."""
-    return Start(guess=plan)
+    return Start(guess=plan, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> Start:
