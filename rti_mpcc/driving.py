@@ -207,9 +207,7 @@ class Driver:
     def _accept(self, attempt: Attempt, situation: Situation) -> Act:
         """Drive the plan of this cycle."""
         plan = attempt.solutions[-1].trajectory
-        self._memory = replace(
-            self._memory, driven=plan, accepted_at=situation.now, latched="", looked_at=None
-        )
+        self._memory = route.accepted(self._memory, plan, situation)
         return self._drive(plan, Source.SOLUTION, situation, "", attempt)
 
     def _go_on(

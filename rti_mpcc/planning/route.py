@@ -94,11 +94,20 @@ def too_late(memory: ControllerMemory, situation: Situation, config: ControllerC
 def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     """Choose between contouring and a planned arrival, for a vehicle about to begin one.
 
-    A search that ran out of time goes on with what it was for, unless the target has moved since.
+    A search that ran out of time goes on with what it was for, unless the target has moved since. While the
+    vehicle stands nothing is lost meanwhile: its plan just begins later.
     """
     begun = memory.unfinished
     if begun is not None and _apart(begun.target.pose, situation.target.pose) <= MOVED:
-        return replace(memory, arrive_at=begun.arrive_at, timed_for=situation.target.pose, overdue_since=None)
+        if stands(memory, situation):
+            begun = _later(begun, situation.begin - begun.begin)
+        return replace(
+            memory,
+            unfinished=begun,
+            arrive_at=begun.arrive_at,
+            timed_for=situation.target.pose,
+            overdue_since=None,
+        )
     memory = replace(memory, unfinished=None)
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None, overdue_since=None)

@@ -11,9 +11,10 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.planning import search
+from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.planning import route, search
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.planning.memory import ControllerMemory, Unfinished
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig()
@@ -182,6 +183,49 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situ
     assert rest.problem == ""
     assert len(cut.solutions) + len(rest.solutions) == len(at_once.solutions)
     assert search.left_unfinished(memory, situation, rest).unfinished is None
+
+
+def unfinished(solution: Solution, target: Target) -> Unfinished:
+    """A search for an arrival at 15 s, planned to begin at 0.2 s."""
+    return Unfinished(solution=solution, iterations=2, iterate=None, target=target, arrive_at=15.0, begin=0.2)
+
+
+def test_a_search_begun_while_standing_is_for_a_plan_that_begins_later(
+    mpcc: RtiMpcc, solution: Solution, situations: Any
+) -> None:
+    memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target), standing_since=0.0)
+    late = situations.standing(0.0, target=mpcc.target, now=0.5, begin=0.7)
+    after = route.begin_phase(memory, late, mpcc.config)
+    begun = after.unfinished
+    assert begun is not None
+    assert begun.solution is not None
+    assert after.arrive_at == begun.arrive_at == pytest.approx(15.5)
+    assert begun.begin == pytest.approx(0.7)
+    plan, later = solution.trajectory, begun.solution.trajectory
+    np.testing.assert_allclose(later.times, plan.times + 0.5, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(later.states, plan.states)
+    assert begun.iterations == 2
+
+
+def test_a_search_begun_while_moving_keeps_its_time(
+    mpcc: RtiMpcc, solution: Solution, situations: Any
+) -> None:
+    memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target))
+    after = route.begin_phase(memory, situations(target=mpcc.target, now=0.5, begin=0.7), mpcc.config)
+    assert after.unfinished is memory.unfinished
+    assert after.arrive_at == 15.0
+
+
+@pytest.mark.parametrize(("aside", "goes_on"), [(0.9 * route.MOVED, True), (1.1 * route.MOVED, False)])
+def test_a_search_for_a_target_that_has_moved_is_dropped(
+    aside: float, goes_on: bool, mpcc: RtiMpcc, solution: Solution, situations: Any
+) -> None:
+    pose = mpcc.target.pose
+    moved = replace(mpcc.target, pose=Pose2(pose.x, pose.y + aside, pose.phi))
+    memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target))
+    after = route.begin_phase(memory, situations(target=moved, begin=0.7), mpcc.config)
+    assert (after.unfinished is not None) == goes_on
+    assert (after.arrive_at == 15.0) == goes_on
 
 
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, situations: Any) -> None:
