@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot, pi
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Status, VehicleState
+from rti_mpcc import ControllerConfig, DockingController, Status
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 
 # Poses of the rear axle: x, y [m], heading of the vehicle [rad]; arcs are drawn between them.
@@ -30,7 +30,7 @@ def main() -> None:
     # No goal is given, so the vehicle docks at the last pose of the path.
     status = None
     while plant.time < 90.0 and status is not Status.DOCKED:
-        state = VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)
+        state = plant.measured
         command = controller.step(state, now=plant.time)
         if command.status is not status:
             status = command.status

@@ -19,7 +19,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import QpProblem
 from rti_mpcc.driving import Driver
-from rti_mpcc.model.delay import QueuedCommand, still_acting
+from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import STATES
 from rti_mpcc.planning import aim, intake, route
 from rti_mpcc.planning.clock import CycleClock
@@ -199,7 +199,7 @@ class DockingController(Driver):
         """Queue the command; a vehicle that stands blocked begins afresh."""
         drive = act.drive
         sent = QueuedCommand(situation.begin, drive.acceleration, drive.steering_rate)
-        queue = (*still_acting(self._memory.queue, situation.now), sent)
+        queue = queued(self._memory.queue, sent, situation.now)
         waiting = act.status is Status.GOAL_LOST
         self._memory = replace(self._memory, queue=queue, reached=situation.state, waiting=waiting)
         if act.status is Status.BLOCKED and self._memory.stop_at is None:

@@ -55,3 +55,8 @@ def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedComm
     later = [c for c in queue if c.begins > now]
     acting = [c for c in queue if c.begins <= now]
     return (*acting[-1:], *later)
+
+
+def queued(queue: Sequence[QueuedCommand], sent: QueuedCommand, now: float) -> tuple[QueuedCommand, ...]:
+    """The queue with the command sent at `now`, the last to begin."""
+    return (*still_acting(queue, now), sent)

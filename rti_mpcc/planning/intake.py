@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
+from estimation.measurement import is_time
 from geometry import Pose2, RtiMpccError
 from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.surroundings import Surroundings
@@ -61,7 +62,7 @@ def timed(memory: ControllerMemory, now: float, cycle: float) -> tuple[Controlle
     cycle is taken to have passed, and the two are `clock_offset` apart from then on.
     """
     last = memory.time
-    if not _all_finite(now) or abs(now) > 1e12:
+    if not _all_finite(now) or not is_time(now):
         return replace(memory, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
     own = now + memory.clock_offset
     if last is None or last <= own <= last + LEAP:

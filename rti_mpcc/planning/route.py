@@ -7,7 +7,7 @@ from math import hypot
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.delay import QueuedCommand, still_acting
+from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished
@@ -166,7 +166,7 @@ def braked(
 ) -> ControllerMemory:
     """Nothing is kept of a cycle that went wrong but that the vehicle was braked in it."""
     sent = QueuedCommand(memory.now + config.dead_time, acceleration, 0.0)
-    queue = (*still_acting(memory.queue, memory.now), sent)
+    queue = queued(memory.queue, sent, memory.now)
     return replace(restart(memory), queue=queue, latched=reason, reached=None)
 
 

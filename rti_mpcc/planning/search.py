@@ -124,15 +124,13 @@ def from_guess(guess: Trajectory) -> Start:
 def resumed(unfinished: Unfinished, guess: Trajectory) -> Start:
     """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
     done = unfinished.iterations
-    return Start(
+    return replace(
+        from_guess(guess),
         last=unfinished.solution,
         guess=guess if unfinished.solution is None else None,
         iterate=unfinished.iterate,
         least=max(FIRST_ITERATIONS - done, 1),
         most=max(ITERATIONS - done, 1),
-        damping=START_DAMPING,
-        patience=PATIENCE,
-        unsolved=UNSOLVED,
     )
 
 

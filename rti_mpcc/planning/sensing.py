@@ -10,11 +10,11 @@ import numpy as np
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step
-from rti_mpcc.model.delay import roll_forward
 from rti_mpcc.model.layout import CONTROLS, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
+from rti_mpcc.planning.trust import by_commands
 from rti_mpcc.types import Array
 
 PASSED = 0.5
@@ -34,15 +34,7 @@ def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: 
     believed, first = memory.trust.state, part.first
     if believed is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
-    reached = roll_forward(
-        believed,
-        memory.queue,
-        now,
-        now + config.dead_time,
-        wheelbase=config.vehicle.wheelbase,
-        steering=config.limits.steering,
-    )
-    reached = reached.copy()
+    reached = by_commands(believed, memory.queue, now, now + config.dead_time, config).copy()
     _place_on_route(reached, memory.reached, part)
     return reached
 

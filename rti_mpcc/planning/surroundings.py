@@ -47,7 +47,7 @@ class Surroundings:
 
     def told(self, obstacles: Sequence[ArrayLike] | None) -> Surroundings:
         """With other obstacles; itself for None and for the same ones."""
-        if obstacles is None or _same(obstacles, self.obstacles):
+        if obstacles is None or same_outlines(obstacles, self.obstacles):
             return self
         return replace(
             self,
@@ -57,5 +57,6 @@ class Surroundings:
         )
 
 
-def _same(outlines: Sequence[ArrayLike], known: Sequence[ArrayLike]) -> bool:
+def same_outlines(outlines: Sequence[ArrayLike], known: Sequence[ArrayLike]) -> bool:
+    """Whether these are the same polygons (m, 2) in the same order."""
     return len(outlines) == len(known) and all(map(np.array_equal, outlines, known))

@@ -88,7 +88,7 @@ def weighed(
         return _first(last, measured, problem, now)
 
     def rolled(state: Array) -> Array:
-        return _rolled(state, queue, last.at, now, config)
+        return by_commands(state, queue, last.at, now, config)
 
     expected = rolled(last.state)
     same = not problem and np.array_equal(measured, last.measured)
@@ -133,9 +133,10 @@ def _array(state: VehicleState) -> Array:
         return np.full(STATES, np.nan)
 
 
-def _rolled(
+def by_commands(
     state: Array, queue: tuple[QueuedCommand, ...], begin: float, end: float, config: ControllerConfig
 ) -> Array:
+    """The state (6,) at `end` [s] by the commands alone, from the one at `begin`."""
     return roll_forward(
         state, queue, begin, end, wheelbase=config.vehicle.wheelbase, steering=config.limits.steering
     )

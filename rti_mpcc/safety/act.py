@@ -41,22 +41,13 @@ def command(
     clock: CycleClock,
 ) -> Command:
     """The command of a cycle that was told `detections`, and has `remarks` on what else it was told."""
-    drive, cycle, plan = act.drive, config.cycle, act.trajectory
+    plan = act.trajectory
     if memory.clock_offset:
         times = plan.times - memory.clock_offset
         read_only(times)
         plan = replace(plan, times=times)
-    return Command(
-        acceleration=drive.acceleration,
-        steering_rate=drive.steering_rate,
-        speed=float(situation.state[V]) + cycle * drive.acceleration,
-        steering=float(situation.state[DELTA]) + cycle * drive.steering_rate,
-        status=act.status,
-        source=drive.source,
-        docked=act.status is Status.DOCKED,
-        trajectory=plan,
-        diagnostics=_diagnose(act, situation, memory, detections, remarks, clock),
-    )
+    told = _diagnose(act, situation, memory, detections, remarks, clock)
+    return _command(act.drive, situation.state, act.status, plan, told, config.cycle)
 
 
 def emergency(
@@ -71,37 +62,46 @@ def emergency(
     pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     begin = memory.now - memory.clock_offset + config.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
+    motion = stopping_motion(state, times, braking(config), config.vehicle.wheelbase)
+    told = Diagnostics(
+        theta=float(state[THETA]),
+        part=memory.part,
+        objective=Objective.CONTOURING,
+        weights=_first_weights(()),
+        time_to_go=None,
+        failed=True,
+        solver_status="",
+        iterations=0,
+        residuals=(0.0, 0.0),
+        retried=False,
+        slack=0.0,
+        reason=reason,
+        aim=memory.goal or pose,
+        goal=memory.estimate,
+        detections=(),
+        prepare_ms=0.0,
+        feedback_ms=0.0,
+        solve_ms=0.0,
+        step_ms=1e3 * clock.seconds,
+        deadline_missed=clock.late(),
+    )
+    return _command(drive, state, Status.FAILED, motion, told, config.cycle)
+
+
+def _command(
+    drive: Drive, state: Array, status: Status, plan: Trajectory, told: Diagnostics, cycle: float
+) -> Command:
+    """`drive` from the state (6,) that the vehicle has when it begins to act."""
     return Command(
         acceleration=drive.acceleration,
         steering_rate=drive.steering_rate,
-        speed=float(state[V]) + config.cycle * drive.acceleration,
-        steering=float(state[DELTA]) + config.cycle * drive.steering_rate,
-        status=Status.FAILED,
+        speed=float(state[V]) + cycle * drive.acceleration,
+        steering=float(state[DELTA]) + cycle * drive.steering_rate,
+        status=status,
         source=drive.source,
-        docked=False,
-        trajectory=stopping_motion(state, times, braking(config), config.vehicle.wheelbase),
-        diagnostics=Diagnostics(
-            theta=float(state[THETA]),
-            part=memory.part,
-            objective=Objective.CONTOURING,
-            weights=_first_weights(()),
-            time_to_go=None,
-            failed=True,
-            solver_status="",
-            iterations=0,
-            residuals=(0.0, 0.0),
-            retried=False,
-            slack=0.0,
-            reason=reason,
-            aim=memory.goal or pose,
-            goal=memory.estimate,
-            detections=(),
-            prepare_ms=0.0,
-            feedback_ms=0.0,
-            solve_ms=0.0,
-            step_ms=1e3 * clock.seconds,
-            deadline_missed=clock.late(),
-        ),
+        docked=status is Status.DOCKED,
+        trajectory=plan,
+        diagnostics=told,
     )
 
 

@@ -24,6 +24,7 @@ import numpy as np
 
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
+from rti_mpcc.types import VehicleState
 
 _ROOT = np.sqrt(15.0)
 _NODES = np.array([0.5 - _ROOT / 10.0, 0.5, 0.5 + _ROOT / 10.0])
@@ -136,6 +137,11 @@ class PlantState:
     acceleration: float = 0.0
     steering_rate: float = 0.0
     pending: tuple[QueuedCommand, ...] = ()
+
+    @property
+    def measured(self) -> VehicleState:
+        """What sensors without noise tell of it."""
+        return VehicleState(x=self.x, y=self.y, phi=self.phi, v=self.v, delta=self.delta)
 
 
 def issue(

@@ -10,6 +10,7 @@ import shapely
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
+from rti_mpcc.planning.surroundings import same_outlines
 from rti_mpcc.simulation.faults import FaultSection
 from rti_mpcc.types import Array
 
@@ -61,7 +62,7 @@ class Scenery:
                 self.walls[fault] = wall_ahead(way, lines, pose, self.vehicle, near=near, gap=fault.amount)
         usual = self.corridor.obstacles if self.obstacles_at is None else self.obstacles_at(now)
         found = [*usual, *(self.walls[fault] for fault in acting)]
-        if not self.corridors or not _same(found, self.last):
+        if not self.corridors or not same_outlines(found, self.last):
             self.corridors.append((now, self.corridor.with_obstacles(found)))
             self.last = found
         return found
@@ -95,7 +96,3 @@ def _reach(foot: Pose2, side: float, boundaries: Boundaries) -> float:
     left, right = boundaries
     met = ray.intersection(shapely.MultiLineString([*left, *right]))
     return ACROSS if met.is_empty else float(shapely.Point(foot.x, foot.y).distance(met))
-
-
-def _same(outlines: Obstacles, others: Obstacles) -> bool:
-    return len(outlines) == len(others) and all(map(np.array_equal, outlines, others))

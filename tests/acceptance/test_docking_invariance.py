@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.simulation import RunResult, Scenario, load_scenario, simulate, summary
+from rti_mpcc.simulation import RunResult, Scenario, docking_controller, load_scenario, simulate, summary
 from rti_mpcc.simulation.variants import mirrored, moved, turned_round
-from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, docking_controller, seen_from
+from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, seen_from
 
 Figures = MutableMapping[str, Any]
 Runs = Callable[[str], RunResult]

@@ -10,7 +10,7 @@ import numpy as np
 
 from geometry import Pose2, ReferencePath, wrap
 from rti_mpcc.docking import DockingController
-from rti_mpcc.simulation import RunResult, Scenario, scenario_from_dict, summary
+from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, summary
 from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Array, Command, Objective, Status, VehicleState
@@ -183,12 +183,6 @@ def short(**simulation: Any) -> Scenario:
     )
 
 
-def docking_controller(scenario: Scenario) -> DockingController:
-    """The controller that `simulate` would make."""
-    path = scenario.build_path()
-    return DockingController(path, scenario.build_corridor(path), scenario.controller_config())
-
-
 def drive(
     scenario: Scenario,
     seconds: float,
@@ -207,7 +201,7 @@ def drive(
     plant = start or PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
     for cycle in range(round(seconds / simulation.cycle)):
         plant = advance(plant, parameters, cycle * simulation.cycle)
-        state = VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)
+        state = plant.measured
         goal = scenario.goal_pose(path) if goal_at is None else goal_at(plant.time)
         command = controller.step(state, now=plant.time, goal=goal)
         yield plant, command

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from rti_mpcc.simulation import RunResult, Scenario, changed, simulate
+from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.metrics import clearances
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
 from rti_mpcc.types import Command, Source, Status, VehicleState
-from tests.rti_mpcc.docking_runs import docking_controller, docking_figures, statuses
+from tests.rti_mpcc.docking_runs import docking_figures, statuses
 
 ROUNDING = 1e-9
 STANDS = 0.02

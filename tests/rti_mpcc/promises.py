@@ -52,7 +52,7 @@ def keep_promises(run: Run) -> None:
     for cycle in run.cycles:
         if isinstance(cycle.state, Placed):
             plant = _moved(plant, cycle.state, here, limit)
-        state = measured(cycle, _state(plant))
+        state = measured(cycle, plant.measured)
         pose = Pose2(plant.x, plant.y, plant.phi)
         command = controller.step(state, now=now, **told(cycle, here, pose, now))
         check_numbers(command, config)
@@ -114,10 +114,6 @@ def check_account(state: VehicleState, command: Command, config: ControllerConfi
         assert abs(error.y) <= across, error
         assert abs(error.phi) <= heading, error
         assert abs(state.v) <= MOVING_SPEED
-
-
-def _state(plant: PlantState) -> VehicleState:
-    return VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)
 
 
 def _moved(plant: PlantState, place: Placed, here: World, limit: float) -> PlantState:

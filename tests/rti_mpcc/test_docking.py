@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.simulation import RunResult, Scenario, changed, load_scenario, scenario_from_dict, simulate
+from rti_mpcc.simulation import (
+    RunResult,
+    Scenario,
+    changed,
+    docking_controller,
+    load_scenario,
+    scenario_from_dict,
+    simulate,
+)
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.simulation.variants import mirrored, moved
 from rti_mpcc.types import Command, Source, Status, VehicleState
@@ -18,7 +26,6 @@ from tests.rti_mpcc.docking_runs import (
     Wrapped,
     between_obstacles,
     deviation,
-    docking_controller,
     docking_figures,
     drive,
     narrow,

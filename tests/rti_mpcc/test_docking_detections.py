@@ -14,9 +14,18 @@ from estimation import Frame, GoalMeasurement, GoalStatus, Outcome
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, GoalTracking
 from rti_mpcc.docking import DockingController
-from rti_mpcc.simulation import GoalSource, RunResult, Scenario, changed, load_scenario, simulate, summary
+from rti_mpcc.simulation import (
+    GoalSource,
+    RunResult,
+    Scenario,
+    changed,
+    docking_controller,
+    load_scenario,
+    simulate,
+    summary,
+)
 from rti_mpcc.types import Command, Status, VehicleState
-from tests.rti_mpcc.docking_runs import docking_controller, docking_figures, short
+from tests.rti_mpcc.docking_runs import docking_figures, short
 
 Expose = Callable[[float, Pose2], GoalMeasurement | None]
 

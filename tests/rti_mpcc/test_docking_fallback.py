@@ -16,9 +16,10 @@ from rti_mpcc.docking import MISTAKE
 from rti_mpcc.planning import search
 from rti_mpcc.planning.search import Attempt
 from rti_mpcc.safety.ladder import PLAN_LIFE
+from rti_mpcc.simulation import docking_controller
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Source, Status, VehicleState
-from tests.rti_mpcc.docking_runs import docking_controller, drive, short
+from tests.rti_mpcc.docking_runs import drive, short
 
 Fail = Callable[[float, float], None]
 REFUSED = "the QP was not solved: made up"

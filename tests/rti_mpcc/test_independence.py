@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from estimation import GoalMeasurement
-from rti_mpcc.simulation import Scenario
+from rti_mpcc.simulation import Scenario, docking_controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
-from rti_mpcc.types import Command, VehicleState
-from tests.rti_mpcc.docking_runs import between_obstacles, docking_controller, narrow, short, straight
+from rti_mpcc.types import Command
+from tests.rti_mpcc.docking_runs import between_obstacles, narrow, short, straight
 
 CYCLES = 80
 
@@ -49,7 +49,7 @@ def commands(task: Task) -> Iterator[Command]:
         x, y, phi = seen.tolist()
         detections = [GoalMeasurement(stamp=now, x=x, y=y, phi=phi)] if task.detected else []
         command = controller.step(
-            VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta),
+            plant.measured,
             now=now,
             goal=None if task.detected else goal,
             measurements=detections,

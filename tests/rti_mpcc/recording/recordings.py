@@ -74,7 +74,7 @@ def drive(recorder: Recorder, cycles: Iterable[int], told: Told = usual) -> list
     commands = []
     for cycle in cycles:
         plant = advance(plant, parameters, cycle * CYCLE)
-        state = VehicleState(x=plant.x, y=plant.y, phi=plant.phi, v=plant.v, delta=plant.delta)
+        state = plant.measured
         arguments: dict[str, Any] = {"state": state, "now": cycle * CYCLE} | told(cycle, state)
         command = recorder.step(arguments.pop("state"), **arguments)
         commands.append(command)
