@@ -30,8 +30,8 @@ from rti_mpcc.simulation import (
     simulate,
     summary,
 )
-from rti_mpcc.simulation.closed_loop import METHODS
 from rti_mpcc.simulation.goal_feed import source_in
+from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
 DOCKED, NOT_DOCKED, BAD_INPUT = 0, 1, 2
@@ -182,7 +182,9 @@ def _simulated(scenario: Scenario, arguments: argparse.Namespace) -> RunResult:
     with ExitStack() as stack:
         recorder = None
         if arguments.record is not None:
-            controller = docking_controller(scenario, preset=arguments.preset, goal_source=source)
+            controller = docking_controller(
+                scenario, preset=arguments.preset, method=arguments.method, goal_source=source
+            )
             arguments.record.parent.mkdir(parents=True, exist_ok=True)
             recorder = Recorder(controller, arguments.record, dump_failed=arguments.dump_failed)
             stack.enter_context(recorder)

@@ -6,6 +6,7 @@ switched on by `ControllerConfig.paper()`, see docs/method.md.
 
 from __future__ import annotations
 
+from enum import Enum
 from math import radians, tan
 from typing import Annotated, Any, Self
 
@@ -13,6 +14,20 @@ from pydantic import Field, model_validator
 
 from estimation import GoalFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance, Triple
+
+
+class Method(Enum):
+    """How a vehicle comes from the path to its goal pose: the method, and what it is compared with.
+
+    All of it but the objective is the same code.
+    """
+
+    DYNAMIC = "dynamic"
+    """Dynamic weights and objective (paper III), with no stop on the way."""
+    SEPARATED = "separated"
+    """Contouring to a stop at a staging pose on the path; from there a Cartesian objective (paper IV)."""
+    SWITCHED = "switched"
+    """Contouring, and from `Weights.transition_reach` before the goal on a Cartesian objective (paper IV)."""
 
 
 class Vehicle(Settings):
@@ -196,6 +211,9 @@ class ControllerConfig(Settings):
         arrival: plan one arrival at rest once the goal is within reach; otherwise contour to the end.
         corridor_rows: keep every disc of the body inside the corridor (soft, with an exact penalty).
         speed_profile: bound on speed near the stop point, or None.
+        method: see `Method`.
+        staging: where `Method.SEPARATED` stops: so far before the goal's projection onto the path [m], or at
+            the path's end where the goal lies behind it.
         progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
             error hardly knows theta, and a plan whose progress may run back can then hang there.
         deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
@@ -218,6 +236,8 @@ class ControllerConfig(Settings):
     arrival_horizon: Annotated[float, Field(ge=3.0, le=300.0)] = 25.0
     arrival: bool = True
     corridor_rows: bool = True
+    method: Method = Method.DYNAMIC
+    staging: NonNegative = 7.0
     speed_profile: SpeedProfile | None = None
     progress_reverses: bool = False
     deadline: Annotated[float, Field(gt=0.0, le=10.0)] | None = None

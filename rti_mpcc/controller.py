@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, lift
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
@@ -24,6 +24,7 @@ from rti_mpcc.ocp.objectives import (
     Target,
     TargetKind,
     arrival_weights,
+    cartesian_weights,
     contouring_weights,
 )
 from rti_mpcc.ocp.stage_cost import quadratic_cost
@@ -193,6 +194,7 @@ class RtiMpcc:
         last: Solution | None = None,
         plan: Trajectory | None = None,
         arrive_at: float | None = None,
+        cartesian: bool = False,
         retreat: float = 0.0,
         damping: float = 0.0,
         again: bool = False,
@@ -204,6 +206,8 @@ class RtiMpcc:
             last: the solution to go on from; default: this object's last one.
             plan: a trajectory to begin afresh from, with nothing kept of the last solution.
             arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
+            cartesian: make for the target's pose over the cruise horizon, either way, whatever path and
+                corridor are.
             retreat: speed allowed against the part's direction [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
@@ -227,12 +231,13 @@ class RtiMpcc:
         states, controls = frame.states_in(shifted.states), shifted.controls
         theta = states[:, THETA]
 
-        weights = self._weights(theta, lengths, arriving=arrive_at is not None)
+        weights = self._weights(theta, lengths, arriving=arrive_at is not None, cartesian=cartesian)
         errors = frenet_errors(states, frame.reference_in(self.part.reference(theta)), self.part.direction)
         walls = self._walls(shifted.states, frame, weights)
         cost = quadratic_cost(states, controls, weights, errors, walls, frame.pose_in(target.pose), wheelbase)
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
-        ends = arrive_at is not None or not config.arrival
+        ends = arrive_at is not None or cartesian or not config.arrival
+        retreat = config.limits.speed if cartesian else retreat
         bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat, ends=ends)
 
         values, pattern = self._values, self._pattern
@@ -242,13 +247,14 @@ class RtiMpcc:
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls)
-        planes = self._planes(shifted.states, last)
+        planes = None if cartesian else self._planes(shifted.states, last)
         rows = None
         if planes is not None:
             footprint = config.footprint
             rows = corridor_rows(
                 states[1:], frame.planes_in(planes), self._discs, footprint.margin, footprint.near
             )
+        if pattern.discs:
             fill_corridor(values, pattern, rows)
         fill_initial(values, pattern, np.zeros_like(states[0]))
         self._last = last
@@ -314,8 +320,10 @@ class RtiMpcc:
             dual=dual,
         )
 
-    def _weights(self, theta: Array, lengths: Array, *, arriving: bool) -> StageWeights:
+    def _weights(self, theta: Array, lengths: Array, *, arriving: bool, cartesian: bool) -> StageWeights:
         weights, target = self.config.weights, self.target
+        if cartesian:
+            return cartesian_weights(weights, lengths)
         if arriving:
             return arrival_weights(weights, target, theta, lengths)
         return contouring_weights(
@@ -325,7 +333,7 @@ class RtiMpcc:
             lengths,
             cruise_speed=self.config.cruise_speed,
             clip_goal=self.config.corridor_rows,
-            allocate=not self.config.arrival,
+            allocate=not self.config.arrival and self.config.method is not Method.SWITCHED,
         )
 
     def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:

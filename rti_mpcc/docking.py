@@ -190,7 +190,7 @@ class DockingController(Driver):
         situation = self._assess()
         if not route.may_change_direction(self._memory, situation, self.config.dead_time):
             return situation
-        self._memory = route.next_part(self._memory)
+        self._memory = route.next_leg(self._memory, staged=self._to_staging)
         self._mpcc = self._core()
         self._aim()
         return self._assess()

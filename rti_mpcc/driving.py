@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import inf
 
 from geometry import Corridor, ReferencePath
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -18,7 +18,7 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety import contact, ladder
 from rti_mpcc.safety.act import Act
 from rti_mpcc.safety.stopping import stopping_motion
-from rti_mpcc.types import Source, Status, Trajectory
+from rti_mpcc.types import Objective, Source, Status, Trajectory
 
 TOO_LATE = "the plan came after the deadline"
 
@@ -51,6 +51,8 @@ class Driver:
             self._memory = route.released(self._memory)
         if self._memory.stop_at is not None:
             self._mpcc.set_stop(self._memory.stop_at)
+        elif self._to_staging:
+            self._mpcc.set_stop(route.staging_stop(self._mpcc.part, self._memory.goal, self.config))
         else:
             self._mpcc.set_goal(self._memory.goal if self._on_last_part else None)
 
@@ -58,9 +60,19 @@ class Driver:
     def _on_last_part(self) -> bool:
         return self._memory.part == len(self.path.parts) - 1
 
+    @property
+    def _to_staging(self) -> bool:
+        """Whether the active part ends in a stop on the path before the last leg, to the goal pose, begins."""
+        separated = self.config.method is Method.SEPARATED
+        return separated and self._on_last_part and not self._memory.cartesian
+
     def _assess(self) -> Situation:
         return sensing.situation_of(
-            self._memory, self._mpcc.part, self._mpcc.target, self.config, last_part=self._on_last_part
+            self._memory,
+            self._mpcc.part,
+            self._mpcc.target,
+            self.config,
+            last_part=self._on_last_part and not self._to_staging,
         )
 
     # -- phases -------------------------------------------------------------------------------------
@@ -97,6 +109,8 @@ class Driver:
             act = self._change_over(situation, clock)
             if act is not None:
                 return act
+        if route.cartesian_due(self._memory, situation, self.config):
+            self._memory = replace(self._memory, cartesian=True, solution=None)
         return self._iterate(situation, clock)
 
     def _doubt(self, situation: Situation, doubt: str) -> Act:
@@ -145,7 +159,10 @@ class Driver:
     def _iterate(self, situation: Situation, clock: CycleClock) -> Act:
         """One real-time iteration, and the ladder if it gives no plan."""
         memory = self._memory
-        attempt = self._search(situation, search.going_on(memory.solution), clock)
+        start = search.going_on(memory.solution)
+        if memory.solution is None and memory.driven is not None:  # another objective from here on
+            start = search.clean(memory.driven)
+        attempt = self._search(situation, start, clock)
         if attempt.problem and not attempt.cut and memory.driven is not None:
             attempt = attempt.then(self._search(situation, search.clean(memory.driven), clock))
         if not attempt.problem:
@@ -245,7 +262,7 @@ class Driver:
             return self._stop(situation, Status.GOAL_LOST, waiting, attempt=attempt, steering_rate=rate)
         return Act(
             drive=ladder.follow(plan.controls[0], source),
-            status=Status.FOLLOWING if memory.arrive_at is None else Status.ARRIVING,
+            status=Status.FOLLOWING if memory.objective is Objective.CONTOURING else Status.ARRIVING,
             reason=problem
             or ("" if situation.free else "making for a stop before something in the way")
             or aim.remark(memory),
@@ -265,7 +282,8 @@ class Driver:
         if not situation.free:
             return self._stop(situation, Status.BLOCKED, "standing before something that fills the way")
         if not situation.last_part:
-            return self._stop(situation, Status.CHANGING_DIRECTION, "standing at the cusp")
+            where = "staging pose" if self._to_staging else "cusp"
+            return self._stop(situation, Status.CHANGING_DIRECTION, f"standing at the {where}")
         if aim.never_seen(self._memory, self.config):
             return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
         return self._stop(situation, Status.DOCKED, "standing inside the tolerance")

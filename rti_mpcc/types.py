@@ -37,6 +37,8 @@ class Objective(Enum):
 
     CONTOURING = "contouring"
     ARRIVAL = "arrival"
+    CARTESIAN = "Cartesian"
+    """The goal pose alone, of the baselines `Method.SEPARATED` and `Method.SWITCHED`."""
 
 
 class Status(Enum):

@@ -58,10 +58,23 @@ class Target:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WeightSlopes:
+    """How the weights that are blended by sigma change with their stage's own progress [1/m], (N+1,) each.
+
+    A plan that knows them knows that a reward ends: it does not hurry where hurrying gains nothing.
+    """
+
+    contouring: Array
+    heading: Array
+    bound_distance: Array
+    progress_reward: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StageWeights:
     """Effective weights: (N+1,) on states, (N,) on controls, goal (3,) and goal_speed at stage N only.
 
-    `slack` is the linear weight of the corridor slack [1/m], above the largest pull that could press
+    `by_progress` has their slopes where they are blended. `slack` is the linear weight of the corridor slack [1/m], above the largest pull that could press
     the body against a boundary, so that the penalty is exact. `scale` brings the QP's cost to size.
     """
 
@@ -80,6 +93,7 @@ class StageWeights:
     goal_clipped: bool
     slack: float
     scale: float
+    by_progress: WeightSlopes | None = None
 
 
 def sigma(distance: Array | float, weights: Weights) -> Array:
@@ -111,6 +125,7 @@ def contouring_weights(
     """
     share = _share(lengths, weights)
     near = sigma(target.stop - theta, weights) * allocate
+    nearing = weights.transition_slope * near * (1.0 - near) * share  # d sigma / d theta
     if target.kind is TargetKind.PATH_END or not allocate:  # Eq. 7
         lag = np.full_like(near, weights.lag)
         contouring = near * weights.contouring_at_end + (1.0 - near) * weights.contouring
@@ -118,6 +133,12 @@ def contouring_weights(
         reward = np.full_like(near, weights.progress_reward)
         goal = np.zeros(3)
         terminal = 1.0
+        slopes = WeightSlopes(
+            contouring=nearing * (weights.contouring_at_end - weights.contouring),
+            heading=nearing * weights.heading_at_end,
+            bound_distance=-nearing * weights.bound_distance,
+            progress_reward=np.zeros_like(near),
+        )
     else:  # Eq. 9, 10; Eq. 11 is the same with the Frenet costs off from the stop point on
         ahead = (theta < target.stop).astype(np.float64)
         lag = weights.lag * ahead
@@ -126,6 +147,12 @@ def contouring_weights(
         reward = (1.0 - near) * weights.progress_reward
         goal = sigma(target.stop - theta[0], weights) * np.array(weights.goal)
         terminal = float(ahead[-1])
+        slopes = WeightSlopes(
+            contouring=-nearing * weights.contouring * ahead,
+            heading=np.zeros_like(near),
+            bound_distance=-nearing * weights.bound_distance,
+            progress_reward=-nearing * weights.progress_reward,
+        )
     virtual_speed = reward / (2.0 * cruise_speed)
     if weights.virtual_speed is not None:
         virtual_speed = np.full_like(near, weights.virtual_speed)
@@ -145,6 +172,7 @@ def contouring_weights(
         goal_clipped=clip_goal,
         slack=2.0 * (weights.progress_reward / weights.stage_length + _goal_pull(goal)),
         scale=1.0 / max(weights.lag * share.max(), weights.terminal_lag, goal.max()),
+        by_progress=slopes if allocate else None,
     )
     states.lag[-1] += terminal * weights.terminal_lag
     states.heading[-1] += terminal * weights.terminal_heading
@@ -177,6 +205,36 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         goal_clipped=True,
         slack=2.0 * _goal_pull(np.full(3, weights.arrival_pose)),
         scale=1.0 / weights.arrival_pose,
+    )
+
+
+def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
+    """The goal pose at the horizon's end, whatever the path: what the method is compared with.
+
+    The progress costs its square, so that it is determined.
+
+    Args:
+        lengths: (N,) of the stages [s].
+    """
+    share = _share(lengths, weights)
+    none = np.zeros_like(share)
+    goal = np.array(weights.goal)
+    return StageWeights(
+        lag=none,
+        contouring=none,
+        heading=none,
+        lateral_acceleration=weights.lateral_acceleration * share,
+        bound_distance=none,
+        bound_speed=none,
+        acceleration=weights.acceleration * share[:-1],
+        steering_rate=weights.steering_rate * share[:-1],
+        virtual_speed=weights.lag * share[:-1],
+        progress_reward=none[:-1],
+        goal=goal,
+        goal_speed=0.0,
+        goal_clipped=False,
+        slack=2.0 * _goal_pull(goal),
+        scale=1.0 / max(float(goal.max()), weights.acceleration * float(share.max())),
     )
 
 

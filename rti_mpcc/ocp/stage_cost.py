@@ -3,6 +3,9 @@
 (C1)  stage:    q_l e_l² + q_c e_c² + q_phi e_phi² + q_lat a_lat² + soft distance to the boundaries
 (C2)  control:  r_a a² + r_delta delta_dot² + r_theta theta_dot² - gamma theta_dot
 (C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²
+
+q_c, q_phi, gamma and the soft distance's weight are functions of their stage's theta where they are blended by
+sigma; their slopes are in the gradient.
 """
 
 from __future__ import annotations
@@ -12,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry import HalfPlanes, Pose2
-from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA_DOT, A, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights
+from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights, WeightSlopes
 from rti_mpcc.types import Array
 
 BOUND_DISTANCE = 2.0
@@ -65,8 +68,20 @@ def quadratic_cost(
         residual = np.stack([row[1] for row in rows], axis=1)
         hessian += np.matmul(weighted.transpose(0, 2, 1), by)
         gradient += np.matmul(residual[:, None, :], weighted)[:, 0]
+    if weights.by_progress is not None:
+        gradient[:, THETA] += _blending(weights.by_progress, controls, errors, walls)
     _add_goal(hessian, gradient, states[-1], weights, goal)
     return QuadraticCost(hessian, gradient, *_control_cost(controls, weights))
+
+
+def _blending(slopes: WeightSlopes, controls: Array, errors: FrenetErrors, walls: HalfPlanes | None) -> Array:
+    """What the cost of each stage (N+1,) gains by progress as its weights change with it."""
+    gain: Array = slopes.contouring * errors.contouring**2 + slopes.heading * errors.heading**2
+    if walls is not None:
+        near = np.maximum(BOUND_DISTANCE - walls.distance[:, :2], 0.0)
+        gain += slopes.bound_distance * (near**2).sum(axis=1)
+    gain[:-1] -= slopes.progress_reward[:-1] * controls[:, THETA_DOT]
+    return gain
 
 
 def _lateral_acceleration(states: Array, wheelbase: float) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from rti_mpcc.controller import Solution
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.trust import Trust
-from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.types import Array, Objective, Trajectory
 
 
 class Phase(Enum):
@@ -59,6 +59,7 @@ class ControllerMemory:
         solution: the last iterate on this part, or None: where the next cycle goes on.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         arrive_at: planned time of arrival at rest [s]; None while contouring.
+        cartesian: from here on only the goal pose counts (`Method.SEPARATED`, `Method.SWITCHED`).
         timed_for: the pose that this time was last set for.
         overdue_since: since when that arrival has its shortest time to go, whatever way is left [s], or None.
         planned: the user's goal pose, or None for the path's last pose.
@@ -91,6 +92,7 @@ class ControllerMemory:
     driven: Trajectory | None = None
     accepted_at: float | None = None
     arrive_at: float | None = None
+    cartesian: bool = False
     timed_for: Pose2 | None = None
     overdue_since: float | None = None
     planned: Pose2 | None = None
@@ -118,6 +120,13 @@ class ControllerMemory:
         """Time of this cycle on the controller's own clock [s]; 0 before the first."""
         return self.time or 0.0
 
+    @property
+    def objective(self) -> Objective:
+        """What the QP of this cycle asks for."""
+        if self.cartesian:
+            return Objective.CARTESIAN
+        return Objective.CONTOURING if self.arrive_at is None else Objective.ARRIVAL
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
@@ -130,7 +139,7 @@ class Situation:
         doubt: why nothing can be planned from this state, or "".
         target: what the active part ends in.
         direction: of the active part.
-        last_part: whether the active part is the route's last.
+        last_part: whether the active part is the route's last, and its target no staging pose on it.
         way: left to the target [m]; speed: in the direction of the part [m/s].
         free: whether the target is the part's own, not a stop before something in the way.
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from math import hypot
 
-from geometry import Pose2
-from rti_mpcc.config import ControllerConfig
+from geometry import PathPart, Pose2
+from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished
-from rti_mpcc.types import Trajectory
+from rti_mpcc.types import Objective, Trajectory
 
 STANDSTILL_SPEED = 0.02
 """Below this speed the vehicle stands [m/s]."""
@@ -21,6 +21,8 @@ DOUBT_TIME = 0.3
 """So long a vehicle that holds has to be measured just outside the tolerance to be outside [s]."""
 STANDSTILL_TIME = 1.0
 """A vehicle that has stood so long [s] will not get nearer by waiting."""
+TURNING_TIME = 5.0
+"""The same where it may change its direction of motion on its way."""
 OVERDUE = 4.0
 """An arrival that is still driven so long [s] after its time to go reached the floor will not get nearer."""
 CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
@@ -81,14 +83,26 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
 
 def arrival_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle should turn to its arrival now."""
-    contouring = memory.phase is Phase.CONTOURING and config.arrival
-    return contouring and within_reach(situation.way, situation.speed, config)
+    contouring = memory.phase is Phase.CONTOURING and memory.objective is Objective.CONTOURING
+    return contouring and _arrives(memory, situation, config)
+
+
+def cartesian_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+    """Whether from here on only the goal pose is to count (`Method.SWITCHED`)."""
+    if (
+        memory.cartesian
+        or config.method is not Method.SWITCHED
+        or not (situation.last_part and situation.free)
+    ):
+        return False
+    return hypot(situation.error.x, situation.error.y) <= config.weights.transition_reach
 
 
 def too_late(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
     needed = situation.speed**2 / (2.0 * config.comfort_acceleration)
-    return memory.phase is Phase.CONTOURING and situation.way <= needed
+    contouring = memory.phase is Phase.CONTOURING and memory.objective is Objective.CONTOURING
+    return contouring and situation.way <= needed
 
 
 def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
@@ -109,7 +123,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
             overdue_since=None,
         )
     memory = replace(memory, unfinished=None)
-    if not config.arrival or not within_reach(situation.way, situation.speed, config):
+    if not _arrives(memory, situation, config):
         return replace(memory, arrive_at=None, overdue_since=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
     if memory.restarts > 0:
@@ -217,13 +231,21 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
     return near and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
 
 
-def next_part(memory: ControllerMemory) -> ControllerMemory:
-    """The memory at the beginning of the next part."""
+def staging_stop(part: PathPart, goal: Pose2 | None, config: ControllerConfig) -> float:
+    """Progress [m] at which `Method.SEPARATED` stops on its last part."""
+    goal = goal or part.last
+    theta = part.project(goal.x, goal.y, heading=goal.phi)
+    return part.end if theta >= part.end else max(theta - config.staging, part.start)
+
+
+def next_leg(memory: ControllerMemory, *, staged: bool) -> ControllerMemory:
+    """The memory at the beginning of the next part, or after a stop at a staging pose."""
     return ControllerMemory(
         time=memory.time,
         clock_offset=memory.clock_offset,
         trust=memory.trust,
-        part=memory.part + 1,
+        part=memory.part + (not staged),
+        cartesian=staged,
         planned=memory.planned,
         goal=memory.goal,
         estimate=memory.estimate,
@@ -268,9 +290,16 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
     return replace(memory, phase=Phase.HOLDING, restarts=0, outside_since=None)
 
 
+def _arrives(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+    """Whether one planned arrival is to bring the vehicle to its target from here."""
+    if not config.arrival or memory.cartesian or (config.method is Method.SWITCHED and situation.last_part):
+        return False
+    return within_reach(situation.way, situation.speed, config)
+
+
 def _stuck(memory: ControllerMemory, situation: Situation) -> bool:
     """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about."""
-    standing = stands(memory, situation, STANDSTILL_TIME)
+    standing = stands(memory, situation, TURNING_TIME if memory.cartesian else STANDSTILL_TIME)
     on_its_way = memory.arrive_at is not None and memory.overdue_since is None
     return standing and not on_its_way and situation.now - memory.driving_since > STANDSTILL_TIME
 

@@ -18,7 +18,7 @@ from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished
 from rti_mpcc.planning.route import retreat
-from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.types import Array, Objective, Trajectory
 
 ITERATIONS = 10
 """Real-time iterations of one search, at most."""
@@ -175,6 +175,7 @@ def _iterate(
         last=start.last,
         plan=start.guess,
         arrive_at=memory.arrive_at,
+        cartesian=memory.cartesian,
         retreat=retreat(memory, situation),
         damping=start.damping,
         again=start.iterate is not None,
@@ -214,7 +215,7 @@ def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -
     config, arrive_at = mpcc.config, memory.arrive_at
     horizon = config.cruise_horizon if arrive_at is None else arrive_at - situation.begin
     times = stage_times(situation.begin, stage_lengths(horizon, config.cycle, config.stages))
-    if arrive_at is None:
+    if memory.objective is Objective.CONTOURING:
         return cruise_guess(mpcc.part, mpcc.target, situation.state, times, config)
     return arrival_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
 

@@ -141,12 +141,13 @@ def fill_bounds(
     values.upper[rows] = (bounds.controls[:, 1] - controls) / pattern.row_units[rows]
 
 
-def fill_corridor(values: QpValues, pattern: QpPattern, rows: CorridorRows) -> None:
-    """The half-planes of all discs; those of sides that the corridor no longer has are loose."""
+def fill_corridor(values: QpValues, pattern: QpPattern, rows: CorridorRows | None) -> None:
+    """The half-planes of all discs; without any, or of sides that the corridor no longer has, they are loose."""
     slopes = np.zeros((*pattern.corridor_rows.shape, 3))
     lower = np.full(pattern.corridor_rows.shape, LOOSE)
-    sides = rows.lower.shape[2]
-    slopes[:, :, :sides], lower[:, :, :sides] = rows.slopes, rows.lower
+    if rows is not None:
+        sides = rows.lower.shape[2]
+        slopes[:, :, :sides], lower[:, :, :sides] = rows.slopes, rows.lower
     pattern.constraints.write(values.constraints, "half-planes", slopes)
     values.lower[pattern.corridor_rows] = lower
 

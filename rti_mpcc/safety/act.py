@@ -118,7 +118,7 @@ def _diagnose(
     return Diagnostics(
         theta=float(situation.state[THETA]),
         part=memory.part,
-        objective=Objective.CONTOURING if arrive_at is None else Objective.ARRIVAL,
+        objective=memory.objective,
         weights=_first_weights(solutions),
         time_to_go=None if arrive_at is None else arrive_at - situation.begin,
         failed=act.attempt is not None and bool(act.attempt.problem),

@@ -25,8 +25,6 @@ from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenery import Obstacles, Scenery
 from rti_mpcc.types import Command, VehicleState
 
-METHODS = ("dynamic",)
-
 
 class Controller(Protocol):
     """What can be put into the loop in place of `DockingController`."""
@@ -82,13 +80,11 @@ def simulate(
     Raises InputError for an unknown preset or method, a negative seed, a goal source that needs a detector
     where there is none, or a command that is not finite.
     """
-    if method not in METHODS:
-        raise InputError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
     if seed < 0:
         raise InputError(f"seed = {seed}: must be >= 0")
     watched = detector is not None or scenario.goal.measurement is not None
     source = source_in(scenario.name, goal_source, detector=watched)
-    config = scenario.controller_config(preset, detections=source is GoalSource.DETECTED)
+    config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     path = scenario.build_path()
     corridor = scenario.build_corridor(path)
     loop = _Loop(

@@ -14,14 +14,18 @@ if TYPE_CHECKING:
 
 
 def docking_controller(
-    scenario: Scenario, *, preset: str = "default", goal_source: GoalSource = GoalSource.DETECTED
+    scenario: Scenario,
+    *,
+    preset: str = "default",
+    method: str = "dynamic",
+    goal_source: GoalSource = GoalSource.DETECTED,
 ) -> DockingController:
     """The controller that `simulate` makes from a scenario: to wrap it in something, such as a recorder.
 
-    Raises InputError for an unknown preset, or a goal source that needs a detector where there is none.
+    Raises InputError for an unknown preset or method, or a goal source that needs a detector where there is none.
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
-    config = scenario.controller_config(preset, detections=source is GoalSource.DETECTED)
+    config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
     path = scenario.build_path()
     return controller_on(path, scenario.build_corridor(path), config)
 

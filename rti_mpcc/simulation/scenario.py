@@ -16,6 +16,7 @@ from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
+from rti_mpcc.simulation.methods import with_method
 from rti_mpcc.simulation.plant import PlantParameters
 from rti_mpcc.simulation.section import Section
 
@@ -239,13 +240,13 @@ class Scenario(Section):
         return None if self.goal_is_path_end else self.goal_pose(path)
 
     def controller_config(
-        self, preset: str = "default", *, detections: bool | None = None
+        self, preset: str = "default", *, method: str = "dynamic", detections: bool | None = None
     ) -> ControllerConfig:
         """The controller's settings; `detections` says whether it knows the goal from such.
 
         By default it does where there is a [goal.measurement].
 
-        Raises InputError for an unknown preset, ConfigError for bad values.
+        Raises InputError for an unknown preset or method, ConfigError for bad values.
         """
         if preset not in PRESETS:
             raise InputError(f"preset = {preset!r}: must be one of {', '.join(PRESETS)}")
@@ -264,11 +265,8 @@ class Scenario(Section):
         for key in ("comfort_acceleration", "deadline"):
             if getattr(section, key) is not None:
                 changes[key] = getattr(section, key)
-        if preset == "paper":
-            return ControllerConfig.paper(**changes)
-        return (
-            ControllerConfig.paper_printed(**changes) if preset != "default" else ControllerConfig(**changes)
-        )
+        make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
+        return with_method(make.get(preset, ControllerConfig)(**changes), method)
 
     def _goal_tracking(self) -> GoalTracking:
         """The filter knows the law of the detector's noise, and that detections may arrive late."""
