@@ -62,7 +62,7 @@ class Driver:
 
     @property
     def _to_staging(self) -> bool:
-        """Whether the active part ends in a stop on the path before the last leg, to the goal pose, begins."""
+        """Whether the vehicle is to stop on the path before the last leg, to the goal pose, begins."""
         separated = self.config.method is Method.SEPARATED
         return separated and self._on_last_part and not self._memory.cartesian
 

@@ -74,8 +74,9 @@ class WeightSlopes:
 class StageWeights:
     """Effective weights: (N+1,) on states, (N,) on controls, goal (3,) and goal_speed at stage N only.
 
-    `by_progress` has their slopes where they are blended. `slack` is the linear weight of the corridor slack [1/m], above the largest pull that could press
-    the body against a boundary, so that the penalty is exact. `scale` brings the QP's cost to size.
+    `by_progress` has their slopes where they are blended. `slack` is the linear weight of the corridor slack
+    [1/m], above the largest pull that could press the body against a boundary, so that the penalty is exact.
+    `scale` brings the QP's cost to size.
     """
 
     lag: Array

@@ -4,8 +4,8 @@
 (C2)  control:  r_a a² + r_delta delta_dot² + r_theta theta_dot² - gamma theta_dot
 (C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²
 
-q_c, q_phi, gamma and the soft distance's weight are functions of their stage's theta where they are blended by
-sigma; their slopes are in the gradient.
+q_c, q_phi, gamma and the weight of the soft distance are functions of their stage's theta where sigma blends
+them; their slopes are in the gradient.
 """
 
 from __future__ import annotations

@@ -71,7 +71,8 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
-        return memory
+        there = situation.inside(situation.error) and stands(memory, situation)
+        return replace(memory, phase=Phase.HOLDING, outside_since=None) if there else memory
     stopping = situation.speed <= SETTLE_TIME * config.comfort_acceleration
     overdue = memory.overdue_since is not None and situation.now - memory.overdue_since >= OVERDUE
     if stopping and situation.inside(situation.stop_error, 1.0 if overdue else SETTLE_SHARE):
@@ -126,6 +127,8 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     if not _arrives(memory, situation, config):
         return replace(memory, arrive_at=None, overdue_since=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+    if _beside(memory, situation):
+        memory = replace(memory, restarts=max(memory.restarts, 1))
     if memory.restarts > 0:
         duration = max(duration, RETRY_TIME)
     return replace(
@@ -155,6 +158,16 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
         overdue_since=None,
         outside_since=None,
     )
+
+
+def found(memory: ControllerMemory) -> ControllerMemory:
+    """The vehicle is not where it was believed to be, or was not heard of for long: a plan begins afresh.
+
+    One that holds or brakes to rest at its target goes on with that while it is inside the tolerance.
+    """
+    if memory.phase in (Phase.HOLDING, Phase.SETTLING):
+        return replace(memory, reached=None)
+    return replace(restart(memory), reached=None)
 
 
 def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
@@ -243,7 +256,10 @@ def next_leg(memory: ControllerMemory, *, staged: bool) -> ControllerMemory:
     return ControllerMemory(
         time=memory.time,
         clock_offset=memory.clock_offset,
+        clock_at=memory.clock_at,
+        clock_stood=memory.clock_stood,
         trust=memory.trust,
+        unreadable=memory.unreadable,
         part=memory.part + (not staged),
         cartesian=staged,
         planned=memory.planned,
@@ -295,6 +311,13 @@ def _arrives(memory: ControllerMemory, situation: Situation, config: ControllerC
     if not config.arrival or memory.cartesian or (config.method is Method.SWITCHED and situation.last_part):
         return False
     return within_reach(situation.way, situation.speed, config)
+
+
+def _beside(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
+    error, (_, across, heading) = situation.error, situation.tolerance
+    near = hypot(error.x, error.y) <= RETREAT_REACH
+    return near and stands(memory, situation) and (abs(error.y) > across or abs(error.phi) > heading)
 
 
 def _stuck(memory: ControllerMemory, situation: Situation) -> bool:

@@ -142,7 +142,7 @@ def fill_bounds(
 
 
 def fill_corridor(values: QpValues, pattern: QpPattern, rows: CorridorRows | None) -> None:
-    """The half-planes of all discs; without any, or of sides that the corridor no longer has, they are loose."""
+    """The half-planes of all discs; those of sides that the corridor no longer has, or all, are loose."""
     slopes = np.zeros((*pattern.corridor_rows.shape, 3))
     lower = np.full(pattern.corridor_rows.shape, LOOSE)
     if rows is not None:

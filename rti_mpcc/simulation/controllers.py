@@ -22,7 +22,8 @@ def docking_controller(
 ) -> DockingController:
     """The controller that `simulate` makes from a scenario: to wrap it in something, such as a recorder.
 
-    Raises InputError for an unknown preset or method, or a goal source that needs a detector where there is none.
+    Raises InputError for an unknown preset or method, or a goal source that needs a detector where there is
+    none.
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)

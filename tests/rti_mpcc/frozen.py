@@ -159,6 +159,20 @@ class FrozenProblem:
     def discs(self) -> int:
         return 0 if self.planes is None else self.config.footprint.discs
 
+    def weights_at(self, theta: Array) -> StageWeights:
+        """The weights at progress (N+1,): those that are blended change with it as they did in the cycle."""
+        slopes = self.weights.by_progress
+        if slopes is None:
+            return self.weights
+        moved = theta - self.states[:, THETA]
+        return replace(
+            self.weights,
+            contouring=self.weights.contouring + slopes.contouring * moved,
+            heading=self.weights.heading + slopes.heading * moved,
+            bound_distance=self.weights.bound_distance + slopes.bound_distance * moved,
+            progress_reward=self.weights.progress_reward + (slopes.progress_reward * moved)[:-1],
+        )
+
     def build_pattern(self) -> QpPattern:
         return build_pattern(len(self.lengths), self.discs, self.sides)
 
@@ -169,7 +183,8 @@ class FrozenProblem:
         errors = frenet_errors(states, reference, part.direction)
         walls = self.walls.at(states[:, :2]) if self.walls is not None else None
         goal = self.frame.pose_in(self.target.pose)
-        cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase)
+        weights = self.weights_at(states[:, THETA])
+        cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase)
         fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
         fill_curvature(values, pattern, states[:-1], step.state, dual, 1.0)

@@ -222,7 +222,7 @@ def test_file_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str]
         ([], "required: COMMAND"),
         (["dock"], "invalid choice: 'dock'"),
         (["run"], "required: SCENARIO"),
-        (["run", "docking_inside", "--method", "switched"], "invalid choice: 'switched'"),
+        (["run", "docking_inside", "--method", "best"], "invalid choice: 'best'"),
         (["run", "docking_inside", "--preset", "best"], "invalid choice: 'best'"),
         (["run", "docking_noisy", "--goal-source", "radar"], "invalid choice: 'radar'"),
         (["run", "docking_inside", "--seed", "-1"], "'-1' must be an integer >= 0"),

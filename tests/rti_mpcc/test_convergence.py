@@ -37,7 +37,7 @@ def test_the_frozen_problem_is_the_one_that_the_controller_solved(problem: Froze
     """Its first step, at the controller's own tolerance, ends where the controller's did."""
     first = iterate(problem, most=1, settings=problem.config.solver)
     planned = problem.frame.states_in(problem.solution.trajectory.states)
-    np.testing.assert_allclose(first.states, planned, atol=2e-2)
+    np.testing.assert_allclose(first.states, planned, atol=3e-2)  # 20 m ahead
     soon = slice(0, 20)  # far stages are soft: OSQP's tolerance moves their controls more
     np.testing.assert_allclose(first.controls[soon], problem.solution.trajectory.controls[soon], atol=2e-2)
 

@@ -12,6 +12,7 @@ from rti_mpcc.ocp.objectives import (
     Target,
     TargetKind,
     arrival_weights,
+    cartesian_weights,
     contouring_weights,
     sigma,
 )
@@ -102,6 +103,50 @@ def test_terms_of_the_published_code_switch_on_one_by_one() -> None:
     assert last.lag[-1] == pytest.approx(plain.lag[-1] + 1e3)
     assert last.heading[-1] == pytest.approx(500.0)
     np.testing.assert_allclose(last.lag[:-1], plain.lag[:-1])
+
+
+@pytest.mark.parametrize(
+    "goal",
+    [
+        target(kind=TargetKind.PATH_END),
+        target(theta=27.0),
+        target(theta=34.0),
+    ],
+)
+def test_weights_know_how_they_change_with_progress(goal: Target) -> None:
+    weights = Weights(heading=1.0, heading_at_end=10.0, bound_distance=1e3, stage_length=1.0)
+    theta, h = spread(12.0, 29.0) + 1e-4, 1e-6  # no stage at the stop point, where terms end
+    got = contour(weights, goal, theta).by_progress
+    assert got is not None
+    above, below = contour(weights, goal, theta + h), contour(weights, goal, theta - h)
+    last = slice(0, 70)  # what the last stage counts on top does not change
+    for name in ("contouring", "heading", "bound_distance", "progress_reward"):
+        slope = (getattr(above, name) - getattr(below, name)) / (2.0 * h)
+        np.testing.assert_allclose(getattr(got, name)[last], slope[last], rtol=1e-4, atol=1e-6)
+    assert (
+        contouring_weights(
+            weights, goal, theta, LENGTHS, cruise_speed=5.0, clip_goal=False, allocate=False
+        ).by_progress
+        is None
+    )
+
+
+def test_the_cartesian_objective_knows_the_goal_and_the_effort_only() -> None:
+    got = cartesian_weights(Weights(lateral_acceleration=100.0), LENGTHS)
+    for none in (
+        got.lag,
+        got.contouring,
+        got.heading,
+        got.bound_distance,
+        got.bound_speed,
+        got.progress_reward,
+    ):
+        assert not none.any()
+    np.testing.assert_allclose(got.goal, 1e4)
+    np.testing.assert_allclose(got.acceleration, 1e3)
+    np.testing.assert_allclose(got.lateral_acceleration, 100.0)
+    assert (got.virtual_speed > 0.0).all()
+    assert not got.goal_clipped
 
 
 def test_stages_count_by_their_length() -> None:

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import tan
 
 import numpy as np
@@ -9,12 +9,13 @@ import pytest
 from geometry import Corridor, HalfPlanes, PathPart, Pose2, ReferencePath
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights
+from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights, WeightSlopes
 from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
 N, WHEELBASE = 8, 2.875
+BLENDED = [field.name for field in fields(WeightSlopes)]
 NOTHING = StageWeights(
     lag=np.zeros(N + 1),
     contouring=np.zeros(N + 1),
@@ -62,6 +63,16 @@ TERMS["all"] = replace(
 )
 
 
+CHANGING = replace(
+    TERMS["all"],
+    by_progress=WeightSlopes(
+        contouring=0.3 * W, heading=-0.2 * W, bound_distance=0.1 * W[::-1], progress_reward=-0.4 * W
+    ),
+)
+"""All terms, with weights that change with their stage's progress."""
+TERMS["all, blended"] = CHANGING
+
+
 class Setting:
     """A plan beside an arc, walls beside it, and a cost written down once more."""
 
@@ -90,7 +101,7 @@ class Setting:
 
     def cost(self, states: Array, controls: Array, w: StageWeights) -> float:
         """Eq. (C1)-(C3) stage by stage, walls as the straight lines that they are near the plan."""
-        total = 0.0
+        total, w = 0.0, self.blended(w, states[:, THETA])
         for k, (x, y, phi, v, delta, theta) in enumerate(states):
             error = Pose2(x, y, phi).relative_to(self.part.pose(theta))
             turned = phi - self.part.reference(np.array([theta])).phi[0]
@@ -111,6 +122,14 @@ class Setting:
             return float(total + w.goal @ [dx**2, dy**2, turn**2])
         along = huber(float(np.hypot(dx, dy)), GOAL_CLIP[0])
         return float(total + w.goal[0] * along + w.goal[2] * huber(abs(turn), GOAL_CLIP[1]))
+
+    def blended(self, w: StageWeights, theta: Array) -> StageWeights:
+        """The weights at `theta` (N+1,), where those given are the ones at the plan's own."""
+        if w.by_progress is None:
+            return w
+        change = {name: getattr(w.by_progress, name) * (theta - self.states[:, THETA]) for name in BLENDED}
+        change["progress_reward"] = change["progress_reward"][:-1]
+        return replace(w, **{name: getattr(w, name) + change[name] for name in BLENDED})
 
 
 def huber(size: float, clip: float) -> float:

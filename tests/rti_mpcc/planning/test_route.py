@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from estimation import GoalEstimate, GoalStatus, PoseHistory
-from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Limits
+from geometry import Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import route
@@ -306,7 +306,7 @@ def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on(situations: 
     assert not route.may_change_direction(ControllerMemory(standing_since=5.0), far, 0.2)
 
 
-def test_the_next_part_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
+def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
     queue = (QueuedCommand(9.0, 0.1, 0.2),)
     goal = Pose2(1.0, 2.0, 3.0)
     estimate = GoalEstimate(status=GoalStatus.SEARCHING)
@@ -324,7 +324,50 @@ def test_the_next_part_knows_the_goal_where_the_vehicle_is_and_the_queue_and_not
         "trust": Trust(at=9.1),
     }
     memory = arriving(**kept, restarts=1, stop_at=3.0, waiting=True)
-    assert route.next_part(memory) == ControllerMemory(part=1, **kept)
+    assert route.next_leg(memory, staged=False) == ControllerMemory(part=1, **kept)
+    assert route.next_leg(memory, staged=True) == ControllerMemory(part=0, cartesian=True, **kept)
+
+
+SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
+SWITCHED = CONFIG.model_copy(update={"method": Method.SWITCHED})
+
+
+def test_the_staging_pose_lies_before_the_goal_or_at_the_paths_end() -> None:
+    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)]).parts[0]
+    assert route.staging_stop(part, Pose2(18.0, 1.0, 0.1), SEPARATED) == pytest.approx(11.0)
+    assert route.staging_stop(part, Pose2(5.0, 1.0, 0.1), SEPARATED) == 0.0
+    assert route.staging_stop(part, Pose2(23.0, 1.0, 0.1), SEPARATED) == 20.0
+    assert route.staging_stop(part, None, SEPARATED) == 20.0
+
+
+def test_the_switch_to_the_goal_pose_is_within_beta_of_it_on_the_last_leg(situations: Any) -> None:
+    contouring = arriving(phase=Phase.CONTOURING, arrive_at=None)
+    reach = CONFIG.weights.transition_reach
+    near, far = (situations(error=Pose2(-reach * share, 0.0, 0.0)) for share in (0.99, 1.01))
+    assert route.cartesian_due(contouring, near, SWITCHED)
+    assert not route.cartesian_due(contouring, far, SWITCHED)
+    assert not route.cartesian_due(contouring, near, CONFIG)
+    assert not route.cartesian_due(replace(contouring, cartesian=True), near, SWITCHED)
+    cusp = situations(error=Pose2(-1.0, 0.0, 0.0), last_part=False)
+    assert not route.cartesian_due(contouring, cusp, SWITCHED)
+
+
+def test_a_vehicle_that_makes_for_the_pose_alone_plans_no_arrival(situations: Any) -> None:
+    contouring = arriving(phase=Phase.CONTOURING, arrive_at=None)
+    assert route.arrival_due(contouring, situations(), CONFIG)
+    assert not route.arrival_due(contouring, situations(), SWITCHED)
+    assert route.arrival_due(contouring, situations(last_part=False), SWITCHED)
+    posing = replace(contouring, cartesian=True)
+    assert not route.arrival_due(posing, situations(), SEPARATED)
+    assert route.begin_phase(posing, situations(), SEPARATED).arrive_at is None
+
+
+def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck(situations: Any) -> None:
+    standing = situations.standing(19.0)
+    posing = arriving(phase=Phase.CONTOURING, arrive_at=None, cartesian=True)
+    assert decided(replace(posing, standing_since=8.0), standing, SEPARATED).phase is Phase.CONTOURING
+    long = replace(posing, standing_since=10.0 - route.TURNING_TIME)
+    assert decided(long, standing, SEPARATED).phase is Phase.STARTING
 
 
 # -- something in the way --------------------------------------------------------------------------------
@@ -385,3 +428,37 @@ def test_a_blocked_vehicle_looks_again_now_and_then(situations: Any) -> None:
     assert not route.looks_again(looked, situations.standing(now=10.0 + 0.9 * route.LOOK_AGAIN))
     assert route.looks_again(looked, situations.standing(now=10.0 + route.LOOK_AGAIN))
     assert route.looks_again(looked, situations.standing(now=3.0))  # a clock that was set back
+
+
+def test_a_vehicle_that_stands_inside_the_tolerance_at_the_begin_holds(situations: Any) -> None:
+    starting = arriving(phase=Phase.STARTING)
+    assert decided(starting, situations.standing(19.96), CONFIG).phase is Phase.HOLDING
+    assert decided(starting, situations.standing(19.9), CONFIG).phase is Phase.STARTING
+    moving = situations(error=Pose2(0.01, 0.0, 0.0))
+    assert decided(starting, moving, CONFIG).phase is Phase.STARTING
+
+
+def test_a_vehicle_that_stands_beside_its_goal_may_back_off_at_once(situations: Any) -> None:
+    beside = situations.standing(19.9, error=Pose2(-0.1, 0.2, 0.0))
+    after = route.begin_phase(arriving(standing_since=9.0), beside, CONFIG)
+    assert after.restarts == 1
+    assert after.arrive_at == pytest.approx(10.2 + route.RETRY_TIME)
+    before = situations.standing(19.0)
+    assert route.begin_phase(arriving(standing_since=9.0), before, CONFIG).restarts == 0
+
+
+@pytest.mark.parametrize(
+    ("phase", "then"),
+    [
+        (Phase.HOLDING, Phase.HOLDING),
+        (Phase.SETTLING, Phase.SETTLING),
+        (Phase.ARRIVING, Phase.STARTING),
+        (Phase.CONTOURING, Phase.STARTING),
+        (Phase.STALLED, Phase.STARTING),
+    ],
+)
+def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
+    phase: Phase, then: Phase
+) -> None:
+    after = route.found(arriving(phase=phase, reached=np.zeros(6)))
+    assert (after.phase, after.reached) == (then, None)

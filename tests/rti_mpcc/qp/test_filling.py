@@ -10,7 +10,7 @@ import pytest
 from rti_mpcc.model.bicycle import Step, linearised_step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
-from rti_mpcc.ocp.corridor_rows import CorridorRows
+from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
@@ -213,3 +213,14 @@ def test_every_row_and_column_has_one_place(pattern: QpPattern) -> None:
     columns = [pattern.state_columns, pattern.control_columns, pattern.slack_columns]
     for blocks, size in zip((rows, columns), pattern.constraints.shape, strict=True):
         np.testing.assert_array_equal(np.sort(np.concatenate([b.ravel() for b in blocks])), np.arange(size))
+
+
+def test_without_half_planes_their_rows_are_loose_and_slopeless() -> None:
+    pattern, parts = build_pattern(N, DISCS, SIDES), drawn()
+    values = empty_values(pattern)
+    fill_corridor(values, pattern, parts.rows)
+    fill_corridor(values, pattern, None)
+    assert (values.lower[pattern.corridor_rows] == LOOSE).all()
+    rows = pattern.constraints.matrix(values.constraints).toarray()[pattern.corridor_rows.ravel()]
+    rows[:, pattern.slack_columns] = 0.0
+    assert not rows.any()

@@ -177,7 +177,7 @@ def test_results_are_read_only(scripted: Any, straight: Scenario) -> None:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"method": "switched"}, r"method = 'switched': must be one of dynamic"),
+        ({"method": "best"}, r"method = 'best': must be one of dynamic, separated, switched, constant_1,"),
         ({"preset": "best"}, r"preset = 'best': must be one of default, paper, paper_printed"),
         ({"seed": -1}, r"seed = -1: must be >= 0"),
         ({"goal_source": GoalSource.RAW}, r"goal_source = 'raw': must be 'detected', the default, in a"),
