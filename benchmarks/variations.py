@@ -39,8 +39,16 @@ RETURN_TIME = "rti_mpcc.ocp.corridor_rows.RETURN_TIME"
 CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
+BLENDING = "rti_mpcc.ocp.stage_cost._blending"
+
+
 def _nothing(*_: object) -> None:
     """In place of a function that only writes."""
+
+
+def _none(*_: object) -> float:
+    """In place of a function whose value is added."""
+    return 0.0
 
 
 VARIATIONS = (
@@ -133,5 +141,13 @@ VARIATIONS = (
         what="margin that noise has taken is fought at once",
         scenario="docking_moving_goal",
         constants={RETURN_TIME: 1e-9},
+    ),
+    *(
+        Variation(letter="n", what=what, scenario=scenario, preset="paper", constants=constants)
+        for scenario in ("docking_inside", "docking_behind")
+        for what, constants in (
+            ("as it is", {}),
+            ("weights that do not know how they change", {BLENDING: _none}),
+        )
     ),
 )
