@@ -55,9 +55,9 @@ def animation_file(asked: Path | None, folder: Path) -> Path:
     """
     ffmpeg = bool(FFMpegWriter.isAvailable())
     file = folder / ("animation.mp4" if ffmpeg else "animation.gif") if asked is None else asked
-    if file.suffix not in (".mp4", ".gif"):
+    if file.suffix.lower() not in (".mp4", ".gif"):
         raise InputError(f"{file}: an animation must end in .mp4 or .gif")
-    if file.suffix == ".mp4" and not ffmpeg:
+    if file.suffix.lower() == ".mp4" and not ffmpeg:
         raise InputError(f"{file}: .mp4 needs the program ffmpeg, which is not there; .gif does without")
     return file
 
@@ -92,7 +92,7 @@ def write_animation(films: Sequence[Film], file: Path, *, progress: Progress | N
     """
     file = animation_file(file, file.parent)
     shown = pictures(films, progress=progress)
-    if file.suffix == ".gif":
+    if file.suffix.lower() == ".gif":
         _write_gif(shown, file)
     else:
         _write_mp4(shown, file)

@@ -15,6 +15,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
 from rti_mpcc.docking import DockingController
 from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import Controller
@@ -26,20 +27,33 @@ _FROM_QP = (Source.SOLUTION, Source.SHIFTED_PLAN)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Inside:
+    """What the QP of a cycle was solved with.
+
+    Attributes:
+        times: (N+1,) of its stages [s].
+        slack: (N,) corridor slack of stages 1..N [m].
+        weights: of its stages.
+    """
+
+    times: Array
+    slack: Array
+    weights: StageWeights
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
-    """One cycle as it was seen from outside.
+    """One cycle as it was seen.
 
     Attributes:
         state: measured.
         command: what came of it.
-        slack: (N,) corridor slack of stages 1..N in the QP of this cycle [m]; None if there was none.
-        weights: of all stages in that QP; None if there was none.
+        inside: of the cycle's last QP that was solved; None where none was, or it is not known.
     """
 
     state: VehicleState
     command: Command
-    slack: Array | None
-    weights: StageWeights | None
+    inside: Inside | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,8 +131,9 @@ class Onlooker:
 def seen_of(state: VehicleState, command: Command, solution: Solution | None) -> Seen:
     """What was seen of a cycle; `solution` is that of its own QP, or None."""
     if solution is None:
-        return Seen(state=state, command=command, slack=None, weights=None)
-    return Seen(state=state, command=command, slack=solution.slack, weights=solution.weights)
+        return Seen(state=state, command=command, inside=None)
+    inside = Inside(times=solution.trajectory.times, slack=solution.slack, weights=solution.weights)
+    return Seen(state=state, command=command, inside=inside)
 
 
 def look_of(
@@ -126,6 +141,7 @@ def look_of(
 ) -> Look:
     """The look of a cycle at `time` [s]; `pose` and `goal` (3,) as in `Look`, `corridor` as it was then."""
     planes, lack = held_by(seen.command, corridor, config)
+    read_only(pose, goal)
     return Look(
         time=time,
         pose=pose,
@@ -146,12 +162,17 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     """
     states = command.trajectory.states[1:]
     if not config.corridor_rows or command.source not in _FROM_QP or not np.isfinite(states).all():
-        nothing = np.zeros((0, 2))
-        return ActivePlanes(points=nothing, normals=nothing), np.zeros(len(states))
+        return _planes(np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(len(states))
     discs, margin = cover(config.vehicle, config.footprint.discs), config.footprint.margin
     centres = disc_centres(states, discs).reshape(-1, 2)
     planes = corridor.half_planes(command.diagnostics.part, centres)
     gap = planes.distance - discs.radius
     active = gap < margin + TIGHT
     lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)
-    return ActivePlanes(points=planes.point[active], normals=planes.normal[active]), lack
+    read_only(lack)
+    return _planes(planes.point[active], planes.normal[active]), lack
+
+
+def _planes(points: Array, normals: Array) -> ActivePlanes:
+    read_only(points, normals)
+    return ActivePlanes(points=points, normals=normals)

@@ -126,7 +126,8 @@ def extent(film: Film) -> tuple[float, float, float, float]:
     poses = np.array([pose for look in film.looks for pose in (look.pose, look.goal)])
     bodies = body_polygons(poses[np.isfinite(poses).all(axis=1)], vehicle).reshape(-1, 2)
     lines = [*boundaries_of(film.corridor, film.path), *path_lines(film.path)]
-    points = np.concatenate([bodies, *lines])
+    obstacles = {id(outline): outline for look in film.looks for outline in look.obstacles}
+    points = np.concatenate([bodies, *lines, *obstacles.values()])
     (left, bottom), (right, top) = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
     return float(left), float(right), float(bottom), float(top)
 
