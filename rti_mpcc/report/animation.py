@@ -1,7 +1,4 @@
-"""Moving pictures of a run, or of several side by side at the same time, as GIF or MP4.
-
-What stands still is drawn once; for each picture what moves is drawn over a copy of it.
-"""
+"""Moving pictures of a run, or of several side by side at the same time, as GIF or MP4."""
 
 from __future__ import annotations
 
@@ -24,6 +21,7 @@ from rti_mpcc.report import style
 from rti_mpcc.report.bars import WeightBars
 from rti_mpcc.report.film import Film, film_of_run
 from rti_mpcc.report.looks import Look, Seen
+from rti_mpcc.report.overlay import Overlay
 from rti_mpcc.report.scene import Scene, extent
 from rti_mpcc.simulation import RunResult
 
@@ -44,8 +42,8 @@ _GAP, _BARS, _LEGEND = 0.65, 0.85, 1.0
 """Below the scenes: axis labels, bars, and their labels with the legend [inch]."""
 _ENTRY = 1.75
 """Width of an entry of the legend [inch]."""
-_SHADES = 31
-"""Of each colour in a GIF, from white on."""
+_SHADES, _PALEST = 31, 0.1
+"""Of each colour in a GIF, and the share that it has of the palest."""
 
 
 def animation_file(asked: Path | None, folder: Path) -> Path:
@@ -110,18 +108,12 @@ def pictures(films: Sequence[Film], *, progress: Progress | None = None) -> Iter
     """The pictures (height, width, 4), RGBA, in order."""
     stage = Stage(films)
     canvas: Any = FigureCanvasAgg(stage.figure)  # its stub has no types
-    columns = stage.columns
-    moving = [artist for column in columns for artist in column.moving]
-    for artist in moving:
-        artist.set_animated(True)
+    overlay = Overlay(stage.figure, [artist for column in stage.columns for artist in column.moving])
     canvas.draw()
-    still = canvas.copy_from_bbox(stage.figure.bbox)
     times = picture_times(films)
     for place, time in enumerate(times):
         stage.show(time)
-        canvas.restore_region(still)
-        for artist in moving:
-            artist.draw(canvas.renderer)
+        overlay.update()
         picture = np.array(canvas.buffer_rgba())
         for _ in range(HELD if place == len(times) - 1 else 1):
             yield picture
@@ -138,7 +130,7 @@ class Stage:
 
     def __init__(self, films: Sequence[Film]) -> None:
         self.figure = Figure(dpi=DPI)
-        self.columns = [Column(self.figure, film) for film in films]
+        self.columns = [Column(self.figure, film, films) for film in films]
         self._fit(films)
 
     def show(self, time: float) -> None:
@@ -183,13 +175,17 @@ def _even(length: float) -> float:
 
 
 class Column:
-    """One film: its scene, with time and status above and the weights below it."""
+    """One film: its scene, with time and status above and the weights below it.
 
-    def __init__(self, figure: Figure, film: Film) -> None:
+    Args:
+        figure: to draw on; film: what is shown; films: all that are shown together.
+    """
+
+    def __init__(self, figure: Figure, film: Film, films: Sequence[Film]) -> None:
         self.film = film
         self.scene = Scene(figure.add_subplot(), film)
         self.bars_axes = figure.add_subplot()
-        self.bars = WeightBars(self.bars_axes, film.looks)
+        self.bars = WeightBars(self.bars_axes, films)
         axes = self.scene.axes
         axes.set_title(film.label, pad=20.0)
         self.status = axes.text(0.5, 1.01, "", transform=axes.transAxes, ha="center", va="bottom")
@@ -234,7 +230,8 @@ def _palette() -> Image.Image:
         style.PINK,
     )
     full = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for color in colors])
-    shares = np.linspace(0.0, 1.0, _SHADES + 1)[1:, None, None]
+    # The palest is not too near white: Pillow would take the paper for it.
+    shares = np.linspace(_PALEST, 1.0, _SHADES)[:, None, None]
     shades = np.concatenate([[[255.0] * 3], (shares * full + (1.0 - shares) * 255.0).reshape(-1, 3)])
     palette = Image.new("P", (1, 1))
     palette.putpalette(shades.round().astype(np.uint8).tobytes())

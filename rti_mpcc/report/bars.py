@@ -8,6 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from rti_mpcc.report import style
+from rti_mpcc.report.film import Film
 from rti_mpcc.report.looks import Look
 from rti_mpcc.types import EffectiveWeights
 
@@ -16,14 +17,16 @@ class WeightBars:
     """One bar for each effective weight of the plan's first stage.
 
     Args:
-        axes: to draw on, empty; looks: that will be shown, the axis reaches as far as their largest weight.
+        axes: to draw on, empty; films: all that are shown together, the axis reaches beyond their largest
+            weight.
     """
 
-    def __init__(self, axes: Axes, looks: Sequence[Look]) -> None:
+    def __init__(self, axes: Axes, films: Sequence[Film]) -> None:
         names = [name for name, _ in style.WEIGHTS]
         colors = [color for _, color in style.WEIGHTS]
         self.bars = axes.barh(range(len(names)), [0.0] * len(names), color=colors, height=0.7)
-        largest = max(max(values_of(look.seen.command.diagnostics.weights)) for look in looks)
+        shown = [look.seen.command.diagnostics.weights for film in films for look in film.looks]
+        largest = max(max(values_of(weights)) for weights in shown)
         # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
         axes.set_xscale("symlog", linthresh=1.0)
         axes.set_xlim(0.0, 10.0 * max(1.0, largest))

@@ -112,9 +112,9 @@ def film_of_recording(
 
 
 def _measured_look(seen: Seen, time: float, corridor: Corridor, config: ControllerConfig) -> Look:
-    state, aim = seen.state, seen.command.diagnostics.aim
-    pose, goal = np.array([state.x, state.y, state.phi]), np.array([aim.x, aim.y, aim.phi])
-    return look_of(seen, time=time, pose=pose, goal=goal, corridor=corridor, config=config)
+    pose = np.array([seen.state.x, seen.state.y, seen.state.phi])
+    read_only(pose)
+    return look_of(seen, time=time, pose=pose, goal=None, corridor=corridor, config=config)
 
 
 def _later(last: float | None, now: float) -> float:

@@ -116,6 +116,11 @@ class StagePanels:
         axes.set_ylim(-0.05 * _LEAST_LACK, _ROOM * max(largest, _LEAST_LACK))
         axes.legend(loc="upper right", fontsize="x-small", framealpha=0.7)
 
+    @property
+    def lines(self) -> list[Line2D]:
+        """All curves."""
+        return [self.lack, self.slack, *self.weights]
+
     def show(self, look: Look) -> None:
         """Show this cycle; curves of a QP that it has not are empty."""
         plan, inside = look.seen.command.trajectory, look.seen.inside

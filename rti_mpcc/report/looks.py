@@ -76,7 +76,8 @@ class Look:
     Attributes:
         time: of the cycle [s].
         pose: (3,) of the rear axle, x [m], y [m], phi [rad]: true in a simulated run, else measured.
-        goal: (3,) the true goal; of a recording, which does not know it, the pose made for.
+        goal: (3,) the true goal; None where it is not known, as in a recording.
+        aim: (3,) what the active part was made to end in.
         obstacles: polygons (m, 2) [m] there at that time.
         planes: active half-planes of the plan.
         lack: (N,) what stages 1..N of the plan lack of the corridor's margin [m].
@@ -85,7 +86,8 @@ class Look:
 
     time: float
     pose: Array
-    goal: Array
+    goal: Array | None
+    aim: Array
     obstacles: tuple[Array, ...]
     planes: ActivePlanes
     lack: Array
@@ -137,15 +139,18 @@ def seen_of(state: VehicleState, command: Command, solution: Solution | None) ->
 
 
 def look_of(
-    seen: Seen, *, time: float, pose: Array, goal: Array, corridor: Corridor, config: ControllerConfig
+    seen: Seen, *, time: float, pose: Array, goal: Array | None, corridor: Corridor, config: ControllerConfig
 ) -> Look:
-    """The look of a cycle at `time` [s]; `pose` and `goal` (3,) as in `Look`, `corridor` as it was then."""
+    """The look of a cycle at `time` [s]; `pose` and `goal` as in `Look`, `corridor` as it was then."""
     planes, lack = held_by(seen.command, corridor, config)
-    read_only(pose, goal)
+    told = seen.command.diagnostics.aim
+    aim = np.array([told.x, told.y, told.phi])
+    read_only(aim)
     return Look(
         time=time,
         pose=pose,
         goal=goal,
+        aim=aim,
         obstacles=corridor.obstacles,
         planes=planes,
         lack=lack,

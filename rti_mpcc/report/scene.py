@@ -54,12 +54,15 @@ class Scene:
         self.obstacles = self._polygons(
             "obstacle" if there else "", facecolors=style.GREY, edgecolors=style.BLACK
         )
-        dashed = {"edgecolors": style.RED, "linewidths": 1.5, "linestyles": "dashed"}
-        self.goal = self._polygons("goal", facecolors="none", **dashed)
         self.plan_bodies = self._polygons(
             "body, predicted", facecolors="none", edgecolors=style.GREEN, linewidths=0.5
         )
         self.body = self._polygons("body", facecolors=style.SKY, edgecolors=style.BLUE, alpha=0.8)
+        dotted = {"edgecolors": style.BLACK, "linewidths": 1.0, "linestyles": "dotted"}
+        self.aim = self._polygons("pose aimed at", facecolors="none", **dotted)
+        known = any(look.goal is not None for look in looks)
+        dashed = {"edgecolors": style.RED, "linewidths": 1.5, "linestyles": "dashed"}
+        self.goal = self._polygons("goal" if known else "", facecolors="none", **dashed)
 
     def _polygons(self, label: str, **look: Any) -> PolyCollection:
         shapes = PolyCollection([], label=label or "_", **look)
@@ -82,7 +85,7 @@ class Scene:
     @property
     def moving(self) -> list[Artist]:
         """What differs from cycle to cycle, in the order in which it is drawn."""
-        bodies = [self.obstacles, self.goal, self.plan_bodies, self.body]
+        bodies = [self.obstacles, self.plan_bodies, self.body, self.aim, self.goal]
         return [self.walls, *bodies, self.driven, self.wheel, self.plan, self.planes, self.normals]
 
     def show(self, index: int) -> None:
@@ -92,7 +95,9 @@ class Scene:
         left, right = self.film.corridor.lines(look.seen.command.diagnostics.part)
         self.walls.set_segments([*left, *right])
         self.obstacles.set_verts(list(look.obstacles))
-        self.goal.set_verts(list(body_polygons(look.goal[None], vehicle)))
+        self.aim.set_verts(list(body_polygons(look.aim[None], vehicle)))
+        goals = np.zeros((0, 3)) if look.goal is None else look.goal[None]
+        self.goal.set_verts(list(body_polygons(goals, vehicle)))
         self.body.set_verts(list(body_polygons(look.pose[None], vehicle)))
         places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
         self.plan_bodies.set_verts(list(body_polygons(states[places], vehicle)))
@@ -123,7 +128,8 @@ def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
 def extent(film: Film) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of all that a scene has to show [m]."""
     vehicle = film.config.vehicle
-    poses = np.array([pose for look in film.looks for pose in (look.pose, look.goal)])
+    found = [pose for look in film.looks for pose in (look.pose, look.goal, look.aim) if pose is not None]
+    poses = np.array(found)
     bodies = body_polygons(poses[np.isfinite(poses).all(axis=1)], vehicle).reshape(-1, 2)
     lines = [*boundaries_of(film.corridor, film.path), *path_lines(film.path)]
     obstacles = {id(outline): outline for look in film.looks for outline in look.obstacles}

@@ -14,6 +14,7 @@ from rti_mpcc.report import style
 from rti_mpcc.report.bars import WeightBars
 from rti_mpcc.report.film import Film
 from rti_mpcc.report.inside import figures_of, inside_panels
+from rti_mpcc.report.overlay import Overlay
 from rti_mpcc.report.scene import Scene
 
 SIZE = (15.0, 8.5)
@@ -44,6 +45,10 @@ class Viewer:
         self.index = 0
         self.playing = False
         self._lay_out()
+        # Axes are artists, too: widgets are redrawn whole.
+        widgets = [self.text, self.slider.ax, self.button.ax]
+        moving = [*self.scene.moving, *self.bars.moving, *self.plan.lines, *self.stages.lines, *widgets]
+        self._overlay = Overlay(figure, moving)
         self._timer: Any = figure.canvas.new_timer(interval=round(1e3 * TICK))
         self._timer.add_callback(self.tick)
         self.button.on_clicked(self._pressed)
@@ -56,7 +61,7 @@ class Viewer:
         figure.suptitle(film.label, x=0.27)
         left = figure.add_gridspec(2, 1, left=0.09, right=0.45, bottom=0.22, top=0.93, height_ratios=(5, 1))
         self.scene = Scene(figure.add_subplot(left[0]), film)
-        self.bars = WeightBars(figure.add_subplot(left[1]), film.looks)
+        self.bars = WeightBars(figure.add_subplot(left[1]), [film])
         handles, labels = self.scene.axes.get_legend_handles_labels()
         figure.legend(
             handles,
@@ -70,7 +75,10 @@ class Viewer:
         right = figure.add_gridspec(1, 1, left=0.53, right=0.985, bottom=0.15, top=0.77)
         self.plan, self.stages = inside_panels(figure, right[0], film)
         self.text = figure.text(0.5, 0.985, "", va="top", family="monospace", fontsize="medium")
-        self.button = Button(figure.add_axes((0.03, 0.03, 0.06, 0.045)), _PLAY)
+        # One colour: a change of it when the mouse comes would redraw everything.
+        self.button = Button(
+            figure.add_axes((0.03, 0.03, 0.06, 0.045)), _PLAY, color=style.SKY, hovercolor=style.SKY
+        )
         begin, end = float(film.times[0]), float(film.times[-1])
         self.slider = Slider(
             figure.add_axes((0.15, 0.03, 0.76, 0.045)),
@@ -82,6 +90,7 @@ class Viewer:
             color=style.BLUE,
             initcolor="none",
         )
+        self.button.drawon = self.slider.drawon = False
 
     # -- what can be done -----------------------------------------------------------------------
 
@@ -93,7 +102,11 @@ class Viewer:
         """Go so many cycles on, or back."""
         self._pause()
         index = min(max(self.index + cycles, 0), len(self.film.looks) - 1)
+        # Of cycles at the same time the slider knows but one.
+        self.slider.eventson = False
         self.go(float(self.film.times[index]))
+        self.slider.eventson = True
+        self._show(index)
 
     def toggle(self) -> None:
         """Play, from the begin if it is at the end; or pause."""
@@ -105,7 +118,7 @@ class Viewer:
         self.playing = True
         self.button.label.set_text(_PAUSE)
         self._timer.start()
-        self.figure.canvas.draw_idle()
+        self._overlay.update()
 
     def tick(self) -> None:
         """Go on while it plays; pause at the end."""
@@ -121,7 +134,7 @@ class Viewer:
         self.playing = False
         self.button.label.set_text(_PLAY)
         self._timer.stop()
-        self.figure.canvas.draw_idle()
+        self._overlay.update()
 
     def _pressed(self, _: Event) -> None:
         self.toggle()
@@ -149,7 +162,7 @@ class Viewer:
         self.stages.show(look)
         lines = figures_of(look, index, len(self.film.looks)).splitlines()
         self.text.set_text("\n".join(fill(line, _WIDTH, subsequent_indent="    ") for line in lines))
-        self.figure.canvas.draw_idle()
+        self._overlay.update()
 
 
 def require_window() -> None:
