@@ -161,7 +161,7 @@ def figures_of(look: Look, index: int, count: int) -> str:
         for word, holds in (
             ("not accepted", told.failed),
             ("sought twice", told.retried),
-            ("DEADLINE MISSED", told.deadline_missed),
+            ("deadline missed", told.deadline_missed),
         )
         if holds
     ]
