@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 from matplotlib.animation import FFMpegWriter
@@ -89,7 +88,9 @@ def test_animation_goes_beside_the_other_files(capsys: pytest.CaptureFixture[str
     assert main(["run", "short.toml", "--no-plots", "--animate"]) == 1
     assert "runs/short/animation.gif" in capsys.readouterr().out
     with Image.open("runs/short/animation.gif") as picture:
-        assert getattr(picture, "n_frames") == 4  # noqa: B009
+        picture.seek(3)
+        with pytest.raises(EOFError):
+            picture.seek(4)
     names = {file.name for file in Path("runs/short").iterdir()}
     assert names == {"summary.json", "trajectory.csv", "animation.gif"}
 
@@ -179,7 +180,6 @@ def test_watch_opens_a_window_until_it_is_closed() -> None:
     Path("window.py").write_text(WINDOW)
     done = in_a_process("module://window", "watch", "short.toml")
     assert (done.returncode, done.stderr) == (0, "")
-    shown: Any = done.stdout.splitlines()
-    assert len(shown) == 1
-    assert shown[0].startswith("window ")
-    assert "cycle 1 of 7, 0.00 s: " in shown[0]
+    (shown,) = done.stdout.splitlines()
+    assert shown.startswith("window ")
+    assert "cycle 1 of 7, 0.00 s: " in shown

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from shutil import which
@@ -42,6 +43,15 @@ def with_ffmpeg(monkeypatch: pytest.MonkeyPatch, there: bool) -> None:
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: there))
 
 
+def count_of(picture: Image.Image) -> int:
+    count = 0
+    with suppress(EOFError):
+        while True:
+            picture.seek(count)
+            count += 1
+    return count
+
+
 @pytest.mark.parametrize(("there", "suffix"), [(True, "mp4"), (False, "gif")])
 def test_default_is_mp4_where_ffmpeg_is_there(
     monkeypatch: pytest.MonkeyPatch, there: bool, suffix: str
@@ -75,7 +85,7 @@ def test_gif_has_a_picture_for_each_tenth_of_a_second(
     assert [end for _, end in told] == pytest.approx([3.2] * 33)
     with Image.open(file) as picture:
         # The last one is held by its duration.
-        assert picture.n_frames == 33
+        assert count_of(picture) == 33
         assert picture.info["loop"] == 0
         picture.seek(32)
         assert picture.info["duration"] == HELD * 1000 / RATE
@@ -101,7 +111,7 @@ def test_pictures_begin_with_the_first_and_end_with_the_last(film: Film, brief: 
     later = replace(brief, times=brief.times + 1.0)
     assert picture_times([brief]) == pytest.approx([0.1 * k for k in range(4)])
     assert picture_times([brief, later]) == pytest.approx([0.1 * k for k in range(14)])
-    fine = replace(brief, times=0.07 * np.arange(4))
+    fine = replace(brief, times=np.array([0.0, 0.07, 0.14, 0.21]))
     assert picture_times([fine]) == pytest.approx([0.0, 0.1, 0.2, 0.3])
     assert picture_times([replace(brief, looks=brief.looks[:1], times=brief.times[:1])]) == [0.0]
 
@@ -165,7 +175,7 @@ def test_labelled_runs_go_into_one_file(looked_at: tuple[RunResult, list[Seen]],
     animate_runs([("one", few, seen[:3]), ("other", few, seen[:3])], tmp_path / "both.gif")
     animate_runs([("one", few, seen[:3])], tmp_path / "one.gif")
     with Image.open(tmp_path / "both.gif") as both, Image.open(tmp_path / "one.gif") as one:
-        assert both.n_frames == one.n_frames == 3
+        assert count_of(both) == count_of(one) == 3
         assert both.width > 1.3 * one.width
 
 

@@ -124,9 +124,10 @@ def test_legend_names_what_there_is(film: Film, scene: Scene) -> None:
 
 def test_a_pose_that_was_not_measured_is_not_drawn(film: Film) -> None:
     blind = replace(film.looks[1], pose=np.full(3, np.nan))
-    scene = Scene(Figure().add_subplot(), replace(film, looks=(film.looks[0], blind), times=film.times[:2]))
+    figure = Figure()
+    scene = Scene(figure.add_subplot(), replace(film, looks=(film.looks[0], blind), times=film.times[:2]))
     scene.show(1)
-    scene.axes.figure.draw_without_rendering()
+    figure.draw_without_rendering()
     assert np.isfinite(extent(scene.film)).all()
 
 
