@@ -54,6 +54,7 @@ class Viewer:
         self.button.on_clicked(self._pressed)
         self.slider.on_changed(self._slid)
         figure.canvas.mpl_connect("key_press_event", self._key)
+        figure.canvas.mpl_connect("close_event", self._closed)
         self._show(0)
 
     def _lay_out(self) -> None:
@@ -152,6 +153,10 @@ class Viewer:
             self.go(float(self.slider.val) + FAR_KEYS[key])
         elif key in ("home", "end"):
             self.go(self.slider.valmin if key == "home" else self.slider.valmax)
+
+    def _closed(self, _: Event) -> None:
+        self.playing = False
+        self._timer.stop()
 
     def _show(self, index: int) -> None:
         self.index = index
