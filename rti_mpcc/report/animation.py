@@ -29,7 +29,10 @@ Picture = NDArray[np.uint8]
 Progress = Callable[[float, float], None]
 
 RATE = 10
-"""Pictures a second; they run at the speed of the run."""
+"""Pictures a second."""
+MOST = 500
+"""Of longer runs so many pictures at most: up to 50 s they are shown at their speed, then 2, 3, ... times as
+fast. Pillow holds all pictures of a GIF until it is written."""
 HELD = 15
 """So often the last picture is shown."""
 DPI = 100
@@ -97,11 +100,12 @@ def write_animation(films: Sequence[Film], file: Path, *, progress: Progress | N
 
 
 def picture_times(films: Sequence[Film]) -> list[float]:
-    """When the pictures show the films [s]; the last one is at the end or after it."""
+    """When the pictures show the films [s], at most `MOST`; the last one is at the end or after it."""
     begin = min(float(film.times[0]) for film in films)
     end = max(float(film.times[-1]) for film in films)
     count = ceil(RATE * (end - begin) - 1e-6)
-    return [begin + k / RATE for k in range(count + 1)]
+    every = max(1, ceil(count / (MOST - 1)))
+    return [begin + k * every / RATE for k in range(ceil(count / every) + 1)]
 
 
 def pictures(films: Sequence[Film], *, progress: Progress | None = None) -> Iterator[Picture]:

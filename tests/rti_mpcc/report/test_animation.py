@@ -116,6 +116,14 @@ def test_pictures_begin_with_the_first_and_end_with_the_last(film: Film, brief: 
     assert picture_times([replace(brief, looks=brief.looks[:1], times=brief.times[:1])]) == [0.0]
 
 
+@pytest.mark.parametrize(("end", "step", "count"), [(49.9, 0.1, 500), (50.0, 0.2, 251), (120.0, 0.3, 401)])
+def test_long_runs_are_shown_faster(film: Film, end: float, step: float, count: int) -> None:
+    times = picture_times([replace(film, times=np.array([0.0, end]), looks=film.looks[:2])])
+    assert len(times) == count
+    assert np.diff(times) == pytest.approx(np.full(count - 1, step))
+    assert times[-1] >= end - 1e-6
+
+
 def test_pictures_have_even_sizes_and_what_moves_is_drawn_over_what_stands(brief: Film) -> None:
     shown = list(pictures([brief]))
     assert len(shown) == 4 + HELD - 1
