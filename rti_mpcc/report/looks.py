@@ -21,8 +21,9 @@ from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import Controller
 from rti_mpcc.types import Array, Command, Source, VehicleState
 
-TIGHT = 0.005
-"""A half-plane is active where a disc has so little more than the margin left to it [m]."""
+TIGHT = 0.002
+"""A half-plane is active where a disc has so little more than the margin left to it [m]. Of the half-planes that
+had a multiplier in the QPs of docking_inside and docking_behind (906) this finds 99 %, and 113 besides."""
 _FROM_QP = (Source.SOLUTION, Source.SHIFTED_PLAN)
 
 
