@@ -22,8 +22,8 @@ from rti_mpcc.simulation import Controller
 from rti_mpcc.types import Array, Command, Source, VehicleState
 
 TIGHT = 0.002
-"""A half-plane is active where a disc has so little more than the margin left to it [m]. Of the half-planes that
-had a multiplier in the QPs of docking_inside and docking_behind (906) this finds 99 %, and 113 besides."""
+"""A half-plane is active where a disc has so little more than the margin left to it [m]. Of the 906 with a
+multiplier in the QPs of docking_inside and docking_behind this finds 99 %, and 113 others besides."""
 _FROM_QP = (Source.SOLUTION, Source.SHIFTED_PLAN)
 
 
