@@ -76,6 +76,10 @@ class Viewer:
         right = figure.add_gridspec(1, 1, left=0.53, right=0.985, bottom=0.15, top=0.77)
         self.plan, self.stages = inside_panels(figure, right[0], film)
         self.text = figure.text(0.5, 0.985, "", va="top", family="monospace", fontsize="medium")
+        self._add_widgets()
+
+    def _add_widgets(self) -> None:
+        figure, film = self.figure, self.film
         # One colour: a change of it when the mouse comes would redraw everything.
         self.button = Button(
             figure.add_axes((0.03, 0.03, 0.06, 0.045)), _PLAY, color=style.SKY, hovercolor=style.SKY
