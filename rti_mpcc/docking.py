@@ -24,7 +24,7 @@ from rti_mpcc.model.layout import STATES
 from rti_mpcc.planning import aim, intake, route
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation
-from rti_mpcc.planning.trust import weighed
+from rti_mpcc.planning.trust import by_commands, weighed
 from rti_mpcc.safety import gate, ladder
 from rti_mpcc.safety.act import Act, command, emergency
 from rti_mpcc.types import Command, Status, VehicleState
@@ -115,24 +115,27 @@ class DockingController(Driver):
         self._aim()
         situation = self._situation()
         act = self._driven(situation, clock, new_obstacles=self._surroundings.changes > changes)
-        drive = gate.admitted(act.drive, situation.state, self._memory.trust.measured, self.config)
+        measured = self._memory.trust.heeded(self.config)
+        drive = gate.admitted(act.drive, situation.state, measured, self.config)
         act = replace(act, drive=drive)
         self._remember(act, situation)
         return command(act, situation, self._memory, detections, remarks, self.config, clock)
 
     def _rescue(self, before: ControllerMemory, error: Exception, clock: CycleClock) -> Command:
         """Brake, and begin afresh in the next cycle with what was known before this one."""
-        memory, reason = self._memory, f"{MISTAKE}: {type(error).__name__}: {' '.join(str(error).split())}"
-        if memory.trust.at < memory.now:  # it happened before the state was looked at
-            memory = before
-        believed = before.reached if memory.trust.state is None else memory.trust.state
-        if believed is None:
-            believed = np.zeros(STATES)
-        drive = ladder.brake(believed, ladder.braking(self.config), self.config)
-        drive = gate.admitted(drive, believed, memory.trust.measured, self.config)
-        self._memory = route.braked(memory, drive.acceleration, reason, self.config)
+        memory, config = self._memory, self.config
+        reason = f"{MISTAKE}: {type(error).__name__}: {' '.join(str(error).split())}"
+        reached = before.reached
+        if memory.trust.state is not None:
+            begin = memory.now + config.dead_time
+            reached = by_commands(memory.trust.state, memory.queue, memory.now, begin, config)
+        if reached is None:
+            reached = np.zeros(STATES)
+        drive = ladder.brake(reached, ladder.braking(config), config)
+        drive = gate.admitted(drive, reached, memory.trust.heeded(config), config)
+        self._memory = route.braked(memory, drive.acceleration, reason, config)
         self._mpcc = self._core()
-        return emergency(drive, believed, self._memory, reason, self.config, clock)
+        return emergency(drive, reached, self._memory, reason, config, clock)
 
     def problem(self) -> QpProblem:
         """The QP of the last cycle that solved one, for study off line."""
@@ -151,8 +154,11 @@ class DockingController(Driver):
         memory, clock_remark = intake.timed(self._memory, now, self.config.cycle)
         goal, goal_remark = intake.goal_in(goal, self.path.end)
         surroundings, unreadable = intake.surroundings_in(self._surroundings, obstacles)
+        if obstacles is None:
+            unreadable = memory.unreadable
         trust = weighed(memory.trust, state, memory.queue, memory.now, self.config)
-        self._memory = replace(memory, trust=trust.doubting(unreadable, memory.trust))
+        trust = trust.doubting(unreadable, memory.trust)
+        self._memory = replace(memory, trust=trust, unreadable=unreadable)
         if surroundings is not self._surroundings:
             self._surroundings = surroundings
             self._mpcc.set_obstacles(surroundings.corridor)
@@ -186,7 +192,7 @@ class DockingController(Driver):
     def _situation(self) -> Situation:
         """Where the command will begin to act, on the part that the vehicle is on by then."""
         if self._memory.trust.found:
-            self._memory = replace(route.restart(self._memory), reached=None)
+            self._memory = route.found(self._memory)
         situation = self._assess()
         if not route.may_change_direction(self._memory, situation, self.config.dead_time):
             return situation

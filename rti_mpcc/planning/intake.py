@@ -21,6 +21,8 @@ from rti_mpcc.planning.trust import FAR, MANY_TURNS
 
 GOAL_REACH = 1e3
 """A goal farther than this from the path's end [m] is not taken."""
+STILL = 3
+"""A clock that has not moved for so many cycles stands still."""
 LEAP = 3600.0
 """A clock that leaps ahead by more than this [s] was set anew."""
 
@@ -64,11 +66,16 @@ def timed(memory: ControllerMemory, now: float, cycle: float) -> tuple[Controlle
     last = memory.time
     if not _all_finite(now) or not is_time(now):
         return replace(memory, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
+    stood = memory.clock_stood + 1 if now == memory.clock_at else 0
+    memory = replace(memory, clock_at=float(now), clock_stood=stood)
     own = now + memory.clock_offset
-    if last is None or last <= own <= last + LEAP:
+    if stood >= STILL:
+        word = "the clock stands still"
+    elif last is None or last <= own <= last + LEAP:
         return replace(memory, time=own), ""
-    word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
-    own = last + cycle
+    else:
+        word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
+    own = cycle if last is None else last + cycle
     return replace(memory, time=own, clock_offset=own - now), word
 
 

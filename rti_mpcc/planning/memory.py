@@ -51,7 +51,9 @@ class ControllerMemory:
     Attributes:
         time: on the controller's own clock, which never runs back [s]; None before the first cycle;
             clock_offset: how far it is ahead of the user's [s].
+        clock_at: what the user's clock showed last [s]; clock_stood: so many cycles it has not moved.
         trust: what is believed of the vehicle's state.
+        unreadable: what is wrong with the obstacles told last, or "".
         part: index of the active part of the route.
         phase: see `Phase`.
         unfinished: a search for a first plan that ran out of time, or None.
@@ -82,7 +84,10 @@ class ControllerMemory:
 
     time: float | None = None
     clock_offset: float = 0.0
+    clock_at: float | None = None
+    clock_stood: int = 0
     trust: Trust = field(default_factory=Trust)
+    unreadable: str = ""
     part: int = 0
     phase: Phase = Phase.STARTING
     unfinished: Unfinished | None = None

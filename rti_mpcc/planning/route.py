@@ -69,7 +69,8 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
-        return memory
+        there = situation.inside(situation.error) and stands(memory, situation)
+        return replace(memory, phase=Phase.HOLDING, outside_since=None) if there else memory
     stopping = situation.speed <= SETTLE_TIME * config.comfort_acceleration
     overdue = memory.overdue_since is not None and situation.now - memory.overdue_since >= OVERDUE
     if stopping and situation.inside(situation.stop_error, 1.0 if overdue else SETTLE_SHARE):
@@ -112,6 +113,8 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     if not config.arrival or not within_reach(situation.way, situation.speed, config):
         return replace(memory, arrive_at=None, overdue_since=None)
     duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+    if _beside(memory, situation):
+        memory = replace(memory, restarts=max(memory.restarts, 1))
     if memory.restarts > 0:
         duration = max(duration, RETRY_TIME)
     return replace(
@@ -141,6 +144,16 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
         overdue_since=None,
         outside_since=None,
     )
+
+
+def found(memory: ControllerMemory) -> ControllerMemory:
+    """The vehicle is not where it was believed to be, or was not heard of for long: a plan begins afresh.
+
+    One that holds or brakes to rest at its target goes on with that while it is inside the tolerance.
+    """
+    if memory.phase in (Phase.HOLDING, Phase.SETTLING):
+        return replace(memory, reached=None)
+    return replace(restart(memory), reached=None)
 
 
 def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
@@ -222,7 +235,10 @@ def next_part(memory: ControllerMemory) -> ControllerMemory:
     return ControllerMemory(
         time=memory.time,
         clock_offset=memory.clock_offset,
+        clock_at=memory.clock_at,
+        clock_stood=memory.clock_stood,
         trust=memory.trust,
+        unreadable=memory.unreadable,
         part=memory.part + 1,
         planned=memory.planned,
         goal=memory.goal,
@@ -266,6 +282,13 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
     if situation.free and not situation.inside(situation.error):
         return _outside(memory, situation)
     return replace(memory, phase=Phase.HOLDING, restarts=0, outside_since=None)
+
+
+def _beside(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
+    error, (_, across, heading) = situation.error, situation.tolerance
+    near = hypot(error.x, error.y) <= RETREAT_REACH
+    return near and stands(memory, situation) and (abs(error.y) > across or abs(error.phi) > heading)
 
 
 def _stuck(memory: ControllerMemory, situation: Situation) -> bool:

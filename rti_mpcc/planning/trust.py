@@ -5,7 +5,9 @@ measurement. Doubted is a measurement that cannot be (not finite, no vehicle's),
 the vehicle must have moved, or that is farther off than the vehicle can be. What is believed is then reckoned
 from the commands. It is trusted again once it agrees with the reckoning; or, as the vehicle may have been set
 down elsewhere, once it has agreed with itself for `Plausibility.confirmation` while the vehicle stands. A
-steering that moves otherwise than commanded is found out in the same way, and is given as much time.
+steering that moves otherwise than commanded is found out in the same way, and is given as much time. A
+measurement that stays the same to the last bit may be an old one, or that of a vehicle that cannot move, told
+in round numbers: once the vehicle must stand, it is tried again, but not for ever.
 """
 
 from __future__ import annotations
@@ -34,6 +36,9 @@ MOST_STEERING = 1.5
 """No steering angle is beyond this [rad]."""
 MOST_SPEED = 3.0
 """No speed is beyond this share of its limit."""
+FROZEN_TRIES = 3
+"""So often a frozen measurement of a standing vehicle is trusted once more, each time after twice the time:
+what the vehicle does then it may do blindly."""
 MISMATCH = 0.3
 """Share of what a vehicle can do in the meantime by which its model may be wrong."""
 OBSTINATE = "the steering does not follow its commands"
@@ -53,6 +58,9 @@ class Trust:
         agrees_since: since when doubted measurements agree with one another while the vehicle stands [s], or
             None.
         found: the vehicle was just found elsewhere than it was believed to be.
+        odd_since: since when measurements contradict one another [s], or None.
+        gap: there was no usable measurement since a time without cycles.
+        tries: so often a frozen measurement was trusted once more since it last changed.
     """
 
     at: float = 0.0
@@ -64,11 +72,24 @@ class Trust:
     since: float = 0.0
     agrees_since: float | None = None
     found: bool = False
+    odd_since: float | None = None
+    gap: bool = False
+    tries: int = 0
 
     @property
     def obstinate(self) -> bool:
         """Whether it is the steering that cannot be relied on, not the measurement."""
         return self.why.startswith(OBSTINATE)
+
+    def heeded(self, config: ControllerConfig) -> Array | None:
+        """The measurement (6,) where it may hold a command back, or None.
+
+        Measurements that have contradicted one another for longer than a plan is driven on blindly must not
+        keep a vehicle from braking that is believed to move.
+        """
+        if self.state is None or self.odd_since is None or abs(float(self.state[V])) <= SLOW:
+            return self.measured
+        return None if self.at - self.odd_since > config.plausibility.blind else self.measured
 
     def doubting(self, problem: str, last: Trust) -> Trust:
         """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
@@ -84,8 +105,8 @@ def weighed(
     measured = _array(told)
     problem = _unfit(measured, config)
     seconds = now - last.at
-    if last.state is None or last.measured is None or last.reckoned is None or seconds > GAP:
-        return _first(last, measured, problem, now)
+    if last.state is None or last.measured is None or last.reckoned is None or last.gap or seconds > GAP:
+        return _first(last, measured, problem, queue, now, config)
 
     def rolled(state: Array) -> Array:
         return by_commands(state, queue, last.at, now, config)
@@ -99,7 +120,10 @@ def weighed(
     if not problem:
         gap += float(measured[DELTA] - expected[DELTA])
         problem = _obstinate(gap, last, config)
-    agrees = problem and not frozen and _agrees(measured, last.measured, rolled, seconds, config)
+    alike = _alike(measured, last.measured, rolled, seconds, config)
+    agrees = problem and alike and abs(float(measured[V])) <= SLOW
+    if frozen:
+        agrees = agrees and last.tries < FROZEN_TRIES and abs(float(reckoned[V])) <= SLOW
     trust = replace(
         last,
         at=now,
@@ -111,19 +135,46 @@ def weighed(
         since=last.since if problem and last.why else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
         found=False,
+        odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
+        tries=last.tries if same else 0,
     )
     since = trust.agrees_since
-    if since is not None and now - since >= config.plausibility.confirmation:
-        return replace(trust, state=measured, steering_gap=0.0, why="", found=True)
-    return trust
+    if since is None or now - since < config.plausibility.confirmation * 2**trust.tries:
+        return trust
+    tries = trust.tries + bool(frozen)
+    return replace(
+        trust, state=measured, reckoned=measured, steering_gap=0.0, why="", found=True, tries=tries
+    )
 
 
-def _first(last: Trust, measured: Array, problem: str, now: float) -> Trust:
-    """The first measurement, or the first one after a gap."""
-    if problem:
-        since = last.since if last.why else now
-        return replace(last, at=now, measured=measured, why=problem, since=since, agrees_since=None)
-    return Trust(at=now, state=measured, measured=measured, reckoned=measured, found=last.state is not None)
+def _first(
+    last: Trust,
+    measured: Array,
+    problem: str,
+    queue: tuple[QueuedCommand, ...],
+    now: float,
+    config: ControllerConfig,
+) -> Trust:
+    """The first measurement, or the first one after a gap, in which too much may have happened."""
+    if not problem:
+        found = last.state is not None
+        return Trust(at=now, state=measured, measured=measured, reckoned=measured, found=found)
+    since = last.since if last.why else now
+    state = last.state
+    if state is not None:
+        state = by_commands(state, queue, last.at, min(now, last.at + GAP), config)
+    return replace(
+        last,
+        at=now,
+        state=state,
+        measured=measured,
+        why=problem,
+        since=since,
+        agrees_since=None,
+        odd_since=now if last.odd_since is None else last.odd_since,
+        found=False,
+        gap=state is not None,
+    )
 
 
 def _array(state: VehicleState) -> Array:
@@ -188,11 +239,11 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
 _UNITS = {"position": "m", "heading": "rad", "speed": "m/s", "steering": "rad"}
 
 
-def _agrees(
+def _alike(
     measured: Array, before: Array, rolled: Callable[[Array], Array], seconds: float, config: ControllerConfig
 ) -> bool:
-    """Whether this measurement and the one before it are of one vehicle, which stands."""
-    if _unfit(measured, config) or _unfit(before, config) or abs(float(measured[V])) > SLOW:
+    """Whether this measurement and the one before it are of one vehicle."""
+    if _unfit(measured, config) or _unfit(before, config):
         return False
     return not _far(measured, rolled(before), seconds, config)
 

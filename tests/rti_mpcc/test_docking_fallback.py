@@ -17,7 +17,7 @@ from rti_mpcc.planning import search
 from rti_mpcc.planning.search import Attempt
 from rti_mpcc.safety.ladder import PLAN_LIFE
 from rti_mpcc.simulation import docking_controller
-from rti_mpcc.simulation.plant import PlantState
+from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Command, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import drive, short
 
@@ -128,7 +128,9 @@ def test_an_obstacle_that_is_no_polygon_stops_the_vehicle_and_says_why(outline: 
     command = controller.step(state, now=0.0, obstacles=[np.array(outline)])
     assert (command.status, command.source) == (Status.FAILED, Source.STANDSTILL)
     assert command.diagnostics.reason.startswith("obstacles not ")
-    assert controller.step(state, now=0.05).source is Source.SOLUTION
+    kept = controller.step(state, now=0.05)
+    assert (kept.status, kept.source) == (Status.FAILED, Source.STANDSTILL)  # nothing better was told since
+    assert controller.step(state, now=0.1, obstacles=[]).source is Source.SOLUTION
 
 
 class Blank:
@@ -229,3 +231,106 @@ def test_a_mistake_in_the_program_brakes_and_the_next_cycle_goes_on(
     assert run[int(5.2 / 0.05)][1].source is Source.SOLUTION
     assert run[-1][1].docked
     assert "mistake in a cycle" in caplog.text
+
+
+@pytest.mark.parametrize("dead_time", [0.0, 0.18, 0.5])
+def test_a_mistake_that_lasts_brings_the_vehicle_to_rest_and_leaves_it_there(
+    dead_time: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = search.converge
+
+    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> Attempt:
+        if situation.now >= 5.0:
+            raise ZeroDivisionError("made up")
+        return found(mpcc, memory, situation, start, clock)
+
+    monkeypatch.setattr(search, "converge", converge)
+    run = list(drive(short(dead_time=dead_time), 12.0))
+    assert max(plant.v for plant, _ in run) <= 0.02  # it reverses, and is not driven forwards by its brakes
+    assert all(abs(plant.v) <= 0.02 for plant, _ in between(run, 9.0, 12.0))
+
+
+class Told(DockingController):
+    """What is told of the state, the time and the obstacles is changed."""
+
+    tell: Callable[[VehicleState, float], dict[str, Any]]
+
+    def step(self, state: VehicleState, *, now: float, **inputs: Any) -> Command:
+        told: dict[str, Any] = {"state": state, "now": now} | inputs | self.tell(state, now)
+        return super().step(told.pop("state"), **told)
+
+
+def driven_as_told(seconds: float, tell: Callable[[VehicleState, float], dict[str, Any]]) -> list[Any]:
+    scenario = short()
+    path = scenario.build_path()
+    controller = Told(path, scenario.build_corridor(path), scenario.controller_config())
+    controller.tell = tell
+    return list(drive(scenario, seconds, controller=controller))
+
+
+@pytest.mark.parametrize("speed", [31.0, 12.0, -31.0])
+def test_a_speed_that_cannot_be_does_not_keep_the_vehicle_from_braking(speed: float) -> None:
+    run = driven_as_told(10.0, lambda state, now: {"state": replace(state, v=speed)} if now >= 5.0 else {})
+    assert between(run, 5.0, 5.1)[0][0].v < -0.5
+    assert all(abs(plant.v) <= 0.02 for plant, _ in between(run, 8.0, 10.0))
+    assert {command.status for _, command in between(run, 8.0, 10.0)} == {Status.FAILED}
+
+
+def test_obstacles_that_are_not_readable_stop_a_moving_vehicle_until_some_are() -> None:
+    broken = [[[5.0, nan], [6.0, 1.0], [6.0, 2.0]]]
+
+    def tell(state: VehicleState, now: float) -> dict[str, Any]:
+        return {"obstacles": broken} if abs(now - 5.0) < 0.01 else {"obstacles": []} if now >= 10.0 else {}
+
+    run = driven_as_told(30.0, tell)
+    assert all(abs(plant.v) <= 0.02 for plant, _ in between(run, 8.0, 10.0))
+    assert run[-1][1].docked
+
+
+def test_a_clock_that_stands_still_is_told_and_the_vehicle_docks_nevertheless() -> None:
+    run = driven_as_told(25.0, lambda state, now: {"now": min(now, 5.0)})
+    assert run[-1][1].docked
+    assert "the clock stands still" in run[-1][1].diagnostics.reason
+
+
+def test_a_docked_vehicle_stays_where_it_is_after_cycles_were_lost() -> None:
+    """A gap says nothing about where it is: it is measured there."""
+    scenario = short()
+    controller, path = docking_controller(scenario), scenario.build_path()
+    goal, parameters = scenario.goal_pose(path), scenario.plant_parameters()
+    plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
+    moved, docked_at = 0.0, None
+    for cycle in range(round(30.0 / 0.05)):
+        now = 0.05 * cycle
+        if docked_at is not None and any(begin <= now - docked_at < begin + 1.2 for begin in (0.2, 1.5)):
+            continue
+        plant = advance(plant, parameters, now)
+        command = controller.step(plant.measured, now=now, goal=goal)
+        if docked_at is None and command.docked:
+            docked_at, there = now, plant
+        if docked_at is not None:
+            assert command.docked, (now, command.diagnostics.reason)
+            moved = max(moved, float(np.hypot(plant.x - there.x, plant.y - there.y)))
+        plant = issue(
+            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
+        )
+    assert docked_at is not None
+    assert moved <= 0.02
+
+
+def test_a_vehicle_that_begins_in_its_goal_is_docked_at_once() -> None:
+    scenario = short()
+    goal = scenario.goal_pose(scenario.build_path())
+    state = VehicleState(x=goal.x + 0.02, y=goal.y, phi=goal.phi, v=0.0, delta=0.3)
+    command = docking_controller(scenario).step(state, now=0.0, goal=goal)
+    assert (command.docked, command.acceleration, command.steering_rate) == (True, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("aside", [0.1, -0.3])
+def test_a_vehicle_that_begins_beside_its_goal_backs_off_gently(aside: float) -> None:
+    scenario = short()
+    goal = scenario.goal_pose(scenario.build_path())
+    beside = goal.compose(Pose2(0.0, aside, 0.0))
+    run = list(drive(scenario, 12.0, start=PlantState(x=beside.x, y=beside.y, phi=beside.phi)))
+    assert max(abs(command.acceleration) for _, command in run) <= 1.0
+    assert finite(run)

@@ -41,6 +41,17 @@ def test_a_clock_that_goes_back_or_leaps_lets_one_cycle_pass() -> None:
     assert intake.timed(memory, 2.05, CYCLE)[1] == ""
 
 
+def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
+    assert times(*[5.0] * 6) == pytest.approx([5.0, 5.0, 5.0, 5.05, 5.1, 5.15])
+    assert times(*[5.0] * 4, 5.05, 5.1) == pytest.approx([5.0, 5.0, 5.0, 5.05, 5.1, 5.15])
+    memory = ControllerMemory()
+    remarks = []
+    for _ in range(4):
+        memory, remark = intake.timed(memory, 5.0, CYCLE)
+        remarks.append(remark)
+    assert remarks == ["", "", "", "the clock stands still"]
+
+
 @pytest.mark.parametrize("now", [nan, inf, -inf, 1e300])
 def test_a_clock_that_shows_no_time_lets_one_cycle_pass(now: float) -> None:
     assert times(5.0, now, 5.1) == pytest.approx([5.0, 5.05, 5.1])

@@ -385,3 +385,37 @@ def test_a_blocked_vehicle_looks_again_now_and_then(situations: Any) -> None:
     assert not route.looks_again(looked, situations.standing(now=10.0 + 0.9 * route.LOOK_AGAIN))
     assert route.looks_again(looked, situations.standing(now=10.0 + route.LOOK_AGAIN))
     assert route.looks_again(looked, situations.standing(now=3.0))  # a clock that was set back
+
+
+def test_a_vehicle_that_stands_inside_the_tolerance_at_the_begin_holds(situations: Any) -> None:
+    starting = arriving(phase=Phase.STARTING)
+    assert decided(starting, situations.standing(19.96), CONFIG).phase is Phase.HOLDING
+    assert decided(starting, situations.standing(19.9), CONFIG).phase is Phase.STARTING
+    moving = situations(error=Pose2(0.01, 0.0, 0.0))
+    assert decided(starting, moving, CONFIG).phase is Phase.STARTING
+
+
+def test_a_vehicle_that_stands_beside_its_goal_may_back_off_at_once(situations: Any) -> None:
+    beside = situations.standing(19.9, error=Pose2(-0.1, 0.2, 0.0))
+    after = route.begin_phase(arriving(standing_since=9.0), beside, CONFIG)
+    assert after.restarts == 1
+    assert after.arrive_at == pytest.approx(10.2 + route.RETRY_TIME)
+    before = situations.standing(19.0)
+    assert route.begin_phase(arriving(standing_since=9.0), before, CONFIG).restarts == 0
+
+
+@pytest.mark.parametrize(
+    ("phase", "then"),
+    [
+        (Phase.HOLDING, Phase.HOLDING),
+        (Phase.SETTLING, Phase.SETTLING),
+        (Phase.ARRIVING, Phase.STARTING),
+        (Phase.CONTOURING, Phase.STARTING),
+        (Phase.STALLED, Phase.STARTING),
+    ],
+)
+def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
+    phase: Phase, then: Phase
+) -> None:
+    after = route.found(arriving(phase=phase, reached=np.zeros(6)))
+    assert (after.phase, after.reached) == (then, None)

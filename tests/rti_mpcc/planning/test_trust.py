@@ -6,11 +6,12 @@ from collections.abc import Iterable
 from math import inf, nan, pi
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.planning.trust import Trust, weighed
+from rti_mpcc.planning.trust import FROZEN_TRIES, Trust, weighed
 from rti_mpcc.types import VehicleState
 
 CONFIG = ControllerConfig(cycle=0.05)
@@ -179,3 +180,45 @@ def test_another_problem_is_doubt_too_and_counts_from_its_begin() -> None:
     second = after([cruising(0.55)], first).doubting("obstacles not readable", first)
     assert second.since == 0.5
     assert after([cruising(0.6)], second).why == ""
+
+
+def test_a_bad_measurement_after_a_gap_is_no_better_known_than_the_gap() -> None:
+    spoiled = weighed(driven(), cruising(3.0, y=nan), (), 3.0, CONFIG)
+    assert spoiled.why != ""
+    assert believed(spoiled)[0] == pytest.approx(0.45 + 1.0)  # rolled forward, but not for ever
+    found = weighed(spoiled, cruising(3.05, y=0.5), (), 3.05, CONFIG)
+    assert (found.why, found.found, found.gap) == ("", True, False)
+    assert believed(found)[:2] == [3.05, 0.5]
+
+
+def test_a_vehicle_that_cannot_move_is_tried_again_each_time_after_twice_the_time() -> None:
+    """Its state is told in round numbers; by its commands it begins to move and brakes again."""
+    trust, tried = after([standing()]), [0.0]
+    for _ in range(2000):
+        since = trust.at - tried[-1]
+        pushed = 1.0 if since < 1.0 else -1.0 if since < 2.0 else 0.0
+        queue = (QueuedCommand(-1.0, pushed, 0.0),)
+        trust = after([standing()], trust, queue)
+        if trust.found:
+            tried.append(trust.at)
+    assert trust.why != ""
+    assert trust.tries == FROZEN_TRIES
+    waits = np.diff(tried)
+    assert len(waits) == FROZEN_TRIES
+    np.testing.assert_allclose(np.diff(waits), CHECKS.confirmation * np.array([1.0, 2.0]), atol=0.2)
+    assert after([standing(x=0.001)] * 200, trust, (QueuedCommand(-1.0, 0.0, 0.0),)).why == ""
+
+
+def test_only_for_a_moment_may_measurements_that_contradict_one_another_hold_a_command_back() -> None:
+    trust = after([cruising(0.5, v=31.0)], driven())
+    assert trust.heeded(CONFIG) is trust.measured
+    lasting = after([cruising(0.5 + 0.05 * k, v=31.0) for k in range(1, 9)], trust)
+    assert lasting.why != ""
+    assert lasting.heeded(CONFIG) is None
+    # One that drives as fast as it is measured may be right.
+    fast = after([cruising(0.5 + 0.6 * k, v=12.0) for k in range(1, 9)], driven())
+    assert fast.why != ""
+    assert fast.heeded(CONFIG) is fast.measured
+    # What stands has nothing to brake.
+    stood = after([standing(v=31.0)] * 9, after([standing()]))
+    assert stood.heeded(CONFIG) is stood.measured
