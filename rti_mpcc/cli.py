@@ -1,26 +1,26 @@
-"""The command `rti-mpcc`: list the built-in scenarios, run and record one, replay it (contract 3.2)."""
+"""The command `rti-mpcc`: list the built-in scenarios, run, record, replay, watch (contract 3.2)."""
 
 from __future__ import annotations
 
 import argparse
-import logging
 import sys
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from rti_mpcc.errors import InputError, RtiMpccError
 from rti_mpcc.recording import Recorder, replay
-from rti_mpcc.report.files import write_files
+from rti_mpcc.report.console import progress_bar, tell_run, warnings_on_stderr
+from rti_mpcc.report.files import make_writable, write_files
+from rti_mpcc.report.film import Film, film_of_recording, film_of_run
+from rti_mpcc.report.looks import Onlooker, Seen
 from rti_mpcc.report.replay_lines import replay_lines
-from rti_mpcc.report.table import summary_table
 from rti_mpcc.simulation import (
+    Controller,
     GoalSource,
     RunResult,
     Scenario,
@@ -38,9 +38,10 @@ DOCKED, NOT_DOCKED, BAD_INPUT = 0, 1, 2
 """Exit status."""
 IDENTICAL, DIFFERENT = 0, 1
 """The same of a replay."""
+Commands = Any
+"""What argparse adds commands to; its own name for it is private."""
 _INTERRUPTED = 130
 _PROGRAM = "rti-mpcc"
-_TABLE_WIDTH = 100
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -53,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = _parser().parse_args(argv)
     except SystemExit as leaving:  # argparse has told what is wrong, or printed the help
         return leaving.code if isinstance(leaving.code, int) else BAD_INPUT
-    with _warnings_on_stderr():
+    with warnings_on_stderr(_PROGRAM):
         try:
             status: int = arguments.command(arguments)
         except RtiMpccError as error:
@@ -94,9 +95,23 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--discs", action="store_true", help="draw the discs that cover the body in the overview"
     )
+    run.add_argument(
+        "--animate",
+        nargs="?",
+        const="",
+        metavar="FILE",
+        help="write a moving picture, .mp4 or .gif; default: animation.mp4 beside the other files, .gif "
+        "where ffmpeg is not installed",
+    )
     run.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
     _add_dump_failed(run)
     run.set_defaults(command=_run)
+    _add_replay(commands)
+    _add_watch(commands)
+    return parser
+
+
+def _add_replay(commands: Commands) -> None:
     again = commands.add_parser(
         "replay",
         help="run the controller on a recording and compare",
@@ -113,7 +128,30 @@ def _parser() -> argparse.ArgumentParser:
     again.add_argument("--partial", action="store_true", help="replay what is whole of a truncated recording")
     _add_dump_failed(again)
     again.set_defaults(command=_replay)
-    return parser
+
+
+def _add_watch(commands: Commands) -> None:
+    watch = commands.add_parser(
+        "watch",
+        help="open a window on a run or a recording: play it, look into the solver at any cycle",
+        epilog="Keys: space plays and pauses, left and right go by a cycle, up and down by 1 s, page up and "
+        "page down by 5 s, home and end to the ends.",
+    )
+    watch.add_argument(
+        "what",
+        metavar="RECORDING_OR_SCENARIO",
+        help="what `run --record` wrote, name of a built-in scenario, or a .toml file",
+    )
+    watch.add_argument("--preset", choices=PRESETS, help="of a scenario; default: default")
+    watch.add_argument("--seed", type=_seed, metavar="N", help="of a scenario; default: 0")
+    watch.set_defaults(
+        command=_watch,
+        method="dynamic",
+        goal_source=GoalSource.DETECTED.value,
+        record=None,
+        dump_failed=None,
+        animate="",
+    )
 
 
 def _add_dump_failed(parser: argparse.ArgumentParser) -> None:
@@ -159,50 +197,71 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.dump_failed is not None and arguments.record is None:
         raise InputError("--dump-failed needs --record: what is recorded is looked through for failed cycles")
     folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
-    _make_writable(folder)
-    result = _simulated(scenario, arguments)
+    animation = _animation(arguments.animate, folder)
+    for place in [folder, *(file.parent for file in animation)]:
+        make_writable(place)
+    result, seen = _simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(result, figures, folder, plots=not arguments.no_plots, discs=arguments.discs)
+    for file in animation:
+        _animate(result, seen, file)
     if arguments.record is not None:
         written = (*written, arguments.record)
-    _tell(figures, written)
+    written = (*written, *animation)
+    tell_run(figures, written)
     crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
     return DOCKED if figures["docked"] and not crossed else NOT_DOCKED
 
 
-def _make_writable(folder: Path) -> None:
-    """Before the run, so that it is not driven in vain. Raises OSError."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
-        pass
+def _animation(asked: str | None, folder: Path) -> tuple[Path, ...]:
+    """The animation to write, if one is asked for: "" leaves the name open. Raises InputError."""
+    if asked is None:
+        return ()
+    # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
+    from rti_mpcc.report.animation import animation_file
+
+    return (animation_file(Path(asked) if asked else None, folder),)
 
 
-def _simulated(scenario: Scenario, arguments: argparse.Namespace) -> RunResult:
-    source = GoalSource(arguments.goal_source)
+def _animate(result: RunResult, seen: Sequence[Seen], file: Path) -> None:
+    from rti_mpcc.report.animation import animate_run
+
+    with progress_bar(file.name, "{task.completed:.1f} s") as progress:
+        animate_run(result, seen, file, progress=progress)
+
+
+def _simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Sequence[Seen]]:
+    """The run, recorded and looked at if that is asked for, and what was seen."""
+    source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
     with ExitStack() as stack:
-        recorder = None
-        if arguments.record is not None:
-            controller = docking_controller(
+        controller: Controller | None = None
+        onlooker = None
+        if arguments.record is not None or arguments.animate is not None:
+            core = docking_controller(
                 scenario, preset=arguments.preset, method=arguments.method, goal_source=source
             )
-            arguments.record.parent.mkdir(parents=True, exist_ok=True)
-            recorder = Recorder(controller, arguments.record, dump_failed=arguments.dump_failed)
-            stack.enter_context(recorder)
-        duration = scenario.simulation.duration
-        progress = stack.enter_context(_progress_bar(scenario.name, "{task.completed:.1f} s"))
-        return simulate(
+            controller = core
+            if arguments.record is not None:
+                arguments.record.parent.mkdir(parents=True, exist_ok=True)
+                recorder = Recorder(core, arguments.record, dump_failed=arguments.dump_failed)
+                controller = stack.enter_context(recorder)
+            if arguments.animate is not None:
+                controller = onlooker = Onlooker(controller)
+        progress = stack.enter_context(progress_bar(scenario.name, "{task.completed:.1f} s"))
+        result = simulate(
             scenario,
             preset=arguments.preset,
             method=arguments.method,
             seed=arguments.seed,
             progress=progress and (lambda time: progress(time, duration)),
-            controller=recorder,
+            controller=controller,
             goal_source=source,
         )
+    return result, onlooker.seen if onlooker else ()
 
 
 def _replay(arguments: argparse.Namespace) -> int:
-    with _progress_bar(arguments.file.name, "cycle {task.completed:.0f}") as progress:
+    with progress_bar(arguments.file.name, "cycle {task.completed:.0f}") as progress:
         report = replay(
             arguments.file,
             tolerance=arguments.tolerance,
@@ -216,44 +275,28 @@ def _replay(arguments: argparse.Namespace) -> int:
     return IDENTICAL if report.identical else DIFFERENT
 
 
-@contextmanager
-def _progress_bar(name: str, done: str) -> Iterator[Callable[[float, float], None] | None]:
-    """On a terminal a bar, told by (done, in all), with `done` as its text; None elsewhere."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda completed, total: bar.update(task, completed=completed, total=total)
+def _watch(arguments: argparse.Namespace) -> int:
+    from rti_mpcc.report.viewer import require_window, watch
+
+    require_window()
+    watch(_film(arguments))
+    return DOCKED
 
 
-def _tell(figures: dict[str, Any], written: Sequence[Path]) -> None:
-    console = Console(highlight=False)
-    # Piped into a file the table keeps its width: a guess of 80 columns would cut it.
-    width = None if console.is_terminal else _TABLE_WIDTH
-    console.print(summary_table(figures), width=width)
-    console.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
+def _film(arguments: argparse.Namespace) -> Film:
+    """Of the recording, or of a run of the scenario."""
+    file = Path(arguments.what)
+    if file.suffix == ".jsonl" or (file.is_file() and file.suffix != ".toml"):
+        if arguments.preset is not None or arguments.seed is not None:
+            raise InputError(f"{file}: a recording has its own preset and seed, leave them out")
+        with progress_bar(file.name, "cycle {task.completed:.0f}") as progress:
+            return film_of_recording(file, progress=progress)
+    arguments.preset, arguments.seed = arguments.preset or PRESETS[0], arguments.seed or 0
+    result, seen = _simulated(load_scenario(arguments.what), arguments)
+    return film_of_run(result, seen)
 
 
 def _refuse(message: str) -> int:
     for line in message.splitlines():
         sys.stderr.write(f"{_PROGRAM}: error: {line}\n")
     return BAD_INPUT
-
-
-@contextmanager
-def _warnings_on_stderr() -> Iterator[None]:
-    """Show the package's log from warnings up while a command runs."""
-    handler = logging.StreamHandler(sys.stderr)
-    handler.setLevel(logging.WARNING)
-    handler.setFormatter(logging.Formatter(f"{_PROGRAM}: warning: %(message)s"))
-    # The controller tells again what the check of the file has told with the file's name.
-    handler.addFilter(lambda record: record.name != "rti_mpcc.planning.surroundings")
-    logger = logging.getLogger("rti_mpcc")
-    logger.addHandler(handler)
-    try:
-        yield
-    finally:
-        logger.removeHandler(handler)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,13 @@ def write_files(
             written.append(folder / f"{name}.png")
             figure.savefig(written[-1], dpi=style.DPI)
     return tuple(written)
+
+
+def make_writable(folder: Path) -> None:
+    """Make a folder before the run, so that it is not driven in vain. Raises OSError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
 
 
 def write_summary(summary: dict[str, Any], file: Path) -> None:

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PatchCollection, PolyCollection
+from matplotlib.collections import PatchCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
 from rti_mpcc.report import style
+from rti_mpcc.report.ground import draw_boundaries, draw_path
 from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
 
 _BODY_EVERY = 1.0
 """Time between two drawn bodies [s]."""
-_PATH_SPACING = 0.1
-"""Spacing of the drawn path [m]."""
 _WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5
 """Bounds on the size of the axes [inch]."""
 _DOT = 10.0
@@ -37,7 +34,7 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     figure = Figure()
     axes = figure.add_subplot()
     _draw_corridor(axes, result)
-    _draw_path(axes, result)
+    draw_path(axes, result.path)
     poses = _poses_drawn(result)
     _draw_bodies(axes, result, poses)
     _draw_goals(axes, result)
@@ -83,28 +80,11 @@ def _poses_drawn(result: RunResult) -> Array:
 
 
 def _draw_corridor(axes: Axes, result: RunResult) -> None:
-    corridor = result.corridors[0][1]
-    lines = [line for part in range(len(result.path.parts)) for side in corridor.lines(part) for line in side]
-    _add_lines(axes, lines, color=style.BLACK, label="corridor")
+    draw_boundaries(axes, result.corridors[0][1], result.path)
     obstacles = [obstacle for _, scene in result.corridors for obstacle in scene.obstacles]
     if obstacles:
         shapes = PolyCollection(obstacles, facecolors=style.GREY, edgecolors=style.BLACK, label="obstacle")
         axes.add_collection(shapes)
-
-
-def _add_lines(axes: Axes, lines: Iterable[Array], *, color: str, label: str) -> None:
-    drawn = list(lines)
-    if drawn:
-        axes.add_collection(LineCollection(drawn, colors=color, linewidths=1.2, label=label))
-
-
-def _draw_path(axes: Axes, result: RunResult) -> None:
-    lines = []
-    for part in result.path.parts:
-        count = max(2, int(np.ceil((part.end - part.start) / _PATH_SPACING)) + 1)
-        reference = part.reference(np.linspace(part.start, part.end, count))
-        lines.append(np.stack([reference.x, reference.y], axis=-1))
-    _add_lines(axes, lines, color=style.ORANGE, label="path")
 
 
 def _draw_bodies(axes: Axes, result: RunResult, poses: Array) -> None:

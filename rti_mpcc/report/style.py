@@ -11,5 +11,13 @@ BLUE = "#0072b2"
 RED = "#d55e00"
 PINK = "#cc79a7"
 
+WEIGHTS = (
+    ("lag", BLACK),
+    ("contouring", BLUE),
+    ("progress reward", ORANGE),
+    ("goal position", RED),
+)
+"""Effective weights in the order of `Cycles.weights`: name and colour."""
+
 DPI = 130
 """Resolution of the written pictures [dots/inch]."""

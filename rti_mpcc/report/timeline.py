@@ -12,13 +12,6 @@ from rti_mpcc.report import style
 from rti_mpcc.report.goal_rows import NAMES, draw_goal_rows, has_goal_rows
 from rti_mpcc.simulation import RunResult
 
-_WEIGHTS = (
-    ("lag", style.BLACK),
-    ("contouring", style.BLUE),
-    ("progress reward", style.ORANGE),
-    ("goal position", style.RED),
-)
-
 
 def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
     """v, delta, a, theta, effective weights and computing time above one another, on one time axis.
@@ -104,7 +97,7 @@ def _draw_progress(axes: Axes, result: RunResult) -> None:
 
 def _draw_weights(axes: Axes, result: RunResult) -> None:
     weights = result.cycles.weights
-    for (name, color), values in zip(_WEIGHTS, weights.T, strict=True):
+    for (name, color), values in zip(style.WEIGHTS, weights.T, strict=True):
         axes.step(result.cycles.times, values, where="post", color=color, label=name)
     # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
     axes.set_yscale("symlog", linthresh=1.0)

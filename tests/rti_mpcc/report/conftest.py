@@ -6,14 +6,35 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.simulation import RunResult, changed, load_scenario, simulate, summary
+from rti_mpcc.report.film import Film, film_of_run
+from rti_mpcc.report.looks import Onlooker, Seen
+from rti_mpcc.simulation import (
+    RunResult,
+    changed,
+    docking_controller,
+    load_scenario,
+    simulate,
+    summary,
+)
 
 
 @pytest.fixture(scope="session")
-def run() -> RunResult:
+def looked_at() -> tuple[RunResult, list[Seen]]:
     wall = [[-6.0, 0.0], [-5.5, 0.0], [-5.5, 2.0]]
     changes = {"corridor.obstacles": [wall], "simulation.duration": 3.2, "simulation.cycle": 0.1}
-    return simulate(changed(load_scenario("docking_full_course"), changes))
+    scenario = changed(load_scenario("docking_full_course"), changes)
+    onlooker = Onlooker(docking_controller(scenario))
+    return simulate(scenario, controller=onlooker), onlooker.seen
+
+
+@pytest.fixture(scope="session")
+def run(looked_at: tuple[RunResult, list[Seen]]) -> RunResult:
+    return looked_at[0]
+
+
+@pytest.fixture(scope="session")
+def film(looked_at: tuple[RunResult, list[Seen]]) -> Film:
+    return film_of_run(*looked_at)
 
 
 @pytest.fixture(scope="session")

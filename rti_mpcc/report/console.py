@@ -1,0 +1,55 @@
+"""What a command shows on the terminal besides its answer: progress, the table of a run, warnings."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from rti_mpcc.report.table import summary_table
+
+_TABLE_WIDTH = 100
+
+
+@contextmanager
+def progress_bar(name: str, done: str) -> Iterator[Callable[[float, float], None] | None]:
+    """On a terminal a bar, told by (done, in all), with `done` as its text; None elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda completed, total: bar.update(task, completed=completed, total=total)
+
+
+def tell_run(figures: dict[str, Any], written: Sequence[Path]) -> None:
+    """Print the table of a run, and which files were written."""
+    console = Console(highlight=False)
+    # Piped into a file the table keeps its width: a guess of 80 columns would cut it.
+    width = None if console.is_terminal else _TABLE_WIDTH
+    console.print(summary_table(figures), width=width)
+    console.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
+
+
+@contextmanager
+def warnings_on_stderr(program: str) -> Iterator[None]:
+    """Show the package's log from warnings up while a command runs."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(logging.Formatter(f"{program}: warning: %(message)s"))
+    # The controller tells again what the check of the file has told with the file's name.
+    handler.addFilter(lambda record: record.name != "rti_mpcc.planning.surroundings")
+    logger = logging.getLogger("rti_mpcc")
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)

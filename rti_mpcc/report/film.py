@@ -1,0 +1,166 @@
+"""Film: the looks of all cycles of a run or a recording, and the course they were driven on."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from geometry import Corridor, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.docking import DockingController
+from rti_mpcc.errors import InputError
+from rti_mpcc.ocp.horizon import read_only
+from rti_mpcc.planning.clock import PlayedBack
+from rti_mpcc.recording import Cycle, read_recording
+from rti_mpcc.recording.contents import run_cycle
+from rti_mpcc.report.looks import Look, Seen, look_of, seen_of
+from rti_mpcc.simulation import RunResult
+from rti_mpcc.simulation.goal_metrics import rows_at
+from rti_mpcc.types import Array, Command
+
+_log = logging.getLogger(__name__)
+
+REPLAYED = 1e-6
+"""A replayed plan within this of the recorded one is the same; relative above 1."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """What there is to be seen of a run.
+
+    Attributes:
+        label: stands over its picture.
+        path, corridor: of the course; obstacles are those of each look.
+        config: the controller's settings.
+        looks: of all cycles, at least one, in order of time.
+        times: (m,) of the looks [s], never falling.
+    """
+
+    label: str
+    path: ReferencePath
+    corridor: Corridor
+    config: ControllerConfig
+    looks: tuple[Look, ...]
+    times: Array
+
+    def at(self, time: float) -> int:
+        """Index of the look at `time` [s]: the last one not after it, the first one before all."""
+        return max(0, int(np.searchsorted(self.times, time + 1e-9, side="right")) - 1)
+
+
+def film_of_run(result: RunResult, seen: Sequence[Seen], *, label: str | None = None) -> Film:
+    """The film of a simulated run and what an `Onlooker` saw of it; by default its label is the scenario.
+
+    Raises InputError if there is nothing to be seen, or if it is not of this run.
+    """
+    times, truth = result.cycles.times, result.truth
+    if len(seen) != len(times):
+        raise InputError(f"seen has {len(seen)} cycles: must be those of the run, {len(times)}")
+    rows = rows_at(truth, times)
+    starts = np.array([start for start, _ in result.corridors])
+    scenes = np.searchsorted(starts, times + 1e-9, side="right") - 1
+    looks = tuple(
+        look_of(
+            one,
+            time=float(time),
+            pose=truth.poses[row],
+            goal=truth.goals[row],
+            corridor=result.corridors[scene][1],
+            config=result.config,
+        )
+        for one, time, row, scene in zip(seen, times, rows, scenes, strict=True)
+    )
+    name = f"{result.scenario.name} ({result.preset})" if label is None else label
+    return _film(name, result.path, result.corridors[0][1], result.config, looks)
+
+
+def film_of_recording(
+    file: str | PathLike[str], *, progress: Callable[[int, int], None] | None = None
+) -> Film:
+    """The film of a recording, or of the whole cycles of one that was cut off.
+
+    Commands, plans and times are the recorded ones. A controller is driven along by the recorded inputs for
+    what a recording does not hold, slack and weights of the stages; these are left out from where its plan is
+    another one. Cycles that raised are left out.
+
+    Args:
+        progress: called after each cycle with how many are done, and how many there are.
+
+    Raises:
+        RecordingError: the file cannot be read or is no recording.
+        InputError: it holds no cycle.
+    """
+    recording = read_recording(file, allow_truncated=True)
+    config, path = recording.header.config, recording.header.path
+    controller = recording.header.controller()
+    first, looks = controller.corridor, list[Look]()
+    for done, seen in enumerate(_driven_along(controller, recording.cycles), start=1):
+        if seen is not None:
+            now = recording.cycles[done - 1].inputs.now
+            time = _later(looks[-1].time if looks else None, now)
+            looks.append(_measured_look(seen, time, controller.corridor, config))
+        if progress is not None:
+            progress(done, len(recording.cycles))
+    name = Path(file).name if recording.complete else f"{Path(file).name} (truncated)"
+    return _film(name, path, first, config, tuple(looks))
+
+
+def _measured_look(seen: Seen, time: float, corridor: Corridor, config: ControllerConfig) -> Look:
+    pose = np.array([seen.state.x, seen.state.y, seen.state.phi])
+    read_only(pose)
+    return look_of(seen, time=time, pose=pose, goal=None, corridor=corridor, config=config)
+
+
+def _later(last: float | None, now: float) -> float:
+    """Recorded clocks may go back or fail: the film's does not."""
+    if last is None:
+        return now if isfinite(now) else 0.0
+    return max(last, now) if isfinite(now) else last
+
+
+def _driven_along(controller: DockingController, cycles: Sequence[Cycle]) -> Iterator[Seen | None]:
+    """What was seen of each recorded cycle, None of one that raised, while the controller makes it again."""
+    same = True
+    for cycle in cycles:
+        before = controller.memory.solution
+        replayed, _ = run_cycle(controller, cycle.number, cycle.inputs, PlayedBack(cycle.decisions))
+        if cycle.command is None:
+            yield None
+            continue
+        if same and not _alike(cycle.command, replayed.command):
+            same = False
+            _log.warning(
+                "cycle %d is not replayed as it was recorded: slack and weights of the stages are left out "
+                "from there on (`rti-mpcc replay` says what differs)",
+                cycle.number,
+            )
+        after = controller.memory.solution
+        fresh = after if same and after is not before else None
+        yield seen_of(cycle.inputs.state, cycle.command, fresh)
+
+
+def _alike(recorded: Command, replayed: Command | None) -> bool:
+    if replayed is None or recorded.source is not replayed.source:
+        return False
+    one, other = recorded.trajectory.states, replayed.trajectory.states
+    return one.shape == other.shape and np.allclose(one, other, rtol=REPLAYED, atol=REPLAYED)
+
+
+def _film(
+    label: str,
+    path: ReferencePath,
+    corridor: Corridor,
+    config: ControllerConfig,
+    looks: tuple[Look, ...],
+) -> Film:
+    if not looks:
+        raise InputError(f"{label}: has no cycle to show")
+    times = np.array([look.time for look in looks])
+    read_only(times)
+    return Film(label=label, path=path, corridor=corridor, config=config, looks=looks, times=times)

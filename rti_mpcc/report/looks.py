@@ -1,0 +1,184 @@
+"""Look: what there is to be seen of one cycle. Onlooker: a controller whose cycles are looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from estimation import GoalMeasurement
+from geometry import Corridor, Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import Solution
+from rti_mpcc.docking import DockingController
+from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.ocp.horizon import read_only
+from rti_mpcc.ocp.objectives import StageWeights
+from rti_mpcc.recording import Recorder
+from rti_mpcc.simulation import Controller
+from rti_mpcc.types import Array, Command, Source, VehicleState
+
+TIGHT = 0.002
+"""A half-plane is active where a disc has so little more than the margin left to it [m]. Of the 906 with a
+multiplier in the QPs of docking_inside and docking_behind this finds 99 %, and 113 others besides."""
+_FROM_QP = (Source.SOLUTION, Source.SHIFTED_PLAN)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inside:
+    """What the QP of a cycle was solved with.
+
+    Attributes:
+        times: (N+1,) of its stages [s].
+        slack: (N,) corridor slack of stages 1..N [m].
+        weights: of its stages.
+    """
+
+    times: Array
+    slack: Array
+    weights: StageWeights
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """One cycle as it was seen.
+
+    Attributes:
+        state: measured.
+        command: what came of it.
+        inside: of the cycle's last QP that was solved; None where none was, or it is not known.
+    """
+
+    state: VehicleState
+    command: Command
+    inside: Inside | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ActivePlanes:
+    """Half-planes that hold a plan: normal · (p - point) >= 0 is allowed near them.
+
+    Attributes:
+        points: (k, 2) on the boundaries [m].
+        normals: (k, 2) unit normals into the allowed side.
+    """
+
+    points: Array
+    normals: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """What is shown of one cycle.
+
+    Attributes:
+        time: of the cycle [s].
+        pose: (3,) of the rear axle, x [m], y [m], phi [rad]: true in a simulated run, else measured.
+        goal: (3,) the true goal; None where it is not known, as in a recording.
+        aim: (3,) what the active part was made to end in.
+        obstacles: polygons (m, 2) [m] there at that time.
+        planes: active half-planes of the plan.
+        lack: (N,) what stages 1..N of the plan lack of the corridor's margin [m].
+        seen: the cycle's plan, status, figures, weights.
+    """
+
+    time: float
+    pose: Array
+    goal: Array | None
+    aim: Array
+    obstacles: tuple[Array, ...]
+    planes: ActivePlanes
+    lack: Array
+    seen: Seen
+
+
+class Onlooker:
+    """Steps a controller and keeps what was seen of each cycle, for pictures.
+
+    Args:
+        controller: a `DockingController`, a `Recorder` around one, or any other, of which nothing is seen
+            but its commands.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self.seen: list[Seen] = []
+        self._controller = controller
+        core = controller.controller if isinstance(controller, Recorder) else controller
+        self._core = core if isinstance(core, DockingController) else None
+
+    def step(
+        self,
+        state: VehicleState,
+        *,
+        now: float,
+        goal: Pose2 | None = None,
+        measurements: Sequence[GoalMeasurement] = (),
+        obstacles: Sequence[ArrayLike] | None = None,
+        **clock: Any,
+    ) -> Command:
+        """One cycle, looked at. Arguments, result and errors are those of the controller's `step`."""
+        before = self._solution()
+        told: dict[str, Any] = {"goal": goal, "measurements": measurements, "obstacles": obstacles}
+        command = self._controller.step(state, now=now, **told, **clock)
+        after = self._solution()
+        self.seen.append(seen_of(state, command, after if after is not before else None))
+        return command
+
+    def _solution(self) -> Solution | None:
+        return None if self._core is None else self._core.memory.solution
+
+
+def seen_of(state: VehicleState, command: Command, solution: Solution | None) -> Seen:
+    """What was seen of a cycle; `solution` is that of its own QP, or None."""
+    if solution is None:
+        return Seen(state=state, command=command, inside=None)
+    inside = Inside(times=solution.trajectory.times, slack=solution.slack, weights=solution.weights)
+    return Seen(state=state, command=command, inside=inside)
+
+
+def look_of(
+    seen: Seen, *, time: float, pose: Array, goal: Array | None, corridor: Corridor, config: ControllerConfig
+) -> Look:
+    """The look of a cycle at `time` [s]; `pose` and `goal` as in `Look`, `corridor` as it was then."""
+    planes, lack = held_by(seen.command, corridor, config)
+    told = seen.command.diagnostics.aim
+    aim = np.array([told.x, told.y, told.phi])
+    read_only(aim)
+    return Look(
+        time=time,
+        pose=pose,
+        goal=goal,
+        aim=aim,
+        obstacles=corridor.obstacles,
+        planes=planes,
+        lack=lack,
+        seen=seen,
+    )
+
+
+def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> tuple[ActivePlanes, Array]:
+    """Active half-planes of a plan, and what its stages 1..N lack of the margin (N,) [m].
+
+    Of each disc of each stage the nearest point of every boundary gives a half-plane, as in the QP. It is
+    active if the disc, where the plan has it, is nearer to it than margin + `TIGHT`; what the plan lacks of
+    the margin is its exact slack. A motion that is no solution of a QP (braking, standing) has none active.
+    """
+    states = command.trajectory.states[1:]
+    if not config.corridor_rows or command.source not in _FROM_QP or not np.isfinite(states).all():
+        return _planes(np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(len(states))
+    discs, margin = cover(config.vehicle, config.footprint.discs), config.footprint.margin
+    centres = disc_centres(states, discs).reshape(-1, 2)
+    planes = corridor.half_planes(command.diagnostics.part, centres)
+    gap = planes.distance - discs.radius
+    active = gap < margin + TIGHT
+    lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)
+    read_only(lack)
+    return _planes(planes.point[active], planes.normal[active]), lack
+
+
+def _planes(points: Array, normals: Array) -> ActivePlanes:
+    read_only(points, normals)
+    return ActivePlanes(points=points, normals=normals)

@@ -1,0 +1,149 @@
+"""Scene: the plane from above at one cycle, with the plan and the half-planes that hold it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.report import style
+from rti_mpcc.report.film import Film
+from rti_mpcc.report.ground import boundaries_of, draw_boundaries, draw_path, path_lines
+from rti_mpcc.report.looks import ActivePlanes
+from rti_mpcc.types import Array
+
+MARGIN = 1.0
+"""Room around all that is driven and stands there [m]."""
+PLANE, NORMAL = 0.7, 0.5
+"""Half the drawn length of a half-plane's edge, and the length of its normal [m]."""
+_BODIES = 6
+"""Bodies drawn along the plan, the last one at its end."""
+_WHEEL = 0.45
+"""Half the drawn length of the bicycle's front wheel [m]."""
+
+
+class Scene:
+    """Axes on which path and boundaries are drawn once, and all else where the shown cycle has it.
+
+    Args:
+        axes: to draw on, empty; film: whose cycles are shown.
+    """
+
+    def __init__(self, axes: Axes, film: Film) -> None:
+        self.axes = axes
+        self.film = film
+        self._driven = np.array([look.pose for look in film.looks])
+        if len(film.path.parts) > 1:
+            others = {"color": style.GREY, "label": "corridor, other part"}
+            draw_boundaries(axes, film.corridor, film.path, **others)
+        draw_path(axes, film.path)
+        self.walls = LineCollection([], colors=style.BLACK, linewidths=1.2, label="corridor")
+        axes.add_collection(self.walls, autolim=False)
+        self._add_bodies()
+        self._add_lines()
+        _lay_out(axes, film)
+        self.show(0)
+
+    def _add_bodies(self) -> None:
+        looks = self.film.looks
+        there = any(look.obstacles for look in looks)
+        self.obstacles = self._polygons(
+            "obstacle" if there else "", facecolors=style.GREY, edgecolors=style.BLACK
+        )
+        self.plan_bodies = self._polygons(
+            "body, predicted", facecolors="none", edgecolors=style.GREEN, linewidths=0.5
+        )
+        self.body = self._polygons("body", facecolors=style.SKY, edgecolors=style.BLUE, alpha=0.8)
+        dotted = {"edgecolors": style.BLACK, "linewidths": 1.0, "linestyles": "dotted"}
+        self.aim = self._polygons("pose aimed at", facecolors="none", **dotted)
+        known = any(look.goal is not None for look in looks)
+        dashed = {"edgecolors": style.RED, "linewidths": 1.5, "linestyles": "dashed"}
+        self.goal = self._polygons("goal" if known else "", facecolors="none", **dashed)
+
+    def _polygons(self, label: str, **look: Any) -> PolyCollection:
+        shapes = PolyCollection([], label=label or "_", **look)
+        self.axes.add_collection(shapes, autolim=False)
+        return shapes
+
+    def _add_lines(self) -> None:
+        axes = self.axes
+        (self.driven,) = axes.plot([], [], color=style.BLUE, linewidth=1.5, label="rear axle, driven")
+        (self.plan,) = axes.plot(
+            [], [], color=style.GREEN, linewidth=1.5, marker=".", markersize=4.0, label="predicted"
+        )
+        (self.wheel,) = axes.plot([], [], color=style.BLACK, linewidth=2.5, solid_capstyle="butt")
+        self.planes = LineCollection([], colors=style.PINK, linewidths=2.5, label="active half-plane")
+        self.normals = LineCollection([], colors=style.PINK, linewidths=0.8)
+        for lines in (self.planes, self.normals):
+            axes.add_collection(lines, autolim=False)
+            lines.set_zorder(3.0)
+
+    @property
+    def moving(self) -> list[Artist]:
+        """What differs from cycle to cycle, in the order in which it is drawn."""
+        bodies = [self.obstacles, self.plan_bodies, self.body, self.aim, self.goal]
+        return [self.walls, *bodies, self.driven, self.wheel, self.plan, self.planes, self.normals]
+
+    def show(self, index: int) -> None:
+        """Show the cycle with this index in the film."""
+        look, vehicle = self.film.looks[index], self.film.config.vehicle
+        states = look.seen.command.trajectory.states
+        left, right = self.film.corridor.lines(look.seen.command.diagnostics.part)
+        self.walls.set_segments([*left, *right])
+        self.obstacles.set_verts(list(look.obstacles))
+        self.aim.set_verts(list(body_polygons(look.aim[None], vehicle)))
+        goals = np.zeros((0, 3)) if look.goal is None else look.goal[None]
+        self.goal.set_verts(list(body_polygons(goals, vehicle)))
+        self.body.set_verts(list(body_polygons(look.pose[None], vehicle)))
+        places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
+        self.plan_bodies.set_verts(list(body_polygons(states[places], vehicle)))
+        self.driven.set_data(*self._driven[: index + 1, :2].T)
+        self.plan.set_data(states[:, 0], states[:, 1])
+        self.wheel.set_data(*_front_wheel(look.pose, look.seen.state.delta, vehicle.wheelbase).T)
+        edges, normals = plane_lines(look.planes)
+        self.planes.set_segments(list(edges))
+        self.normals.set_segments(list(normals))
+
+
+def plane_lines(planes: ActivePlanes) -> tuple[Array, Array]:
+    """Edges and normals of half-planes as line segments (k, 2, 2) [m]."""
+    along = np.stack([-planes.normals[:, 1], planes.normals[:, 0]], axis=-1)
+    ends = planes.points[:, None] + PLANE * np.array([-1.0, 1.0])[:, None] * along[:, None]
+    normals = planes.points[:, None] + NORMAL * np.array([0.0, 1.0])[:, None] * planes.normals[:, None]
+    return ends, normals
+
+
+def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
+    """(2, 2) ends of the bicycle's front wheel [m]."""
+    x, y, phi = pose.tolist()
+    centre = np.array([x + wheelbase * np.cos(phi), y + wheelbase * np.sin(phi)])
+    half = _WHEEL * np.array([np.cos(phi + delta), np.sin(phi + delta)])
+    return np.stack([centre - half, centre + half])
+
+
+def extent(film: Film) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top of all that a scene has to show [m]."""
+    vehicle = film.config.vehicle
+    found = [pose for look in film.looks for pose in (look.pose, look.goal, look.aim) if pose is not None]
+    poses = np.array(found)
+    bodies = body_polygons(poses[np.isfinite(poses).all(axis=1)], vehicle).reshape(-1, 2)
+    lines = [*boundaries_of(film.corridor, film.path), *path_lines(film.path)]
+    obstacles = {id(outline): outline for look in film.looks for outline in look.obstacles}
+    points = np.concatenate([bodies, *lines, *obstacles.values()])
+    (left, bottom), (right, top) = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    return float(left), float(right), float(bottom), float(top)
+
+
+def _lay_out(axes: Axes, film: Film) -> None:
+    left, right, bottom, top = extent(film)
+    axes.set_autoscale_on(False)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)

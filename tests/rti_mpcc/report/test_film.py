@@ -1,0 +1,161 @@
+"""Films of runs and of recordings."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rti_mpcc.errors import InputError, RecordingError
+from rti_mpcc.recording import Recorder, read_recording
+from rti_mpcc.report.film import Film, film_of_recording, film_of_run
+from rti_mpcc.report.looks import Onlooker, Seen
+from rti_mpcc.simulation import RunResult, docking_controller
+from tests.rti_mpcc.recording.recordings import (
+    AWAY,
+    BACK,
+    BEFORE,
+    BLIND,
+    CYCLE,
+    EVENTFUL,
+    SCENARIO,
+    change,
+    drive,
+    eventful,
+)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Seen]]:
+    """An eventful recording, and what was seen while it was made."""
+    file = tmp_path_factory.mktemp("film") / "eventful.jsonl"
+    with Recorder(docking_controller(SCENARIO), file) as recorder:
+        onlooker: Any = Onlooker(recorder)
+        drive(onlooker, range(EVENTFUL), eventful)
+    return file, onlooker.seen
+
+
+@pytest.fixture(scope="module")
+def replayed(recorded: tuple[Path, list[Seen]]) -> Film:
+    return film_of_recording(recorded[0])
+
+
+def test_film_of_a_run_has_each_cycle_where_the_vehicle_truly_was(run: RunResult, film: Film) -> None:
+    assert film.label == "docking_full_course (default)"
+    assert film.times == pytest.approx(run.cycles.times)
+    assert film.config is run.config
+    rows = np.searchsorted(run.truth.times, run.cycles.times - 1e-9)
+    assert np.array([look.pose for look in film.looks]) == pytest.approx(run.truth.poses[rows])
+    assert all(
+        look.goal is not None and look.goal.tolist() == run.truth.goals[0].tolist() for look in film.looks
+    )
+    assert [len(look.obstacles) for look in film.looks] == [1] * len(film.looks)
+
+
+def test_at_is_the_last_cycle_not_after_a_time(film: Film) -> None:
+    assert [film.at(time) for time in (-1.0, 0.0, 0.09, 0.1, 0.31, 99.0)] == [
+        0,
+        0,
+        0,
+        1,
+        3,
+        len(film.looks) - 1,
+    ]
+    assert [film.at(float(time)) for time in film.times] == list(range(len(film.looks)))
+
+
+def test_what_was_seen_of_another_run_is_refused(looked_at: tuple[RunResult, list[Seen]]) -> None:
+    run, seen = looked_at
+    with pytest.raises(InputError, match="must be those of the run, 33"):
+        film_of_run(run, seen[1:])
+
+
+def test_label_can_be_given(looked_at: tuple[RunResult, list[Seen]]) -> None:
+    assert film_of_run(*looked_at, label="mine").label == "mine"
+
+
+def test_film_of_a_recording_shows_what_was_measured_and_recorded(
+    recorded: tuple[Path, list[Seen]], replayed: Film
+) -> None:
+    cycles = read_recording(recorded[0]).cycles
+    assert replayed.label == "eventful.jsonl"
+    assert len(replayed.looks) == EVENTFUL
+    for look, cycle in zip(replayed.looks, cycles, strict=True):
+        assert cycle.command is not None
+        assert look.goal is None
+        assert look.seen.state == cycle.inputs.state or cycle.number == BLIND
+        assert look.seen.command.status is cycle.command.status
+        assert look.seen.command.diagnostics.step_ms == cycle.command.diagnostics.step_ms
+        if cycle.number != BLIND:
+            assert look.pose.tolist() == [cycle.inputs.state.x, cycle.inputs.state.y, cycle.inputs.state.phi]
+    assert np.isnan(replayed.looks[BLIND].pose[0])
+
+
+def test_driven_along_a_controller_gives_what_a_recording_does_not_hold(
+    recorded: tuple[Path, list[Seen]], replayed: Film, caplog: pytest.LogCaptureFixture
+) -> None:
+    insides = 0
+    for look, live in zip(replayed.looks, recorded[1], strict=True):
+        inside = look.seen.inside
+        assert (inside is None) == (live.inside is None)
+        if inside is not None and live.inside is not None:
+            insides += 1
+            assert inside.slack == pytest.approx(live.inside.slack, abs=1e-9)
+            assert inside.weights.acceleration == pytest.approx(live.inside.weights.acceleration)
+    assert insides > EVENTFUL // 2
+    assert caplog.records == []
+
+
+def test_obstacles_come_and_go_as_they_were_told(replayed: Film) -> None:
+    boxes = [[outline[:, 0].min() for outline in look.obstacles] for look in replayed.looks]
+    assert boxes[BEFORE - 1] == []
+    assert boxes[BEFORE] == pytest.approx([2.0, -3.0])
+    assert boxes[AWAY] == pytest.approx([2.0, 4.0])
+
+
+def test_time_of_a_film_never_goes_back(replayed: Film) -> None:
+    assert (np.diff(replayed.times) >= 0.0).all()
+    assert replayed.times[BACK] == replayed.times[BACK - 1] == pytest.approx((BACK - 1) * CYCLE)
+
+
+def test_whole_cycles_of_a_truncated_recording_are_shown(
+    recorded: tuple[Path, list[Seen]], tmp_path: Path
+) -> None:
+    cut = tmp_path / "cut.jsonl"
+    lines = recorded[0].read_bytes().splitlines(keepends=True)
+    cut.write_bytes(b"".join(lines[:6]) + lines[6][:100])
+    told: list[tuple[int, int]] = []
+    film = film_of_recording(cut, progress=lambda done, total: told.append((done, total)))
+    assert film.label == "cut.jsonl (truncated)"
+    assert len(film.looks) == 5
+    assert told == [(done, 5) for done in range(1, 6)]
+
+
+def test_a_recording_without_a_cycle_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "none.jsonl"
+    Recorder(docking_controller(SCENARIO), file).close()
+    with pytest.raises(InputError, match=r"none\.jsonl: has no cycle to show"):
+        film_of_recording(file)
+    with pytest.raises(RecordingError, match="cannot be read"):
+        film_of_recording(tmp_path / "nowhere.jsonl")
+
+
+def test_from_where_the_replay_differs_stages_are_left_out_and_that_is_told(
+    recorded: tuple[Path, list[Seen]], caplog: pytest.LogCaptureFixture
+) -> None:
+    """As on another machine, or with another version: here by another input."""
+
+    def aside(data: dict[str, Any]) -> None:
+        data["inputs"]["state"]["y"] += 0.02
+
+    with caplog.at_level(logging.WARNING, logger="rti_mpcc.report.film"):
+        film = film_of_recording(change(recorded[0], 5, aside, checked=True))
+    insides = [look.seen.inside is not None for look in film.looks]
+    assert insides[:5] == [seen.inside is not None for seen in recorded[1][:5]]
+    assert any(insides[:5])
+    assert not any(insides[5:])
+    (message,) = [record.getMessage() for record in caplog.records if "replayed" in record.getMessage()]
+    assert message.startswith("cycle 5 is not replayed as it was recorded")

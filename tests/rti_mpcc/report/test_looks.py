@@ -1,0 +1,140 @@
+"""What is seen of a cycle, and which half-planes are said to hold its plan."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.recording import Recorder
+from rti_mpcc.report.looks import TIGHT, Onlooker, Seen, held_by
+from rti_mpcc.simulation import RunResult, docking_controller
+from rti_mpcc.types import Array, Command, Source, VehicleState
+from tests.rti_mpcc.docking_runs import short
+
+REST = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
+CONFIG = ControllerConfig()
+MARGIN = CONFIG.footprint.margin
+RADIUS = 0.5 * float(np.hypot((3.6775 + 0.8027) / CONFIG.footprint.discs, 2.069))
+LEFT, RIGHT = 3.0, -4.0
+
+
+class Deaf:
+    """A controller that does nothing but remember what it was told."""
+
+    def __init__(self, command: Command) -> None:
+        self.told: list[dict[str, Any]] = []
+        self._command = command
+
+    def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
+        self.told.append({"state": state, "now": now} | told)
+        return self._command
+
+
+def straight(*, obstacles: tuple[Array, ...] = ()) -> Corridor:
+    path = ReferencePath.from_segments(start=Pose2(0.0, 0.0, 0.0), segments=[(1, 0.0, 60.0)])
+    return Corridor.from_offsets(path, left=LEFT, right=RIGHT, obstacles=obstacles)
+
+
+@pytest.fixture
+def command(looked_at: tuple[RunResult, list[Seen]]) -> Command:
+    """Of a cycle whose plan came from a QP."""
+    return looked_at[1][-1].command
+
+
+def along(command: Command, sideways: float | Array) -> Command:
+    """The same with a plan along x from 10 to 20 m, so far to the left of the path [m]."""
+    states = np.zeros_like(command.trajectory.states)
+    states[:, 0] = np.linspace(10.0, 20.0, len(states))
+    states[:, 1] = sideways
+    return replace(command, trajectory=replace(command.trajectory, states=states))
+
+
+def test_onlooker_tells_the_controller_all_and_keeps_what_it_says(command: Command) -> None:
+    deaf = Deaf(command)
+    onlooker = Onlooker(deaf)
+    goal = Pose2(1.0, 2.0, 3.0)
+    assert onlooker.step(REST, now=0.5, goal=goal, obstacles=[]) is command
+    assert deaf.told == [{"state": REST, "now": 0.5, "goal": goal, "measurements": (), "obstacles": []}]
+    onlooker.step(REST, now=0.6, clock="its own")
+    assert deaf.told[1]["clock"] == "its own"
+    assert onlooker.seen == [Seen(state=REST, command=command, inside=None)] * 2
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_inside_is_that_of_the_cycles_own_qp(recorded: bool, tmp_path: Path) -> None:
+    core = docking_controller(short())
+    start = short().build_path().start
+    state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)
+    with ExitStack() as stack:
+        recorder = stack.enter_context(Recorder(core, tmp_path / "run.jsonl")) if recorded else None
+        onlooker = Onlooker(recorder or core)
+        onlooker.step(state, now=0.0)
+        solution = core.memory.solution
+        # No QP is solved with such a state, though the memory has one.
+        onlooker.step(replace(state, x=np.nan), now=0.05)
+        assert core.memory.solution is not None
+    inside, none = (seen.inside for seen in onlooker.seen)
+    assert none is None
+    assert inside is not None
+    assert solution is not None
+    assert inside.slack is solution.slack
+    assert inside.times is solution.trajectory.times
+    assert inside.weights is solution.weights
+
+
+@pytest.mark.parametrize(
+    ("room", "active", "lack"),
+    [(MARGIN + 2.0 * TIGHT, False, 0.0), (MARGIN + 0.5 * TIGHT, True, 0.0), (MARGIN - 0.02, True, 0.02)],
+)
+def test_half_plane_is_active_where_a_disc_has_hardly_more_than_the_margin(
+    command: Command, room: float, active: bool, lack: float
+) -> None:
+    planes, lacking = held_by(along(command, LEFT - RADIUS - room), straight(), CONFIG)
+    assert lacking == pytest.approx(np.full(CONFIG.stages, lack), abs=1e-6)
+    assert len(planes.points) == (CONFIG.stages * CONFIG.footprint.discs if active else 0)
+    assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), LEFT), abs=1e-9)
+    assert planes.normals == pytest.approx(np.tile([0.0, -1.0], (len(planes.points), 1)), abs=1e-6)
+
+
+def test_stages_are_told_apart(command: Command) -> None:
+    sideways = np.zeros(CONFIG.stages + 1)
+    sideways[7] = RIGHT + RADIUS + MARGIN - 0.03
+    planes, lacking = held_by(along(command, sideways), straight(), CONFIG)
+    assert np.flatnonzero(lacking).tolist() == [6]
+    assert len(planes.points) == CONFIG.footprint.discs
+    assert planes.normals[:, 1] == pytest.approx(np.ones(CONFIG.footprint.discs))
+
+
+def test_obstacles_hold_a_plan_too(command: Command) -> None:
+    block = np.array([[14.0, 1.2], [15.0, 1.2], [15.0, 2.0], [14.0, 2.0]])
+    assert len(held_by(along(command, 0.0), straight(), CONFIG)[0].points) == 0
+    planes, _ = held_by(along(command, 0.0), straight(obstacles=(block,)), CONFIG)
+    assert len(planes.points) > 0
+    assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), 1.2), abs=1e-9)
+
+
+@pytest.mark.parametrize("source", [Source.BRAKING, Source.STANDSTILL])
+def test_a_motion_that_is_no_solution_is_held_by_none(command: Command, source: Source) -> None:
+    beside = replace(along(command, LEFT), source=source)
+    planes, lacking = held_by(beside, straight(), CONFIG)
+    assert not len(planes.points)
+    assert not lacking.any()
+
+
+def test_without_corridor_rows_none_acts(command: Command) -> None:
+    assert len(held_by(along(command, LEFT), straight(), CONFIG)[0].points) > 0
+    config = ControllerConfig(corridor_rows=False)
+    assert len(held_by(along(command, LEFT), straight(), config)[0].points) == 0
+
+
+def test_arrays_are_read_only(film: Any) -> None:
+    look = film.looks[-1]
+    for array in (look.pose, look.goal, look.aim, look.lack, look.planes.points, look.planes.normals):
+        assert not array.flags.writeable

@@ -1,0 +1,192 @@
+"""The command line: `run --animate` and `watch`."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib
+import pytest
+from matplotlib.animation import FFMpegWriter
+from PIL import Image
+
+from rti_mpcc import cli
+from rti_mpcc.cli import main
+from rti_mpcc.recording import read_recording
+from rti_mpcc.report.film import Film
+
+ROOT = Path(__file__).parents[2]
+SCENARIO = """
+name = "short"
+[path]
+start = [0, 0, 0]
+segments = [{ direction = 1, curvature = 0.0, length = 6.0 }]
+[corridor]
+left = 4
+right = -4
+[simulation]
+duration = 0.3
+state_noise = [0.01, 0.01, 0.001, 0.0, 0.0]
+"""
+
+WINDOW = """
+from matplotlib.backend_bases import FigureManagerBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib._pylab_helpers import Gcf
+
+class Manager(FigureManagerBase):
+    @classmethod
+    def pyplot_show(cls, *, block=None):
+        for manager in Gcf.get_all_fig_managers():
+            manager.canvas.draw()
+            print("window", *(text.get_text().splitlines()[0] for text in manager.canvas.figure.texts))
+
+class FigureCanvas(FigureCanvasAgg):
+    manager_class = Manager
+    required_interactive_framework = "headless"
+"""
+"""A backend that opens windows as far as matplotlib can tell; what it shows, it prints."""
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
+    Path("short.toml").write_text(SCENARIO)
+
+
+@pytest.fixture
+def films(monkeypatch: pytest.MonkeyPatch) -> list[Film]:
+    """What is watched in this process, where a window can be had."""
+    shown: list[Film] = []
+    monkeypatch.setattr("rti_mpcc.report.viewer.require_window", lambda: None)
+    monkeypatch.setattr("rti_mpcc.report.viewer.watch", shown.append)
+    return shown
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr of a call that must be refused."""
+    assert main(arguments) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    (line,) = said.err.splitlines()
+    return line
+
+
+def in_a_process(backend: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """pyplot, once loaded, stays: not here."""
+    return subprocess.run(
+        [sys.executable, "-m", "rti_mpcc", *arguments],
+        env=os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{Path.cwd()}", "MPLBACKEND": backend},
+        capture_output=True,
+        text=True,
+    )
+
+
+def test_animation_goes_beside_the_other_files(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "short.toml", "--no-plots", "--animate"]) == 1
+    assert "runs/short/animation.gif" in capsys.readouterr().out
+    with Image.open("runs/short/animation.gif") as picture:
+        picture.seek(3)
+        with pytest.raises(EOFError):
+            picture.seek(4)
+    names = {file.name for file in Path("runs/short").iterdir()}
+    assert names == {"summary.json", "trajectory.csv", "animation.gif"}
+
+
+def test_animation_goes_where_it_is_asked_for_with_a_recording(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--animate", "films/mine.gif", "--record", "run.jsonl", "--out", "out"]
+    assert main(["run", "short.toml", "--no-plots", *arguments]) == 1
+    assert Path("films/mine.gif").read_bytes().startswith(b"GIF8")
+    assert main(["replay", "run.jsonl"]) == 0
+
+
+def test_run_is_the_same_when_it_is_looked_at() -> None:
+    for more, folder in ((["--animate"], "with"), ([], "without")):
+        main(["run", "short.toml", "--no-plots", "--seed", "3", "--out", folder, *more])
+    assert Path("with/trajectory.csv").read_text() == Path("without/trajectory.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("file", "message"),
+    [
+        ("mine.mp4", "mine.mp4: .mp4 needs the program ffmpeg, which is not there; .gif does without"),
+        ("mine.png", "mine.png: an animation must end in .mp4 or .gif"),
+        ("short.toml/mine.gif", "short.toml: File exists"),
+    ],
+)
+def test_bad_animation_is_refused_before_the_run(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, file: str, message: str
+) -> None:
+    monkeypatch.setattr(cli, "simulate", None)
+    line = refusal(capsys, "run", "short.toml", "--animate", file)
+    assert line == f"rti-mpcc: error: {message}"
+    assert not Path("runs/short/summary.json").exists()
+
+
+def test_watching_a_scenario(films: list[Film]) -> None:
+    assert main(["watch", "short.toml", "--preset", "paper", "--seed", "2"]) == 0
+    assert main(["watch", "short.toml"]) == 0
+    other, film = films
+    assert film.label == "short (default)"
+    assert len(film.looks) == 7
+    assert all(look.goal is not None for look in film.looks)
+    assert other.label == "short (paper)"
+    assert other.looks[0].seen.state != film.looks[0].seen.state
+    assert not Path("runs").exists()
+
+
+def test_watching_a_recording(films: list[Film]) -> None:
+    main(["run", "short.toml", "--no-plots", "--record", "run.jsonl"])
+    Path("run.jsonl").rename("renamed")
+    assert main(["watch", "renamed"]) == 0
+    (film,) = films
+    assert film.label == "renamed"
+    assert [look.time for look in film.looks] == [
+        cycle.inputs.now for cycle in read_recording("renamed").cycles
+    ]
+
+
+def test_what_cannot_be_watched_is_refused(films: list[Film], capsys: pytest.CaptureFixture[str]) -> None:
+    assert "nowhere.jsonl: cannot be read" in refusal(capsys, "watch", "nowhere.jsonl")
+    assert "docking: must be a .toml file or one of" in refusal(capsys, "watch", "docking")
+    Path("notes").write_text("something else\n")
+    assert "notes: is not a recording of rti-mpcc" in refusal(capsys, "watch", "notes")
+    for option in ("--preset=paper", "--seed=0"):
+        line = refusal(capsys, "watch", "run.jsonl", option)
+        assert line.endswith("run.jsonl: a recording has its own preset and seed, leave them out")
+    assert films == []
+
+
+def test_watch_without_a_display_says_so_before_the_run() -> None:
+    done = in_a_process("Agg", "watch", "docking_inside")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        "rti-mpcc: error: watch opens a window, for which there is no display here: "
+        "matplotlib's backend is Agg, which only writes files\n"
+    )
+
+
+def test_watch_with_a_toolkit_that_fails_says_so(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_figure() -> None:
+        raise RuntimeError("no screen\nat all")
+
+    toolkit = SimpleNamespace(figure=no_figure)
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", toolkit)
+    monkeypatch.setattr(matplotlib, "pyplot", toolkit, raising=False)
+    line = refusal(capsys, "watch", "docking_inside")
+    assert line.endswith("watch opens a window, for which there is no display here: no screen at all")
+
+
+def test_watch_opens_a_window_until_it_is_closed() -> None:
+    Path("window.py").write_text(WINDOW)
+    done = in_a_process("module://window", "watch", "short.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    (shown,) = done.stdout.splitlines()
+    assert shown.startswith("window ")
+    assert "cycle 1 of 7, 0.00 s: " in shown
