@@ -140,7 +140,7 @@ def test_discs_are_drawn_on_request(monkeypatch: pytest.MonkeyPatch, flags: list
         asked.append((plots, discs))
         return ()
 
-    monkeypatch.setattr(cli, "write_files", written)
+    monkeypatch.setattr(cli.run, "write_files", written)
     main(["run", scenario_file(duration=0.2), *flags])
     assert asked == [(True, bool(flags))]
 
@@ -158,7 +158,7 @@ def test_contact_exits_1_even_when_docked(
     def docked(result: Any) -> dict[str, Any]:
         return {**summary(result), "docked": True, "min_clearance_m": clearance}
 
-    monkeypatch.setattr(cli, "summary", docked)
+    monkeypatch.setattr(cli.run, "summary", docked)
     assert main(["run", scenario_file(duration=0.2), "--no-plots"]) == status
 
 
@@ -204,7 +204,7 @@ def test_bad_path_file_is_named(capsys: pytest.CaptureFixture[str]) -> None:
 def test_folder_that_cannot_be_made_is_refused_before_the_run(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "simulate", None)
+    monkeypatch.setattr(cli.run, "simulate", None)
     Path("file").write_text("")
     assert "file: " in refusal(capsys, "run", scenario_file(), "--out", "file")
     assert "file/below: " in refusal(capsys, "run", scenario_file(), "--out", "file/below")
@@ -248,7 +248,7 @@ def test_interrupt_leaves_no_traceback(
     def interrupted(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "simulate", interrupted)
+    monkeypatch.setattr(cli.run, "simulate", interrupted)
     assert main(["run", scenario_file()]) == 130
     assert capsys.readouterr().err == "rti-mpcc: error: interrupted\n"
 

@@ -121,7 +121,7 @@ def test_run_is_the_same_when_it_is_looked_at() -> None:
 def test_bad_animation_is_refused_before_the_run(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, file: str, message: str
 ) -> None:
-    monkeypatch.setattr(cli, "simulate", None)
+    monkeypatch.setattr(cli.run, "simulate", None)
     line = refusal(capsys, "run", "short.toml", "--animate", file)
     assert line == f"rti-mpcc: error: {message}"
     assert not Path("runs/short/summary.json").exists()

@@ -114,7 +114,7 @@ def test_failed_qps_go_where_they_are_asked_for(recording: Path) -> None:
 def test_failed_qps_without_a_recording_are_refused(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "simulate", None)
+    monkeypatch.setattr(cli.run, "simulate", None)
     assert "--dump-failed needs --record" in refusal(capsys, "run", "short.toml", "--dump-failed", "qp")
     assert not Path("runs").exists()
 
@@ -122,6 +122,6 @@ def test_failed_qps_without_a_recording_are_refused(
 def test_a_recording_that_cannot_be_made_is_refused_before_the_run(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "simulate", None)
+    monkeypatch.setattr(cli.run, "simulate", None)
     Path("folder").mkdir()
     assert "folder: Is a directory" in refusal(capsys, "run", "short.toml", "--record", "folder")

@@ -1,0 +1,71 @@
+"""The command `rti-mpcc`: list the built-in scenarios, run, compare, record, replay, watch (contract 3.2)."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from rich.console import Console
+
+from rti_mpcc.cli import compare, replay, run, watch
+from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
+from rti_mpcc.errors import RtiMpccError
+from rti_mpcc.report.console import warnings_on_stderr
+from rti_mpcc.simulation import builtin_names, load_scenario
+
+_INTERRUPTED = 130
+_PROGRAM = "rti-mpcc"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with `argv` (default: the process's own) and return the exit status, without exiting.
+
+    0: docked, or identical in replay; 1: not docked, or the body crossed a boundary, or a replay differs;
+    2: bad input, told in one message on stderr.
+    """
+    try:
+        arguments = _parser().parse_args(argv)
+    except SystemExit as leaving:  # argparse has told what is wrong, or printed the help
+        return leaving.code if isinstance(leaving.code, int) else BAD_INPUT
+    with warnings_on_stderr(_PROGRAM):
+        try:
+            status: int = arguments.command(arguments)
+        except RtiMpccError as error:
+            return _refuse(str(error))
+        except OSError as error:
+            return _refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        except KeyboardInterrupt:
+            _refuse("interrupted")
+            return _INTERRUPTED
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=_PROGRAM, description="Dock car-like vehicles with a real-time-iteration MPCC, in simulation."
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    listing = commands.add_parser("scenarios", help="list the built-in scenarios")
+    listing.set_defaults(command=_scenarios)
+    run.add_to(commands)
+    compare.add_to(commands)
+    replay.add_to(commands)
+    watch.add_to(commands)
+    return parser
+
+
+def _scenarios(arguments: argparse.Namespace) -> int:
+    names = builtin_names()
+    width = max(map(len, names))
+    console = Console(highlight=False)
+    for name in names:
+        line = f"{name:{width}}  {load_scenario(name).description}"
+        console.print(line, markup=False, soft_wrap=True)
+    return DOCKED
+
+
+def _refuse(message: str) -> int:
+    for line in message.splitlines():
+        sys.stderr.write(f"{_PROGRAM}: error: {line}\n")
+    return BAD_INPUT

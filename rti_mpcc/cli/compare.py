@@ -1,0 +1,127 @@
+"""`rti-mpcc compare`: scenarios by several methods and presets, side by side."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from rti_mpcc.cli.arguments import Commands, at_least_one, seed
+from rti_mpcc.report.comparison import compared, comparison_tables, label
+from rti_mpcc.report.console import progress_bar
+from rti_mpcc.report.files import make_writable
+from rti_mpcc.report.looks import Onlooker
+from rti_mpcc.simulation import docking_controller, load_scenario, simulate, summary
+from rti_mpcc.simulation.batch import Case, Outcome, drive_all
+from rti_mpcc.simulation.methods import METHODS
+from rti_mpcc.simulation.scenario import PRESETS
+
+COMPARED = 0
+"""Exit status."""
+_TABLE_WIDTH = 120
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "compare",
+        help="run scenarios by several methods and presets, print their figures side by side",
+        epilog="Ratios are to the first method and preset named. Exit status: 0 all ran, 2 bad input.",
+    )
+    parser.add_argument(
+        "scenarios", metavar="SCENARIO", nargs="+", help="name of a built-in scenario, or a .toml file"
+    )
+    parser.add_argument(
+        "--methods",
+        nargs="+",
+        choices=METHODS,
+        default=["dynamic", "separated", "switched"],
+        metavar="METHOD",
+        help=f"of {', '.join(METHODS)}; default: the paper's three",
+    )
+    parser.add_argument(
+        "--presets",
+        nargs="+",
+        choices=PRESETS,
+        default=["default"],
+        metavar="PRESET",
+        help=f"of {', '.join(PRESETS)}; default: default",
+    )
+    parser.add_argument(
+        "--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("runs/compare"),
+        metavar="DIR",
+        help="where comparison.json goes; default: %(default)s",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=at_least_one,
+        metavar="K",
+        help="runs at a time; default: one a core. With more than one the cycle times say less",
+    )
+    parser.add_argument(
+        "--animate",
+        action="store_true",
+        help="also write moving pictures of each scenario's runs side by side (one run at a time then)",
+    )
+    parser.set_defaults(command=_compare)
+
+
+def _compare(arguments: argparse.Namespace) -> int:
+    cases = [
+        Case(scenario=scenario, method=method, preset=preset, seed=arguments.seed)
+        for scenario in map(load_scenario, dict.fromkeys(arguments.scenarios))
+        for preset in dict.fromkeys(arguments.presets)
+        for method in dict.fromkeys(arguments.methods)
+    ]
+    make_writable(arguments.out)
+    written: list[Path] = []
+    with progress_bar("compare", "{task.completed:.0f} runs") as progress:
+        if arguments.animate:
+            outcomes, written = _animated(cases, arguments.out)
+        else:
+            outcomes = drive_all(cases, jobs=arguments.jobs, progress=progress)
+    figures = compared([outcome.figures for outcome in outcomes])
+    file = arguments.out / "comparison.json"
+    file.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    console = Console(highlight=False)
+    if not console.is_terminal:  # a guess of 80 columns would cut the tables
+        console = Console(highlight=False, width=_TABLE_WIDTH)
+    for table in comparison_tables(figures):
+        console.print(table)
+    console.print(f"written: {', '.join(map(str, [file, *written]))}", markup=False, soft_wrap=True)
+    return COMPARED
+
+
+def _animated(cases: Sequence[Case], folder: Path) -> tuple[list[Outcome], list[Path]]:
+    """Drive the cases one by one, looked at, and write one moving picture a scenario."""
+    # Not at the top: matplotlib takes longer to load than a comparison without pictures needs it.
+    from rti_mpcc.report.animation import animate_runs, animation_file
+
+    outcomes: list[Outcome] = []
+    written: list[Path] = []
+    for name in dict.fromkeys(case.scenario.name for case in cases):
+        looked = []
+        for case in (case for case in cases if case.scenario.name == name):
+            core = docking_controller(case.scenario, preset=case.preset, method=case.method)
+            onlooker = Onlooker(core)
+            result = simulate(
+                case.scenario,
+                preset=case.preset,
+                method=case.method,
+                seed=case.seed,
+                controller=onlooker,
+            )
+            outcomes.append(Outcome(case=case, result=result, figures=summary(result)))
+            looked.append((label(outcomes[-1].figures), result, onlooker.seen))
+        file = animation_file(None, folder).with_stem(name)
+        animate_runs(looked, file)
+        written.append(file)
+    return outcomes, written

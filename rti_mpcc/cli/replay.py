@@ -1,0 +1,48 @@
+"""`rti-mpcc replay`: drive a controller by a recording and compare."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from rti_mpcc.cli.arguments import DIFFERENT, IDENTICAL, Commands, add_dump_failed, tolerance
+from rti_mpcc.recording import replay
+from rti_mpcc.report.console import progress_bar
+from rti_mpcc.report.replay_lines import replay_lines
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    again = commands.add_parser(
+        "replay",
+        help="run the controller on a recording and compare",
+        epilog="Exit status: 0 identical, 1 a difference, 2 bad input.",
+    )
+    again.add_argument("file", metavar="FILE", type=Path, help="what `run --record` wrote")
+    again.add_argument(
+        "--tolerance",
+        type=tolerance,
+        metavar="X",
+        help="of numbers, relative above 1; 0 is bit for bit; default: 0 on the machine and with the "
+        "versions of the recording, 1e-9 elsewhere",
+    )
+    again.add_argument("--partial", action="store_true", help="replay what is whole of a truncated recording")
+    add_dump_failed(again)
+    again.set_defaults(command=_replay)
+
+
+def _replay(arguments: argparse.Namespace) -> int:
+    with progress_bar(arguments.file.name, "cycle {task.completed:.0f}") as progress:
+        report = replay(
+            arguments.file,
+            tolerance=arguments.tolerance,
+            allow_truncated=arguments.partial,
+            dump_failed=arguments.dump_failed,
+            progress=progress,
+        )
+    console = Console(highlight=False)
+    for line in replay_lines(report):
+        console.print(line, markup=False, soft_wrap=True)
+    return IDENTICAL if report.identical else DIFFERENT

@@ -1,0 +1,138 @@
+"""`rti-mpcc run`: a scenario in closed loop, its table and its files."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
+from rti_mpcc.errors import InputError
+from rti_mpcc.recording import Recorder
+from rti_mpcc.report.console import progress_bar, tell_run
+from rti_mpcc.report.files import make_writable, write_files
+from rti_mpcc.report.looks import Onlooker, Seen
+from rti_mpcc.simulation import (
+    Controller,
+    GoalSource,
+    RunResult,
+    Scenario,
+    docking_controller,
+    load_scenario,
+    simulate,
+    summary,
+)
+from rti_mpcc.simulation.goal_feed import source_in
+from rti_mpcc.simulation.methods import METHODS
+from rti_mpcc.simulation.scenario import PRESETS
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    run = commands.add_parser(
+        "run",
+        help="run a scenario, print its figures, write its files",
+        epilog="Exit status: 0 docked, 1 not docked or a boundary was crossed, 2 bad input.",
+    )
+    run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
+    run.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
+    run.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
+    run.add_argument("--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s")
+    run.add_argument("--out", type=Path, metavar="DIR", help="where files go; default: runs/<name>")
+    run.add_argument(
+        "--goal-source",
+        choices=[source.value for source in GoalSource],
+        default=GoalSource.DETECTED.value,
+        help="what tells the goal in a scenario with [goal.measurement]: filtered detections, the newest "
+        "detection as it is, or the truth; default: %(default)s",
+    )
+    run.add_argument("--no-plots", action="store_true", help="write no pictures")
+    run.add_argument(
+        "--discs", action="store_true", help="draw the discs that cover the body in the overview"
+    )
+    run.add_argument(
+        "--animate",
+        nargs="?",
+        const="",
+        metavar="FILE",
+        help="write a moving picture, .mp4 or .gif; default: animation.mp4 beside the other files, .gif "
+        "where ffmpeg is not installed",
+    )
+    run.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
+    add_dump_failed(run)
+    run.set_defaults(command=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    scenario = load_scenario(arguments.scenario)
+    # simulate() would find it, too, but after the folder was made.
+    source_in(
+        scenario.name,
+        GoalSource(arguments.goal_source),
+        detector=scenario.goal.measurement is not None,
+    )
+    if arguments.dump_failed is not None and arguments.record is None:
+        raise InputError("--dump-failed needs --record: what is recorded is looked through for failed cycles")
+    folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
+    animation = _animation(arguments.animate, folder)
+    for place in [folder, *(file.parent for file in animation)]:
+        make_writable(place)
+    result, seen = simulated(scenario, arguments)
+    figures = summary(result)
+    written = write_files(result, figures, folder, plots=not arguments.no_plots, discs=arguments.discs)
+    for file in animation:
+        _animate(result, seen, file)
+    if arguments.record is not None:
+        written = (*written, arguments.record)
+    written = (*written, *animation)
+    tell_run(figures, written)
+    crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
+    return DOCKED if figures["docked"] and not crossed else NOT_DOCKED
+
+
+def _animation(asked: str | None, folder: Path) -> tuple[Path, ...]:
+    """The animation to write, if one is asked for: "" leaves the name open. Raises InputError."""
+    if asked is None:
+        return ()
+    # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
+    from rti_mpcc.report.animation import animation_file
+
+    return (animation_file(Path(asked) if asked else None, folder),)
+
+
+def _animate(result: RunResult, seen: Sequence[Seen], file: Path) -> None:
+    from rti_mpcc.report.animation import animate_run
+
+    with progress_bar(file.name, "{task.completed:.1f} s") as progress:
+        animate_run(result, seen, file, progress=progress)
+
+
+def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Sequence[Seen]]:
+    """The run, recorded and looked at if that is asked for, and what was seen."""
+    source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
+    with ExitStack() as stack:
+        controller: Controller | None = None
+        onlooker = None
+        if arguments.record is not None or arguments.animate is not None:
+            core = docking_controller(
+                scenario, preset=arguments.preset, method=arguments.method, goal_source=source
+            )
+            controller = core
+            if arguments.record is not None:
+                arguments.record.parent.mkdir(parents=True, exist_ok=True)
+                recorder = Recorder(core, arguments.record, dump_failed=arguments.dump_failed)
+                controller = stack.enter_context(recorder)
+            if arguments.animate is not None:
+                controller = onlooker = Onlooker(controller)
+        progress = stack.enter_context(progress_bar(scenario.name, "{task.completed:.1f} s"))
+        result = simulate(
+            scenario,
+            preset=arguments.preset,
+            method=arguments.method,
+            seed=arguments.seed,
+            progress=progress and (lambda time: progress(time, duration)),
+            controller=controller,
+            goal_source=source,
+        )
+    return result, onlooker.seen if onlooker else ()

@@ -1,0 +1,88 @@
+"""Many runs, spread over the cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any
+
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.closed_loop import simulate
+from rti_mpcc.simulation.metrics import summary
+from rti_mpcc.simulation.result import RunResult
+from rti_mpcc.simulation.scenario import Scenario
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""A worker has one thread: the matrices are small, and the workers share the cores."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One run to be driven: see `simulate`."""
+
+    scenario: Scenario
+    method: str = "dynamic"
+    preset: str = "default"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What became of a case: the run, and its `summary`."""
+
+    case: Case
+    result: RunResult
+    figures: dict[str, Any]
+
+
+def drive(case: Case) -> Outcome:
+    """Drive one case. Raises InputError for an unknown method or preset."""
+    result = simulate(case.scenario, method=case.method, preset=case.preset, seed=case.seed)
+    return Outcome(case=case, result=result, figures=summary(result))
+
+
+def drive_all(
+    cases: Sequence[Case], *, jobs: int | None = None, progress: Callable[[int, int], None] | None = None
+) -> list[Outcome]:
+    """Drive all cases and give their outcomes in the order of the cases, whatever ran when.
+
+    Workers are processes that import the caller's main module: a script has to call this from under
+    `if __name__ == "__main__":`. With one job everything runs in this process.
+
+    Args:
+        jobs: so many at a time; default: as many as there are cores.
+        progress: told (done, in all) after each case.
+
+    Raises InputError for an unknown method or preset, or jobs < 1.
+    """
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs = {jobs}: must be >= 1")
+    jobs = min(jobs or os.cpu_count() or 1, max(len(cases), 1))
+    tell = progress or (lambda done, total: None)
+    if jobs == 1:
+        found = []
+        for case in cases:
+            found.append(drive(case))
+            tell(len(found), len(cases))
+        return found
+    with _one_thread_each(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        futures = [pool.submit(drive, case) for case in cases]
+        for done, _ in enumerate(as_completed(futures), start=1):
+            tell(done, len(cases))
+        return [future.result() for future in futures]
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes that are begun meanwhile have one thread each; what was set before stays."""
+    missing = [name for name in THREADS if name not in os.environ]
+    os.environ.update(dict.fromkeys(missing, "1"))
+    try:
+        yield
+    finally:
+        for name in missing:
+            del os.environ[name]
