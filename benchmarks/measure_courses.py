@@ -94,7 +94,7 @@ def compared(runs: list[dict[str, Any]], presets: list[str]) -> str:
 
 def _ratios(pairs: list[tuple[dict[str, Any], dict[str, Any]]], name: str, other: str) -> str:
     def ratio(*keys: str) -> str:
-        return number(median(reduce(getitem, keys, a) / reduce(getitem, keys, b) for a, b in pairs), 2)
+        return number(median(_value(a, keys) / _value(b, keys) for a, b in pairs), 2)
 
     return (
         f"On the {len(pairs)} that both dock, `{name}` takes (median of the ratios to `{other}`) "
@@ -103,6 +103,10 @@ def _ratios(pairs: list[tuple[dict[str, Any], dict[str, Any]]], name: str, other
         f"{ratio('energy', 'lateral_acceleration')} times the energy of acceleration, steering rate and "
         "lateral acceleration."
     )
+
+
+def _value(run: dict[str, Any], keys: tuple[str, ...]) -> float:
+    return float(reduce(getitem, keys, run))  # type: ignore[arg-type]
 
 
 def parsed() -> argparse.Namespace:
