@@ -1,7 +1,8 @@
-"""Runs courses drawn from a seed and writes docs/courses.md and docs/courses.json.
+"""Runs courses drawn from a seed and writes docs/courses.md and docs/courses/*.json.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_courses [--seed 1] [--count 24] [--presets default paper]
 
+With `--within campaign` they are drawn from the wider range of campaigns.
 With `--save DIR` it writes the courses as scenario files instead, for `rti-mpcc run DIR/course_1_00.toml`;
 with `--only 3 7` it runs these and writes nothing. The runs are deterministic but for their computing times.
 """
@@ -18,8 +19,17 @@ from statistics import median
 from typing import Any
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
-from rti_mpcc.simulation import Scenario, drawn_course, save_scenario, simulate, summary
+from rti_mpcc.simulation import (
+    CAMPAIGN,
+    CourseRange,
+    Scenario,
+    drawn_course,
+    save_scenario,
+    simulate,
+    summary,
+)
 
+RANGES = {within.prefix: within for within in (CourseRange(), CAMPAIGN)}
 HEADER = ["course", "preset", "last part", "goal", "beside [m]", "turned [rad]", "docked", "to tolerance [s]"]
 HEADER += ["to dock [s]", "clearance [m]", "∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "how it ended"]
 
@@ -111,6 +121,7 @@ def _value(run: dict[str, Any], keys: tuple[str, ...]) -> float:
 
 def parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--within", choices=RANGES, default="course")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=24)
     parser.add_argument("--only", type=int, nargs="+")
@@ -122,8 +133,10 @@ def parsed() -> argparse.Namespace:
 def main() -> None:
     asked = parsed()
     command = f"python -m benchmarks.measure_courses --seed {asked.seed} --count {asked.count}"
+    command += f" --within {asked.within} --presets {' '.join(asked.presets)}"
     source = origin(command)  # first: the code is loaded, the commit may change while it runs
-    drawn = [drawn_course(asked.seed, index) for index in asked.only or range(asked.count)]
+    indices = asked.only or range(asked.count)
+    drawn = [drawn_course(asked.seed, index, RANGES[asked.within]) for index in indices]
     if asked.save is not None:
         for course in drawn:
             print(save_scenario(course, asked.save))
@@ -136,8 +149,8 @@ def main() -> None:
     print(compared(runs, asked.presets))
     if asked.only is not None:
         return
-    name = f"courses_{asked.seed}"
-    write_json(ROOT / "docs" / f"{name}.json", {"origin": source, "runs": runs})
+    name = f"{asked.within}_{asked.seed}"
+    write_json(ROOT / "docs" / "courses" / f"{name}.json", {"origin": source, "runs": runs})
     text = f"{compared(runs, asked.presets)}\n\n{table(HEADER, [row(run) for run in runs])}\n\n{told(source)}"
     replace_block(ROOT / "docs" / "courses.md", name, text)
 

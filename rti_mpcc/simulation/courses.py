@@ -34,6 +34,7 @@ class CourseRange(Settings):
     """What courses are drawn from, evenly between two bounds or up to one.
 
     Attributes:
+        prefix: names are <prefix>_<seed>_<index>.
         pieces: number of arcs of a route, fewest and most; length: of a route [m].
         shortest_piece: [m].
         curvature: largest of an arc [1/m]; turn: largest of an arc [rad], which bends long ones less.
@@ -47,6 +48,7 @@ class CourseRange(Settings):
         beside, turned: and up to so far beside it [m] and turned [rad], to either side.
     """
 
+    prefix: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")] = "course"
     pieces: tuple[Annotated[int, Field(ge=1, le=20)], Annotated[int, Field(ge=1, le=20)]] = (1, 3)
     length: Span = (20.0, 45.0)
     shortest_piece: Positive = 5.0
@@ -80,6 +82,7 @@ class CourseRange(Settings):
 
 
 CAMPAIGN = CourseRange(
+    prefix="campaign",
     length=(10.0, 60.0),
     shortest_piece=3.0,
     cusp_share=0.5,
@@ -141,7 +144,7 @@ def _tables(random: np.random.Generator, seed: int, index: int, within: CourseRa
         _number(random, -within.turned, within.turned),
     ]
     return {
-        "name": f"course_{seed}_{index:02d}",
+        "name": f"{within.prefix}_{seed}_{index:02d}",
         "description": _described(segments, far, behind, offset),
         "path": {"start": start, "segments": segments},
         "corridor": {"left": left, "right": right, **{key: rows for key, rows in listed.items() if rows}},

@@ -152,9 +152,9 @@ def _by_two(
     along: Array, begins: NDArray[np.int64], ends: Array, places: Array, room: Room
 ) -> tuple[int, Array] | None:
     """As `_to_goal`, on two curves that meet in one of `places` (k, 4)."""
-    last = joined(places, ends, _FEW_SPEEDS, room)
+    last = joined(places, ends, _FEW_SPEEDS, room, sifted=True)
     used, gentlest = np.unique(last.begin, return_index=True)
-    first = joined(along[begins], places[used], _FEW_SPEEDS, room)
+    first = joined(along[begins], places[used], _FEW_SPEEDS, room, sifted=True)
     hard = np.maximum(first.hard, last.hard[gentlest[first.end]])
     for row in np.argsort(hard, kind="stable")[:_TRIED]:
         one = first.motion(int(row), room)

@@ -64,7 +64,7 @@ class Room:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Joined:
-    """k curves that seem to do by a coarse look, gentlest first.
+    """k curves that are gentle enough by a first look, gentlest first.
 
     Attributes:
         begin, end: (k,) which poses they join.
@@ -83,6 +83,8 @@ class Joined:
         """Poses with curvature (n, 4) of a curve behind its begin; None where a close look finds it bad."""
         curve, heading = self.curves[row : row + 1], self.heading[row : row + 1]
         shape, _ = driven(room.part.direction, curve, _SHAPE, heading)
+        if not room.free(shape[:, _COARSE]).all():
+            return None
         length = float(np.hypot(*np.diff(shape[0, :, :2], axis=0).T).sum())
         # The speed along a curve may be twice its mean.
         fine = np.linspace(0.0, 1.0, 2 * ceil(length / SPACING) + 1)
@@ -92,11 +94,12 @@ class Joined:
         return motion[0, 1:]
 
 
-def joined(begins: Array, ends: Array, speeds: Array, room: Room) -> Joined:
-    """All curves from poses with curvature (b, 4) to others (e, 4) that are gentle enough and have room.
+def joined(begins: Array, ends: Array, speeds: Array, room: Room, *, sifted: bool = False) -> Joined:
+    """All curves from poses with curvature (b, 4) to others (e, 4) that are gentle enough.
 
     Args:
         speeds: (s, 2) those that are tried for each, see `quintics`.
+        sifted: only those along which there seems to be room, by a coarse look.
     """
     begin, end = _pairs(begins, ends, room.part.direction)
     begin, end = np.repeat(begin, len(speeds)), np.repeat(end, len(speeds))
@@ -104,7 +107,7 @@ def joined(begins: Array, ends: Array, speeds: Array, room: Room) -> Joined:
     found = []
     for first in range(0, max(len(begin), 1), _BLOCK):
         rows = slice(first, first + _BLOCK)
-        found.append(_looked_at(begins, ends, begin[rows], end[rows], tried[rows], room))
+        found.append(_looked_at(begins, ends, begin[rows], end[rows], tried[rows], room, sifted))
     columns = [np.concatenate(column) for column in zip(*found, strict=True)]
     order = np.argsort(columns[-1], kind="stable")
     names = ("begin", "end", "curves", "heading", "hard")
@@ -112,16 +115,17 @@ def joined(begins: Array, ends: Array, speeds: Array, room: Room) -> Joined:
 
 
 def _looked_at(
-    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: Room
+    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: Room, sifted: bool
 ) -> tuple[NDArray[np.generic], ...]:
-    """Those of the curves that seem to do, as the columns of `Joined`."""
+    """Those of the curves that do so far, as the columns of `Joined`."""
     heading = begins[begin, 2]
     curves = quintics(room.part.direction, begins[begin], ends[end], speeds)
     motion, slope = driven(room.part.direction, curves, _SHAPE, heading)
     hard = room.hardness(motion, slope)
     same = np.abs(wrap(motion[:, -1, 2] - ends[end, 2])) < 1e-6
     kept = np.flatnonzero((hard <= 1.0) & same)
-    kept = kept[room.free(motion[kept, _COARSE]).all(axis=1)]
+    if sifted:
+        kept = kept[room.free(motion[kept, _COARSE]).all(axis=1)]
     return begin[kept], end[kept], curves[kept], heading[kept], hard[kept]
 
 

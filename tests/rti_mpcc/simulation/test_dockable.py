@@ -97,12 +97,12 @@ def _check_driving(poses: Array, curvature: Array, direction: int) -> None:
     assert np.abs(np.diff(bent) / between).max() <= CURVATURE_SLOPE + 1e-3
 
 
-@pytest.mark.parametrize("index", range(8))
+@pytest.mark.parametrize("index", range(4))
 def test_witnesses_of_courses_are_feasible(index: int) -> None:
     check(drawn_course(1, index))
 
 
-@pytest.mark.parametrize("index", range(16))
+@pytest.mark.parametrize("index", range(12))
 def test_witnesses_of_wider_courses_are_feasible(index: int) -> None:
     check(drawn_course(1, index, CAMPAIGN))
 
