@@ -38,6 +38,8 @@ SMOOTHING = 2.0
 """Way over which the route's curvature is averaged [m]."""
 LENGTH = 1.0
 """l of (2) [m]: in about 3 l the motion is on the route again."""
+CUSP = (0.1, 0.1, 0.05)
+"""How near to a cusp's pose the motion has to come there: longitudinal, lateral [m], heading [rad]."""
 LONGEST = 25.0
 """Farthest from the goal that the motion may leave the route [m]."""
 _LEAVE = 5  # poses between two at which it may
@@ -83,7 +85,7 @@ def find_witness(scenario: Scenario) -> Witness | None:
         pieces.append(_along(part, at, largest))
         at = pieces[-1][-1]
         free = room.free(pieces[-1])
-        if not free.all() and index < len(path.parts) - 1:
+        if index < len(path.parts) - 1 and not (free.all() and _arrives(at, part.last)):
             return None
     reached = pieces[-1] if free.all() else pieces[-1][: int(np.argmin(free))]
     found = _to_goal(reached, goal, room)
@@ -123,6 +125,12 @@ def _along(part: PathPart, start: Array, largest: float) -> Array:
         x, y, phi = x + d * step * cos(middle), y + d * step * sin(middle), phi + 0.5 * step * (last + c)
         rows.append((x, y, phi, c))
     return np.array(rows) * (1.0, 1.0, 1.0, d)
+
+
+def _arrives(at: Array, cusp: Pose2) -> bool:
+    """Whether a pose with curvature (4,) is one to change direction at."""
+    error = Pose2(*at[:3]).relative_to(cusp)
+    return bool(np.all(np.abs([error.x, error.y, error.phi]) <= CUSP))
 
 
 def _averaged(part: PathPart) -> tuple[Array, Array, Array]:

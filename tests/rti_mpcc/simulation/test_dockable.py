@@ -75,7 +75,9 @@ def check(scenario: Scenario) -> None:
             [*map(shapely.LineString, lines), *map(shapely.Polygon, corridor.obstacles)]
         )
         assert shapely.distance(outlines(witness.poses[rows]), things).min() >= CLEARANCE - ROUNDING
-    for cusp in np.flatnonzero(np.diff(witness.part)):
+    for part, cusp in zip(path.parts, np.flatnonzero(np.diff(witness.part)), strict=False):
+        error = Pose2(*witness.poses[cusp]).relative_to(part.last)
+        assert np.abs([error.x, error.y, error.phi]).max() <= 0.1
         assert witness.poses[cusp + 1] == pytest.approx(witness.poses[cusp])
         assert witness.curvature[cusp + 1] == pytest.approx(witness.curvature[cusp])
 
@@ -163,3 +165,15 @@ def test_a_first_part_without_room_is_refused() -> None:
     check(there_and_back)
     gate = {"from": 4.0, "to": 6.0, "left": 1.05, "right": -1.05}
     assert find_witness(changed(there_and_back, {"corridor.narrowings": [gate]})) is None
+
+
+def test_a_cusp_right_behind_a_bend_that_the_vehicle_cannot_steer_is_refused() -> None:
+    def cusp(curvature: float) -> Scenario:
+        segments = [
+            {"direction": 1, "curvature": curvature, "length": 5.0},
+            {"direction": -1, "curvature": 0.0, "length": 20.0},
+        ]
+        return course({"path.segments": segments, "goal.offset": [0.0, 0.0, 0.0]})
+
+    check(cusp(0.1))
+    assert find_witness(cusp(0.3)) is None
