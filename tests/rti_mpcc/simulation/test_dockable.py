@@ -15,6 +15,7 @@ from rti_mpcc.simulation import (
     Scenario,
     Witness,
     changed,
+    dockable,
     drawn_course,
     find_witness,
     load_scenario,
@@ -177,3 +178,14 @@ def test_a_cusp_right_behind_a_bend_that_the_vehicle_cannot_steer_is_refused() -
 
     check(cusp(0.1))
     assert find_witness(cusp(0.3)) is None
+
+
+def test_a_swing_round_an_obstacle_takes_two_curves(monkeypatch: pytest.MonkeyPatch) -> None:
+    def standing_in(left: float) -> Scenario:
+        box = [[12.0, left], [13.0, left], [13.0, 3.5], [12.0, 3.5]]
+        return course({"corridor.obstacles": [box], "goal.offset": [5.0, 1.0, 0.0]}, length=25.0)
+
+    check(standing_in(-0.2))
+    assert find_witness(standing_in(-2.0)) is None
+    monkeypatch.setattr(dockable, "_TRIED", 0)
+    assert find_witness(standing_in(-0.2)) is None
