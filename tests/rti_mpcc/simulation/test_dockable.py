@@ -105,7 +105,7 @@ def test_witnesses_of_courses_are_feasible(index: int) -> None:
     check(drawn_course(1, index))
 
 
-@pytest.mark.parametrize("index", range(12))
+@pytest.mark.parametrize("index", range(8))
 def test_witnesses_of_wider_courses_are_feasible(index: int) -> None:
     check(drawn_course(1, index, CAMPAIGN))
 
