@@ -1,0 +1,162 @@
+"""Drawn courses: repeatable, within their range, and all of them scenarios."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi
+from typing import Any
+
+import pytest
+
+from geometry import ReferencePath
+from rti_mpcc.errors import ConfigError, InputError
+from rti_mpcc.simulation import CAMPAIGN, CourseRange, Scenario, drawn_course, scenario_from_dict
+from rti_mpcc.simulation import courses as drawing
+from rti_mpcc.simulation.courses import courses
+
+REPORT = CourseRange()
+HALF = 2.069 / 2
+
+
+@pytest.fixture(scope="module", params=[REPORT, CAMPAIGN], ids=["report", "campaign"])
+def drawn(request: pytest.FixtureRequest) -> tuple[CourseRange, tuple[Scenario, ...]]:
+    return request.param, courses(11, 12, request.param)
+
+
+def arcs(course: Scenario) -> Iterator[tuple[int, float, float]]:
+    assert course.path.segments is not None
+    return ((piece.direction, piece.curvature, piece.length) for piece in course.path.segments)
+
+
+def place(course: Scenario) -> tuple[float, float, float]:
+    """Of the goal: behind the end of the route (negative: inside), beside it [m], turned [rad]."""
+    assert course.goal.offset is not None
+    along, beside, turned = course.goal.offset
+    return list(arcs(course))[-1][0] * along, beside, turned
+
+
+def test_the_same_seed_draws_the_same_course() -> None:
+    assert drawn_course(7, 3) == drawn_course(7, 3)
+    assert courses(7, 4)[3] == drawn_course(7, 3)
+    assert drawn_course(7, 3).name == "course_7_03"
+
+
+def test_seeds_indices_and_ranges_draw_different_ones() -> None:
+    different = [drawn_course(7, 3), drawn_course(8, 3), drawn_course(7, 7), drawn_course(7, 3, CAMPAIGN)]
+    assert len({course.path for course in different}) == 4
+
+
+def test_all_are_scenarios_with_the_clock_of_the_others(
+    drawn: tuple[CourseRange, tuple[Scenario, ...]],
+) -> None:
+    for course in drawn[1]:
+        assert scenario_from_dict(course.model_dump(by_alias=True, exclude_unset=True)) == course
+        assert (course.simulation.dead_time, course.simulation.cycle) == (0.18, 0.05)
+
+
+def test_routes_are_within_the_range(drawn: tuple[CourseRange, tuple[Scenario, ...]]) -> None:
+    within, some = drawn
+    for course in some:
+        path = course.build_path()
+        assert within.pieces[0] <= len(list(arcs(course))) <= within.pieces[1]
+        assert within.length[0] - 1e-3 <= path.length <= within.length[1] + 1e-3
+        assert path.max_curvature <= within.curvature
+        assert len(path.cusps) <= (1 if within.cusp_share else 0)
+        for _, curvature, length in arcs(course):
+            assert length >= within.shortest_piece - 1e-4
+            assert abs(curvature) * length <= within.turn + 0.01
+
+
+def test_corridors_are_within_the_range(drawn: tuple[CourseRange, tuple[Scenario, ...]]) -> None:
+    within, some = drawn
+    for course in some:
+        section = course.corridor
+        assert section.left is not None
+        assert section.right is not None
+        for side in (section.left, -section.right):
+            assert within.half_width[0] <= side <= within.half_width[1]
+        assert len(section.narrowings) <= within.narrowings
+        assert len(section.obstacles) <= within.obstacles
+        for narrowing in section.narrowings:
+            for offset in (narrowing.left, narrowing.right):
+                if offset is not None:
+                    room = abs(offset) - HALF
+                    assert within.narrow_room[0] - 1e-3 <= room <= within.narrow_room[1] + 1e-3
+
+
+def test_goals_are_within_the_range_and_of_all_kinds(
+    drawn: tuple[CourseRange, tuple[Scenario, ...]],
+) -> None:
+    within, some = drawn
+    for index, course in enumerate(some):
+        behind, beside, turned = place(course)
+        assert list(arcs(course))[-1][0] == (1, -1)[index % 2]
+        assert (behind > 0) == (index % 4 > 1)
+        assert -within.inside <= behind <= within.behind
+        assert abs(beside) <= within.beside
+        assert abs(turned) <= within.turned
+
+
+def test_many_courses_use_the_whole_range(drawn: tuple[CourseRange, tuple[Scenario, ...]]) -> None:
+    within, some = drawn
+    places = [place(course) for course in some]
+    assert max(abs(beside) for _, beside, _ in places) > 0.8 * within.beside
+    assert max(abs(turned) for _, _, turned in places) > 0.7 * within.turned
+    assert len({len(list(arcs(course))) for course in some}) == 3
+    assert any(course.corridor.narrowings for course in some)
+    assert any(course.build_path().cusps for course in some) == (within is CAMPAIGN)
+    assert any(course.corridor.obstacles for course in some) == (within is CAMPAIGN)
+    assert {course.path.start[2] > 0.0 for course in some if course.path.start} == {True, False}
+
+
+def test_a_range_of_one_value_draws_that_value() -> None:
+    within = CourseRange(
+        pieces=(2, 2), length=(30.0, 30.0), half_width=(4.0, 4.0), narrowings=0, beside=0.0, turned=0.0
+    )
+    course = drawn_course(3, 0, within)
+    assert len(list(arcs(course))) == 2
+    assert course.build_path().length == pytest.approx(30.0, abs=1e-3)
+    assert (course.corridor.left, course.corridor.right) == (4.0, -4.0)
+    assert place(course)[1:] == (0.0, 0.0)
+
+
+def test_obstacles_lie_beside_the_body_on_the_route() -> None:
+    within = CourseRange(obstacles=4, obstacle_room=(0.5, 0.5), narrowings=0)
+    found = [course for course in courses(2, 6, within) if course.corridor.obstacles]
+    assert found
+    for course in found:
+        path: ReferencePath = course.build_path()
+        for outline in course.corridor.obstacles:
+            foot = path.parts[0].project(*outline[0])
+            pose = path.parts[0].pose(foot)
+            near = ((outline[0][0] - pose.x) ** 2 + (outline[0][1] - pose.y) ** 2) ** 0.5
+            assert near == pytest.approx(HALF + 0.5, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"length": (40.0, 20.0)}, "length = (40.0, 20.0): the first must not be above the second"),
+        ({"shortest_piece": 8.0}, "shortest_piece = 8.0 m: 3 of them must fit into length = 20.0 m"),
+        ({"cusp_share": 1.5}, "cusp_share = 1.5"),
+        ({"turned": pi}, "turned"),
+        ({"pieces": (0, 2)}, "pieces.0 = 0"),
+        ({"speed": 3.0}, "speed is not a setting"),
+    ],
+)
+def test_ranges_that_make_no_sense_are_refused(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        CourseRange(**values)
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(("seed", "index"), [(-1, 0), (0, -1)])
+def test_negative_seeds_are_refused(seed: int, index: int) -> None:
+    with pytest.raises(InputError, match="must be >= 0"):
+        drawn_course(seed, index)
+
+
+def test_a_range_in_which_nothing_can_be_docked_in_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawing, "DRAWS", 3)
+    with pytest.raises(InputError, match="course 0 of seed 1: none of 3 draws can be docked in"):
+        drawn_course(1, 0, CourseRange(half_width=(1.1, 1.1), narrowings=0))
