@@ -129,7 +129,7 @@ def eventful(cycle: int, state: VehicleState) -> dict[str, Any]:
             measurement(cycle - 4, state, vehicle=None, covariance=None),
             measurement(cycle, state, x=nan),
         ]
-    if cycle in (BEFORE, AWAY):
+    if cycle in (BEFORE, AWAY, UNREADABLE + 1):
         told["obstacles"] = [box(2.0, 8.0), box(-3.0 if cycle == BEFORE else 4.0, -3.0)]
     if cycle == UNREADABLE:
         told["obstacles"] = [[[1.0, 2.0], [3.0]]]

@@ -60,7 +60,12 @@ def test_everything_did_happen(recording: Path) -> None:
     cycles = read_recording(recording).cycles
     told = [cycle.inputs for cycle in cycles]
     assert [i for i, inputs in enumerate(told) if inputs.calls] == [AWAY]
-    assert [i for i, inputs in enumerate(told) if inputs.obstacles] == [BEFORE, AWAY, UNREADABLE]
+    assert [i for i, inputs in enumerate(told) if inputs.obstacles] == [
+        BEFORE,
+        AWAY,
+        UNREADABLE,
+        UNREADABLE + 1,
+    ]
     assert told[BLIND].state.x != told[BLIND].state.x
     assert told[BACK].now < told[BACK - 1].now
     assert told[LATE].measurements[0].covariance is None
