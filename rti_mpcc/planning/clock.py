@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from math import inf
 from time import perf_counter
 
+from rti_mpcc.config import EXIT
 from rti_mpcc.qp.solver import Ends, Stop
 
 TIME_IS_UP = "run time limit reached"
-EXIT = 1e-3
-"""Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
