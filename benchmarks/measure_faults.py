@@ -2,7 +2,8 @@
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_faults
 
-The runs are deterministic.
+What the controller says is looked at from the fault's begin until `AFTERWARDS` after its end. The runs are
+deterministic.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 The route shuttles between two places, now and then to a farther one, so that starting, contouring, arriving,
 settling and changing direction occur again and again; states and detections of the goal are noisy; walls come
 and go that fill the way, that can be passed, and that leave gaps too narrow for the body. Writes
-runs/soak.json; exit status 1 if memory grew by more than 2 % or a cycle failed.
+runs/soak.json; exit status 1 if memory grew by more than 2 % after the first tenth, or a cycle failed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ from rti_mpcc.types import Array
 
 COMMAND = "python -m benchmarks.soak"
 GROWTH = 0.02
-"""Share by which memory may grow from the first tenth to the last."""
+"""Share by which memory may grow from the second tenth to the last. The first one is warm-up: what is kept is
+made there for the first time, as the QP of the first wall, and that is no leak."""
 CYCLES_PER_PART = 250
 """A part of the shuttle takes at least so many cycles, so that the route never ends."""
 PART, LONG_PART, LONG_EVERY = 20.0, 70.0, 10
@@ -160,14 +161,14 @@ def soak(cycles: int) -> dict[str, Any]:
         counts[command.status.value, command.source.value] += 1
         if failed(command):
             failures[command.diagnostics.reason] += 1
-    first, last = memory[tenth : 2 * tenth], memory[-tenth:]
+    warm, last = memory[tenth : 2 * tenth], memory[-tenth:]
     return {
         "cycles": cycles,
         "construction_s": built,
         "parts_driven": vehicle.controller.memory.part,
-        "rss_first_tenth_mb": float(np.median(first)) / 2**20,
+        "rss_second_tenth_mb": float(np.median(warm)) / 2**20,
         "rss_last_tenth_mb": float(np.median(last)) / 2**20,
-        "rss_growth": float(np.median(last) / np.median(first) - 1.0),
+        "rss_growth": float(np.median(last) / np.median(warm) - 1.0),
         "cycle_ms_first_tenth": 1e3 * median(seconds[:tenth].tolist()),
         "cycle_ms_last_tenth": 1e3 * median(seconds[-tenth:].tolist()),
         "cycles_by_status_and_source": {f"{one}, {two}": n for (one, two), n in counts.most_common()},

@@ -118,6 +118,8 @@ def in_world(measurement: GoalMeasurement, config: GoalFilterConfig) -> Detectio
     if max(abs(m.x), abs(m.y), abs(m.phi)) > FARTHEST:
         return f"beyond {FARTHEST:g}: x {m.x}, y {m.y}, phi {m.phi}"
     v = m.vehicle
+    if v is not None and not all(map(isfinite, (v.x, v.y, v.phi))):
+        return f"not finite: {v}"
     if v is not None and max(abs(v.x), abs(v.y), abs(v.phi)) > FARTHEST:
         return f"beyond {FARTHEST:g}: {v}"
     covariance = _covariance(m, config)

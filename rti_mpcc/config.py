@@ -15,6 +15,9 @@ from pydantic import Field, model_validator
 from estimation import GoalFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance, Triple
 
+EXIT = 1e-3
+"""Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
+
 
 class Method(Enum):
     """How a vehicle comes from the path to its goal pose: the method, and what it is compared with.
@@ -217,7 +220,7 @@ class ControllerConfig(Settings):
         progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
             error hardly knows theta, and a plan whose progress may run back can then hang there.
         deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
-            driven in its cycle.
+            driven in its cycle. Above `EXIT`, with which alone no plan could ever be found.
     """
 
     vehicle: Vehicle = Vehicle()
@@ -240,7 +243,7 @@ class ControllerConfig(Settings):
     staging: NonNegative = 7.0
     speed_profile: SpeedProfile | None = None
     progress_reverses: bool = False
-    deadline: Annotated[float, Field(gt=0.0, le=10.0)] | None = None
+    deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

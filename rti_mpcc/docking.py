@@ -111,6 +111,7 @@ class DockingController(Driver):
     ) -> Command:
         changes = self._surroundings.changes
         remarks = self._receive(state, now, goal, obstacles)
+        measurements, unfit = intake.measurements_in(measurements)
         detections = self._locate_goal(measurements)
         self._aim()
         situation = self._situation()
@@ -119,6 +120,7 @@ class DockingController(Driver):
         drive = gate.admitted(act.drive, situation.state, measured, self.config)
         act = replace(act, drive=drive)
         self._remember(act, situation)
+        remarks = (*remarks, unfit) if unfit else remarks
         return command(act, situation, self._memory, detections, remarks, self.config, clock)
 
     def _rescue(self, before: ControllerMemory, error: Exception, clock: CycleClock) -> Command:

@@ -47,7 +47,7 @@ class Status(Enum):
     FOLLOWING = "following"
     """Contouring along the path; the goal or cusp does not shape the plan's end yet."""
     ARRIVING = "arriving"
-    """Driving one planned arrival at rest at the goal or cusp."""
+    """Driving one planned arrival at rest at the goal or cusp, or at a stop before something in the way."""
     SETTLING = "settling"
     """Inside the goal tolerance (or at the cusp), braking to a standstill."""
     DOCKED = "docked"
@@ -55,9 +55,10 @@ class Status(Enum):
     CHANGING_DIRECTION = "changing direction"
     """Standing at a cusp until the queued commands are drained and the sign of motion may change."""
     STARTING = "starting"
-    """Standing still while the first plan of a part is being found."""
+    """The first plan of a part is being found: standing still, or braking if the vehicle moves."""
     BLOCKED = "blocked"
-    """The plan's body leaves the corridor or meets an obstacle within the stopping distance: braking."""
+    """The plan's body leaves the corridor or meets an obstacle within the stopping distance: braking; or
+    standing before something that fills the way."""
     GOAL_LOST = "goal lost"
     """The goal has not been seen for long and is not certain enough to dock at: stopping before it."""
     SEARCHING = "searching"
@@ -65,7 +66,8 @@ class Status(Enum):
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
     FAILED = "failed"
-    """No plan was accepted: a substitute is driven, `reason` says why."""
+    """No plan was accepted, or what is measured cannot be relied on: a substitute is driven, `reason` says
+    why."""
 
 
 class Source(Enum):
@@ -115,7 +117,8 @@ class Diagnostics:
         failed: the QP of this cycle was not accepted.
         solver_status: OSQP's word for its result ("" where no QP was solved).
         iterations: OSQP iterations of all QPs of this cycle.
-        residuals: primal and dual residual of the last one, scaled; infinite if it was not solved.
+        residuals: primal and dual residual of the last one, scaled; infinite if it was not solved, (0, 0)
+            where there was no QP.
         retried: the plan was sought once more from a clean start.
         slack: largest corridor slack of the plan [m].
         reason: one line for humans.
@@ -123,7 +126,8 @@ class Diagnostics:
         goal: what detections say about the goal; None if there never was one.
         detections: what became of those told in this cycle.
         prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
-        deadline_missed: the configured deadline had passed when the command was there.
+        deadline_missed: the configured deadline had passed when it was decided what is driven. What comes
+            after that (the check of a substitute, the gate, this account) is not counted.
     """
 
     theta: float

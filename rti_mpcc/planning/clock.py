@@ -2,7 +2,7 @@
 
 Three questions depend on how long something took: whether another iteration may begin, when a QP is stopped
 before it is solved, and whether the plan came too late. A `CycleClock` answers them by the wall clock and
-keeps its answers; a `PlayedBack` gives kept answers again and looks at no clock at all.
+keeps its answers; a `PlayedBack` gives kept answers again, whatever the time is.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from math import inf
 from time import perf_counter
 
+from rti_mpcc.config import EXIT
 from rti_mpcc.qp.solver import Ends, Stop
 
 TIME_IS_UP = "run time limit reached"
-EXIT = 1e-3
-"""Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +24,7 @@ class Decisions:
     Attributes:
         granted: for each iteration that was asked for, in order, whether it could begin.
         stops: for each QP, in order, what ended it from outside; None where it came to an end of its own.
-        late: whether the deadline had passed when the plan was there.
+        late: whether the deadline had passed when it was decided what is driven.
     """
 
     granted: tuple[bool, ...] = ()

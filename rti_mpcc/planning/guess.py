@@ -126,11 +126,12 @@ def _lead_in(
     """States (k+1, 6) from `state` on until the steering is where the fade needs it: `state` alone, mostly.
 
     A vehicle that drives with its steering turned away from there leaves the fade by far before it can follow
-    it, and what is linearised about a fade that it cannot follow says nothing about what it can do.
+    it, and what is linearised about a fade that it cannot follow says nothing about what it can do. Where the
+    time is up before, the last stage is left to the fade.
     """
     d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
     led = [state]
-    for k, length in enumerate(np.diff(times)):
+    for k, length in enumerate(np.diff(times)[:-1]):  # the fade needs a stage of its own
         now = led[-1]
         here = Pose2(float(now[X]), float(now[Y]), float(now[PHI])).relative_to(part.pose(float(now[THETA])))
         wanted = _fade_steering(part, target, float(now[THETA]), here, config)

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import hypot, isfinite
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from estimation import GoalMeasurement
+from estimation import Frame, GoalMeasurement
 from estimation.measurement import is_time
 from geometry import Pose2, RtiMpccError
 from rti_mpcc.planning.memory import ControllerMemory
@@ -31,12 +32,15 @@ def goal_in(goal: Pose2 | None, end: Pose2) -> tuple[Pose2 | None, str]:
     """The goal, and why it is not used (then None). `end` is the path's last pose."""
     if goal is None:
         return None, ""
-    x, y, phi = goal.x, goal.y, goal.phi
+    try:
+        x, y, phi = goal.x, goal.y, goal.phi
+    except AttributeError:
+        return None, f"goal is no Pose2 but a {type(goal).__name__}, the last one stays"
     if not _all_finite(x, y, phi):
         return None, f"goal ({x}, {y}, {phi}) not finite, the last one stays"
     if abs(phi) > MANY_TURNS or max(abs(x), abs(y)) > FAR or hypot(x - end.x, y - end.y) > GOAL_REACH:
         return None, f"goal ({x:.6g}, {y:.6g}, {phi:.6g}) out of reach, the last one stays"
-    return goal, ""
+    return goal if isinstance(goal, Pose2) else Pose2(float(x), float(y), float(phi)), ""
 
 
 def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None) -> tuple[Surroundings, str]:
@@ -48,8 +52,35 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None) 
         if any(outline.size and not np.abs(outline).max() <= FAR for outline in outlines):
             return known, "obstacles not finite or not near"
         return known.told(outlines), ""
-    except (RtiMpccError, ValueError, TypeError) as error:
+    except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
         return known, f"obstacles not readable: {' '.join(str(error).split())}"
+
+
+def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[GoalMeasurement, ...], str]:
+    """Those that are detections, of whatever numbers, and what the first one is that is none, or ""."""
+    try:
+        told: tuple[object, ...] = () if measurements is None else tuple(measurements)
+    except TypeError:
+        return (), f"measurements are no sequence but {type(measurements).__name__}, left out"
+    good = tuple(measurement for measurement in told if _is_detection(measurement))
+    if len(good) == len(told):
+        return good, ""
+    k, odd = next((k, one) for k, one in enumerate(told) if not _is_detection(one))
+    if isinstance(odd, GoalMeasurement):
+        return good, f"measurements[{k}] holds what is no number, pose or frame, left out"
+    return good, f"measurements[{k}] is no GoalMeasurement but a {type(odd).__name__}, left out"
+
+
+def _is_detection(told: object) -> TypeGuard[GoalMeasurement]:
+    if not isinstance(told, GoalMeasurement) or not isinstance(told.frame, Frame):
+        return False
+    v = told.vehicle
+    try:
+        for number in (told.stamp, told.x, told.y, told.phi, *((v.x, v.y, v.phi) if v is not None else ())):
+            isfinite(number)
+    except (AttributeError, TypeError, ValueError, OverflowError):
+        return False
+    return True
 
 
 def measurement_in(measurement: GoalMeasurement, offset: float) -> GoalMeasurement:

@@ -180,7 +180,7 @@ def _first(
 def _array(state: VehicleState) -> Array:
     try:
         return np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0], dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
+    except (AttributeError, TypeError, ValueError, OverflowError):
         return np.full(STATES, np.nan)
 
 

@@ -107,6 +107,7 @@ read_inputs = decoder(Inputs)
 """Inputs from JSON data."""
 read_decisions = decoder(Decisions)
 """Decisions from JSON data."""
+_read_measurement = decoder(GoalMeasurement)
 
 
 def inputs_of(
@@ -120,40 +121,58 @@ def inputs_of(
 ) -> Inputs:
     """The inputs as they come back from a file: the same numbers, all of them float64.
 
-    What is no number where one must be is NaN, which the controller refuses as well.
+    Never raises: what is no number where one must be is NaN, and so is all of what is no state, pose,
+    measurement or outline at all; the controller refuses those as well.
     """
     data: dict[str, Data] = {
         "calls": to_data(tuple(calls)),
         "state": _numbers(state, VehicleState),
         "now": _number(now),
         "goal": _pose(goal),
-        "measurements": [_measurement(measurement) for measurement in measurements],
+        "measurements": _measurements(measurements),
         "obstacles": _outlines(obstacles),
     }
     inputs: Inputs = read_inputs(data)
     return inputs
 
 
-def _number(value: Any) -> float:
+# What was told may be anything, and the cycle has to go on: these catch whatever reading it raises.
+
+
+def _number(told: Any, field: str = "") -> float:
+    """A number, or that in a field."""
     try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
+        return float(getattr(told, field) if field else told)
+    except Exception:
         return nan
 
 
-def _numbers(value: object, kind: type) -> dict[str, float]:
-    return {field.name: _number(getattr(value, field.name)) for field in fields(kind)}
+def _numbers(told: object, kind: type) -> dict[str, Data]:
+    return {field.name: _number(told, field.name) for field in fields(kind)}
 
 
 def _pose(pose: Pose2 | None) -> Data:
     return None if pose is None else _numbers(pose, Pose2)
 
 
-def _measurement(measurement: GoalMeasurement) -> Data:
-    return fields_data(measurement, GoalMeasurement) | {
-        **{name: _number(getattr(measurement, name)) for name in ("stamp", "x", "y", "phi")},
-        "vehicle": _pose(measurement.vehicle),
-    }
+def _measurements(measurements: Sequence[GoalMeasurement] | None) -> Data:
+    if measurements is None:
+        return []
+    try:
+        return [_measurement(measurement) for measurement in measurements]
+    except Exception:
+        return [_measurement(None)]
+
+
+def _measurement(told: GoalMeasurement | None) -> Data:
+    try:
+        data = fields_data(told, GoalMeasurement)
+        data |= {name: _number(told, name) for name in ("stamp", "x", "y", "phi")}
+        data["vehicle"] = None if told is None else _pose(told.vehicle)
+        _read_measurement(data)
+    except Exception:
+        return to_data(GoalMeasurement(stamp=nan, x=nan, y=nan, phi=nan))
+    return data
 
 
 def _outlines(obstacles: Sequence[ArrayLike] | None) -> Data:
@@ -161,7 +180,7 @@ def _outlines(obstacles: Sequence[ArrayLike] | None) -> Data:
         return None
     try:
         return [array_data(outline) for outline in obstacles]
-    except (TypeError, ValueError):
+    except Exception:
         return [array_data([nan])]
 
 

@@ -73,9 +73,12 @@ def _matrix(content: Any, name: str) -> csc_matrix:
 
 
 def dump_if_failed(controller: DockingController, cycle: Cycle, folder: Path) -> Path | None:
-    """Write the last QP of a cycle just driven, if it has one and failed; returns the file."""
+    """Write the last QP of a cycle just driven, if it has one and failed; returns the file.
+
+    After a mistake of the program there is none: the controller has begun afresh.
+    """
     command = cycle.command
-    if command is None or not command.diagnostics.failed or not any(cycle.decisions.granted):
+    if command is None or not command.diagnostics.failed or not command.diagnostics.solver_status:
         return None
     file = folder / f"qp_{cycle.number:06d}.npz"
     dump_problem(

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, GoalTracking, Limits, Vehicle
+from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.methods import with_method
@@ -155,7 +155,7 @@ class ControllerSection(Section):
 
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     comfort_acceleration: Positive | None = None
-    deadline: Positive | None = None
+    deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
 
 class SimulationSection(Section):

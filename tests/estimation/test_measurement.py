@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan, pi
+from math import inf, nan, pi
 from typing import Any
 
 import numpy as np
@@ -125,6 +125,19 @@ def test_a_vehicle_beyond_all_bounds_is_refused(vehicle: Pose2, frame: Frame) ->
     reason = in_world(GoalMeasurement(**SEEN, frame=frame, vehicle=vehicle), CONFIG)
     assert isinstance(reason, str)
     assert reason.startswith("beyond 1e+06: Pose2")
+
+
+@pytest.mark.parametrize("field", ["x", "y", "phi"])
+@pytest.mark.parametrize("value", [nan, inf])
+@pytest.mark.parametrize("frame", Frame)
+def test_a_vehicle_that_is_not_finite_is_refused(frame: Frame, value: float, field: str) -> None:
+    """As a bridge would hand it over that checks nothing."""
+    vehicle = object.__new__(Pose2)
+    for name in ("x", "y", "phi"):
+        object.__setattr__(vehicle, name, value if name == field else 0.0)
+    reason = in_world(GoalMeasurement(**SEEN, frame=frame, vehicle=vehicle), CONFIG)
+    assert isinstance(reason, str)
+    assert reason.startswith("not finite: Pose2")
 
 
 def test_a_covariance_that_turning_flattens_is_refused() -> None:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from estimation import Frame, GoalMeasurement
 from geometry import Pose2
 from rti_mpcc import VehicleState
+from rti_mpcc.config import EXIT
 from tests.rti_mpcc.worlds import OF_ONE_PART, WORLDS, Setting, World, box
 
 EXTREMES = (0.0, -0.0, pi, -pi, 1e-300, 5e-324, 1e9, -1e9, 1e17, 1e300, -1e300, 1.7e308, inf, -inf, nan)
@@ -256,7 +257,7 @@ STARTS = often(BEGIN, NEAR, BESIDE, ENDS, standing_at_the_end(0.06, 0.03), FAR, 
 DRIVING = st.builds(
     Run,
     world=st.integers(0, WORLDS - 1),
-    setting=drawn_settings(st.booleans(), often(None, st.sampled_from([0.02, 1e-4]), times=8)),
+    setting=drawn_settings(st.booleans(), often(None, st.sampled_from([0.02, EXIT + 1e-6]), times=8)),
     start=STARTS,
     cycles=st.lists(CYCLES, min_size=5, max_size=20).map(tuple),
 )

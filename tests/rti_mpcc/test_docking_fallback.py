@@ -179,6 +179,27 @@ def test_a_state_that_is_not_finite_brakes_and_says_so(field: str, value: float)
     assert controller.step(good, now=0.1).source is Source.SOLUTION
 
 
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"goal": (1, 2, 3)}, "goal is no Pose2 but a tuple, the last one stays"),
+        ({"goal": "x"}, "goal is no Pose2 but a str, the last one stays"),
+        ({"measurements": [(1, 2, 3)]}, "measurements[0] is no GoalMeasurement but a tuple, left out"),
+        ({"measurements": 5}, "measurements are no sequence but int, left out"),
+        ({"measurements": None}, ""),
+        ({"state": None}, "not a finite state (x = nan, y = nan, phi = nan, v = nan, delta = nan)"),
+    ],
+)
+def test_what_is_of_another_type_is_left_out_and_said(told: dict[str, Any], said: str) -> None:
+    start = short().build_path().start
+    state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)
+    arguments: dict[str, Any] = {"state": state, "now": 0.0} | told
+    command = docking_controller(short()).step(arguments.pop("state"), **arguments)
+    assert command.diagnostics.reason == said
+    if "state" not in told:
+        assert command.source is Source.SOLUTION
+
+
 def test_lost_cycles_do_not_hurry_an_arrival() -> None:
     controller = docking_controller(short())
     good = VehicleState(x=1.0, y=2.0, phi=1.0, v=0.0, delta=0.0)

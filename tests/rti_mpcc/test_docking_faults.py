@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 
-from rti_mpcc.simulation import load_scenario, simulate
+from rti_mpcc.simulation import docking_controller, load_scenario, simulate
+from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.simulation.metrics import clearances
-from rti_mpcc.types import Status
+from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import short
-from tests.rti_mpcc.fault_runs import BrakesFully, avoidable, check_all, drive, with_fault
+from tests.rti_mpcc.fault_runs import (
+    BrakesFully,
+    braked,
+    check_all,
+    check_contact,
+    contact_speed,
+    drive,
+    with_fault,
+)
 
 
 @pytest.mark.parametrize("kind", get_args(Kind))
@@ -20,6 +29,18 @@ def test_it_docks_when_the_fault_is_over(kind: str) -> None:
     check_all(result, noted)
     assert result.ended == "docked"
     assert result.cycles.status[-1] is Status.DOCKED
+
+
+CLOSE = with_fault(short(), "blocked", 5.0, 3.0, 0.4)
+"""What appears so near is touched whatever is done, at 0.7 m/s at the least."""
+
+
+def test_what_cannot_be_avoided_is_touched_at_the_least_speed() -> None:
+    result, noted = drive(CLOSE)
+    check_all(result, noted)
+    touched = contact_speed(result)
+    assert touched is not None
+    assert touched == pytest.approx(0.71, abs=0.05)
 
 
 # -- the yardstick itself --------------------------------------------------------------------------------
@@ -50,7 +71,23 @@ def test_full_braking_reverses_under_no_fault(kind: str) -> None:
 @pytest.mark.parametrize(("gap", "in_time"), [(5.0, True), (0.1, False)])
 def test_a_contact_is_avoidable_with_room_to_brake(gap: float, in_time: bool) -> None:
     scenario = with_fault(short(), "blocked", 5.0, 3.0, gap)
-    assert avoidable(scenario) is in_time
+    assert (contact_speed(braked(scenario)) is None) is in_time
+
+
+class Blind:
+    """A controller that is told of no obstacles."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+
+    def step(self, state: VehicleState, *, obstacles: Any = None, **told: Any) -> Command:
+        return self._controller.step(state, **told)
+
+
+def test_a_contact_that_cannot_be_avoided_may_not_be_harder_than_it_must() -> None:
+    blind = simulate(CLOSE, controller=Blind(docking_controller(CLOSE)))
+    with pytest.raises(AssertionError, match=r"touches at 1\.2\d m/s, braking at once at 0\.71 m/s"):
+        check_contact(blind)
 
 
 def test_without_a_fault_at_work_braking_leaves_the_usual_clearance() -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from rti_mpcc.config import EXIT
 from rti_mpcc.planning import clock as module
-from rti_mpcc.planning.clock import EXIT, TIME_IS_UP, CycleClock, Decisions, PlayedBack
+from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock, Decisions, PlayedBack
 from rti_mpcc.qp.solver import Stop
 
 

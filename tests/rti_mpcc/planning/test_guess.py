@@ -128,6 +128,21 @@ def test_a_vehicle_steered_away_turns_its_steering_first(direction: int) -> None
 
 
 @pytest.mark.parametrize("direction", [1, -1])
+def test_steering_that_takes_longer_to_turn_than_there_is_time_leaves_a_stage_for_the_fade(
+    direction: int,
+) -> None:
+    mpcc = core(direction)
+    state = on_path(mpcc, 2.0)
+    state[DELTA] = -0.6
+    times = stage_times(5.0, stage_lengths(1.0, CONFIG.cycle, CONFIG.stages))
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, 1.0, CONFIG)
+    assert guess.states.shape == (CONFIG.stages + 1, 6)
+    assert np.isfinite(guess.states).all()
+    turning = np.diff(guess.states[:-1, DELTA]) / np.diff(guess.times[:-1])
+    np.testing.assert_allclose(np.abs(turning), CONFIG.limits.steering_rate)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
 def test_a_standing_vehicle_begins_on_the_fade_wherever_it_steers(direction: int) -> None:
     mpcc = core(direction)
     state = beside(mpcc, 0.0)

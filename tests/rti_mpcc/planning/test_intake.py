@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan
 from typing import Any
 
@@ -82,6 +83,59 @@ def test_a_goal_that_cannot_be_one_is_not_used(field: int, value: Any) -> None:
     assert remark.endswith("the last one stays")
 
 
+@pytest.mark.parametrize("goal", [(1, 2, 3), "x", 5.0])
+def test_a_goal_of_another_type_is_not_used(goal: Any) -> None:
+    remark = f"goal is no Pose2 but a {type(goal).__name__}, the last one stays"
+    assert intake.goal_in(goal, END) == (None, remark)
+
+
+def test_what_has_the_numbers_of_a_goal_is_made_one() -> None:
+    goal: Any = Told(24, np.float32(3.0), 0.1)
+    used, _ = intake.goal_in(goal, END)
+    assert type(used) is Pose2
+    assert used == Pose2(24.0, 3.0, 0.1)
+
+
+SEEN = GoalMeasurement(stamp=2.0, x=nan, y=1e300, phi=0.0, vehicle=Pose2(1.0, 2.0, 0.1))
+
+
+def spoiled(**changes: Any) -> GoalMeasurement:
+    return replace(SEEN, **changes)
+
+
+@pytest.mark.parametrize(
+    ("odd", "remark"),
+    [
+        ((1, 2, 3), "is no GoalMeasurement but a tuple"),
+        (None, "is no GoalMeasurement but a NoneType"),
+        (spoiled(x="east"), "holds what is no number, pose or frame"),
+        (spoiled(stamp=10**400), "holds what is no number, pose or frame"),
+        (spoiled(vehicle=(1, 2, 3)), "holds what is no number, pose or frame"),
+        (spoiled(frame="world"), "holds what is no number, pose or frame"),
+    ],
+)
+def test_what_is_no_detection_is_left_out(odd: Any, remark: str) -> None:
+    assert intake.measurements_in([SEEN, odd, SEEN, odd]) == (
+        (SEEN, SEEN),
+        f"measurements[1] {remark}, left out",
+    )
+
+
+@pytest.mark.parametrize("told", [(), [SEEN], iter([SEEN])])
+def test_detections_of_any_numbers_go_on_to_the_filter(told: Any) -> None:
+    detections, remark = intake.measurements_in(told)
+    assert set(detections) <= {SEEN}
+    assert remark == ""
+
+
+def test_measurements_that_are_no_sequence_are_left_out() -> None:
+    missing: Any = None
+    assert intake.measurements_in(missing) == ((), "")
+    number: Any = 5
+    remark = "measurements are no sequence but int, left out"
+    assert intake.measurements_in(number) == ((), remark)
+
+
 def test_a_goal_within_reach_is_used_and_none_is_no_problem() -> None:
     goal = Pose2(24.0, 3.0, 0.1)
     assert intake.goal_in(goal, END) == (goal, "")
@@ -107,6 +161,7 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
         [[5.0, 1.0, 6.0]],
         [SQUARE, [[0.0]]],
         [SQUARE, []],
+        [[[10**400, 1.0], [6.0, 1.0], [6.0, 2.0]]],
         [None],
         ["wall"],
         5.0,

@@ -10,8 +10,11 @@ import numpy as np
 import osqp
 import pytest
 
-from rti_mpcc.config import SolverSettings
+from rti_mpcc.config import ControllerConfig, SolverSettings
+from rti_mpcc.controller import Solution
+from rti_mpcc.docking import MISTAKE
 from rti_mpcc.errors import RecordingError
+from rti_mpcc.planning import search
 from rti_mpcc.recording import Recorder, load_problem, read_recording, replay
 from rti_mpcc.simulation import docking_controller
 from tests.rti_mpcc.recording.recordings import FAILED, SCENARIO, drive, eventful, record
@@ -103,6 +106,20 @@ def test_a_folder_that_is_gone_does_not_stop_the_drive(
     assert [message.split(":")[0] for message in caplog.messages] == [
         f"the QP of cycle {cycle} was not written" for cycle in FAILED
     ]
+
+
+def test_a_mistake_of_the_program_leaves_no_qp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def mistaken(solution: Solution, config: ControllerConfig) -> str:
+        raise KeyError("after the QP was solved")
+
+    monkeypatch.setattr(search, "complaint", mistaken)
+    with Recorder(
+        docking_controller(SCENARIO), tmp_path / "run.jsonl", dump_failed=tmp_path / "qp"
+    ) as recorder:
+        (command,) = drive(recorder, range(1))
+    assert command.diagnostics.reason.startswith(MISTAKE)
+    assert command.diagnostics.failed
+    assert names(tmp_path / "qp") == []
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:

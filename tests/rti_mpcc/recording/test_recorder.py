@@ -5,16 +5,18 @@ from __future__ import annotations
 import io
 import logging
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from rti_mpcc.docking import MISTAKE
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder, read_recording, replay
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.types import VehicleState
 from tests.rti_mpcc.docking_runs import drive as drive_bare
-from tests.rti_mpcc.recording.recordings import CYCLE, GOAL, SCENARIO, drive, record
+from tests.rti_mpcc.recording.recordings import CYCLE, GOAL, SCENARIO, drive, measurement, record
 
 REST = VehicleState(x=1.0, y=2.0, phi=1.0, v=0.0, delta=0.0)
 
@@ -69,6 +71,56 @@ def test_numbers_of_other_types_and_what_is_none(tmp_path: Path) -> None:
     assert second.obstacles is not None
     assert second.obstacles[0].tolist() == [[9.0, 9.0], [10.0, 9.0], [10.0, 10.0]]
     assert replay(tmp_path / "run.jsonl").identical
+
+
+class Trap:
+    """Raises something else whenever it is looked at."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise RuntimeError(name)
+
+    def __iter__(self) -> Any:
+        raise LookupError("nothing here")
+
+
+UNREADABLE: dict[str, list[Any]] = {
+    "goal": [(1, 2, 3), "x", Trap()],
+    "state": [None, (1.0, 2.0, 1.0, 0.0, 0.0), Trap()],
+    "measurements": [
+        [(1, 2, 3)],
+        [None],
+        [Trap()],
+        Trap(),
+        5,
+        [measurement(0, REST, vehicle=5)],
+        [measurement(0, REST, frame=5)],
+    ],
+    "obstacles": [5, Trap(), [[[10**400, 0.0]]]],
+    "now": [None, "noon"],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "place"), [(name, place) for name, told in UNREADABLE.items() for place in range(len(told))]
+)
+def test_what_is_no_input_at_all_is_recorded_as_nan_and_said(name: str, place: int, tmp_path: Path) -> None:
+    with Recorder(docking_controller(SCENARIO), tmp_path / "run.jsonl") as recorder:
+        arguments: dict[str, Any] = {"state": REST, "now": 0.0, "goal": GOAL} | {
+            name: UNREADABLE[name][place]
+        }
+        command = recorder.step(arguments.pop("state"), **arguments)
+    told = command.diagnostics
+    said = [told.reason, *(judgement.reason for judgement in told.detections)]
+    assert any("nan" in reason or "not finite" in reason for reason in said), said
+    assert MISTAKE not in told.reason
+    assert len(read_recording(tmp_path / "run.jsonl").cycles) == 1
+    assert replay(tmp_path / "run.jsonl").identical
+
+
+def test_no_measurements_may_be_none(tmp_path: Path) -> None:
+    missing: Any = None
+    with Recorder(docking_controller(SCENARIO), tmp_path / "run.jsonl") as recorder:
+        assert recorder.step(REST, now=0.0, goal=GOAL, measurements=missing).diagnostics.reason == ""
 
 
 class FullDisk(io.StringIO):

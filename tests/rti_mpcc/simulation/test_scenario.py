@@ -319,7 +319,8 @@ WRONG: list[tuple[str, Any, str]] = [
     ("limits.steering", 1.6, "limits.steering = 1.6: must be <= 1.4"),
     ("limits.speed", "fast", "limits.speed = 'fast': must be a number"),
     ("controller.dead_time", -0.1, "controller.dead_time = -0.1: must be >= 0"),
-    ("controller.deadline", 0.0, "controller.deadline = 0.0: must be > 0"),
+    ("controller.deadline", 0.0, "controller.deadline = 0.0: must be > 0.001"),
+    ("controller.deadline", 20.0, "controller.deadline = 20.0: must be <= 10"),
     (
         "controller.comfort_acceleration",
         6.0,

@@ -1,0 +1,43 @@
+"""First cycles of vehicles that move close to the goal with their steering turned away: none is a mistake."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc import ControllerConfig, DockingController, SolverSettings, VehicleState
+from rti_mpcc.docking import MISTAKE
+from rti_mpcc.simulation import load_scenario
+
+DRAWS = 300
+SCENARIO = load_scenario("docking_inside")
+PATH = SCENARIO.build_path()
+GOAL = SCENARIO.goal_pose(PATH)
+CORRIDOR = SCENARIO.build_corridor(PATH)
+CONFIG = ControllerConfig(dead_time=0.18, stages=10, solver=SolverSettings(max_iterations=5))
+"""Whether a search can be begun does not depend on how well QPs are solved: few stages, few iterations."""
+
+
+def drawn(seed: int) -> VehicleState:
+    """Reversing within 4 m of the goal, steered far to either side."""
+    rng = np.random.default_rng(seed)
+    pose = GOAL.compose(Pose2(rng.uniform(-4.0, 4.0), rng.uniform(-1.0, 1.0), rng.uniform(-0.5, 0.5)))
+    speed, steering = rng.uniform(-1.5, -0.3), rng.choice([-1.0, 1.0]) * rng.uniform(0.4, 0.6)
+    return VehicleState(x=pose.x, y=pose.y, phi=pose.phi, v=speed, delta=steering)
+
+
+def reason(state: VehicleState, config: ControllerConfig) -> str:
+    command = DockingController(PATH, CORRIDOR, config).step(state, now=0.0, goal=GOAL)
+    return command.diagnostics.reason
+
+
+def test_no_first_cycle_is_a_mistake() -> None:
+    reasons = {seed: reason(drawn(seed), CONFIG) for seed in range(DRAWS)}
+    assert not {seed: said for seed, said in reasons.items() if MISTAKE in said}
+
+
+@pytest.mark.parametrize("steering", [-0.6, 0.6])
+def test_a_vehicle_that_is_to_stand_before_its_steering_is_turned_searches(steering: float) -> None:
+    state = VehicleState(x=10.75, y=-15.81, phi=0.783, v=-0.93, delta=steering)
+    assert MISTAKE not in reason(state, SCENARIO.controller_config())

@@ -1,0 +1,68 @@
+"""Starts beside and turned from the path in the built-in scenarios, whose corridors leave less room."""
+
+from __future__ import annotations
+
+from math import isfinite, radians
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.simulation import load_scenario
+from rti_mpcc.simulation.plant import PlantState
+from rti_mpcc.types import Command, Source, Status
+from tests.rti_mpcc.docking_runs import drive
+
+
+class Start(NamedTuple):
+    """To the left of the path's begin [m], and turned from it [deg]."""
+
+    across: float
+    turned: float
+
+
+class Outcome(NamedTuple):
+    """Status at the end, and so long it is driven at most [s]: cycles that find no plan are slow ones."""
+
+    status: Status
+    seconds: float
+
+
+DOCKS, NO_WAY = Outcome(Status.DOCKED, 30.0), Outcome(Status.STARTING, 0.5)
+OUTCOMES = {
+    Start(2.0, 0.0): DOCKS,
+    Start(-2.0, 0.0): DOCKS,
+    Start(0.0, 60.0): DOCKS,
+    Start(0.0, -60.0): NO_WAY,
+}
+"""Measured, the same in both scenarios. Turned to the right by 60 deg it finds no way back in one move: it
+stands and says so; a minute later it is FAILED and still stands. See README, "Limits"."""
+
+
+@pytest.mark.parametrize("start", OUTCOMES, ids=str)
+@pytest.mark.parametrize("name", ["docking_inside", "docking_behind"])
+def test_a_start_off_the_path_touches_nothing_and_docks_where_there_is_a_way(name: str, start: Start) -> None:
+    scenario, outcome = load_scenario(name), OUTCOMES[start]
+    path, config = scenario.build_path(), scenario.controller_config()
+    part = path.parts[0]
+    pose = part.pose(part.start).compose(Pose2(0.0, start.across, radians(start.turned)))
+    run: list[tuple[PlantState, Command]] = []
+    for plant, command in drive(
+        scenario, outcome.seconds, start=PlantState(x=pose.x, y=pose.y, phi=pose.phi)
+    ):
+        run.append((plant, command))
+        assert all(map(isfinite, (command.acceleration, command.steering_rate)))
+        assert abs(command.acceleration) <= config.limits.acceleration
+        assert abs(command.steering_rate) <= config.limits.steering_rate
+        if command.docked:
+            break
+    poses = np.array([[plant.x, plant.y, plant.phi, 0.0, 0.0, 0.0] for plant, _ in run])
+    clearance = scenario.build_corridor(path).clearance(0, body_polygons(poses, config.vehicle))
+    assert clearance.min() > 0.0
+    last = run[-1][1]
+    assert last.status is outcome.status, last.diagnostics.reason
+    if outcome is NO_WAY:
+        assert {command.source for _, command in run} == {Source.STANDSTILL}
+        assert last.diagnostics.reason.startswith("the QP was not solved")
