@@ -87,7 +87,7 @@ class Driver:
         return last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
 
     def _act(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
-        self._memory = route.noticed(self._memory, situation)
+        self._memory = replace(route.noticed(self._memory, situation), touched=self._touched(situation))
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
         self._memory = route.decide(self._memory, situation, self.config)
@@ -217,7 +217,12 @@ class Driver:
 
     def _way_to_contact(self, plan: Trajectory, reach: float) -> float:
         corridor = self._surroundings.corridor
-        return contact.way_to_contact(plan, corridor, self._memory.part, self.config, reach)
+        memory = self._memory
+        return contact.way_to_contact(plan, corridor, memory.part, self.config, reach, memory.touched)
+
+    def _touched(self, situation: Situation) -> float | None:
+        memory, corridor = self._memory, self._surroundings.corridor
+        return contact.touched(memory.touched, situation.state, corridor, memory.part, self.config)
 
     # -- the rungs of the ladder --------------------------------------------------------------------
 
@@ -288,6 +293,15 @@ class Driver:
             return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
         return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
 
+    def _braking_needed(self, motion: Trajectory) -> float:
+        """Deceleration [m/s²] to stand before what a stopping motion meets, or to go no deeper into it."""
+        memory, config = self._memory, self.config
+        corridor = self._surroundings.corridor
+        if memory.touched is not None and contact.deepens(motion, corridor, memory.part, config):
+            return config.limits.acceleration
+        way = self._way_to_contact(motion, inf)
+        return ladder.before_contact(float(motion.states[0, V]), way, config) if way < inf else 0.0
+
     def _stop(
         self,
         situation: Situation,
@@ -308,9 +322,9 @@ class Driver:
         )
         stands = route.stands(self._memory, situation)
         motion = stopping_motion(state, times, wanted, config.vehicle.wheelbase)
-        way = inf if stands else self._way_to_contact(motion, inf)
-        if way < inf:
-            wanted = max(wanted, ladder.before_contact(float(state[V]), way, config))
+        harder = 0.0 if stands else self._braking_needed(motion)
+        if harder > wanted:
+            wanted = harder
             motion = stopping_motion(state, times, wanted, config.vehicle.wheelbase)
         drive = ladder.hold(state, config) if stands else ladder.brake(state, wanted, config, steering_rate)
         return Act(drive=drive, status=status, reason=reason, trajectory=motion, attempt=attempt)

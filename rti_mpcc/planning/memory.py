@@ -76,6 +76,7 @@ class ControllerMemory:
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven [s].
         blocked: the vehicle brakes before a contact that its plan would make.
+        touched: see `contact.touched`; None while the body is free.
         looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
         stop_at: progress at which to stop before something that fills the way [m], or None.
         stop_goal, stop_obstacles: goal, and number of obstacle changes, known when that was found;
@@ -113,6 +114,7 @@ class ControllerMemory:
     outside_since: float | None = None
     driving_since: float = 0.0
     blocked: bool = False
+    touched: float | None = None
     looked_at: float | None = None
     stop_at: float | None = None
     stop_goal: Pose2 | None = None

@@ -58,9 +58,13 @@ def follow(controls: Array, source: Source) -> Drive:
 
 
 def brake(state: Array, deceleration: float, config: ControllerConfig, steering_rate: float = 0.0) -> Drive:
-    """Brake at `deceleration` [m/s²] to a soft standstill, keeping `steering_rate` [rad/s] on."""
+    """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than `braking`.
+
+    `steering_rate` [rad/s] is kept on.
+    """
     speed = float(state[V])
-    wanted = min(deceleration, abs(speed) / max(SETTLING_TIME, config.cycle), config.limits.acceleration)
+    soft = config.cycle if deceleration > braking(config) else max(SETTLING_TIME, config.cycle)
+    wanted = min(deceleration, abs(speed) / soft, config.limits.acceleration)
     rate = steering_rate if abs(speed) > SLOW else 0.0
     return Drive(acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING)
 
