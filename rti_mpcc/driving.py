@@ -47,12 +47,15 @@ class Driver:
 
     def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
-        if route.may_be_free(self._memory, self._memory.now, self._surroundings.changes):
+        if self._may_be_free() and not route.drives(self._memory):
             self._memory = route.released(self._memory)
-        if self._memory.stop_at is not None:
-            self._mpcc.set_stop(self._memory.stop_at)
+        if self._memory.stop is not None:
+            self._mpcc.set_stop(self._memory.stop.at)
         else:
             self._mpcc.set_goal(self._memory.goal if self._on_last_part else None)
+
+    def _may_be_free(self) -> bool:
+        return route.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
 
     @property
     def _on_last_part(self) -> bool:
@@ -65,16 +68,16 @@ class Driver:
 
     # -- phases -------------------------------------------------------------------------------------
 
-    def _driven(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
+    def _driven(self, situation: Situation, clock: CycleClock) -> Act:
         """What is driven in this cycle: a plan that came too late is not."""
         before = self._memory
-        act = self._act(situation, clock, new_obstacles=new_obstacles)
+        act = self._act(situation, clock)
         if not clock.late() or act.drive.source is not Source.SOLUTION:
             return act
-        last = self._go_on(before, situation, TOO_LATE, act.attempt)
+        last = self._go_on(before, situation, TOO_LATE, act.attempt, until_another=True)
         return last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
 
-    def _act(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
+    def _act(self, situation: Situation, clock: CycleClock) -> Act:
         self._memory = route.noticed(self._memory, situation)
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
@@ -93,8 +96,9 @@ class Driver:
             return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
         if phase is Phase.STARTING:
             return self._start(situation, clock)
-        if route.arrival_due(self._memory, situation, self.config) or (new_obstacles and self._plan_is_cut()):
-            act = self._change_over(situation, clock)
+        anew = self._needs_another_plan()
+        if anew or route.arrival_due(self._memory, situation, self.config):
+            act = self._change_over(situation, clock, anew=anew)
             if act is not None:
                 return act
         return self._iterate(situation, clock)
@@ -102,7 +106,7 @@ class Driver:
     def _doubt(self, situation: Situation, doubt: str) -> Act:
         """Drive on along the last plan for a moment, by what is believed; then brake."""
         memory, trust = self._memory, self._memory.trust
-        driving = memory.phase in (Phase.CONTOURING, Phase.ARRIVING) and not memory.latched
+        driving = route.drives(memory) and not memory.latched
         short = situation.now - trust.since <= self.config.plausibility.blind
         if driving and short and not trust.obstinate:
             act = self._go_on(memory, situation, doubt)
@@ -129,28 +133,47 @@ class Driver:
         status = Status.FAILED if latched else Status.STARTING
         return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
 
-    def _change_over(self, situation: Situation, clock: CycleClock) -> Act | None:
+    def _change_over(self, situation: Situation, clock: CycleClock, *, anew: bool) -> Act | None:
         """Turn from the present plan to the first one of another objective; None: not yet."""
         driving = self._memory
-        attempt, other = self._begin(situation, clock)
+        attempt, other = self._begin(self._sought(situation, anew=anew), clock)
         if not attempt.problem and self._memory.phase is not Phase.HOLDING:
             return self._accept(attempt, other)
         self._memory = replace(driving, unfinished=self._memory.unfinished)
+        if not attempt.cut:
+            self._memory = route.still_filled(self._memory, situation)
         self._aim()
         if route.too_late(driving, situation, self.config):
             wanted = ladder.braking(self.config)
             return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
         return None
 
+    def _sought(self, situation: Situation, *, anew: bool) -> Situation:
+        """The situation by what another plan is to end in.
+
+        An unfinished search goes on with what it is for; `anew`, one begins with the part's own target.
+        """
+        begun, stop = self._memory.unfinished, self._memory.stop
+        if begun is not None:
+            stop = begun.stop
+        elif anew:
+            stop = None
+        if stop == self._memory.stop:
+            return situation
+        self._memory = route.seeking(self._memory, stop)
+        self._aim()
+        return self._assess()
+
     def _iterate(self, situation: Situation, clock: CycleClock) -> Act:
         """One real-time iteration, and the ladder if it gives no plan."""
         memory = self._memory
         attempt = self._search(situation, search.going_on(memory.solution), clock)
-        if attempt.problem and not attempt.cut and memory.driven is not None:
-            attempt = attempt.then(self._search(situation, search.clean(memory.driven), clock))
+        if attempt.problem and not attempt.cut and memory.fit is not None:
+            attempt = attempt.then(self._search(situation, search.clean(memory.fit), clock))
         if not attempt.problem:
             return self._accept(attempt, situation)
-        act = self._go_on(self._memory, situation, attempt.problem, attempt)
+        searching = memory.unfinished is not None
+        act = self._go_on(self._memory, situation, attempt.problem, attempt, until_another=searching)
         return act or self._give_up(situation, attempt.problem, attempt)
 
     def _search(self, situation: Situation, start: Start, clock: CycleClock) -> Attempt:
@@ -193,10 +216,20 @@ class Driver:
             return attempt, situation
         return self._begin(situation, clock)
 
-    def _plan_is_cut(self) -> bool:
-        """Whether something lies in the way of the plan being driven, however far along."""
-        plan = self._memory.driven
-        return plan is not None and self._way_to_contact(plan, inf) < inf
+    def _needs_another_plan(self) -> bool:
+        """Whether a change of the obstacles cuts the plan being driven, or may have freed the way.
+
+        Asked in every cycle until a plan is driven that what has changed does not cut, however far along.
+        """
+        memory, changes = self._memory, self._surroundings.changes
+        if self._may_be_free():
+            return True
+        if memory.driven is None or memory.clear_of == changes:
+            return False
+        if self._way_to_contact(memory.driven, inf) < inf:
+            return True
+        self._memory = route.found_clear(memory, changes)
+        return False
 
     def _way_to_contact(self, plan: Trajectory, reach: float) -> float:
         corridor = self._surroundings.corridor
@@ -205,19 +238,33 @@ class Driver:
     # -- the rungs of the ladder --------------------------------------------------------------------
 
     def _accept(self, attempt: Attempt, situation: Situation) -> Act:
-        """Drive the plan of this cycle."""
+        """Drive the plan of this cycle, unless it must not be."""
         plan = attempt.solutions[-1].trajectory
-        self._memory = route.accepted(self._memory, plan, situation)
-        return self._drive(plan, Source.SOLUTION, situation, "", attempt)
+        self._memory = replace(self._memory, fit=plan)
+        act = self._drive(plan, Source.SOLUTION, situation, "", attempt)
+        if act.drive.source is Source.SOLUTION:
+            self._memory = route.accepted(self._memory, plan, situation)
+        return act
 
     def _go_on(
-        self, memory: ControllerMemory, situation: Situation, problem: str, attempt: Attempt | None = None
+        self,
+        memory: ControllerMemory,
+        situation: Situation,
+        problem: str,
+        attempt: Attempt | None = None,
+        *,
+        until_another: bool = False,
     ) -> Act | None:
-        """Drive the last accepted plan in this memory on; None if there is none that may be."""
+        """Drive the last accepted plan in this memory on; None if there is none that may be.
+
+        It must be clear to its end, unless it is driven only until another one, that is on its way, is there.
+        """
         plan = ladder.driven_on(memory.driven, memory.accepted_at, situation, self.config)
         if plan is None:
             return None
-        return self._drive(plan, Source.SHIFTED_PLAN, situation, problem, attempt)
+        return self._drive(
+            plan, Source.SHIFTED_PLAN, situation, problem, attempt, anywhere=not until_another
+        )
 
     def _give_up(self, situation: Situation, problem: str, attempt: Attempt | None = None) -> Act:
         """Brake to a standstill; what moved begins afresh once there is a reason to."""
@@ -232,10 +279,15 @@ class Driver:
         situation: Situation,
         problem: str,
         attempt: Attempt | None,
+        *,
+        anywhere: bool = False,
     ) -> Act:
-        """Drive a plan, unless its body meets something or the goal is not known well enough."""
+        """Drive a plan, unless its body meets something or the goal is not known well enough.
+
+        `anywhere`: however far ahead that is.
+        """
         config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
-        way = self._way_to_stop_in(plan, situation, anywhere=source is not Source.SOLUTION)
+        way = self._way_to_stop_in(plan, situation, anywhere=anywhere)
         self._memory = replace(memory, blocked=way is not None)
         if way is not None:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)

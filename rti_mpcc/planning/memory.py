@@ -26,20 +26,37 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedStop:
+    """A stop before something that fills the way.
+
+    Attributes:
+        at: progress [m].
+        goal, obstacles: goal, and number of obstacle changes, known when it was found to be needed.
+        since: when that was, or was last confirmed [s].
+    """
+
+    at: float
+    goal: Pose2 | None
+    obstacles: int
+    since: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Unfinished:
     """A search for a first plan that goes on in the next cycle.
 
     Attributes:
         solution: the last one, None if no QP was solved yet; iterations: so many were.
         iterate: how far the QP had come that was stopped, or None.
-        target: what the plan is to end in; arrive_at: when [s], or None.
-        begin: when the plan begins [s].
+        target: what the plan is to end in; stop: where that is a stop before something in the way, or None.
+        arrive_at: when it is to be there [s], or None; begin: when the plan begins [s].
     """
 
     solution: Solution | None
     iterations: int
     iterate: tuple[Array, Array] | None
     target: Target
+    stop: PlannedStop | None
     arrive_at: float | None
     begin: float
 
@@ -57,7 +74,9 @@ class ControllerMemory:
         unfinished: a search for a first plan that ran out of time, or None.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
         solution: the last iterate on this part, or None: where the next cycle goes on.
+        fit: the last plan that had no complaint, driven or not, or None: where a clean start begins.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
+        clear_of: number of obstacle changes up to which the driven plan is known to be clear of them.
         arrive_at: planned time of arrival at rest [s]; None while contouring.
         timed_for: the pose that this time was last set for.
         overdue_since: since when that arrival has its shortest time to go, whatever way is left [s], or None.
@@ -74,9 +93,7 @@ class ControllerMemory:
         driving_since: when the present plan began to be driven [s].
         blocked: the vehicle brakes before a contact that its plan would make.
         looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
-        stop_at: progress at which to stop before something that fills the way [m], or None.
-        stop_goal, stop_obstacles: goal, and number of obstacle changes, known when that was found;
-            stop_since: when [s].
+        stop: before something that fills the way, made for or held at; None where the way is free.
         restarts: how often the active part was begun again after a stop outside the tolerance.
     """
 
@@ -88,8 +105,10 @@ class ControllerMemory:
     unfinished: Unfinished | None = None
     latched: str = ""
     solution: Solution | None = None
+    fit: Trajectory | None = None
     driven: Trajectory | None = None
     accepted_at: float | None = None
+    clear_of: int = 0
     arrive_at: float | None = None
     timed_for: Pose2 | None = None
     overdue_since: float | None = None
@@ -107,10 +126,7 @@ class ControllerMemory:
     driving_since: float = 0.0
     blocked: bool = False
     looked_at: float | None = None
-    stop_at: float | None = None
-    stop_goal: Pose2 | None = None
-    stop_obstacles: int = 0
-    stop_since: float = 0.0
+    stop: PlannedStop | None = None
     restarts: int = 0
 
     @property

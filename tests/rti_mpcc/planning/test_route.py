@@ -134,7 +134,7 @@ def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_do
 
 
 def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situations: Any) -> None:
-    memory = arriving(phase=Phase.HOLDING, stop_at=15.0)
+    memory = arriving(phase=Phase.HOLDING, stop=stop_at(15.0))
     assert decided(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
 
 
@@ -323,7 +323,7 @@ def test_the_next_part_knows_the_goal_where_the_vehicle_is_and_the_queue_and_not
         "clock_offset": 3.0,
         "trust": Trust(at=9.1),
     }
-    memory = arriving(**kept, restarts=1, stop_at=3.0, waiting=True)
+    memory = arriving(**kept, restarts=1, stop=stop_at(3.0), waiting=True)
     assert route.next_part(memory) == ControllerMemory(part=1, **kept)
 
 
@@ -333,11 +333,12 @@ def test_the_next_part_knows_the_goal_where_the_vehicle_is_and_the_queue_and_not
 def test_a_stop_is_made_for_or_kept_where_it_is_near(situations: Any) -> None:
     memory = route.stop_before(arriving(), situations(), 4.0, 7)
     assert memory.phase is Phase.STARTING
-    assert memory.stop_at == pytest.approx(14.0)
-    assert (memory.stop_obstacles, memory.stop_since) == (7, 10.0)
+    assert memory.stop == PlannedStop(at=14.0, goal=None, obstacles=7, since=10.0)
     near = route.stop_before(arriving(), situations(), route.NEAR_STOP, 7)
     assert near.phase is Phase.HOLDING
-    assert route.stop_before(arriving(), situations(), -1.0, 7).stop_at == pytest.approx(10.0)
+    behind = route.stop_before(arriving(), situations(), -1.0, 7).stop
+    assert behind is not None
+    assert behind.at == 10.0
 
 
 def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situations: Any) -> None:
@@ -351,7 +352,7 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situati
     assert not route.may_be_free(replace(known, goal=Pose2(20.05, 0.0, 0.0)), 30.0, 7)
     assert route.may_be_free(replace(known, goal=Pose2(20.2, 0.0, 0.0)), 30.0, 7)
     free = route.released(memory)
-    assert free.stop_at is None
+    assert free.stop is None
     assert free.phase is Phase.STARTING
 
 

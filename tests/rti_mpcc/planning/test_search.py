@@ -187,7 +187,9 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situ
 
 def unfinished(solution: Solution, target: Target) -> Unfinished:
     """A search for an arrival at 15 s, planned to begin at 0.2 s."""
-    return Unfinished(solution=solution, iterations=2, iterate=None, target=target, arrive_at=15.0, begin=0.2)
+    return Unfinished(
+        solution=solution, iterations=2, iterate=None, target=target, stop=None, arrive_at=15.0, begin=0.2
+    )
 
 
 def test_a_search_begun_while_standing_is_for_a_plan_that_begins_later(
