@@ -8,7 +8,7 @@ from math import inf
 from geometry import Corridor, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.model.layout import DELTA_DOT, V
+from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, route, search, sensing
 from rti_mpcc.planning.clock import CycleClock
@@ -96,9 +96,9 @@ class Driver:
             return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
         if phase is Phase.STARTING:
             return self._start(situation, clock)
-        anew = self._needs_another_plan()
-        if anew or route.arrival_due(self._memory, situation, self.config):
-            act = self._change_over(situation, clock, anew=anew)
+        cut = self._way_on_driven(situation)
+        if cut < inf or self._wants_another_plan(situation):
+            act = self._change_over(situation, clock, cut)
             if act is not None:
                 return act
         return self._iterate(situation, clock)
@@ -133,10 +133,13 @@ class Driver:
         status = Status.FAILED if latched else Status.STARTING
         return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
 
-    def _change_over(self, situation: Situation, clock: CycleClock, *, anew: bool) -> Act | None:
-        """Turn from the present plan to the first one of another objective; None: not yet."""
+    def _change_over(self, situation: Situation, clock: CycleClock, cut: float) -> Act | None:
+        """Turn from the present plan, cut by something `cut` [m] ahead, to the first one of another objective.
+
+        None: not yet.
+        """
         driving = self._memory
-        attempt, other = self._begin(self._sought(situation, anew=anew), clock)
+        attempt, other = self._begin(self._sought(situation, cut), clock)
         if not attempt.problem and self._memory.phase is not Phase.HOLDING:
             return self._accept(attempt, other)
         self._memory = replace(driving, unfinished=self._memory.unfinished)
@@ -148,19 +151,23 @@ class Driver:
             return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
         return None
 
-    def _sought(self, situation: Situation, *, anew: bool) -> Situation:
+    def _sought(self, situation: Situation, cut: float) -> Situation:
         """The situation by what another plan is to end in.
 
-        An unfinished search goes on with what it is for; `anew`, one begins with the part's own target.
+        A search that is not for the end of the present plan is for a way past what is in the way, first. Where
+        the plan is cut and there was no time for that, a stop comes first: it is found soon, and a way past
+        can be looked for while it is made for.
         """
-        begun, stop = self._memory.unfinished, self._memory.stop
-        if begun is not None:
-            stop = begun.stop
-        elif anew:
-            stop = None
-        if stop == self._memory.stop:
+        memory, begun = self._memory, self._memory.unfinished
+        left = cut - contact.stop_clearance(self.config)
+        if begun is not None and begun.stop is None and route.NEAR_STOP < left < inf:
+            self._memory = route.stop_before(memory, situation, left, None)
+        elif begun is not None and begun.stop != memory.stop:
+            self._memory = route.seeking(memory, begun.stop)
+        elif begun is None and memory.stop is not None and (cut < inf or self._may_be_free()):
+            self._memory = route.seeking(memory, None)
+        else:
             return situation
-        self._memory = route.seeking(self._memory, stop)
         self._aim()
         return self._assess()
 
@@ -216,20 +223,25 @@ class Driver:
             return attempt, situation
         return self._begin(situation, clock)
 
-    def _needs_another_plan(self) -> bool:
-        """Whether a change of the obstacles cuts the plan being driven, or may have freed the way.
+    def _way_on_driven(self, situation: Situation) -> float:
+        """Way [m] to where a change of the obstacles cuts the plan being driven, however far along; inf: nowhere.
 
-        Asked in every cycle until a plan is driven that what has changed does not cut, however far along.
+        Looked for in every cycle until a plan is driven that they do not cut.
         """
         memory, changes = self._memory, self._surroundings.changes
-        if self._may_be_free():
-            return True
-        if memory.driven is None or memory.clear_of == changes:
+        plan = memory.driven
+        if plan is None or memory.clear_of == changes:
+            return inf
+        way = self._way_to_contact(plan, inf)
+        if way == inf:
+            self._memory = route.found_clear(memory, changes)
+        return way - max(float(situation.state[THETA] - plan.states[0, THETA]), 0.0)
+
+    def _wants_another_plan(self, situation: Situation) -> bool:
+        """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
+        if route.is_old(self._memory, situation):
             return False
-        if self._way_to_contact(memory.driven, inf) < inf:
-            return True
-        self._memory = route.found_clear(memory, changes)
-        return False
+        return self._may_be_free() or route.arrival_due(self._memory, situation, self.config)
 
     def _way_to_contact(self, plan: Trajectory, reach: float) -> float:
         corridor = self._surroundings.corridor

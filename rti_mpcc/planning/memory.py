@@ -31,13 +31,15 @@ class PlannedStop:
 
     Attributes:
         at: progress [m].
-        goal, obstacles: goal, and number of obstacle changes, known when it was found to be needed.
-        since: when that was, or was last confirmed [s].
+        goal: known when it was found to be needed.
+        obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
+            was no time yet.
+        since: when that was, or when a way past was last looked for in vain [s].
     """
 
     at: float
     goal: Pose2 | None
-    obstacles: int
+    obstacles: int | None
     since: float
 
 

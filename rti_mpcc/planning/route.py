@@ -35,6 +35,8 @@ STOP_TOLERANCE = (0.2, 1.0, 0.5)
 """The same for a stop before something that fills the way."""
 NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
+NEEDS_IT = 0.2
+"""A plan that is driven while another one is sought is iterated itself when it is older than this [s]."""
 LOOK_AGAIN = 0.5
 """Time between two looks whether the way is free again [s]."""
 PATIENCE = 5.0
@@ -177,9 +179,12 @@ def braked(
 
 
 def stop_before(
-    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int
+    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int | None
 ) -> ControllerMemory:
-    """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near."""
+    """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near.
+
+    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
+    """
     stop = PlannedStop(
         at=float(situation.state[THETA]) + max(way, 0.0),
         goal=memory.goal,
@@ -188,6 +193,14 @@ def stop_before(
     )
     memory = replace(restart(memory), stop=stop)
     return memory if way > NEAR_STOP else replace(memory, phase=Phase.HOLDING)
+
+
+def is_old(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the plan being driven has to be iterated before the search for another one goes on."""
+    accepted = memory.accepted_at
+    if memory.unfinished is None or memory.blocked or accepted is None:
+        return False
+    return situation.now - accepted > NEEDS_IT
 
 
 def seeking(memory: ControllerMemory, stop: PlannedStop | None) -> ControllerMemory:

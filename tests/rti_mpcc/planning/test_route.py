@@ -13,7 +13,7 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import route
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation
 from rti_mpcc.planning.trust import Trust
 
 CONFIG = ControllerConfig(dead_time=0.2)
@@ -38,6 +38,10 @@ def arriving(**changes: Any) -> ControllerMemory:
         "target": target,
     }
     return ControllerMemory(**{**usual, **changes})
+
+
+def stop_at(theta: float) -> PlannedStop:
+    return PlannedStop(at=theta, goal=None, obstacles=0, since=0.0)
 
 
 # -- phases ----------------------------------------------------------------------------------------------
