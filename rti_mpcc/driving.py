@@ -134,9 +134,9 @@ class Driver:
         return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
 
     def _change_over(self, situation: Situation, clock: CycleClock, cut: float) -> Act | None:
-        """Turn from the present plan, cut by something `cut` [m] ahead, to the first one of another objective.
+        """Turn from the present plan to the first one of another objective; None: not yet.
 
-        None: not yet.
+        `cut`: way [m] to what cuts the present plan, inf if nothing does.
         """
         driving = self._memory
         attempt, other = self._begin(self._sought(situation, cut), clock)
@@ -154,9 +154,9 @@ class Driver:
     def _sought(self, situation: Situation, cut: float) -> Situation:
         """The situation by what another plan is to end in.
 
-        A search that is not for the end of the present plan is for a way past what is in the way, first. Where
-        the plan is cut and there was no time for that, a stop comes first: it is found soon, and a way past
-        can be looked for while it is made for.
+        A search for another end than the present plan's is first for a way past what is in the way. Where the
+        plan is cut and there was no time for that, a stop comes first: it is found soon, and a way past can
+        be looked for while it is made for.
         """
         memory, begun = self._memory, self._memory.unfinished
         left = cut - contact.stop_clearance(self.config)
@@ -224,7 +224,7 @@ class Driver:
         return self._begin(situation, clock)
 
     def _way_on_driven(self, situation: Situation) -> float:
-        """Way [m] to where a change of the obstacles cuts the plan being driven, however far along; inf: nowhere.
+        """Way [m] to where a change of the obstacles cuts the plan being driven, however far along, or inf.
 
         Looked for in every cycle until a plan is driven that they do not cut.
         """
@@ -274,9 +274,7 @@ class Driver:
         plan = ladder.driven_on(memory.driven, memory.accepted_at, situation, self.config)
         if plan is None:
             return None
-        return self._drive(
-            plan, Source.SHIFTED_PLAN, situation, problem, attempt, anywhere=not until_another
-        )
+        return self._drive(plan, Source.SHIFTED_PLAN, situation, problem, attempt, anywhere=not until_another)
 
     def _give_up(self, situation: Situation, problem: str, attempt: Attempt | None = None) -> Act:
         """Brake to a standstill; what moved begins afresh once there is a reason to."""

@@ -106,7 +106,7 @@ def going_on(solution: Solution | None) -> Start:
 
 
 def clean(plan: Trajectory) -> Start:
-    """Once more from the last accepted plan, with nothing kept of the solver's answers since."""
+    """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
     return Start(guess=plan, patience=CLEAN_PATIENCE)
 
 

@@ -13,7 +13,7 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import route
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.planning.trust import Trust
 
 CONFIG = ControllerConfig(dead_time=0.2)
@@ -358,6 +358,56 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situati
     free = route.released(memory)
     assert free.stop is None
     assert free.phase is Phase.STARTING
+
+
+def begun_for(stop: PlannedStop | None) -> Unfinished:
+    return Unfinished(
+        solution=None, iterations=2, iterate=None, target=target_at(9.0), stop=stop, arrive_at=12.0, begin=9.0
+    )
+
+
+def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon(situations: Any) -> None:
+    memory = route.stop_before(arriving(), situations(), 4.0, None)
+    assert not route.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
+    assert route.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 7)
+    again = route.still_filled(memory, situations(now=10.5))
+    assert not route.may_be_free(again, 10.9, 7)
+    assert route.may_be_free(again, 11.0, 7)
+    free = arriving()
+    assert route.still_filled(free, situations()) is free
+
+
+def test_what_is_sought_changes_and_its_search_goes_on() -> None:
+    begun = begun_for(stop_at(9.0))
+    memory = route.seeking(arriving(unfinished=begun), begun.stop)
+    assert (memory.stop, memory.unfinished) == (stop_at(9.0), begun)
+    assert (memory.phase, memory.driven, memory.arrive_at) == (Phase.STARTING, None, None)
+
+
+@pytest.mark.parametrize(
+    ("phase", "stop", "stays"),
+    [
+        (Phase.ARRIVING, None, False),  # it was for a way past
+        (Phase.ARRIVING, stop_at(9.0), False),
+        (Phase.CONTOURING, stop_at(9.0), False),
+        (Phase.CONTOURING, None, True),  # the arrival is sought all the same
+    ],
+)
+def test_once_the_driven_plan_is_clear_nothing_is_sought_for_that(
+    phase: Phase, stop: PlannedStop | None, stays: bool
+) -> None:
+    memory = route.found_clear(arriving(phase=phase, unfinished=begun_for(stop)), 7)
+    assert memory.clear_of == 7
+    assert (memory.unfinished is not None) == stays
+
+
+def test_a_plan_driven_during_a_search_is_iterated_now_and_then(situations: Any) -> None:
+    memory = arriving(unfinished=begun_for(None), accepted_at=10.0)
+    assert not route.is_old(memory, situations(now=10.0 + 0.9 * route.NEEDS_IT))
+    late = situations(now=10.0 + 1.1 * route.NEEDS_IT)
+    assert route.is_old(memory, late)
+    assert not route.is_old(replace(memory, unfinished=None), late)
+    assert not route.is_old(replace(memory, blocked=True), late)  # it is not driven
 
 
 def test_backing_off_is_for_another_try_near_the_goal(situations: Any) -> None:

@@ -14,7 +14,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning import route, search
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, PlannedStop, Unfinished
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig()
@@ -228,6 +228,19 @@ def test_a_search_for_a_target_that_has_moved_is_dropped(
     after = route.begin_phase(memory, situations(target=moved, begin=0.7), mpcc.config)
     assert (after.unfinished is not None) == goes_on
     assert (after.arrive_at == 15.0) == goes_on
+
+
+def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc, situations: Any) -> None:
+    stop = PlannedStop(at=7.0, goal=None, obstacles=1, since=0.0)
+    situation = situations(target=mpcc.target, begin=0.2)
+    none = search.Attempt(solutions=(), problem=search.NO_TIME, squeezed=False, cut=True)
+    memory = search.left_unfinished(ControllerMemory(stop=stop, arrive_at=15.0), situation, none)
+    begun = memory.unfinished
+    assert begun is not None
+    assert (begun.stop, begun.target, begun.arrive_at) == (stop, mpcc.target, 15.0)
+    assert (begun.solution, begun.iterations) == (None, 0)
+    later = search.left_unfinished(memory, situations(target=mpcc.target, begin=0.25), none)
+    assert later.unfinished is begun
 
 
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, situations: Any) -> None:
