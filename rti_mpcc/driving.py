@@ -140,6 +140,11 @@ class Driver:
         """
         driving = self._memory
         attempt, other = self._begin(self._sought(situation, cut), clock)
+        if cut == inf and route.unconfirmed(driving) and self._memory.stop not in (None, driving.stop):
+            # No way past: the stop is needed, and the plan to it is as good as another one.
+            self._memory = route.confirmed(driving, situation, self._surroundings.changes)
+            self._aim()
+            return None
         if not attempt.problem and self._memory.phase is not Phase.HOLDING:
             return self._accept(attempt, other)
         self._memory = replace(driving, unfinished=self._memory.unfinished)
@@ -159,8 +164,12 @@ class Driver:
         be looked for while it is made for.
         """
         memory, begun = self._memory, self._memory.unfinished
-        left = cut - contact.stop_clearance(self.config)
-        if begun is not None and begun.stop is None and route.NEAR_STOP < left < inf:
+        left = inf
+        if begun is not None and begun.stop is None and cut < inf:
+            guess = search.first_guess(self._mpcc, replace(memory, arrive_at=begun.arrive_at), situation)
+            way = self._way_to_contact(guess, inf)
+            left = (way if way < inf else cut) - contact.stop_clearance(self.config)
+        if route.NEAR_STOP < left < inf:
             self._memory = route.stop_before(memory, situation, left, None)
         elif begun is not None and begun.stop != memory.stop:
             self._memory = route.seeking(memory, begun.stop)

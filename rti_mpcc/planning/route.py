@@ -208,6 +208,18 @@ def seeking(memory: ControllerMemory, stop: PlannedStop | None) -> ControllerMem
     return replace(restart(memory), stop=stop, unfinished=memory.unfinished)
 
 
+def unconfirmed(memory: ControllerMemory) -> bool:
+    """Whether a stop is made for past which no way was sought yet."""
+    return memory.stop is not None and memory.stop.obstacles is None
+
+
+def confirmed(memory: ControllerMemory, situation: Situation, obstacle_changes: int) -> ControllerMemory:
+    """There is no way past the stop that is made for."""
+    assert memory.stop is not None
+    stop = replace(memory.stop, goal=memory.goal, obstacles=obstacle_changes, since=situation.now)
+    return replace(memory, stop=stop, unfinished=None)
+
+
 def still_filled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """Another plan than the one to the stop was looked for in vain: not again at once."""
     stop = memory.stop

@@ -373,7 +373,13 @@ def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon(situati
     again = route.still_filled(memory, situations(now=10.5))
     assert not route.may_be_free(again, 10.9, 7)
     assert route.may_be_free(again, 11.0, 7)
+    assert route.unconfirmed(memory)
+    known = route.confirmed(memory, situations(now=11.0), 7)
+    assert not route.unconfirmed(known)
+    assert not route.may_be_free(known, 30.0, 7)
+    assert route.may_be_free(known, 30.0, 8)
     free = arriving()
+    assert not route.unconfirmed(free)
     assert route.still_filled(free, situations()) is free
 
 
