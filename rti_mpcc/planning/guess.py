@@ -130,7 +130,7 @@ def _lead_in(
     """
     d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
     led = [state]
-    for k, length in enumerate(np.diff(times)):
+    for k, length in enumerate(np.diff(times)[:-1]):  # a slope needs two states behind the lead
         now = led[-1]
         here = Pose2(float(now[X]), float(now[Y]), float(now[PHI])).relative_to(part.pose(float(now[THETA])))
         wanted = _fade_steering(part, target, float(now[THETA]), here, config)

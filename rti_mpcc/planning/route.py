@@ -102,12 +102,16 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     """Choose between contouring and a planned arrival, for a vehicle about to begin one.
 
     A search that ran out of time goes on with what it was for, unless the target has moved since. While the
-    vehicle stands nothing is lost meanwhile: its plan just begins later.
+    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another plan, what is
+    left may take longer than was thought: the arrival gets at least the time that it takes from here.
     """
     begun = memory.unfinished
     if begun is not None and _apart(begun.target.pose, situation.target.pose) <= MOVED:
         if stands(memory, situation):
             begun = _later(begun, situation.begin - begun.begin)
+        elif begun.arrive_at is not None:
+            duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+            begun = replace(begun, arrive_at=max(begun.arrive_at, situation.begin + duration))
         return replace(
             memory,
             unfinished=begun,

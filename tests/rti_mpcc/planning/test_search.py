@@ -13,6 +13,7 @@ from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning import route, search
+from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, PlannedStop, Unfinished
 from rti_mpcc.types import Array, Trajectory
@@ -214,8 +215,12 @@ def test_a_search_begun_while_moving_keeps_its_time(
 ) -> None:
     memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target))
     after = route.begin_phase(memory, situations(target=mpcc.target, now=0.5, begin=0.7), mpcc.config)
-    assert after.unfinished is memory.unfinished
+    assert after.unfinished == memory.unfinished
     assert after.arrive_at == 15.0
+    late = situations(target=mpcc.target, now=14.0, begin=14.2)
+    again = route.begin_phase(memory, late, mpcc.config)
+    least = time_to_go(late.way, late.speed, mpcc.config.comfort_acceleration)
+    assert again.arrive_at == pytest.approx(14.2 + least)
 
 
 @pytest.mark.parametrize(("aside", "goes_on"), [(0.9 * route.MOVED, True), (1.1 * route.MOVED, False)])
