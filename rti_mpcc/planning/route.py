@@ -102,7 +102,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     """Choose between contouring and a planned arrival, for a vehicle about to begin one.
 
     A search that ran out of time goes on with what it was for, unless the target has moved since. While the
-    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another plan, what is
+    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
     left may take longer than was thought: the arrival gets at least the time that it takes from here.
     """
     begun = memory.unfinished
