@@ -37,6 +37,8 @@ NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
 NEEDS_IT = 0.2
 """A plan that is driven while another one is sought is iterated itself when it is older than this [s]."""
+LEAST_SHARE = 0.5
+"""A search for an arrival keeps its time as long as this share of what the way takes is left."""
 LOOK_AGAIN = 0.5
 """Time between two looks whether the way is free again [s]."""
 PATIENCE = 5.0
@@ -103,7 +105,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
 
     A search that ran out of time goes on with what it was for, unless the target has moved since. While the
     vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
-    left may take longer than was thought: the arrival gets at least the time that it takes from here.
+    left may take longer than was thought: one that is far too short gets the time that it takes.
     """
     begun = memory.unfinished
     if begun is not None and _apart(begun.target.pose, situation.target.pose) <= MOVED:
@@ -111,7 +113,8 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
             begun = _later(begun, situation.begin - begun.begin)
         elif begun.arrive_at is not None:
             duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
-            begun = replace(begun, arrive_at=max(begun.arrive_at, situation.begin + duration))
+            if begun.arrive_at - situation.begin < LEAST_SHARE * duration:
+                begun = replace(begun, arrive_at=situation.begin + duration)
         return replace(
             memory,
             unfinished=begun,
