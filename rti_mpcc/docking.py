@@ -109,13 +109,12 @@ class DockingController(Driver):
         obstacles: Sequence[ArrayLike] | None,
         clock: CycleClock,
     ) -> Command:
-        changes = self._surroundings.changes
         remarks = self._receive(state, now, goal, obstacles)
         measurements, unfit = intake.measurements_in(measurements)
         detections = self._locate_goal(measurements)
         self._aim()
         situation = self._situation()
-        act = self._driven(situation, clock, new_obstacles=self._surroundings.changes > changes)
+        act = self._driven(situation, clock)
         measured = self._memory.trust.heeded(self.config)
         drive = gate.admitted(act.drive, situation.state, measured, self.config)
         act = replace(act, drive=drive)
@@ -210,7 +209,7 @@ class DockingController(Driver):
         queue = queued(self._memory.queue, sent, situation.now)
         waiting = act.status is Status.GOAL_LOST
         self._memory = replace(self._memory, queue=queue, reached=situation.state, waiting=waiting)
-        if act.status is Status.BLOCKED and self._memory.stop_at is None:
+        if act.status is Status.BLOCKED and self._memory.stop is None:
             if route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
                 self._memory = replace(route.restart(self._memory), looked_at=situation.now)
         elif not self._memory.latched:

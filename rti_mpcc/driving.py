@@ -8,7 +8,7 @@ from math import inf
 from geometry import Corridor, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.model.layout import DELTA_DOT, V
+from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, route, search, sensing
 from rti_mpcc.planning.clock import CycleClock
@@ -47,14 +47,17 @@ class Driver:
 
     def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
-        if route.may_be_free(self._memory, self._memory.now, self._surroundings.changes):
+        if self._may_be_free() and not route.drives(self._memory):
             self._memory = route.released(self._memory)
-        if self._memory.stop_at is not None:
-            self._mpcc.set_stop(self._memory.stop_at)
+        if self._memory.stop is not None:
+            self._mpcc.set_stop(self._memory.stop.at)
         elif self._to_staging:
             self._mpcc.set_stop(route.staging_stop(self._mpcc.part, self._memory.goal, self.config))
         else:
             self._mpcc.set_goal(self._memory.goal if self._on_last_part else None)
+
+    def _may_be_free(self) -> bool:
+        return route.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
 
     @property
     def _on_last_part(self) -> bool:
@@ -77,16 +80,16 @@ class Driver:
 
     # -- phases -------------------------------------------------------------------------------------
 
-    def _driven(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
+    def _driven(self, situation: Situation, clock: CycleClock) -> Act:
         """What is driven in this cycle: a plan that came too late is not."""
         before = self._memory
-        act = self._act(situation, clock, new_obstacles=new_obstacles)
+        act = self._act(situation, clock)
         if not clock.late() or act.drive.source is not Source.SOLUTION:
             return act
-        last = self._go_on(before, situation, TOO_LATE, act.attempt)
+        last = self._go_on(before, situation, TOO_LATE, act.attempt, until_another=True)
         return last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
 
-    def _act(self, situation: Situation, clock: CycleClock, *, new_obstacles: bool) -> Act:
+    def _act(self, situation: Situation, clock: CycleClock) -> Act:
         self._memory = replace(route.noticed(self._memory, situation), touched=self._touched(situation))
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
@@ -105,8 +108,9 @@ class Driver:
             return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
         if phase is Phase.STARTING:
             return self._start(situation, clock)
-        if route.arrival_due(self._memory, situation, self.config) or (new_obstacles and self._plan_is_cut()):
-            act = self._change_over(situation, clock)
+        cut = self._way_on_driven(situation)
+        if cut < inf or self._wants_another_plan(situation):
+            act = self._change_over(situation, clock, cut)
             if act is not None:
                 return act
         if route.cartesian_due(self._memory, situation, self.config):
@@ -116,7 +120,7 @@ class Driver:
     def _doubt(self, situation: Situation, doubt: str) -> Act:
         """Drive on along the last plan for a moment, by what is believed; then brake."""
         memory, trust = self._memory, self._memory.trust
-        driving = memory.phase in (Phase.CONTOURING, Phase.ARRIVING) and not memory.latched
+        driving = route.drives(memory) and not memory.latched
         short = situation.now - trust.since <= self.config.plausibility.blind
         if driving and short and not trust.obstinate:
             act = self._go_on(memory, situation, doubt)
@@ -143,31 +147,66 @@ class Driver:
         status = Status.FAILED if latched else Status.STARTING
         return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
 
-    def _change_over(self, situation: Situation, clock: CycleClock) -> Act | None:
-        """Turn from the present plan to the first one of another objective; None: not yet."""
+    def _change_over(self, situation: Situation, clock: CycleClock, cut: float) -> Act | None:
+        """Turn from the present plan to the first one of another objective; None: not yet.
+
+        `cut`: way [m] to what cuts the present plan, inf if nothing does.
+        """
         driving = self._memory
-        attempt, other = self._begin(situation, clock)
+        attempt, other = self._begin(self._sought(situation, cut), clock)
+        if cut == inf and route.unconfirmed(driving) and self._memory.stop not in (None, driving.stop):
+            # No way past: the stop is needed, and the plan to it is as good as another one.
+            self._memory = route.confirmed(driving, situation, self._surroundings.changes)
+            self._aim()
+            return None
         if not attempt.problem and self._memory.phase is not Phase.HOLDING:
             return self._accept(attempt, other)
         self._memory = replace(driving, unfinished=self._memory.unfinished)
+        if not attempt.cut:
+            self._memory = route.still_filled(self._memory, situation)
         self._aim()
         if route.too_late(driving, situation, self.config):
             wanted = ladder.braking(self.config)
             return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
         return None
 
+    def _sought(self, situation: Situation, cut: float) -> Situation:
+        """The situation by what another plan is to end in.
+
+        A search for another end than the present plan's is first for a way past what is in the way. Where the
+        plan is cut and there was no time for that, a stop comes first: it is found soon, and a way past can
+        be looked for while it is made for.
+        """
+        memory, begun = self._memory, self._memory.unfinished
+        left = inf
+        if begun is not None and begun.stop is None and cut < inf:
+            guess = search.first_guess(self._mpcc, replace(memory, arrive_at=begun.arrive_at), situation)
+            way = self._way_to_contact(guess, inf)
+            left = (way if way < inf else cut) - contact.stop_clearance(self.config)
+        if route.NEAR_STOP < left < inf:
+            self._memory = route.stop_before(memory, situation, left, None)
+        elif begun is not None and begun.stop != memory.stop:
+            self._memory = route.seeking(memory, begun.stop)
+        elif begun is None and memory.stop is not None and (cut < inf or self._may_be_free()):
+            self._memory = route.seeking(memory, None)
+        else:
+            return situation
+        self._aim()
+        return self._assess()
+
     def _iterate(self, situation: Situation, clock: CycleClock) -> Act:
         """One real-time iteration, and the ladder if it gives no plan."""
         memory = self._memory
         start = search.going_on(memory.solution)
-        if memory.solution is None and memory.driven is not None:  # another objective from here on
-            start = search.clean(memory.driven)
+        if memory.solution is None and memory.fit is not None:  # another objective from here on
+            start = search.clean(memory.fit)
         attempt = self._search(situation, start, clock)
-        if attempt.problem and not attempt.cut and memory.driven is not None:
-            attempt = attempt.then(self._search(situation, search.clean(memory.driven), clock))
+        if attempt.problem and not attempt.cut and memory.fit is not None:
+            attempt = attempt.then(self._search(situation, search.clean(memory.fit), clock))
         if not attempt.problem:
             return self._accept(attempt, situation)
-        act = self._go_on(self._memory, situation, attempt.problem, attempt)
+        searching = memory.unfinished is not None
+        act = self._go_on(self._memory, situation, attempt.problem, attempt, until_another=searching)
         return act or self._give_up(situation, attempt.problem, attempt)
 
     def _search(self, situation: Situation, start: Start, clock: CycleClock) -> Attempt:
@@ -210,10 +249,25 @@ class Driver:
             return attempt, situation
         return self._begin(situation, clock)
 
-    def _plan_is_cut(self) -> bool:
-        """Whether something lies in the way of the plan being driven, however far along."""
-        plan = self._memory.driven
-        return plan is not None and self._way_to_contact(plan, inf) < inf
+    def _way_on_driven(self, situation: Situation) -> float:
+        """Way [m] to where a change of the obstacles cuts the plan being driven, however far along, or inf.
+
+        Looked for in every cycle until a plan is driven that they do not cut.
+        """
+        memory, changes = self._memory, self._surroundings.changes
+        plan = memory.driven
+        if plan is None or memory.clear_of == changes:
+            return inf
+        way = self._way_to_contact(plan, inf)
+        if way == inf:
+            self._memory = route.found_clear(memory, changes)
+        return way - max(float(situation.state[THETA] - plan.states[0, THETA]), 0.0)
+
+    def _wants_another_plan(self, situation: Situation) -> bool:
+        """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
+        if route.is_old(self._memory, situation):
+            return False
+        return self._may_be_free() or route.arrival_due(self._memory, situation, self.config)
 
     def _way_to_contact(self, plan: Trajectory, reach: float) -> float:
         corridor = self._surroundings.corridor
@@ -227,19 +281,31 @@ class Driver:
     # -- the rungs of the ladder --------------------------------------------------------------------
 
     def _accept(self, attempt: Attempt, situation: Situation) -> Act:
-        """Drive the plan of this cycle."""
+        """Drive the plan of this cycle, unless it must not be."""
         plan = attempt.solutions[-1].trajectory
-        self._memory = route.accepted(self._memory, plan, situation)
-        return self._drive(plan, Source.SOLUTION, situation, "", attempt)
+        self._memory = replace(self._memory, fit=plan)
+        act = self._drive(plan, Source.SOLUTION, situation, "", attempt)
+        if act.drive.source is Source.SOLUTION:
+            self._memory = route.accepted(self._memory, plan, situation)
+        return act
 
     def _go_on(
-        self, memory: ControllerMemory, situation: Situation, problem: str, attempt: Attempt | None = None
+        self,
+        memory: ControllerMemory,
+        situation: Situation,
+        problem: str,
+        attempt: Attempt | None = None,
+        *,
+        until_another: bool = False,
     ) -> Act | None:
-        """Drive the last accepted plan in this memory on; None if there is none that may be."""
+        """Drive the last accepted plan in this memory on; None if there is none that may be.
+
+        It must be clear to its end, unless it is driven only until another one, that is on its way, is there.
+        """
         plan = ladder.driven_on(memory.driven, memory.accepted_at, situation, self.config)
         if plan is None:
             return None
-        return self._drive(plan, Source.SHIFTED_PLAN, situation, problem, attempt)
+        return self._drive(plan, Source.SHIFTED_PLAN, situation, problem, attempt, anywhere=not until_another)
 
     def _give_up(self, situation: Situation, problem: str, attempt: Attempt | None = None) -> Act:
         """Brake to a standstill; what moved begins afresh once there is a reason to."""
@@ -254,10 +320,15 @@ class Driver:
         situation: Situation,
         problem: str,
         attempt: Attempt | None,
+        *,
+        anywhere: bool = False,
     ) -> Act:
-        """Drive a plan, unless its body meets something or the goal is not known well enough."""
+        """Drive a plan, unless its body meets something or the goal is not known well enough.
+
+        `anywhere`: however far ahead that is.
+        """
         config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
-        way = self._way_to_stop_in(plan, situation, anywhere=source is not Source.SOLUTION)
+        way = self._way_to_stop_in(plan, situation, anywhere=anywhere)
         self._memory = replace(memory, blocked=way is not None)
         if way is not None:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)

@@ -26,20 +26,39 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedStop:
+    """A stop before something that fills the way.
+
+    Attributes:
+        at: progress [m].
+        goal: known when it was found to be needed.
+        obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
+            was no time yet.
+        since: when that was, or when a way past was last looked for in vain [s].
+    """
+
+    at: float
+    goal: Pose2 | None
+    obstacles: int | None
+    since: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Unfinished:
     """A search for a first plan that goes on in the next cycle.
 
     Attributes:
         solution: the last one, None if no QP was solved yet; iterations: so many were.
         iterate: how far the QP had come that was stopped, or None.
-        target: what the plan is to end in; arrive_at: when [s], or None.
-        begin: when the plan begins [s].
+        target: what the plan is to end in; stop: where that is a stop before something in the way, or None.
+        arrive_at: when it is to be there [s], or None; begin: when the plan begins [s].
     """
 
     solution: Solution | None
     iterations: int
     iterate: tuple[Array, Array] | None
     target: Target
+    stop: PlannedStop | None
     arrive_at: float | None
     begin: float
 
@@ -59,7 +78,9 @@ class ControllerMemory:
         unfinished: a search for a first plan that ran out of time, or None.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
         solution: the last iterate on this part, or None: where the next cycle goes on.
+        fit: the last plan that had no complaint, driven or not, or None: where a clean start begins.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
+        clear_of: number of obstacle changes up to which the driven plan is known to be clear of them.
         arrive_at: planned time of arrival at rest [s]; None while contouring.
         cartesian: from here on only the goal pose counts (`Method.SEPARATED`, `Method.SWITCHED`).
         timed_for: the pose that this time was last set for.
@@ -78,9 +99,7 @@ class ControllerMemory:
         blocked: the vehicle brakes before a contact that its plan would make.
         touched: see `contact.touched`; None while the body is free.
         looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
-        stop_at: progress at which to stop before something that fills the way [m], or None.
-        stop_goal, stop_obstacles: goal, and number of obstacle changes, known when that was found;
-            stop_since: when [s].
+        stop: before something that fills the way, made for or held at; None where the way is free.
         restarts: how often the active part was begun again after a stop outside the tolerance.
     """
 
@@ -95,8 +114,10 @@ class ControllerMemory:
     unfinished: Unfinished | None = None
     latched: str = ""
     solution: Solution | None = None
+    fit: Trajectory | None = None
     driven: Trajectory | None = None
     accepted_at: float | None = None
+    clear_of: int = 0
     arrive_at: float | None = None
     cartesian: bool = False
     timed_for: Pose2 | None = None
@@ -116,10 +137,7 @@ class ControllerMemory:
     blocked: bool = False
     touched: float | None = None
     looked_at: float | None = None
-    stop_at: float | None = None
-    stop_goal: Pose2 | None = None
-    stop_obstacles: int = 0
-    stop_since: float = 0.0
+    stop: PlannedStop | None = None
     restarts: int = 0
 
     @property

@@ -10,7 +10,7 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.types import Objective, Trajectory
 
 STANDSTILL_SPEED = 0.02
@@ -37,6 +37,10 @@ STOP_TOLERANCE = (0.2, 1.0, 0.5)
 """The same for a stop before something that fills the way."""
 NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
+NEEDS_IT = 0.2
+"""A plan that is driven while another one is sought is iterated itself when it is older than this [s]."""
+LEAST_SHARE = 0.5
+"""A search for an arrival keeps its time as long as this share of what the way takes is left."""
 LOOK_AGAIN = 0.5
 """Time between two looks whether the way is free again [s]."""
 PATIENCE = 5.0
@@ -82,6 +86,11 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     return _timed(memory, situation, config)
 
 
+def drives(memory: ControllerMemory) -> bool:
+    """Whether a plan is being driven."""
+    return memory.phase in (Phase.CONTOURING, Phase.ARRIVING)
+
+
 def arrival_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle should turn to its arrival now."""
     contouring = memory.phase is Phase.CONTOURING and memory.objective is Objective.CONTOURING
@@ -110,12 +119,17 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     """Choose between contouring and a planned arrival, for a vehicle about to begin one.
 
     A search that ran out of time goes on with what it was for, unless the target has moved since. While the
-    vehicle stands nothing is lost meanwhile: its plan just begins later.
+    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
+    left may take longer than was thought: one that is far too short gets the time that it takes.
     """
     begun = memory.unfinished
     if begun is not None and _apart(begun.target.pose, situation.target.pose) <= MOVED:
         if stands(memory, situation):
             begun = _later(begun, situation.begin - begun.begin)
+        elif begun.arrive_at is not None:
+            duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+            if begun.arrive_at - situation.begin < LEAST_SHARE * duration:
+                begun = replace(begun, arrive_at=situation.begin + duration)
         return replace(
             memory,
             unfinished=begun,
@@ -152,6 +166,7 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
         phase=Phase.STARTING,
         unfinished=None,
         solution=None,
+        fit=None,
         driven=None,
         accepted_at=None,
         arrive_at=None,
@@ -198,38 +213,80 @@ def braked(
 
 
 def stop_before(
-    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int
+    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int | None
 ) -> ControllerMemory:
-    """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near."""
-    stop = replace(
-        restart(memory),
-        stop_at=float(situation.state[THETA]) + max(way, 0.0),
-        stop_goal=memory.goal,
-        stop_obstacles=obstacle_changes,
-        stop_since=situation.now,
+    """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near.
+
+    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
+    """
+    stop = PlannedStop(
+        at=float(situation.state[THETA]) + max(way, 0.0),
+        goal=memory.goal,
+        obstacles=obstacle_changes,
+        since=situation.now,
     )
-    return stop if way > NEAR_STOP else replace(stop, phase=Phase.HOLDING)
+    memory = replace(restart(memory), stop=stop)
+    return memory if way > NEAR_STOP else replace(memory, phase=Phase.HOLDING)
+
+
+def is_old(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the plan being driven has to be iterated before the search for another one goes on."""
+    accepted = memory.accepted_at
+    if memory.unfinished is None or memory.blocked or accepted is None:
+        return False
+    return situation.now - accepted > NEEDS_IT
+
+
+def seeking(memory: ControllerMemory, stop: PlannedStop | None) -> ControllerMemory:
+    """Look for a first plan to another stop, or to the part's own target; a search for it goes on."""
+    return replace(restart(memory), stop=stop, unfinished=memory.unfinished)
+
+
+def unconfirmed(memory: ControllerMemory) -> bool:
+    """Whether a stop is made for past which no way was sought yet."""
+    return memory.stop is not None and memory.stop.obstacles is None
+
+
+def confirmed(memory: ControllerMemory, situation: Situation, obstacle_changes: int) -> ControllerMemory:
+    """There is no way past the stop that is made for."""
+    assert memory.stop is not None
+    stop = replace(memory.stop, goal=memory.goal, obstacles=obstacle_changes, since=situation.now)
+    return replace(memory, stop=stop, unfinished=None)
+
+
+def still_filled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    """Another plan than the one to the stop was looked for in vain: not again at once."""
+    stop = memory.stop
+    return memory if stop is None else replace(memory, stop=replace(stop, since=situation.now))
+
+
+def found_clear(memory: ControllerMemory, obstacle_changes: int) -> ControllerMemory:
+    """The driven plan is clear of what has changed: no way round that, or stop before it, is looked for."""
+    begun = memory.unfinished
+    for_arrival = begun is not None and begun.stop == memory.stop and memory.phase is Phase.CONTOURING
+    return replace(memory, clear_of=obstacle_changes, unfinished=begun if for_arrival else None)
 
 
 def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
     """Whether it is worth looking again if something still fills the way."""
-    if memory.stop_at is None or now - memory.stop_since < LOOK_AGAIN:
+    stop, goal = memory.stop, memory.goal
+    if stop is None or now - stop.since < LOOK_AGAIN:
         return False
-    before, goal = memory.stop_goal, memory.goal
+    before = stop.goal
     elsewhere = before is not goal if before is None or goal is None else _apart(before, goal) > MOVED
-    return elsewhere or memory.stop_obstacles != obstacle_changes
+    return elsewhere or stop.obstacles != obstacle_changes
 
 
 def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
     """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
-    if memory.stop_at is not None:
+    if memory.stop is not None:
         memory = released(memory)
     return replace(memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None)
 
 
 def released(memory: ControllerMemory) -> ControllerMemory:
     """Make for the part's own target again."""
-    return replace(restart(memory), stop_at=None)
+    return replace(restart(memory), stop=None)
 
 
 def may_change_direction(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:

@@ -106,7 +106,7 @@ def going_on(solution: Solution | None) -> Start:
 
 
 def clean(plan: Trajectory) -> Start:
-    """Once more from the last accepted plan, with nothing kept of the solver's answers since."""
+    """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
     return Start(guess=plan, patience=CLEAN_PATIENCE)
 
 
@@ -192,18 +192,19 @@ def _iterate(
 
 
 def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Attempt) -> ControllerMemory:
-    """Keep a search that ran out of time, to go on with in the next cycle."""
+    """Keep a search that ran out of time, to go on with in the next cycle, and what it is for."""
     if not attempt.cut:
         return replace(memory, unfinished=None)
-    if not attempt.solutions:
+    before = memory.unfinished
+    if before is not None and not attempt.solutions:
         return memory
-    before, last = memory.unfinished, attempt.solutions[-1]
     solved = sum(solution.solved for solution in attempt.solutions)
     unfinished = Unfinished(
         solution=attempt.solved or (before.solution if before else None),
-        iterate=last.iterate,
+        iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
         iterations=(before.iterations if before else 0) + solved,
         target=situation.target,
+        stop=memory.stop,
         arrive_at=memory.arrive_at,
         begin=situation.begin,
     )

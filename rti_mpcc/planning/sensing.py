@@ -43,7 +43,7 @@ def situation_of(
     memory: ControllerMemory, part: PathPart, target: Target, config: ControllerConfig, *, last_part: bool
 ) -> Situation:
     """The situation of this cycle by what is believed of the vehicle."""
-    believed, free = memory.trust.state, memory.stop_at is None
+    believed, free = memory.trust.state, memory.stop is None
     speed = 0.0 if believed is None else float(believed[V])
     reached = reached_state(memory.now, memory, part, config)
     situation = assess(reached, memory.now, speed, part, target, config, last_part=last_part, free=free)

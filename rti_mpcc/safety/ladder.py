@@ -3,10 +3,10 @@
 1. The solution of this cycle, if `planning.search.complaint` has none: OSQP calls it solved, all of it is
    finite, it begins within the input limits, its first 2 s obey the dynamics, and its slack leaves no disc's
    centre beyond a boundary.
-2. If it does not hold and there is time, the same sought once more from a clean start: from the last accepted
-   plan, with nothing kept of the solver's last answers.
-3. The last accepted plan, rolled forward from where the vehicle is, for at most `PLAN_LIFE`, and as long as
-   the vehicle is near it (`NEAR_PLAN`).
+2. If it does not hold and there is time, the same sought once more from a clean start: from the last plan
+   without a complaint, with nothing kept of the solver's last answers.
+3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
+   most `PLAN_LIFE`, and as long as the vehicle is near it (`NEAR_PLAN`).
 4. Braking at `braking` with the steering held, to a standstill. It stays until there is a plan again, which
    is then sought from a fresh first guess.
 
@@ -30,7 +30,7 @@ from rti_mpcc.planning.memory import Situation
 from rti_mpcc.types import Array, Source, Trajectory
 
 PLAN_LIFE = 1.0
-"""How long the last accepted plan may be driven on [s]."""
+"""How long the last driven plan may be driven on [s]."""
 NEAR_PLAN = (0.5, 0.2)
 """A plan that begins farther than this from the vehicle [m], [rad] is not driven on."""
 SETTLING_TIME = 0.15

@@ -10,6 +10,8 @@ import numpy as np
 
 from geometry import Pose2, ReferencePath, wrap
 from rti_mpcc.docking import DockingController
+from rti_mpcc.planning.clock import CycleClock, Decisions, PlayedBack
+from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, summary
 from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
@@ -101,6 +103,22 @@ class Wrapped:
         return self._controller.step(state, now=now, goal=goal, **told)
 
 
+class Clocked:
+    """A controller whose clock says in every cycle what it is told to say; None: the wall clock."""
+
+    def __init__(self, controller: DockingController, clock_at: Callable[[float], CycleClock | None]) -> None:
+        self._controller = controller
+        self._clock_at = clock_at
+
+    def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
+        return self._controller.step(state, now=now, clock=self._clock_at(now), **told)
+
+
+def granting(iterations: int, *, late: bool = False, stops: tuple[Stop | None, ...] = ()) -> CycleClock:
+    """Grants so many iterations in its cycle; `stops` end its QPs, in order."""
+    return PlayedBack(Decisions(granted=(True,) * iterations, stops=stops, late=late))
+
+
 def docking_figures(result: RunResult) -> dict[str, Any]:
     """What is recorded of every run."""
     found = summary(result)
@@ -188,7 +206,7 @@ def drive(
     seconds: float,
     *,
     goal_at: Callable[[float], Pose2 | None] | None = None,
-    controller: DockingController | None = None,
+    controller: Controller | None = None,
     start: PlantState | None = None,
 ) -> Iterator[tuple[PlantState, Command]]:
     """The true state that each cycle measures, and its command, for `seconds` [s] whatever happens.

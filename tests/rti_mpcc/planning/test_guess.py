@@ -149,3 +149,13 @@ def test_a_standing_vehicle_begins_on_the_fade_wherever_it_steers(direction: int
     other = state.copy()
     other[DELTA] = -0.6
     np.testing.assert_array_equal(cruise(mpcc, state).states[1:], cruise(mpcc, other).states[1:])
+
+
+def test_a_plan_too_short_for_turning_the_steering_first_is_a_guess_all_the_same() -> None:
+    mpcc = core(1)
+    state = on_path(mpcc, 2.0)
+    state[DELTA] = 0.6
+    times = np.linspace(5.0, 5.2, CONFIG.stages + 1)
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, 14.0, CONFIG)
+    assert np.isfinite(guess.states).all()
+    assert np.isfinite(guess.controls).all()

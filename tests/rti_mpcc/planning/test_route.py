@@ -13,7 +13,7 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import route
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.planning.trust import Trust
 
 CONFIG = ControllerConfig(dead_time=0.2)
@@ -38,6 +38,10 @@ def arriving(**changes: Any) -> ControllerMemory:
         "target": target,
     }
     return ControllerMemory(**{**usual, **changes})
+
+
+def stop_at(theta: float) -> PlannedStop:
+    return PlannedStop(at=theta, goal=None, obstacles=0, since=0.0)
 
 
 # -- phases ----------------------------------------------------------------------------------------------
@@ -134,7 +138,7 @@ def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_do
 
 
 def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is(situations: Any) -> None:
-    memory = arriving(phase=Phase.HOLDING, stop_at=15.0)
+    memory = arriving(phase=Phase.HOLDING, stop=stop_at(15.0))
     assert decided(memory, situations.standing(14.0, free=False), CONFIG).phase is Phase.HOLDING
 
 
@@ -323,7 +327,7 @@ def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_noth
         "clock_offset": 3.0,
         "trust": Trust(at=9.1),
     }
-    memory = arriving(**kept, restarts=1, stop_at=3.0, waiting=True)
+    memory = arriving(**kept, restarts=1, stop=stop_at(3.0), waiting=True)
     assert route.next_leg(memory, staged=False) == ControllerMemory(part=1, **kept)
     assert route.next_leg(memory, staged=True) == ControllerMemory(part=0, cartesian=True, **kept)
 
@@ -376,11 +380,12 @@ def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck(situatio
 def test_a_stop_is_made_for_or_kept_where_it_is_near(situations: Any) -> None:
     memory = route.stop_before(arriving(), situations(), 4.0, 7)
     assert memory.phase is Phase.STARTING
-    assert memory.stop_at == pytest.approx(14.0)
-    assert (memory.stop_obstacles, memory.stop_since) == (7, 10.0)
+    assert memory.stop == PlannedStop(at=14.0, goal=None, obstacles=7, since=10.0)
     near = route.stop_before(arriving(), situations(), route.NEAR_STOP, 7)
     assert near.phase is Phase.HOLDING
-    assert route.stop_before(arriving(), situations(), -1.0, 7).stop_at == pytest.approx(10.0)
+    behind = route.stop_before(arriving(), situations(), -1.0, 7).stop
+    assert behind is not None
+    assert behind.at == 10.0
 
 
 def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situations: Any) -> None:
@@ -394,8 +399,64 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situati
     assert not route.may_be_free(replace(known, goal=Pose2(20.05, 0.0, 0.0)), 30.0, 7)
     assert route.may_be_free(replace(known, goal=Pose2(20.2, 0.0, 0.0)), 30.0, 7)
     free = route.released(memory)
-    assert free.stop_at is None
+    assert free.stop is None
     assert free.phase is Phase.STARTING
+
+
+def begun_for(stop: PlannedStop | None) -> Unfinished:
+    return Unfinished(
+        solution=None, iterations=2, iterate=None, target=target_at(9.0), stop=stop, arrive_at=12.0, begin=9.0
+    )
+
+
+def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon(situations: Any) -> None:
+    memory = route.stop_before(arriving(), situations(), 4.0, None)
+    assert not route.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
+    assert route.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 7)
+    again = route.still_filled(memory, situations(now=10.5))
+    assert not route.may_be_free(again, 10.9, 7)
+    assert route.may_be_free(again, 11.0, 7)
+    assert route.unconfirmed(memory)
+    known = route.confirmed(memory, situations(now=11.0), 7)
+    assert not route.unconfirmed(known)
+    assert not route.may_be_free(known, 30.0, 7)
+    assert route.may_be_free(known, 30.0, 8)
+    free = arriving()
+    assert not route.unconfirmed(free)
+    assert route.still_filled(free, situations()) is free
+
+
+def test_what_is_sought_changes_and_its_search_goes_on() -> None:
+    begun = begun_for(stop_at(9.0))
+    memory = route.seeking(arriving(unfinished=begun), begun.stop)
+    assert (memory.stop, memory.unfinished) == (stop_at(9.0), begun)
+    assert (memory.phase, memory.driven, memory.arrive_at) == (Phase.STARTING, None, None)
+
+
+@pytest.mark.parametrize(
+    ("phase", "stop", "stays"),
+    [
+        (Phase.ARRIVING, None, False),  # it was for a way past
+        (Phase.ARRIVING, stop_at(9.0), False),
+        (Phase.CONTOURING, stop_at(9.0), False),
+        (Phase.CONTOURING, None, True),  # the arrival is sought all the same
+    ],
+)
+def test_once_the_driven_plan_is_clear_nothing_is_sought_for_that(
+    phase: Phase, stop: PlannedStop | None, stays: bool
+) -> None:
+    memory = route.found_clear(arriving(phase=phase, unfinished=begun_for(stop)), 7)
+    assert memory.clear_of == 7
+    assert (memory.unfinished is not None) == stays
+
+
+def test_a_plan_driven_during_a_search_is_iterated_now_and_then(situations: Any) -> None:
+    memory = arriving(unfinished=begun_for(None), accepted_at=10.0)
+    assert not route.is_old(memory, situations(now=10.0 + 0.9 * route.NEEDS_IT))
+    late = situations(now=10.0 + 1.1 * route.NEEDS_IT)
+    assert route.is_old(memory, late)
+    assert not route.is_old(replace(memory, unfinished=None), late)
+    assert not route.is_old(replace(memory, blocked=True), late)  # it is not driven
 
 
 def test_backing_off_is_for_another_try_near_the_goal(situations: Any) -> None:

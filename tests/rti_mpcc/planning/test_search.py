@@ -13,8 +13,9 @@ from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning import route, search
+from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, PlannedStop, Unfinished
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig()
@@ -187,7 +188,9 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situ
 
 def unfinished(solution: Solution, target: Target) -> Unfinished:
     """A search for an arrival at 15 s, planned to begin at 0.2 s."""
-    return Unfinished(solution=solution, iterations=2, iterate=None, target=target, arrive_at=15.0, begin=0.2)
+    return Unfinished(
+        solution=solution, iterations=2, iterate=None, target=target, stop=None, arrive_at=15.0, begin=0.2
+    )
 
 
 def test_a_search_begun_while_standing_is_for_a_plan_that_begins_later(
@@ -212,8 +215,12 @@ def test_a_search_begun_while_moving_keeps_its_time(
 ) -> None:
     memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target))
     after = route.begin_phase(memory, situations(target=mpcc.target, now=0.5, begin=0.7), mpcc.config)
-    assert after.unfinished is memory.unfinished
+    assert after.unfinished == memory.unfinished
     assert after.arrive_at == 15.0
+    late = situations(target=mpcc.target, now=14.0, begin=14.2)
+    again = route.begin_phase(memory, late, mpcc.config)
+    least = time_to_go(late.way, late.speed, mpcc.config.comfort_acceleration)
+    assert again.arrive_at == pytest.approx(14.2 + least)
 
 
 @pytest.mark.parametrize(("aside", "goes_on"), [(0.9 * route.MOVED, True), (1.1 * route.MOVED, False)])
@@ -226,6 +233,19 @@ def test_a_search_for_a_target_that_has_moved_is_dropped(
     after = route.begin_phase(memory, situations(target=moved, begin=0.7), mpcc.config)
     assert (after.unfinished is not None) == goes_on
     assert (after.arrive_at == 15.0) == goes_on
+
+
+def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc, situations: Any) -> None:
+    stop = PlannedStop(at=7.0, goal=None, obstacles=1, since=0.0)
+    situation = situations(target=mpcc.target, begin=0.2)
+    none = search.Attempt(solutions=(), problem=search.NO_TIME, squeezed=False, cut=True)
+    memory = search.left_unfinished(ControllerMemory(stop=stop, arrive_at=15.0), situation, none)
+    begun = memory.unfinished
+    assert begun is not None
+    assert (begun.stop, begun.target, begun.arrive_at) == (stop, mpcc.target, 15.0)
+    assert (begun.solution, begun.iterations) == (None, 0)
+    later = search.left_unfinished(memory, situations(target=mpcc.target, begin=0.25), none)
+    assert later.unfinished is begun
 
 
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, situations: Any) -> None:

@@ -1,0 +1,265 @@
+"""What is driven when time runs out in a cycle. No test looks at a clock: what it says is written down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rti_mpcc import DockingController
+from rti_mpcc.driving import TOO_LATE
+from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.safety.ladder import braking
+from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
+from rti_mpcc.simulation.forced_clock import FAILED
+from rti_mpcc.simulation.plant import PlantState
+from rti_mpcc.types import Command, Source, Status
+from tests.rti_mpcc.docking_runs import (
+    Clocked,
+    Obstacles,
+    docking_figures,
+    drive,
+    granting,
+    present,
+    short,
+    straight,
+    wall,
+)
+
+CYCLE = 0.05
+PLENTY = 40
+BEGIN, GONE = 3.0, 14.0
+"""When a wall comes and goes [s]."""
+
+Run = list[tuple[PlantState, Command]]
+
+
+def run_with(clock_at: Callable[[float], CycleClock | None], seconds: float) -> Run:
+    scenario = short()
+    return list(drive(scenario, seconds, controller=Clocked(docking_controller(scenario), clock_at)))
+
+
+def at(time: float, clock: Callable[[], CycleClock]) -> Callable[[float], CycleClock]:
+    """One cycle with this clock, the others with time in plenty."""
+    return lambda now: clock() if abs(now - time) < 0.5 * CYCLE else granting(PLENTY)
+
+
+def cycle(run: Run, time: float) -> Command:
+    return run[round(time / CYCLE)][1]
+
+
+# -- late plans ------------------------------------------------------------------------------------------
+
+
+def test_a_late_plan_is_not_driven_and_the_next_cycle_goes_on() -> None:
+    run = run_with(at(5.0, lambda: granting(PLENTY, late=True)), 16.0)
+    late, after = cycle(run, 5.0), cycle(run, 5.0 + CYCLE)
+    assert (late.source, late.status) == (Source.SHIFTED_PLAN, Status.ARRIVING)
+    assert late.diagnostics.reason == TOO_LATE
+    assert late.diagnostics.deadline_missed
+    assert not late.diagnostics.failed  # the plan was good, only late
+    assert after.source is Source.SOLUTION
+    assert not after.diagnostics.deadline_missed
+    assert run[-1][1].docked
+
+
+def test_late_without_a_plan_from_before_it_stands_and_then_begins() -> None:
+    run = run_with(at(0.0, lambda: granting(PLENTY, late=True)), 0.2)
+    late, after = cycle(run, 0.0), cycle(run, CYCLE)
+    assert (late.source, late.status, late.acceleration) == (Source.STANDSTILL, Status.STARTING, 0.0)
+    assert late.diagnostics.reason == TOO_LATE
+    assert after.source is Source.SOLUTION
+
+
+def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
+    def clock_at(now: float) -> CycleClock:
+        if 4.975 < now < 6.225:  # longer than the last plan lives
+            return granting(PLENTY, stops=(FAILED,) * PLENTY)
+        return granting(PLENTY, late=6.225 < now < 6.275)
+
+    run = run_with(clock_at, 25.0)
+    assert abs(run[round(6.25 / CYCLE)][0].v) > 0.2
+    assert cycle(run, 6.2).status is Status.FAILED
+    late = cycle(run, 6.25)
+    assert (late.source, late.status) == (Source.BRAKING, Status.STARTING)
+    assert late.diagnostics.reason == TOO_LATE
+    assert cycle(run, 6.3).source is Source.SOLUTION
+    assert run[-1][1].docked
+
+
+def test_one_that_is_always_late_drives_with_a_cycle_more_of_delay() -> None:
+    run = run_with(lambda now: granting(PLENTY, late=True), 20.0)
+    assert Source.SOLUTION not in {command.source for _, command in run}
+    assert cycle(run, 0.0).source is Source.STANDSTILL
+    assert cycle(run, 5.0).source is Source.SHIFTED_PLAN
+    assert run[-1][1].docked
+
+
+# -- once more from a clean start ------------------------------------------------------------------------
+
+
+def test_a_qp_that_failed_is_solved_once_more_from_a_clean_start() -> None:
+    run = run_with(at(5.0, lambda: granting(PLENTY, stops=(FAILED,))), 5.2)
+    again = cycle(run, 5.0)
+    assert again.source is Source.SOLUTION
+    assert again.diagnostics.retried
+    assert not again.diagnostics.failed
+    assert np.isfinite(again.diagnostics.residuals).all()
+    assert [command.diagnostics.retried for _, command in run].count(True) == 1
+
+
+def test_without_time_for_it_nothing_is_solved_once_more() -> None:
+    run = run_with(at(5.0, lambda: granting(1, stops=(FAILED,))), 5.2)
+    once = cycle(run, 5.0)
+    assert (once.source, once.diagnostics.retried) == (Source.SHIFTED_PLAN, False)
+    assert cycle(run, 5.0 + CYCLE).source is Source.SOLUTION
+
+
+def test_residuals_are_those_of_the_last_qp() -> None:
+    run = run_with(at(5.0, lambda: granting(PLENTY, stops=(FAILED,) * PLENTY)), 16.0)
+    for _, command in run:
+        told = command.diagnostics
+        if not told.solver_status:  # no QP
+            assert told.residuals == (0.0, 0.0)
+        elif told.solver_status == FAILED.status:
+            assert told.residuals == (np.inf, np.inf)
+        else:
+            assert all(0.0 < residual < 1.0 for residual in told.residuals)
+    assert cycle(run, 5.0).diagnostics.residuals == (np.inf, np.inf)
+    assert cycle(run, 5.0).diagnostics.retried
+    assert run[-1][1].diagnostics.residuals == (0.0, 0.0)  # docked
+
+
+# -- what was not driven ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def block(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, float], None]:
+    """Any plan meets something, from one time to another [s]."""
+
+    def between(begin: float, end: float) -> None:
+        def way(self: Any, plan: Any, situation: Any, **_: Any) -> float | None:
+            return 1.0 if begin <= situation.now + 1e-6 < end else None
+
+        monkeypatch.setattr(DockingController, "_way_to_stop_in", way)
+
+    return between
+
+
+def test_a_plan_that_is_blocked_is_not_the_last_good_one(block: Callable[[float, float], None]) -> None:
+    block(5.0, 5.2)
+    scenario = short()
+    controller = docking_controller(scenario)
+    before = None
+    for plant, command in drive(scenario, 5.4, controller=controller):
+        memory = controller.memory
+        if command.status is Status.BLOCKED:
+            assert memory.driven is before
+            assert memory.fit is not before
+        else:
+            before = memory.driven
+            assert before is command.trajectory
+            assert memory.accepted_at == pytest.approx(plant.time)
+
+
+def test_a_vehicle_that_failed_has_failed_until_a_plan_is_driven(
+    block: Callable[[float, float], None],
+) -> None:
+    block(6.5, 7.0)
+    scenario = short()
+    controller = docking_controller(scenario)
+
+    def clock_at(now: float) -> CycleClock:
+        fails = 4.975 < now < 6.475
+        return granting(PLENTY, stops=(FAILED,) * PLENTY if fails else ())
+
+    for plant, command in drive(scenario, 7.2, controller=Clocked(controller, clock_at)):
+        if 6.1 < plant.time < 6.975:
+            assert controller.memory.latched
+            assert command.source in (Source.BRAKING, Source.STANDSTILL)
+    assert command.source is Source.SOLUTION
+    assert not controller.memory.latched
+
+
+# -- so many iterations in every cycle -------------------------------------------------------------------
+
+
+def course(**tables: Any) -> Scenario:
+    return changed(straight(1, 24.0, duration=45.0), tables)
+
+
+def limited(
+    scenario: Scenario, clock_at: Callable[[float], CycleClock | None], **told: Any
+) -> tuple[RunResult, dict[str, Any]]:
+    result = simulate(scenario, controller=Clocked(docking_controller(scenario), clock_at), **told)
+    return result, docking_figures(result)
+
+
+def assert_gentle(result: RunResult) -> None:
+    """Never braked as hard as without a plan."""
+    assert np.abs(result.cycles.acceleration).max() < 0.6 * braking(docking_controller(course()).config)
+    assert Status.FAILED not in result.cycles.status
+
+
+@pytest.mark.parametrize("iterations", [1, 3])
+def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
+    usual = simulate(short())
+    result, found = limited(short(), lambda now: granting(iterations))
+    assert found["docked"]
+    assert_gentle(result)
+    assert 0.0 <= found["time_to_dock_s"] - docking_figures(usual)["time_to_dock_s"] <= 0.5
+
+
+@pytest.mark.parametrize("iterations", [1, 3, 5])
+def test_stops_before_a_wall_with_few_iterations_a_cycle_and_goes_on(iterations: int) -> None:
+    scenario = course()
+    outline = wall(scenario.build_path(), 16.0, 3.2)
+    result, found = limited(
+        scenario, lambda now: granting(iterations), obstacles_at=present(outline, BEGIN, GONE)
+    )
+    assert_gentle(result)
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.5
+    assert result.cycles.status[round((GONE - CYCLE) / CYCLE)] is Status.BLOCKED
+    assert np.abs(result.truth.poses[:, 1]).max() <= 0.2  # it does not swerve
+    stops = ["stop before" in reason for reason in result.cycles.reason]
+    assert BEGIN <= result.cycles.times[stops.index(True)] <= BEGIN + 0.5
+
+
+def test_the_same_with_the_fault_blocked() -> None:
+    fault = {"kind": "blocked", "from": BEGIN, "to": GONE, "size": 10.0}
+    result, found = limited(course(faults=[fault]), lambda now: granting(2))
+    assert_gentle(result)
+    assert found["docked"]
+    assert Status.BLOCKED in result.cycles.status
+
+
+def test_a_wall_is_not_forgotten_where_only_its_first_cycle_had_no_time() -> None:
+    scenario = course()
+    outline = wall(scenario.build_path(), 16.0, 3.2)
+    result, found = limited(
+        scenario, at(BEGIN, lambda: granting(2)), obstacles_at=present(outline, BEGIN, GONE)
+    )
+    cycles, change = result.cycles, round(BEGIN / CYCLE)
+    assert_gentle(result)
+    assert found["docked"]
+    assert cycles.source[change] is Source.SHIFTED_PLAN
+    assert cycles.source[change + 1] is Source.SOLUTION
+    assert "stop before" in cycles.reason[change + 1]
+
+
+@pytest.mark.parametrize("iterations", [3, PLENTY])
+def test_a_nearer_wall_on_the_way_to_a_stop_is_stopped_before(iterations: int) -> None:
+    scenario = course()
+    path = scenario.build_path()
+    far, near = wall(path, 18.0, 3.2), wall(path, 13.0, 3.2)
+
+    def obstacles(now: float) -> Obstacles:
+        return present(far, BEGIN, 4.0)(now) + present(near, 4.0, GONE)(now)
+
+    result, found = limited(scenario, lambda now: granting(iterations), obstacles_at=obstacles)
+    assert_gentle(result)
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.5
