@@ -98,8 +98,8 @@ def braking(config: ControllerConfig) -> float:
 
 def before_contact(speed: float, way: float, config: ControllerConfig) -> float:
     """Deceleration [m/s²] to stand `SPARE` before a contact `way` [m] ahead, `braking` at least."""
-    left = max(way - SPARE, 0.01)
-    return min(max(speed**2 / (2.0 * left), braking(config)), config.limits.acceleration)
+    left, most = way - SPARE, config.limits.acceleration
+    return min(max(speed**2 / (2.0 * left), braking(config)), most) if left > 0.0 else most
 
 
 def landing(situation: Situation, config: ControllerConfig) -> float:

@@ -19,9 +19,8 @@ from tests.rti_mpcc.docking_runs import docking_figures, statuses
 ROUNDING = 1e-9
 STANDS = 0.02
 """Slower than this [m/s] is standing."""
-HARDER = 0.2
-"""What braking at once touches too may be touched so much faster [m/s]: the ladder takes the last of the
-speed out softly."""
+HARDER, DEEPER = 0.1, 0.05
+"""What braking at once touches too may be touched so much faster [m/s], and so much deeper [m]."""
 MAY_STAND = (Status.STALLED, Status.BLOCKED, Status.FAILED, Status.GOAL_LOST, Status.SEARCHING)
 """What a vehicle may say that stands elsewhere than at its goal."""
 
@@ -160,9 +159,12 @@ def check_contact(result: RunResult) -> None:
     touched = contact_speed(result)
     if touched is None:
         return
-    least = contact_speed(braked(result.scenario))
+    yardstick = braked(result.scenario)
+    least = contact_speed(yardstick)
     assert least is not None, f"touches at {touched:.2f} m/s what braking at once avoids"
     assert touched <= least + HARDER, f"touches at {touched:.2f} m/s, braking at once at {least:.2f} m/s"
+    deep, needed = -float(clearances(result).min()), -float(clearances(yardstick).min())
+    assert deep <= needed + DEEPER, f"goes {deep:.2f} m deep, braking at once {needed:.2f} m"
 
 
 def check_end(result: RunResult) -> None:

@@ -43,6 +43,23 @@ def test_what_cannot_be_avoided_is_touched_at_the_least_speed() -> None:
     assert touched == pytest.approx(0.71, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("scenario", "begin", "gap"),
+    [
+        ("short", 5.0, 0.2),
+        ("short", 5.0, 0.45),
+        ("docking_full_course", 30.0, 0.1),
+        ("docking_full_course", 30.0, 1.05),
+    ],
+)
+def test_what_appears_close_by_is_gone_into_no_deeper_than_it_must(
+    scenario: str, begin: float, gap: float
+) -> None:
+    base = short() if scenario == "short" else load_scenario(scenario)
+    result, noted = drive(with_fault(base, "blocked", begin, 3.0, gap))
+    check_all(result, noted)
+
+
 # -- the yardstick itself --------------------------------------------------------------------------------
 
 

@@ -79,7 +79,8 @@ def test_a_body_that_touches_already_may_leave_but_not_press_on() -> None:
     assert way(press, inside) == pytest.approx(10.0 * contact.LET_OUT / 0.3, abs=2.0 * contact.SPACING)
 
 
-def test_a_body_that_touches_may_go_as_deep_as_braking_would() -> None:
+def test_a_body_that_touches_may_go_as_deep_as_braking_fully_would() -> None:
+    """Steered straight it stays where it is; turned to the wall it goes into it before it stands."""
     inside = corridor(wall_at=None, width=3.0)
     times, y = np.linspace(0.0, 2.0, 21), 3.0 - 0.5 * CONFIG.vehicle.width + 0.05
     deep = straight_on(2.0, 8.0, y=y)
@@ -90,7 +91,8 @@ def test_a_body_that_touches_may_go_as_deep_as_braking_would() -> None:
     for steering, free in ((0.0, False), (0.6, True)):
         states[:, 4] = steering
         plan = Trajectory(times=times, states=states.copy(), controls=np.zeros((20, 3)))
-        assert (way(plan, inside) == np.inf) == free
+        found = contact.touched(None, states[0], inside, 0, CONFIG)
+        assert (contact.way_to_contact(plan, inside, 0, CONFIG, np.inf, found) == np.inf) == free
     assert way(deep, inside) == np.inf
 
 
@@ -115,3 +117,50 @@ def test_at_the_stop_clearance_the_discs_are_free(discs: int) -> None:
     gap = WALL_AT - centres[0, :, 0].max() - shape.radius
     assert gap >= config.footprint.margin
     assert gap == pytest.approx(config.footprint.margin + contact.SPACING)
+
+
+# -- what touches already ------------------------------------------------------------------------------------
+
+
+def at(x: float, v: float = 0.0) -> Array:
+    return np.array([x, 0.0, 0.0, v, 0.0, x])
+
+
+FREE, IN = WALL_AT - CONFIG.vehicle.front - 0.5, WALL_AT - CONFIG.vehicle.front + 0.1
+"""Rear axle before the wall, and with the front 0.1 m in it [m]."""
+
+
+def touched(before: float | None, state: Array) -> float | None:
+    return contact.touched(before, state, corridor(), 0, CONFIG)
+
+
+def test_a_body_that_is_free_has_not_touched_anything() -> None:
+    assert touched(None, at(FREE)) is None
+    assert touched(-0.3, at(FREE)) is None
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 1.5])
+def test_what_can_still_be_kept_is_known_when_the_contact_begins(speed: float) -> None:
+    found = touched(None, at(IN, speed))
+    way = 0.1 + speed**2 / (2.0 * CONFIG.limits.acceleration)
+    assert found == pytest.approx(-way, abs=0.01)
+    assert touched(-0.7, at(IN, speed)) == -0.7
+
+
+def test_a_body_is_let_out_of_a_contact_and_not_through_it() -> None:
+    inside, through = corridor(), straight_on(IN, IN + 5.0, n=100)
+    out = straight_on(IN, IN - 5.0, n=100)
+    assert contact.way_to_contact(out, inside, 0, CONFIG, np.inf, -0.1) == np.inf
+    found = contact.way_to_contact(through, inside, 0, CONFIG, np.inf, -0.1)
+    assert found == pytest.approx(contact.LET_OUT, abs=contact.SPACING)
+    deeper = straight_on(IN + contact.LET_OUT + 0.1, IN + 5.0, n=100)
+    # Where it began counts, not where it is by now.
+    assert contact.way_to_contact(deeper, inside, 0, CONFIG, np.inf, -0.1) == 0.0
+
+
+def test_going_deeper_is_told_from_standing_and_coming_out() -> None:
+    inside = corridor()
+    assert contact.deepens(straight_on(IN, IN + 0.2), inside, 0, CONFIG)
+    assert not contact.deepens(straight_on(IN, IN), inside, 0, CONFIG)
+    assert not contact.deepens(straight_on(IN, IN - 2.0), inside, 0, CONFIG)
+    assert not contact.deepens(straight_on(2.0, 5.0), inside, 0, CONFIG)

@@ -68,6 +68,15 @@ def test_braking_ends_at_rest_without_turning_round(speed: float, cycle: float) 
     assert abs(v) <= 1e-3
 
 
+@pytest.mark.parametrize("speed", [0.5, -0.5])
+def test_hard_braking_is_hard_to_the_last_cycle(speed: float) -> None:
+    """Softness costs way: what is braked for may be near."""
+    hard = ladder.brake(state(speed), 5.0, CONFIG)
+    assert hard.acceleration == pytest.approx(-np.sign(speed) * 5.0)
+    last = ladder.brake(state(0.1 * speed), 5.0, CONFIG)
+    assert last.acceleration * CONFIG.cycle == pytest.approx(-0.1 * speed)
+
+
 def test_the_steering_goes_on_while_braking_and_not_at_rest() -> None:
     assert ladder.brake(state(1.0, 0.1), 1.6, CONFIG, 0.5).steering_rate == 0.5
     assert ladder.brake(state(0.05, 0.1), 1.6, CONFIG, 0.5).steering_rate == 0.0
