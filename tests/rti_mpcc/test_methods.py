@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rti_mpcc.simulation import RunResult, load_scenario, simulate, summary
+from rti_mpcc.simulation import RunResult, changed, load_scenario, simulate, summary
 from rti_mpcc.types import Objective, Status
 
 
-def run(scenario: str, method: str, preset: str = "paper") -> RunResult:
-    return simulate(load_scenario(scenario), preset=preset, method=method)
+def run(scenario: str, method: str, preset: str = "paper", seconds: float = 120.0) -> RunResult:
+    short = changed(load_scenario(scenario), {"simulation.duration": seconds})
+    return simulate(short, preset=preset, method=method)
 
 
 def objectives(result: RunResult) -> list[Objective]:
@@ -42,7 +43,7 @@ def test_separated_turns_about_where_the_goal_cannot_be_reached_from_its_staging
 
 def test_switched_has_no_corridor_once_it_makes_for_the_goal() -> None:
     """Past the narrowing it is the last check that stops it: it does not dock, and touches nothing."""
-    result = run("docking_behind", "switched")
+    result = run("docking_behind", "switched", seconds=35.0)
     found = summary(result)
     assert objectives(result) == [Objective.CONTOURING, Objective.CARTESIAN]
     assert not found["docked"]
@@ -66,7 +67,7 @@ def test_constant_weights_are_the_less_exact_the_smaller_they_are() -> None:
     """At the cusp, which the first part ends in."""
     errors = []
     for method in ("constant_1", "constant_50", "constant_100"):
-        result = run("path_following", method)
+        result = run("path_following", method, seconds=32.0)
         cusp = result.path.parts[0].last
         away = np.hypot(result.truth.poses[:, 0] - cusp.x, result.truth.poses[:, 1] - cusp.y)
         errors.append(float(away.min()))
