@@ -130,6 +130,8 @@ class FrozenProblem:
         measured: (6,) state at the horizon's begin.
         lengths: (N,) [s]; weights, bounds (widened as the measured state needs), planes of the discs of
             stages 1..N, walls of the rear axle at stages 0..N: as they were in the cycle.
+        nearing: (N+1,) what the cost gains by progress as the weights change with it [1/m]; `weights` itself
+            does not change.
         path: the piece of each stage; damping: of the cycle's step; it moves no fixed point.
         solution: what the controller made of it in its one step.
     """
@@ -145,6 +147,7 @@ class FrozenProblem:
     measured: Array
     lengths: Array
     weights: StageWeights
+    nearing: Array
     bounds: StageBounds
     planes: FrozenPlanes | None
     walls: FrozenPlanes | None
@@ -159,20 +162,6 @@ class FrozenProblem:
     def discs(self) -> int:
         return 0 if self.planes is None else self.config.footprint.discs
 
-    def weights_at(self, theta: Array) -> StageWeights:
-        """The weights at progress (N+1,): those that are blended change with it as they did in the cycle."""
-        slopes = self.weights.by_progress
-        if slopes is None:
-            return self.weights
-        moved = theta - self.states[:, THETA]
-        return replace(
-            self.weights,
-            contouring=self.weights.contouring + slopes.contouring * moved,
-            heading=self.weights.heading + slopes.heading * moved,
-            bound_distance=self.weights.bound_distance + slopes.bound_distance * moved,
-            progress_reward=self.weights.progress_reward + (slopes.progress_reward * moved)[:-1],
-        )
-
     def build_pattern(self) -> QpPattern:
         return build_pattern(len(self.lengths), self.discs, self.sides)
 
@@ -183,8 +172,8 @@ class FrozenProblem:
         errors = frenet_errors(states, reference, part.direction)
         walls = self.walls.at(states[:, :2]) if self.walls is not None else None
         goal = self.frame.pose_in(self.target.pose)
-        weights = self.weights_at(states[:, THETA])
-        cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase)
+        cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase)
+        cost.state_gradient[:, THETA] += self.nearing
         fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
         fill_curvature(values, pattern, states[:-1], step.state, dual, 1.0)
@@ -356,13 +345,28 @@ def _freeze(
         controls=linear.trajectory.controls,
         measured=measured,
         lengths=linear.lengths,
-        weights=linear.weights,
+        weights=replace(linear.weights, by_progress=None),
+        nearing=_nearing(mpcc, linear, walls),
         bounds=_widened(bounds, measured, linear.lengths, config),
         planes=planes,
         walls=walls,
         damping=options.get("damping", 0.0),
         solution=solution,
     )
+
+
+def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -> Array:
+    """The gradient of the cycle's cost in theta, less that of weights that do not change."""
+    states, controls = linear.states, linear.trajectory.controls
+    reference = linear.frame.reference_in(mpcc.part.reference(states[:, THETA]))
+    errors = frenet_errors(states, reference, mpcc.part.direction)
+    near = walls.at(states[:, :2]) if walls is not None else None
+    goal, wheelbase = linear.frame.pose_in(mpcc.target.pose), mpcc.config.vehicle.wheelbase
+    gradients = [
+        quadratic_cost(states, controls, weights, errors, near, goal, wheelbase).state_gradient[:, THETA]
+        for weights in (linear.weights, replace(linear.weights, by_progress=None))
+    ]
+    return gradients[0] - gradients[1]
 
 
 def _widened(bounds: StageBounds, measured: Array, lengths: Array, config: ControllerConfig) -> StageBounds:

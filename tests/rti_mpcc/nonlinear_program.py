@@ -149,35 +149,26 @@ def _path_pose(problem: FrozenProblem, k: int, theta: Any) -> tuple[Any, Any, An
     )
 
 
-def _blended(problem: FrozenProblem, name: str, k: int, theta: Any) -> Any:
-    """A weight of stage k as it changes with the stage's progress."""
-    weight, slopes = float(getattr(problem.weights, name)[k]), problem.weights.by_progress
-    slope = 0.0 if slopes is None else float(getattr(slopes, name)[k])
-    return weight + slope * (theta - problem.states[k, THETA]) if slope else weight
-
-
 def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
     w, stages = problem.weights, len(problem.lengths)
     total: Any = w.slack * ca.sum1(s)
     for k in range(stages + 1):
+        total += problem.nearing[k] * (z[THETA, k] - problem.states[k, THETA])
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
         total += w.lateral_acceleration[k] * (v**2 * tangent / problem.config.vehicle.wheelbase) ** 2
         if w.lag[k] or w.contouring[k] or w.heading[k]:
             x_r, y_r, phi_r = _path_pose(problem, k, z[THETA, k])
             dx, dy = z[X, k] - x_r, z[Y, k] - y_r
             total += w.lag[k] * (ca.cos(phi_r) * dx + ca.sin(phi_r) * dy) ** 2
-            contouring = _blended(problem, "contouring", k, z[THETA, k])
-            total += contouring * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
-            total += _blended(problem, "heading", k, z[THETA, k]) * (z[PHI, k] - phi_r) ** 2
+            total += w.contouring[k] * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
+            total += w.heading[k] * (z[PHI, k] - phi_r) ** 2
         for normal, offset in _acting(problem.walls, k):
             distance = normal[0] * z[X, k] + normal[1] * z[Y, k] - offset
-            near = _blended(problem, "bound_distance", k, z[THETA, k])
-            total += near * ca.fmax(BOUND_DISTANCE - distance, 0) ** 2
+            total += w.bound_distance[k] * ca.fmax(BOUND_DISTANCE - distance, 0) ** 2
             total += w.bound_speed[k] * (v * ca.fmax(BOUND_SPEED - distance, 0)) ** 2
     for k in range(stages):
         total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
-        reward = _blended(problem, "progress_reward", k, z[THETA, k])
-        total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - reward * u[THETA_DOT, k]
+        total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
     return total + _goal_cost(problem, z[:, stages])
 
 
