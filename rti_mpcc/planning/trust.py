@@ -82,14 +82,18 @@ class Trust:
         return self.why.startswith(OBSTINATE)
 
     def heeded(self, config: ControllerConfig) -> Array | None:
-        """The measurement (6,) where it may hold a command back, or None.
+        """The measurement (6,) as far as it may hold a command back: NaN where it may not; None without any.
 
         Measurements that have contradicted one another for longer than a plan is driven on blindly must not
         keep a vehicle from braking that is believed to move.
         """
-        if self.state is None or self.odd_since is None or abs(float(self.state[V])) <= SLOW:
+        if self.measured is None or self.state is None or self.odd_since is None:
             return self.measured
-        return None if self.at - self.odd_since > config.plausibility.blind else self.measured
+        if abs(float(self.state[V])) <= SLOW or self.at - self.odd_since <= config.plausibility.blind:
+            return self.measured
+        heeded = self.measured.copy()
+        heeded[V] = np.nan
+        return heeded
 
     def doubting(self, problem: str, last: Trust) -> Trust:
         """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
@@ -135,7 +139,7 @@ def weighed(
         since=last.since if problem and last.why else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
         found=False,
-        odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
+        odd_since=None if alike or not problem else (now if last.odd_since is None else last.odd_since),
         tries=last.tries if same else 0,
     )
     since = trust.agrees_since

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from geometry import Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Source, Status, VehicleState
 from rti_mpcc.docking import MISTAKE
+from rti_mpcc.model.layout import V
 from rti_mpcc.planning.route import MOVING_SPEED
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from tests.rti_mpcc.drawn import RUNS, Placed, Run, is_finite, measured, placed_state, told
@@ -91,10 +92,9 @@ def check_return(controller: DockingController, state: VehicleState, command: Co
     """
     config, trust = controller.config, controller.memory.trust
     odd = trust.odd_since is not None and trust.at - trust.odd_since > config.plausibility.blind
-    if odd and command.source is Source.BRAKING:
-        return
+    slows = odd and trust.state is not None and trust.state[V] * command.acceleration < 0.0
     for value, limit, rate in (
-        (state.v, config.limits.speed, command.acceleration),
+        (0.0 if slows else state.v, config.limits.speed, command.acceleration),
         (state.delta, config.limits.steering, command.steering_rate),
     ):
         if isfinite(value) and abs(value) > limit:

@@ -214,7 +214,11 @@ def test_only_for_a_moment_may_measurements_that_contradict_one_another_hold_a_c
     assert trust.heeded(CONFIG) is trust.measured
     lasting = after([cruising(0.5 + 0.05 * k, v=31.0) for k in range(1, 9)], trust)
     assert lasting.why != ""
-    assert lasting.heeded(CONFIG) is None
+    heeded = lasting.heeded(CONFIG)
+    assert heeded is not None
+    assert lasting.measured is not None
+    assert np.isnan(heeded[3])
+    np.testing.assert_array_equal(np.delete(heeded, 3), np.delete(lasting.measured, 3))
     # One that drives as fast as it is measured may be right.
     fast = after([cruising(0.5 + 0.6 * k, v=12.0) for k in range(1, 9)], driven())
     assert fast.why != ""
