@@ -66,7 +66,8 @@ def main() -> None:
         return
     name = f"{asked.within}_{asked.seed}"
     write_json(ROOT / "docs" / "courses" / f"{name}.json", {"origin": source, "runs": runs})
-    text = f"{courses_told(runs, asked.presets)}\n\n{table(HEADER, [course_row(run) for run in runs])}\n\n{told(source)}"
+    rows = table(HEADER, [course_row(run) for run in runs])
+    text = f"{courses_told(runs, asked.presets)}\n\n{rows}\n\n{told(source)}"
     replace_block(ROOT / "docs" / "courses.md", name, text)
 
 

@@ -1,0 +1,181 @@
+"""Scenario 1 and 2: the paper, its published code and this project side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rti_mpcc.report.comparison import PAPER as PAPER_COLUMNS
+from rti_mpcc.report.comparison import Column
+from rti_mpcc.report.numbers import number
+from rti_mpcc.report.published import published_run
+from rti_mpcc.report.reproduction import looks
+from rti_mpcc.report.reproduction.causes import BEYOND, CAUSES, SAYS
+from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
+from rti_mpcc.report.reproduction.docking_pictures import BODY_EVERY, LONGEST, plane_figure, time_figure
+from rti_mpcc.report.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
+from rti_mpcc.report.reproduction.verdicts import beyond_told, came_out, ratio, time_told, times_told
+
+Figures = Mapping[str, Any]
+SLOWER = {"docking_inside": 1.4, "docking_behind": 1.8}
+"""So many times as long as `dynamic` takes `separated` at least, as published."""
+COLUMNS = (*PAPER_COLUMNS, Column("clearance [m]", ("min_clearance_m",), 2))
+
+
+class Claim(NamedTuple):
+    """An outcome as published: what `holds` of the figures by method, None where it cannot be said."""
+
+    text: str
+    holds: Callable[[Mapping[str, Figures]], bool | None]
+
+
+def docking_section(runs: Runs, scenario: str) -> Section:
+    """The section of a scenario: tables, two figures, verdicts and causes."""
+    outcomes = {method: runs.of(scenario, method) for method in METHODS}
+    measured = {method: _with_status(outcome) for method, outcome in outcomes.items()}
+    beyond = runs.of(scenario, preset=DEFAULT)
+    blocks: list[Block] = [
+        say(SAYS[scenario]),
+        _table(scenario, measured, beyond.figures),
+        _ratio_table(scenario, measured),
+        *_pictures(scenario, [outcome.result for outcome in outcomes.values()], beyond.result),
+        *map(found, verdicts(scenario, measured)),
+    ]
+    published = published_run(scenario, "dynamic")
+    assert published is not None
+    blocks += [say(text) for text in CAUSES[scenario]]
+    blocks += [found(beyond_told(_with_status(beyond), published)), say(BEYOND)]
+    title = f"{DOCKING[scenario]}: `{scenario}`"
+    figures = [*measured.values(), _with_status(beyond)]
+    return Section(name=scenario.replace("_", "-"), title=title, blocks=blocks, figures=figures)
+
+
+def verdicts(scenario: str, measured: Mapping[str, Figures]) -> list[str]:
+    """One sentence a method beside the published figures, then one an outcome."""
+    known = {method: published_run(scenario, method) or {} for method in METHODS}
+    sentences = [time_told(measured["dynamic"], known["dynamic"])]
+    for method in METHODS[1:]:
+        sentences.append(
+            times_told(method, measured[method], measured["dynamic"], known[method], known["dynamic"])
+        )
+    return sentences + [came_out(claim.text, claim.holds(measured)) for claim in claims(scenario)]
+
+
+def claims(scenario: str) -> Sequence[Claim]:
+    """What is published about the methods that `dynamic` is compared with."""
+    least = SLOWER[scenario]
+    slower = Claim(
+        f"As published, `separated` takes at least {least:g} times as long as `dynamic`",
+        lambda runs: _at_least(_times(runs, "separated"), least),
+    )
+    if scenario == "docking_inside":
+        return (
+            slower,
+            Claim(
+                "As published, `switched` takes longer than `dynamic`",
+                lambda runs: _at_least(_times(runs, "switched"), 1.0),
+            ),
+            Claim(
+                "As published, `switched` changes direction once more than `dynamic`",
+                lambda runs: _turns(runs, "switched") == _turns(runs, "dynamic") + 1,
+            ),
+        )
+    return (
+        slower,
+        Claim("As published, `separated` changes direction", lambda runs: _turns(runs, "separated") > 0),
+        Claim(
+            "As published, `switched` leaves the corridor with its body or fails to dock",
+            lambda runs: not runs["switched"]["docked"] or (runs["switched"]["min_clearance_m"] or 0.0) < 0.0,
+        ),
+        Claim(
+            "As published, `switched` leaves the corridor",
+            lambda runs: (runs["switched"]["min_clearance_m"] or 0.0) < 0.0,
+        ),
+    )
+
+
+def _times(runs: Mapping[str, Figures], method: str) -> float | None:
+    return ratio(runs[method]["time_to_tolerance_s"], runs["dynamic"]["time_to_tolerance_s"])
+
+
+def _at_least(value: float | None, least: float) -> bool | None:
+    return None if value is None else value >= least
+
+
+def _turns(runs: Mapping[str, Figures], method: str) -> int:
+    return int(runs[method]["direction_changes"])
+
+
+def _with_status(outcome: Any) -> dict[str, Any]:
+    return {**outcome.figures, "last_status": outcome.result.cycles.status[-1].value}
+
+
+def _table(scenario: str, measured: Mapping[str, Figures], beyond: Figures) -> Table:
+    rows = []
+    for method, figures in measured.items():
+        published = published_run(scenario, method) or {}
+        paper = {"time_to_tolerance_s": published.get("time_in_paper_s")}
+        rows += [
+            [f"{method}: paper", *_cells(paper), "–"],
+            [f"{method}: published code", *_cells(published), "yes" if published else "–"],
+            [f"{method}: here, `paper`", *_cells(figures), "yes" if figures["docked"] else "no"],
+        ]
+    rows.append(["dynamic: here, `default`", *_cells(beyond), "yes" if beyond["docked"] else "no"])
+    return Table(
+        caption=f"{DOCKING[scenario]}. T: first time inside tolerance; rms up to T, of the whole run where T was "
+        "never reached. Of the paper only T is put here: its rms columns fit the fourth power of the rms.",
+        heads=["run", *(column.head for column in COLUMNS), "docked"],
+        rows=rows,
+    )
+
+
+def _cells(figures: Figures) -> list[str]:
+    return [number(_value(figures, column.path), column.digits) for column in COLUMNS]
+
+
+def _value(figures: Figures, path: Sequence[str]) -> float | None:
+    """None where the source does not have it."""
+    value: Any = figures
+    for name in path:
+        value = (value or {}).get(name)
+    return value if value is None else float(value)
+
+
+def _ratio_table(scenario: str, measured: Mapping[str, Figures]) -> Table:
+    first = published_run(scenario, "dynamic") or {}
+    rows = []
+    for method in METHODS[1:]:
+        known = published_run(scenario, method) or {}
+        rows.append(
+            [
+                method,
+                number(ratio(known.get("time_in_paper_s"), first.get("time_in_paper_s")), 2),
+                number(ratio(known.get("time_to_tolerance_s"), first.get("time_to_tolerance_s")), 2),
+                number(_times(measured, method), 2),
+            ]
+        )
+    return Table(
+        caption="Time to tolerance, times that of `dynamic`.",
+        heads=["method", "paper", "published code", "here, preset `paper`"],
+        rows=rows,
+    )
+
+
+def _pictures(scenario: str, results: Sequence[Any], beyond: Any) -> list[Picture]:
+    name = DOCKING[scenario]
+    return [
+        Picture(
+            name=f"{scenario}_plane",
+            png=looks.png(plane_figure(results)),
+            caption=f"{name}, preset `paper`: path of the rear axle and body each {BODY_EVERY:g} s and at the end. "
+            "Thin dashed: the published code by the same method, rear axle.",
+            told="Driven bodies in the corridor, a panel for each of three methods.",
+        ),
+        Picture(
+            name=f"{scenario}_time",
+            png=looks.png(time_figure(results, beyond)),
+            caption=f"{name}: speed, steering and acceleration over time, preset `paper`; beside `dynamic` also the "
+            f"preset `default`. Runs are shown up to {LONGEST:g} times the published one.",
+            told="Speed, steering and acceleration over time, a column for each of three methods.",
+        ),
+    ]
