@@ -1,4 +1,4 @@
-"""The experiments of the paper, driven again: figures, tables and a page that puts three sources side by side.
+"""The experiments of the paper, driven again: figures, tables, a page with three sources side by side.
 
 `runs` says what is driven, a module an experiment makes its section, `page` puts them into one HTML file.
 """

@@ -51,7 +51,7 @@ def _zoom(axes: Axes, pose: Pose2, near: float) -> None:
 def _mark(axes: Axes, pose: Pose2, name: str) -> None:
     """Where a part is shown larger."""
     axes.plot([pose.x], [pose.y], "x", color=style.BLACK, markersize=8.0, markeredgewidth=1.5)
-    axes.annotate(name, (pose.x, pose.y), xytext=(6.0, 6.0), textcoords="offset points")
+    axes.annotate(name, (pose.x, pose.y), xytext=(-8.0, -5.0), textcoords="offset points", ha="right")
 
 
 def beside(result: RunResult) -> Array:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,7 +22,7 @@ BODY_EVERY = 2.0
 """Time between two drawn bodies [s]."""
 LONGEST = 1.25
 """Of a run so many times as long as the published one is shown over time."""
-_WIDTH, _BESIDE, _BELOW = 3.6, 0.9, 1.6
+_WIDTH, _BESIDE, _BELOW = 3.6, 0.9, 1.3
 """Of the axes, and room for labels and legend [inch]."""
 
 
@@ -47,24 +48,29 @@ def _draw(axes: Axes, result: RunResult) -> None:
     truth, vehicle, line = result.truth, result.config.vehicle, looks.look(result.method)
     times = np.arange(truth.times[0], truth.times[-1], BODY_EVERY)
     rows = np.unique([*np.searchsorted(truth.times, times), len(truth.times) - 1])
-    shared = {"facecolors": "none"}
     for poses, color, width, dashes, label in (
         (truth.poses[rows], line["color"], 0.5, "solid", "_"),
         (truth.goals[-1:], style.BLACK, 1.4, "dotted", "goal"),
     ):
         bodies = list(body_polygons(poses, vehicle))
         axes.add_collection(
-            PolyCollection(bodies, edgecolors=color, linewidths=width, linestyles=dashes, label=label, **shared)
+            PolyCollection(
+                bodies, edgecolors=color, linewidths=width, linestyles=dashes, label=label, facecolors="none"
+            )
         )
     axes.plot(*truth.poses[:, :2].T, **line)
     track = published_track(result.scenario.name, result.method)
     if track is not None:
         axes.plot(*track.poses[:, :2].T, **_published())
-    axes.set_title(f"{result.method}: {truth.times[-1]:.1f} s", fontsize="medium")
+    axes.set_title(f"{result.method}: {_outcome(result)} after {truth.times[-1]:.1f} s", fontsize="medium")
     looks.plane(axes)
 
 
-def _published() -> dict[str, object]:
+def _outcome(result: RunResult) -> str:
+    return "docked" if result.ended == "docked" else f"not docked ({result.cycles.status[-1].value})"
+
+
+def _published() -> dict[str, Any]:
     return {**looks.look(looks.PUBLISHED), "label": "published code, same method"}
 
 
@@ -108,12 +114,12 @@ def _end(result: RunResult, track: Track) -> float:
     return max(float(result.truth.times[-1]), float(track.times[-1])) + 0.5
 
 
-def _draw_times(column: Sequence[Axes], result: RunResult, line: dict[str, object]) -> None:
+def _draw_times(column: Iterable[Axes], result: RunResult, line: dict[str, Any]) -> None:
     truth = result.truth
     for axes, values in zip(column, (truth.v, truth.delta, truth.acceleration), strict=True):
-        axes.plot(truth.times, values, **line)  # type: ignore[arg-type]
+        axes.plot(truth.times, values, **line)
 
 
-def _draw_track(column: Sequence[Axes], track: Track) -> None:
+def _draw_track(column: Iterable[Axes], track: Track) -> None:
     for axes, values in zip(column, (track.v, track.delta, track.acceleration), strict=True):
-        axes.plot(track.times, values, **_published())  # type: ignore[arg-type]
+        axes.plot(track.times, values, **_published())

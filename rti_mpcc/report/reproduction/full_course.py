@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import hypot
 from typing import Any, NamedTuple
 
@@ -28,17 +29,18 @@ EXACT = 0.05
 SMOOTH = 1.25
 """And as smooth if a root mean square is at most so many times the other's."""
 _SAYS = (
-    "The paper drives the full course, forward to a cusp and then in reverse to the end of the path, with constant "
-    "contouring weights and with the dynamic weight allocation of Eq. 7. A small constant weight cuts corners and "
-    "is beside the path at the cusp and at the end; a large one is exact there but takes up the path's jumps of "
-    "curvature; dynamic weights are to have both."
+    "The paper drives the full course, forward to a cusp and then in reverse to the end of the path, with "
+    "constant contouring weights and with the dynamic weight allocation of Eq. 7. A small constant weight "
+    "cuts corners and is beside the path at the cusp and at the end; a large one is exact there but takes "
+    "up the path's jumps of curvature; dynamic weights are to have both."
 )
 _CAUSE = (
-    "Why it differs from the published code: its run with q_c = 1 gets to the end as well, so it goes on from a "
-    "cusp that it is beside. Here a cusp is an arrival at rest at its pose, like a goal, and the next part begins "
-    "only from a standstill near enough to it (docs/method.md); a method that comes to rest farther beside it ends "
-    "there, STALLED, and has no error at the end of the course. Within β of a cusp `dynamic` has the large weight, so "
-    "it is no smoother there than a constant one. Preset `default` plans its arrivals at rest instead, and cruises slower."
+    "Why it differs from the published code: its run with q_c = 1 gets to the end as well, so it goes on "
+    "from a cusp that it is beside. Here a cusp is an arrival at rest at its pose, like a goal, and the "
+    "next part begins only from a standstill near enough to it (docs/method.md); a method that comes to "
+    "rest farther beside it ends there, STALLED, and has no error at the end of the course. Within β of a "
+    "cusp `dynamic` has the large weight, so it is no smoother there than a constant one. Preset `default` "
+    "plans its arrivals at rest instead, and cruises slower."
 )
 
 
@@ -97,9 +99,9 @@ def _pictures(outcomes: list[Outcome]) -> list[Picture]:
         Picture(
             name="full_course",
             png=looks.png(plane_figure(results, track)),
-            caption="Driven path of the rear axle on the full course, preset `paper`; the cusp and the end (crosses) "
-            "are shown larger, on scales of their own.",
-            told="Driven paths by four methods and by the published code, with the cusp and the end enlarged.",
+            caption="Driven path of the rear axle on the full course, preset `paper`; the cusp and the end "
+            "(crosses) are shown larger, on scales of their own.",
+            told="Driven paths by four methods and the published code, with cusp and end enlarged.",
         ),
         Picture(
             name="full_course_along",
@@ -174,8 +176,11 @@ def verdicts(rows: list[Measured]) -> list[str]:
         f"Distance to the cusp with q_c = 1, 50, 100: {_lengths(cusps)}; to the end: {_lengths(ends)} "
         f"({len(ends)} of {len(constant)} get there). "
         + came_out("Errors fall with q_c", _falls(cusps) and _falls(ends)),
-        f"`dynamic` is {distance(dynamic.cusp):.3f} m from the cusp, `constant_100` {distance(high.cusp):.3f} m. "
-        + came_out("As exact as q_c = 100 at the cusp", distance(dynamic.cusp) <= distance(high.cusp) + EXACT),
+        f"`dynamic` is {distance(dynamic.cusp):.3f} m from the cusp, "
+        f"`constant_100` {distance(high.cusp):.3f} m. "
+        + came_out(
+            "As exact as q_c = 100 at the cusp", distance(dynamic.cusp) <= distance(high.cusp) + EXACT
+        ),
     ]
     if dynamic.end is not None and high.end is not None:
         sentences.append(
@@ -187,9 +192,7 @@ def verdicts(rows: list[Measured]) -> list[str]:
     return sentences + _smooth_told(dynamic.smooth[0], low.smooth[0], high.smooth[0])
 
 
-def _smooth_told(
-    dynamic: Smoothness | None, low: Smoothness | None, high: Smoothness | None
-) -> list[str]:
+def _smooth_told(dynamic: Smoothness | None, low: Smoothness | None, high: Smoothness | None) -> list[str]:
     """On the forward part, which all methods drive."""
     if dynamic is None or low is None or high is None:
         return []
@@ -214,7 +217,7 @@ def distance(error: PoseError) -> float:
 
 
 def _falls(values: list[float]) -> bool:
-    return all(later <= earlier for earlier, later in zip(values, values[1:], strict=False))
+    return all(later <= earlier for earlier, later in pairwise(values))
 
 
 def _lengths(values: list[float]) -> str:

@@ -78,7 +78,8 @@ def _section(section: Section, place: int, numbers: dict[type, count[int]]) -> s
 
 def _block(block: Block, numbers: dict[type, count[int]]) -> str:
     if isinstance(block, Paragraph):
-        return f"<p{' class="verdict"' if block.verdict else ''}>{_text(block.text)}</p>"
+        kind = ' class="verdict"' if block.verdict else ""
+        return f"<p{kind}>{_text(block.text)}</p>"
     number = next(numbers[type(block)])
     return _table(block, number) if isinstance(block, Table) else _picture(block, number)
 

@@ -10,10 +10,11 @@ from rti_mpcc.report.published import published
 from rti_mpcc.report.reproduction.content import Section, Table, say
 
 _SAID = (
-    "The preset `paper` has the values of Table I and the terms that the published code adds to the printed "
-    "equations; `paper_printed` has the printed equations alone, with which neither scenario is docked "
-    "(docs/method.md). Values are read from the published code or the paper on the left, from "
-    "`ControllerConfig.paper()` on the right. γ is printed in the paper as a weight of −100 on the virtual speed."
+    "The preset `paper` has the values of Table I and the terms that the published code adds to the "
+    "printed equations; `paper_printed` has the printed equations alone, with which neither scenario is "
+    "docked (docs/method.md). Values are read from the published code or the paper on the left, from "
+    "`ControllerConfig.paper()` on the right. γ is printed in the paper as a weight of −100 on the virtual "
+    "speed."
 )
 
 

@@ -29,15 +29,16 @@ _ROWS = (
 )
 _SAID = (
     "The weights are drawn by calling the function that the controller calls in every cycle "
-    "(`contouring_weights`, with `ControllerConfig.paper()`), not by formulas written again. The three columns "
-    "are the three cases of the paper: a path end or a cusp that is the goal itself (Eq. 7), a goal pose beside "
-    "the path (Eq. 9, 10), a goal pose behind the path end (Eq. 11). Eq. 10 prints θ_e where its prose says θ_g; "
-    "the published code uses the smaller of the two, and so does this project, so that one formula serves the "
-    "last two cases. The weight of the goal pose follows the vehicle's own progress, all others that of the stage."
+    "(`contouring_weights`, with `ControllerConfig.paper()`), not by formulas written again. The three "
+    "columns are the three cases of the paper: a path end or a cusp that is the goal itself (Eq. 7), a "
+    "goal pose beside the path (Eq. 9, 10), a goal pose behind the path end (Eq. 11). Eq. 10 prints θ_e "
+    "where its prose says θ_g; the published code uses the smaller of the two, and so does this project, "
+    "so that one formula serves the last two cases. The weight of the goal pose follows the vehicle's own "
+    "progress, all others that of the stage."
 )
 _CAPTION = (
-    "Effective weights over the progress θ with the path ending at θ_e = {end:g} m. Dashed line: where the path "
-    "stops to count, min(θ_e, θ_g). Dotted line: β before it, where half of the transition is done."
+    "Effective weights over the progress θ with the path ending at θ_e = {end:g} m. Dashed line: where the "
+    "path stops to count, min(θ_e, θ_g). Dotted line: β before it, where half of the transition is done."
 )
 
 
@@ -102,7 +103,7 @@ def schedules_figure() -> Figure:
             reach = target.stop - weights.transition_reach
             one.axvline(reach, color=style.GREY, linestyle="dotted", linewidth=0.9)
             looks.grid(one)
-            # Each from 0 to what it reaches: contouring ends at 100 in the first case, begins at 1 in the others.
+            # Each by itself: contouring ends at 100 in the first case, begins at 1 in the others.
             top = max(float(getattr(values, field).max()), 1e-3 if field != "goal" else 1.0)
             one.set_ylim(-0.05 * top, 1.15 * top)
             if column == 0:

@@ -10,6 +10,7 @@ from rti_mpcc.report.numbers import number
 from rti_mpcc.report.reproduction.exactness import PoseError
 
 Figures = Mapping[str, Any]
+MISSED = "does not come out so"
 ENERGIES = {
     "acceleration": "acceleration",
     "steering_rate": "steering rate",
@@ -20,7 +21,7 @@ ENERGIES = {
 
 def came_out(claim: str, holds: bool | None) -> str:
     """A claim, and whether it holds; None: it cannot be said."""
-    word = "not to be said" if holds is None else "comes out so" if holds else "does not come out so"
+    word = "not to be said" if holds is None else "comes out so" if holds else MISSED
     return f"{claim}: {word}."
 
 
