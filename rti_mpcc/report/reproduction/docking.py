@@ -26,6 +26,13 @@ SLOWER = {"docking_inside": 1.4, "docking_behind": 1.8}
 COLUMNS = (*PAPER_COLUMNS, Column("clearance [m]", ("min_clearance_m",), 2))
 
 
+_TABLE_SAID = (
+    "T: first time inside tolerance; rms up to T, of the whole run where T was never reached; the "
+    "published code is not asked for a standstill. Of the paper only T is put here: its rms columns fit "
+    "the fourth power of the rms."
+)
+
+
 class Claim(NamedTuple):
     """An outcome as published: what `holds` of the figures by method, None where it cannot be said."""
 
@@ -135,9 +142,7 @@ def _table(scenario: str, measured: Mapping[str, Figures], beyond: Figures) -> T
         ]
     rows.append(["dynamic: here, `default`", *_cells(beyond), "yes" if beyond["docked"] else "no"])
     return Table(
-        caption=f"{DOCKING[scenario]}. T: first time inside tolerance; rms up to T, of the whole run "
-        "where T was never reached; the published code is not asked for a standstill. Of the paper only T is put here: "
-        "its rms columns fit the fourth power of the rms.",
+        caption=f"{DOCKING[scenario]}. {_TABLE_SAID}",
         heads=["run", *(column.head for column in COLUMNS), "docked"],
         rows=rows,
         worded=[len(COLUMNS) + 1],
@@ -182,15 +187,15 @@ def _pictures(scenario: str, results: Sequence[RunResult], beyond: RunResult) ->
         Picture(
             name=f"{scenario}_plane",
             png=looks.png(plane_figure(results)),
-            caption=f"{name}, preset `paper`: path of the rear axle, body each {BODY_EVERY:g} s and at the end. "
-            "Thin dashed: the published code by the same method, rear axle.",
+            caption=f"{name}, preset `paper`: path of the rear axle, body each {BODY_EVERY:g} s and "
+            "at the end. Thin dashed: the published code by the same method, rear axle.",
             told="Driven bodies in the corridor, a panel for each of three methods.",
         ),
         Picture(
             name=f"{scenario}_time",
             png=looks.png(time_figure(results, beyond)),
-            caption=f"{name}: speed, steering and acceleration over time, preset `paper`; beside `dynamic` "
-            f"also the preset `default`. Runs are shown up to {LONGEST:g} times the published one.",
+            caption=f"{name}: speed, steering and acceleration over time, preset `paper`, beside `dynamic` "
+            f"also `default`. Runs are shown up to {LONGEST:g} times the published one.",
             told="Speed, steering and acceleration over time, a column for each of three methods.",
         ),
     ]

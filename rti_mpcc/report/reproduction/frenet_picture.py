@@ -28,7 +28,7 @@ _SAID = (
     "Eq. 4 takes the errors of each stage at the stage's own progress θ_k: e_l along the path, e_c across "
     "it. They are Frenet coordinates only while the lag weight q_l is much larger than the contouring "
     "weight q_c, so that e_l stays near 0 and θ_k near the projection. Both plans begin in the same state "
-    "beside the path of Scenario 1 in reverse; the only difference is q_l."
+    "beside the path of Scenario 1 in reverse; the only difference is q_l, of all stages and of the last one."
 )
 
 
@@ -147,7 +147,7 @@ def frenet_section() -> Section:
     )
     first, second = (float(np.abs(plan.lag).max()) for plan in plans)
     verdict = (
-        f"With q_l = {LAGS[0]:g} the lag errors stay below {first:.3f} m; with q_l = {LAGS[1]:g} they come "
+        f"With q_l = {LAGS[0]:g} the lag errors are at most {first:.3f} m; with q_l = {LAGS[1]:g} they come "
         f"to {second:.2f} m: progress is rewarded, and little ties it to the vehicle."
     )
     picture = Picture(

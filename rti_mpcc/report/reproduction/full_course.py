@@ -21,7 +21,7 @@ from rti_mpcc.report.reproduction.exactness import (
     split_errors,
 )
 from rti_mpcc.report.reproduction.runs import CONTOURING, DEFAULT, FULL_COURSE, Runs
-from rti_mpcc.report.reproduction.verdicts import came_out, error_told
+from rti_mpcc.report.reproduction.verdicts import came_out, error_told, ratio
 from rti_mpcc.simulation.batch import Outcome
 
 EXACT = 0.05
@@ -201,7 +201,8 @@ def _smooth_told(dynamic: Smoothness | None, low: Smoothness | None, high: Smoot
         one, least, most = dynamic[place], low[place], high[place]
         told = (
             f"On the forward part, farther than β from the cusp, the {name} of `dynamic` is "
-            f"{one / least:.2f} times that of `constant_1`, that of `constant_100` {most / least:.2f} times."
+            f"{number(ratio(one, least), 2)} times that of `constant_1`, that of `constant_100` "
+            f"{number(ratio(most, least), 2)} times."
         )
         claims = (
             came_out("Less smooth with a large q_c", most > least),

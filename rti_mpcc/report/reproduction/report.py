@@ -30,7 +30,7 @@ _PAPER = (
 )
 _READING = (
     "Every number that is said to be measured here comes from the runs of this report, and the sentences "
-    "with a bar beside them are computed from these numbers. Times depend on no clock: the runs are "
+    "with a bar beside them are computed from these numbers. The runs are "
     "deterministic but for their computing times. All runs: dead time 0.18 s, cycle 50 ms. SI units. What "
     "differs by design is in docs/method.md."
 )
