@@ -88,7 +88,12 @@ def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     written: list[Runs] = []
     monkeypatch.setattr(reproduce, "experiment_cases", lambda: [short(experiment_cases()[0], 0.1)])
     monkeypatch.setattr(reproduce, "course_cases", lambda count: [short(experiment_cases()[3], 0.1)] * count)
-    monkeypatch.setattr(report, "write_report", lambda runs, folder: written.append(runs) or (folder,))
+
+    def write_report(runs: Runs, folder: Path) -> tuple[Path, ...]:
+        written.append(runs)
+        return (folder,)
+
+    monkeypatch.setattr(report, "write_report", write_report)
     for count in (0, 2):
         assert main(["reproduce", "--jobs", "1", "--courses", str(count)]) == 0
         assert len(written[-1].courses) == count
