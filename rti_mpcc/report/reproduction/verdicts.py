@@ -40,9 +40,14 @@ def time_told(figures: Figures, published: Figures) -> str:
     return (
         f"`dynamic` is inside tolerance after {time:.2f} s: {abs(away):.1f} % "
         f"{'later' if away > 0.0 else 'sooner'} than in the paper ({paper:.2f} s), "
-        f"{number(ratio(time, code), 2)} times the published code's {code:.2f} s. "
-        f"{came_out('Within 10 % of the paper', abs(away) <= 10.0)}"
+        f"{number(ratio(time, code), 2)} times the published code's {code:.2f} s."
     )
+
+
+def near_paper(figures: Figures, published: Figures) -> bool | None:
+    """Whether the time to tolerance is that of the paper within 10 %; None if it was never reached."""
+    times = ratio(figures["time_to_tolerance_s"], published["time_in_paper_s"])
+    return None if times is None else abs(times - 1.0) <= 0.1
 
 
 def times_told(method: str, figures: Figures, base: Figures, published: Figures, first: Figures) -> str:
