@@ -39,7 +39,8 @@ _CAUSE = (
     "from a cusp that it is beside. Here a cusp is an arrival at rest at its pose, like a goal, and the "
     "next part begins only from a standstill near enough to it (docs/method.md); a method that comes to "
     "rest farther beside it ends there, STALLED, and has no error at the end of the course. Within β of a "
-    "cusp `dynamic` has the large weight, so it is no smoother there than a constant one. Preset `default` "
+    "cusp `dynamic` has the large weight, so it is no smoother there than a constant one, and as a plan "
+    "sees its whole horizon, the large weight acts on the way to the transition, too. Preset `default` "
     "plans its arrivals at rest instead, and cruises slower."
 )
 

@@ -12,8 +12,9 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
+from rti_mpcc.report.reproduction import causes
 from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
-from rti_mpcc.report.reproduction.docking import claims, verdicts
+from rti_mpcc.report.reproduction.docking import claims, missed_causes, verdicts
 from rti_mpcc.report.reproduction.exactness import error_at, nearest_error
 from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_stage, paired
 from rti_mpcc.report.reproduction.page import html_page
@@ -87,11 +88,11 @@ def test_verdicts_are_computed() -> None:
     }
     told = verdicts("docking_inside", inside)
     assert told[0].startswith("`dynamic` is inside tolerance after 30.00 s: 9.5 % later than in the paper")
-    assert told[0].endswith("Within 10 % of the paper: comes out so.")
     assert told[1].startswith("`separated` takes 1.53 times `dynamic` (paper 1.52, published code 1.54)")
     assert "with 1 change of direction; the body's clearance is 0.30 m" in told[2]
     outcomes = [line.rpartition(": ")[2] for line in told[3:]]
-    assert outcomes == ["comes out so.", "does not come out so.", "comes out so."]
+    assert outcomes == ["comes out so.", "comes out so.", "does not come out so.", "comes out so."]
+    assert missed_causes("docking_inside", inside) == [causes.SWITCHED_INSIDE]
 
 
 def test_what_never_came_is_not_compared() -> None:
@@ -102,7 +103,8 @@ def test_what_never_came_is_not_compared() -> None:
     }
     told = verdicts("docking_behind", behind)
     assert "it does not dock (status blocked at the end, 0.50 m, −0.20 m and 5.7° off)" in told[2]
-    assert [claim.holds(behind) for claim in claims("docking_behind")] == [None, True, True, False]
+    assert [claim.holds(behind) for claim in claims("docking_behind")] == [True, None, True, True, False]
+    assert missed_causes("docking_behind", behind) == [causes.SWITCHED_BEHIND]
     assert any(line.endswith("not to be said.") for line in told)
     assert verdicts("docking_behind", {**behind, "dynamic": figures(None)})[0] == (
         "`dynamic` never gets inside tolerance."
