@@ -44,8 +44,9 @@ def add_to(commands: Commands) -> None:
 
 def _reproduce(arguments: argparse.Namespace) -> int:
     make_writable(arguments.out)
-    experiments, courses = experiment_cases(), course_cases(arguments.courses)
+    experiments = experiment_cases()
     with progress_bar("reproduce", "{task.completed:.0f} runs") as progress:
+        courses = course_cases(arguments.courses)
         outcomes = drive_all([*experiments, *courses], jobs=arguments.jobs, progress=progress)
     # Not at the top: matplotlib takes longer to load than a refusal needs.
     from rti_mpcc.report.reproduction.report import write_report

@@ -132,23 +132,18 @@ def _mark_errors(axes: Axes, plan: Paired, stage: int) -> None:
 def frenet_section() -> Section:
     """The picture, and the largest errors of both plans."""
     plans = [paired(lag) for lag in LAGS]
-    rows = [
-        [
-            f"q_l = {plan.lag_weight:g}",
-            f"{np.abs(plan.lag).max():.3f}",
-            f"{np.abs(plan.contouring).max():.3f}",
-        ]
-        for plan in plans
-    ]
+    largest = [(float(np.abs(plan.lag).max()), float(np.abs(plan.contouring).max())) for plan in plans]
     table = Table(
         caption="Largest errors of the two plans.",
         heads=["plan", "largest |e_l| [m]", "largest |e_c| [m]"],
-        rows=rows,
+        rows=[
+            [f"q_l = {weight:g}", f"{lag:.3f}", f"{contouring:.3f}"]
+            for weight, (lag, contouring) in zip(LAGS, largest, strict=True)
+        ],
     )
-    first, second = (float(np.abs(plan.lag).max()) for plan in plans)
     verdict = (
-        f"With q_l = {LAGS[0]:g} the lag errors are at most {first:.3f} m; with q_l = {LAGS[1]:g} they come "
-        f"to {second:.2f} m: progress is rewarded, and little ties it to the vehicle."
+        f"With q_l = {LAGS[0]:g} the lag errors are at most {largest[0][0]:.3f} m; with q_l = {LAGS[1]:g} they "
+        f"come to {largest[1][0]:.2f} m: progress is rewarded, and little ties it to the vehicle."
     )
     picture = Picture(
         name="frenet",
@@ -157,15 +152,8 @@ def frenet_section() -> Section:
         told="Stages of two plans beside a curved path, each with a line to its reference point.",
     )
     figures = {
-        f"lag_weight_{plan.lag_weight:g}": {
-            "largest_lag_m": float(np.abs(plan.lag).max()),
-            "largest_contouring_m": float(np.abs(plan.contouring).max()),
-        }
-        for plan in plans
+        f"lag_weight_{weight:g}": {"largest_lag_m": lag, "largest_contouring_m": contouring}
+        for weight, (lag, contouring) in zip(LAGS, largest, strict=True)
     }
-    return Section(
-        name="frenet",
-        title="Frenet errors",
-        blocks=[say(_SAID), picture, table, found(verdict)],
-        figures=figures,
-    )
+    blocks = [say(_SAID), picture, table, found(verdict)]
+    return Section(name="frenet", title="Frenet errors", blocks=blocks, figures=figures)
