@@ -14,7 +14,7 @@ from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.report import style
 from rti_mpcc.report.reproduction import looks
-from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
+from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.types import Array, VehicleState
 
@@ -142,8 +142,8 @@ def frenet_section() -> Section:
         ],
     )
     verdict = (
-        f"With q_l = {LAGS[0]:g} the lag errors are at most {largest[0][0]:.3f} m; with q_l = {LAGS[1]:g} they "
-        f"come to {largest[1][0]:.2f} m: progress is rewarded, and little ties it to the vehicle."
+        f"With q_l = {LAGS[0]:g} the lag errors are at most {largest[0][0]:.3f} m; with q_l = {LAGS[1]:g} "
+        f"they come to {largest[1][0]:.2f} m: progress is rewarded, and little ties it to the vehicle."
     )
     picture = Picture(
         name="frenet",
@@ -155,5 +155,5 @@ def frenet_section() -> Section:
         f"lag_weight_{weight:g}": {"largest_lag_m": lag, "largest_contouring_m": contouring}
         for weight, (lag, contouring) in zip(LAGS, largest, strict=True)
     }
-    blocks = [say(_SAID), picture, table, found(verdict)]
+    blocks: list[Block] = [say(_SAID), picture, table, found(verdict)]
     return Section(name="frenet", title="Frenet errors", blocks=blocks, figures=figures)
