@@ -31,7 +31,9 @@ DYNAMIC = (
     "Why: before the narrowings the two drive differently. The soft cost of the published code begins to "
     "act 2 m from a bound and slows the vehicle where it is near one; the half-planes here act on the body "
     "as soon as the narrowings come within the horizon, and shape the plan from there on (deviation (n)). "
-    "How much each of these terms makes was not traced."
+    "Both hurry when the weight of the goal grows, because a goal cost at the end of a horizon asks to be "
+    "there by its end; here the vehicle is slower until then and hurries more. How much each of these "
+    "terms makes was not traced."
 )
 SWITCHED_INSIDE = (
     "Why: the published run steers to its limit at the switch, passes the goal with its heading off, and "
