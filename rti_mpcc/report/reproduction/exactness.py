@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry import Pose2, ReferencePath, wrap
+from rti_mpcc.report.published import Track
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.types import Array
 
@@ -60,7 +61,32 @@ def smoothness(result: RunResult, part: int, apart: float) -> Smoothness | None:
     """On a part, up to `apart` [m] before its end along the route; None if the run did not drive it."""
     truth = result.truth
     rows: NDArray[np.bool_] = (truth.part == part) & (truth.theta < result.path.parts[part].end - apart)
-    if not rows.any():
+    return _smoothness(truth.steering_rate[rows], truth.lateral_acceleration[rows])
+
+
+def track_smoothness(
+    track: Track, path: ReferencePath, part: int, apart: float, wheelbase: float
+) -> Smoothness | None:
+    """The same of a published trajectory; it comes to its next part where it is nearest to the cusp.
+
+    Args:
+        apart: left out before the end of the part [m]; wheelbase: [m].
+    """
+    nearest = [
+        int(np.argmin(np.hypot(track.poses[:, 0] - one.last.x, track.poses[:, 1] - one.last.y)))
+        for one in path.parts[:-1]
+    ]
+    bounds = [0, *nearest, len(track.times)]
+    rows, theta = [], path.parts[part].start
+    for row in range(bounds[part], bounds[part + 1]):
+        theta = path.parts[part].project(*track.poses[row, :2].tolist(), near=theta)
+        if theta < path.parts[part].end - apart:
+            rows.append(row)
+    lateral = track.v[rows] ** 2 * np.tan(track.delta[rows]) / wheelbase
+    return _smoothness(track.steering_rate[rows], lateral)
+
+
+def _smoothness(rates: Array, lateral: Array) -> Smoothness | None:
+    if not len(rates):
         return None
-    rates, lateral = truth.steering_rate[rows], truth.lateral_acceleration[rows]
     return Smoothness(float(np.sqrt(np.mean(rates**2))), float(np.sqrt(np.mean(lateral**2))))

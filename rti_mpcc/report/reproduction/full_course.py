@@ -6,7 +6,6 @@ from itertools import pairwise
 from math import hypot
 from typing import Any, NamedTuple
 
-from geometry import ReferencePath
 from rti_mpcc.report.numbers import number
 from rti_mpcc.report.published import published, published_run, published_track
 from rti_mpcc.report.reproduction import looks
@@ -19,9 +18,11 @@ from rti_mpcc.report.reproduction.exactness import (
     end_error,
     smoothness,
     split_errors,
+    track_smoothness,
 )
 from rti_mpcc.report.reproduction.runs import CONTOURING, DEFAULT, FULL_COURSE, Runs
 from rti_mpcc.report.reproduction.verdicts import came_out, error_told, ratio
+from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome
 
 EXACT = 0.05
@@ -60,7 +61,7 @@ def course_section(runs: Runs) -> Section:
     outcomes = [runs.of(FULL_COURSE, method) for method in CONTOURING]
     beyond = runs.of(FULL_COURSE, preset=DEFAULT)
     rows = [measured(outcome, outcome.case.method) for outcome in outcomes]
-    shown = [*rows, measured(beyond, looks.BEYOND), _published_row(beyond.result.path)]
+    shown = [*rows, measured(beyond, looks.BEYOND), _published_row(beyond.result)]
     blocks: list[Block] = [say(_SAYS), *_pictures(outcomes), *_errors(shown), _constant_table(rows)]
     blocks += [found(sentence) for sentence in verdicts(rows)]
     return Section(
@@ -84,12 +85,16 @@ def measured(outcome: Outcome, name: str) -> Measured:
     )
 
 
-def _published_row(path: ReferencePath) -> Measured:
+def _published_row(like: RunResult) -> Measured:
+    """The published code's run on the course of a run of this project."""
     track, run = published_track(FULL_COURSE, "dynamic"), published_run(FULL_COURSE, "dynamic")
     assert track is not None
     assert run is not None
-    cusp, end = split_errors(track.poses, path)
-    return Measured(looks.PUBLISHED, run["time_to_tolerance_s"], cusp, end, ())
+    cusp, end = split_errors(track.poses, like.path)
+    apart, wheelbase = like.config.weights.transition_reach, like.config.vehicle.wheelbase
+    parts = range(len(like.path.parts))
+    smooth = tuple(track_smoothness(track, like.path, part, apart, wheelbase) for part in parts)
+    return Measured(looks.PUBLISHED, run["time_to_tolerance_s"], cusp, end, smooth)
 
 
 def _pictures(outcomes: list[Outcome]) -> list[Picture]:
@@ -122,7 +127,6 @@ def _errors(rows: list[Measured]) -> list[Table]:
             *(number(part and part.lateral_acceleration, 3) for part in row.smooth),
         ]
         for row in rows
-        if row.smooth
     ]
     return [
         Table(

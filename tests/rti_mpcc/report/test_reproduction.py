@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Pose2
+from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
+from rti_mpcc.report.published import Track
 from rti_mpcc.report.reproduction import causes
 from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
 from rti_mpcc.report.reproduction.docking import claims, missed_causes, verdicts
-from rti_mpcc.report.reproduction.exactness import error_at, nearest_error
+from rti_mpcc.report.reproduction.exactness import error_at, nearest_error, track_smoothness
 from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_stage, paired
 from rti_mpcc.report.reproduction.page import html_page
 from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
@@ -158,6 +159,25 @@ def test_errors_are_in_the_frame_of_the_wanted_pose() -> None:
     assert error == pytest.approx((0.2, 0.1, 0.1))
     poses = np.array([[0.0, 0.0, 0.0], [1.0, 1.9, 1.5], [3.0, 3.0, 0.0]])
     assert nearest_error(poses, wanted) == pytest.approx(error_at(poses[1], wanted))
+
+
+def test_smoothness_is_taken_part_by_part() -> None:
+    # 10 m forward at 1 m/s, 10 m back at 2 m/s; the last 4 m of each part are left out.
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0), (-1, 0.0, 10.0)])
+    x = np.concatenate([np.linspace(0.0, 9.9, 100), np.linspace(10.0, 0.2, 50)])
+    forward = np.arange(150) < 100
+    track = Track(
+        times=0.1 * np.arange(150),
+        poses=np.stack([x, np.zeros(150), np.zeros(150)], axis=-1),
+        v=np.where(forward, 1.0, -2.0),
+        delta=np.where(forward, 0.1, -0.2),
+        acceleration=np.zeros(150),
+        steering_rate=np.where(forward, np.where(x < 5.95, 0.3, 9.0), np.where(x > 4.05, -0.5, 9.0)),
+    )
+    found = [track_smoothness(track, path, part, 4.0, 2.0) for part in range(2)]
+    assert found[0] == pytest.approx((0.3, 0.5 * np.tan(0.1)))
+    assert found[1] == pytest.approx((0.5, 2.0 * np.tan(0.2)))
+    assert track_smoothness(track, path, 0, 20.0, 2.0) is None
 
 
 def test_all_experiments_are_driven_once() -> None:
