@@ -167,7 +167,7 @@ def test_smoothness_is_taken_part_by_part() -> None:
     x = np.concatenate([np.linspace(0.0, 9.9, 100), np.linspace(10.0, 0.2, 50)])
     forward = np.arange(150) < 100
     track = Track(
-        times=0.1 * np.arange(150),
+        times=np.linspace(0.0, 14.9, 150),
         poses=np.stack([x, np.zeros(150), np.zeros(150)], axis=-1),
         v=np.where(forward, 1.0, -2.0),
         delta=np.where(forward, 0.1, -0.2),
