@@ -10,15 +10,11 @@ with `--only 3 7` it runs these and writes nothing. The runs are deterministic b
 from __future__ import annotations
 
 import argparse
-from collections import Counter
-from functools import reduce
-from math import degrees
-from operator import getitem
 from pathlib import Path
-from statistics import median
 from typing import Any
 
-from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
+from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
+from rti_mpcc.report.course_rows import HEADER, course_figures, course_row, courses_told
 from rti_mpcc.simulation import (
     CAMPAIGN,
     CourseRange,
@@ -30,93 +26,12 @@ from rti_mpcc.simulation import (
 )
 
 RANGES = {within.prefix: within for within in (CourseRange(), CAMPAIGN)}
-HEADER = ["course", "preset", "last part", "goal", "beside [m]", "turned [rad]", "docked", "to tolerance [s]"]
-HEADER += ["to dock [s]", "clearance [m]", "∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "how it ended"]
 
 
 def measure(course: Scenario, preset: str) -> dict[str, Any]:
-    """The summary of a run, and how many cycles had which status, the last one, and its last reason."""
+    """See `course_figures`."""
     result = simulate(course, preset=preset)
-    cycles = result.cycles
-    reasons = [reason for reason in cycles.reason if reason]
-    return {
-        **summary(result),
-        "description": course.description,
-        "offset": list(course.goal.offset or ()),
-        "direction": result.path.parts[-1].direction,
-        "cycles_by_status": dict(Counter(status.value for status in cycles.status)),
-        "last_status": cycles.status[-1].value,
-        "last_reason": reasons[-1] if reasons else "",
-    }
-
-
-def row(run: dict[str, Any]) -> list[str]:
-    along, beside, turned = run["offset"]
-    behind = run["direction"] * along
-    energy = run["energy"]
-    return [
-        run["scenario"],
-        run["preset"],
-        "forward" if run["direction"] > 0 else "reverse",
-        f"{abs(behind):.1f} m {'behind' if behind > 0 else 'inside'}",
-        number(beside, 1),
-        number(turned, 2),
-        "yes" if run["docked"] else "no",
-        number(run["time_to_tolerance_s"], 2),
-        number(run["time_to_dock_s"], 2),
-        number(run["min_clearance_m"], 2),
-        *(number(energy[name], 2) for name in ("acceleration", "steering_rate", "lateral_acceleration")),
-        _ending(run),
-    ]
-
-
-def _ending(run: dict[str, Any]) -> str:
-    """How a run that did not dock ended: where it stood and what the controller said last."""
-    if run["docked"]:
-        return "docked"
-    error = run["final_error"]
-    return (
-        f"{run['last_status']} after {run['duration_s']:.0f} s, "
-        f"{number(100.0 * error['longitudinal_m'], 1)} cm, {number(100.0 * error['lateral_m'], 1)} cm, "
-        f"{number(degrees(error['heading_rad']), 1)}° off"
-    )
-
-
-def compared(runs: list[dict[str, Any]], presets: list[str]) -> str:
-    """A sentence a preset, and the ratios on the courses where the first and another one dock."""
-    lines = []
-    for preset in presets:
-        mine = [run for run in runs if run["preset"] == preset]
-        docked = sum(run["docked"] for run in mine)
-        clearance = min(run["min_clearance_m"] for run in mine)
-        lines.append(f"`{preset}` docks {docked} of {len(mine)}, least clearance {number(clearance, 2)} m.")
-    first = {run["scenario"]: run for run in runs if run["preset"] == presets[0] and run["docked"]}
-    for preset in presets[1:]:
-        pairs = [
-            (first[run["scenario"]], run)
-            for run in runs
-            if run["preset"] == preset and run["docked"] and run["scenario"] in first
-        ]
-        if pairs:
-            lines.append(_ratios(pairs, presets[0], preset))
-    return " ".join(lines)
-
-
-def _ratios(pairs: list[tuple[dict[str, Any], dict[str, Any]]], name: str, other: str) -> str:
-    def ratio(*keys: str) -> str:
-        return number(median(_value(a, keys) / _value(b, keys) for a, b in pairs), 2)
-
-    return (
-        f"On the {len(pairs)} that both dock, `{name}` takes (median of the ratios to `{other}`) "
-        f"{ratio('time_to_tolerance_s')} times the time to tolerance, "
-        f"{ratio('energy', 'acceleration')}, {ratio('energy', 'steering_rate')} and "
-        f"{ratio('energy', 'lateral_acceleration')} times the energy of acceleration, steering rate and "
-        "lateral acceleration."
-    )
-
-
-def _value(run: dict[str, Any], keys: tuple[str, ...]) -> float:
-    return float(reduce(getitem, keys, run))  # type: ignore[arg-type]
+    return course_figures(result, summary(result))
 
 
 def parsed() -> argparse.Namespace:
@@ -145,13 +60,14 @@ def main() -> None:
     for course in drawn:
         for preset in asked.presets:
             runs.append(measure(course, preset))
-            print(*row(runs[-1]), sep=" | ", flush=True)
-    print(compared(runs, asked.presets))
+            print(*course_row(runs[-1]), sep=" | ", flush=True)
+    print(courses_told(runs, asked.presets))
     if asked.only is not None:
         return
     name = f"{asked.within}_{asked.seed}"
     write_json(ROOT / "docs" / "courses" / f"{name}.json", {"origin": source, "runs": runs})
-    text = f"{compared(runs, asked.presets)}\n\n{table(HEADER, [row(run) for run in runs])}\n\n{told(source)}"
+    rows = table(HEADER, [course_row(run) for run in runs])
+    text = f"{courses_told(runs, asked.presets)}\n\n{rows}\n\n{told(source)}"
     replace_block(ROOT / "docs" / "courses.md", name, text)
 
 

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rti_mpcc.report.numbers import number as number
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -18,11 +20,6 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table; the first column is left-aligned, the others are right-aligned."""
     rule = ["---", *["---:"] * (len(header) - 1)]
     return "\n".join("| " + " | ".join(row) + " |" for row in [header, rule, *rows])
-
-
-def number(value: float | None, digits: int) -> str:
-    """A number for a table; what was never reached is a dash."""
-    return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")
 
 
 def replace_block(file: Path, name: str, text: str) -> None:

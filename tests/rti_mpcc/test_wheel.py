@@ -86,7 +86,7 @@ def test_wheel_holds_the_packages_their_data_and_nothing_else(wheel: Path) -> No
         expected = {
             file.relative_to(ROOT).as_posix()
             for file in (ROOT / package).rglob("*")
-            if file.suffix in (".py", ".toml") or file.name == "py.typed"
+            if file.suffix in (".py", ".toml", ".csv") or file.name == "py.typed"
         }
         assert f"{package}/py.typed" in expected
         assert expected <= names

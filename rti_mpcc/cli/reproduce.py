@@ -1,0 +1,58 @@
+"""`rti-mpcc reproduce`: the experiments of the paper, driven again, as a page with figures and tables."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from rti_mpcc.cli.arguments import Commands, at_least_one, seed
+from rti_mpcc.report.console import progress_bar
+from rti_mpcc.report.files import make_writable
+from rti_mpcc.report.reproduction.runs import COURSE_SEED, Runs, course_cases, experiment_cases
+from rti_mpcc.simulation.batch import drive_all
+
+REPRODUCED = 0
+"""Exit status."""
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "reproduce",
+        help="drive the paper's experiments again, write a report beside the published figures",
+        epilog="The CARLA docking mission is not in it. Exit status: 0 all ran, 2 bad input.",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("runs/reproduce"),
+        metavar="DIR",
+        help="where reproduce.html, reproduce.json and the pictures go; default: %(default)s",
+    )
+    parser.add_argument(
+        "--courses",
+        type=seed,
+        default=24,
+        metavar="N",
+        help=f"so many courses drawn from seed {COURSE_SEED} besides, 0 for none; default: %(default)s",
+    )
+    parser.add_argument("--jobs", type=at_least_one, metavar="K", help="runs at a time; default: one a core")
+    parser.set_defaults(command=_reproduce)
+
+
+def _reproduce(arguments: argparse.Namespace) -> int:
+    make_writable(arguments.out)
+    experiments = experiment_cases()
+    with progress_bar("reproduce", "{task.completed:.0f} runs") as progress:
+        courses = course_cases(arguments.courses)
+        outcomes = drive_all([*experiments, *courses], jobs=arguments.jobs, progress=progress)
+    # Not at the top: matplotlib takes longer to load than a refusal needs.
+    from rti_mpcc.report.reproduction.report import write_report
+
+    count = len(experiments)
+    written = write_report(Runs(experiments=outcomes[:count], courses=outcomes[count:]), arguments.out)
+    console = Console(highlight=False)
+    console.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
+    return REPRODUCED

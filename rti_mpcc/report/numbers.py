@@ -1,0 +1,8 @@
+"""Numbers for tables that people read."""
+
+from __future__ import annotations
+
+
+def number(value: float | None, digits: int) -> str:
+    """A number for a table; what was never reached is a dash."""
+    return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")

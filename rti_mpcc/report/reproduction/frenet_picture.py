@@ -1,0 +1,159 @@
+"""The Frenet picture: stages of a plan paired to their references, for a large and a small lag weight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from geometry import PathPart
+from rti_mpcc.docking import DockingController
+from rti_mpcc.model.layout import PHI, THETA, X, Y
+from rti_mpcc.ocp.frenet import frenet_errors
+from rti_mpcc.report import style
+from rti_mpcc.report.reproduction import looks
+from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
+from rti_mpcc.simulation import load_scenario
+from rti_mpcc.types import Array, VehicleState
+
+SCENARIO = "docking_inside"
+LAGS = (1e3, 10.0)
+"""Lag weights q_l of the two plans: Table I's, and one that is too small."""
+_BESIDE, _TURNED, _SPEED = 1.5, 0.25, -1.0
+"""Where the vehicle starts: beside the path [m], turned [rad], and how fast [m/s]."""
+_EVERY = 5
+_SAID = (
+    "Eq. 4 takes the errors of each stage at the stage's own progress θ_k: e_l along the path, e_c across "
+    "it. They are Frenet coordinates only while the lag weight q_l is much larger than the contouring "
+    "weight q_c, so that e_l stays near 0 and θ_k near the projection. Both plans begin in the same state "
+    "beside the path of Scenario 1 in reverse; the only difference is q_l, of all stages and of the last one."
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Paired:
+    """A plan and its references.
+
+    Attributes:
+        lag_weight: q_l.
+        states: (N+1, 6) of the plan.
+        feet: (N+1, 3) x [m], y [m], phi [rad] of the path at each stage's progress.
+        lag, contouring: (N+1,) errors [m].
+        part: of the path.
+    """
+
+    lag_weight: float
+    states: Array
+    feet: Array
+    lag: Array
+    contouring: Array
+    part: PathPart
+
+
+def paired(lag_weight: float) -> Paired:
+    """The plan of the first cycle of a vehicle beside the path, with this lag weight."""
+    scenario = load_scenario(SCENARIO)
+    config = scenario.controller_config("paper")
+    weights = config.weights.model_copy(update={"lag": lag_weight, "terminal_lag": lag_weight})
+    path = scenario.build_path()
+    controller = DockingController(
+        path, scenario.build_corridor(path), config.model_copy(update={"weights": weights, "dead_time": 0.0})
+    )
+    start = path.start
+    state = VehicleState(
+        x=start.x - _BESIDE * np.sin(start.phi),
+        y=start.y + _BESIDE * np.cos(start.phi),
+        phi=start.phi + _TURNED,
+        v=_SPEED,
+        delta=0.0,
+    )
+    states = controller.step(state, now=0.0, goal=scenario.goal_pose(path)).trajectory.states
+    part = path.parts[0]
+    reference = part.reference(states[:, THETA])
+    errors = frenet_errors(states, reference, part.direction)
+    return Paired(
+        lag_weight=lag_weight,
+        states=states,
+        feet=np.stack([reference.x, reference.y, reference.phi], axis=-1),
+        lag=errors.lag,
+        contouring=errors.contouring,
+        part=part,
+    )
+
+
+def frenet_figure(plans: list[Paired]) -> Figure:
+    """A panel a plan, on the same part of the plane."""
+    figure = Figure(figsize=(9.0, 4.6 * len(plans)), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(len(plans), 1, sharex=True, sharey=True))
+    for one, plan in zip(axes, plans, strict=True):
+        _draw(one, plan)
+    looks.legend_below(figure, columns=5)
+    return figure
+
+
+def _draw(axes: Axes, plan: Paired) -> None:
+    path = plan.part.reference(np.linspace(plan.part.start, plan.states[-1, THETA] + 1.0, 300))
+    axes.plot(path.x, path.y, color=style.ORANGE, linewidth=1.5, label="path")
+    shown = slice(0, None, _EVERY)
+    for state, foot in zip(plan.states[shown], plan.feet[shown], strict=True):
+        axes.plot([state[X], foot[0]], [state[Y], foot[1]], color=style.GREY, linewidth=0.8)
+    axes.plot(plan.states[:, X], plan.states[:, Y], color=style.BLUE, linewidth=1.0)
+    axes.plot(
+        *plan.states[shown, X : Y + 1].T, "o", color=style.BLUE, markersize=4.0, label="stages of the plan"
+    )
+    axes.plot(*plan.feet[shown, :2].T, "s", color=style.ORANGE, markersize=4.0, label="their references")
+    stage = marked_stage(plan)
+    _mark_errors(axes, plan, stage)
+    errors = f"$e_l$ = {plan.lag[stage]:.2f} m, $e_c$ = {plan.contouring[stage]:.2f} m"
+    axes.set_title(f"$q_l$ = {plan.lag_weight:g}; at the marked stage {errors}", fontsize="medium")
+    looks.plane(axes)
+
+
+def marked_stage(plan: Paired) -> int:
+    """The drawn stage with the largest lag error."""
+    return int(np.argmax(np.abs(plan.lag[::_EVERY]))) * _EVERY
+
+
+def _mark_errors(axes: Axes, plan: Paired, stage: int) -> None:
+    """From the reference along the path by e_l, from there across it by e_c, to the stage."""
+    foot = plan.feet[stage]
+    along = foot[:2] + plan.lag[stage] * np.array([np.cos(foot[PHI]), np.sin(foot[PHI])])
+    for ends, color, dashes, name in (
+        ((foot[:2], along), style.RED, "solid", "$e_l$"),
+        ((along, plan.states[stage, X : Y + 1]), style.GREEN, (0.0, (3.0, 1.0)), "$e_c$"),
+    ):
+        x, y = np.stack(ends, axis=-1)
+        label = f"{name} of one stage"
+        axes.plot(x, y, color=color, linestyle=dashes, linewidth=2.6, label=label, zorder=3.0)
+
+
+def frenet_section() -> Section:
+    """The picture, and the largest errors of both plans."""
+    plans = [paired(lag) for lag in LAGS]
+    largest = [(float(np.abs(plan.lag).max()), float(np.abs(plan.contouring).max())) for plan in plans]
+    table = Table(
+        caption="Largest errors of the two plans.",
+        heads=["plan", "largest |e_l| [m]", "largest |e_c| [m]"],
+        rows=[
+            [f"q_l = {weight:g}", f"{lag:.3f}", f"{contouring:.3f}"]
+            for weight, (lag, contouring) in zip(LAGS, largest, strict=True)
+        ],
+    )
+    verdict = (
+        f"With q_l = {LAGS[0]:g} the lag errors are at most {largest[0][0]:.3f} m; with q_l = {LAGS[1]:g} "
+        f"they come to {largest[1][0]:.2f} m: progress is rewarded, and little ties it to the vehicle."
+    )
+    picture = Picture(
+        name="frenet",
+        png=looks.png(frenet_figure(plans)),
+        caption=f"Every {_EVERY}th stage of a plan, paired to its reference by a grey line.",
+        told="Stages of two plans beside a curved path, each with a line to its reference point.",
+    )
+    figures = {
+        f"lag_weight_{weight:g}": {"largest_lag_m": lag, "largest_contouring_m": contouring}
+        for weight, (lag, contouring) in zip(LAGS, largest, strict=True)
+    }
+    blocks: list[Block] = [say(_SAID), picture, table, found(verdict)]
+    return Section(name="frenet", title="Frenet errors", blocks=blocks, figures=figures)

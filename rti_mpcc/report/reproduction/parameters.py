@@ -1,0 +1,52 @@
+"""Table I of the paper beside the settings of the preset `paper`."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.report.published import published
+from rti_mpcc.report.reproduction.content import Section, Table, say
+
+_SAID = (
+    "The preset `paper` has the values of Table I and the terms that the published code adds to the "
+    "printed equations; `paper_printed` has the printed equations alone, with which neither scenario is "
+    "docked (docs/method.md). Values are read from the published code or the paper on the left, from "
+    "`ControllerConfig.paper()` on the right. γ is printed in the paper as a weight of −100 on the virtual "
+    "speed."
+)
+
+
+def setting(config: ControllerConfig, name: str) -> Any:
+    """A setting by its path, such as weights.lag."""
+    return reduce(getattr, name.split("."), config)
+
+
+def parameters_section() -> Section:
+    """The table."""
+    config = ControllerConfig.paper()
+    rows, figures = [], {}
+    for parameter in published()["parameters"]:
+        value = setting(config, parameter["setting"])
+        figures[parameter["setting"]] = value
+        rows.append(
+            [
+                parameter["name"],
+                parameter.get("paper", "–"),
+                parameter.get("code", "as the paper"),
+                _shown(value),
+                f"`{parameter['setting']}`",
+            ]
+        )
+    table = Table(
+        caption="Parameters.",
+        heads=["parameter", "paper, Table I", "published code", "here, preset `paper`", "setting"],
+        rows=rows,
+        worded=[4],
+    )
+    return Section(name="parameters", title="Parameters", blocks=[say(_SAID), table], figures=figures)
+
+
+def _shown(value: Any) -> str:
+    return ", ".join(map(_shown, value)) if isinstance(value, tuple) else f"{value:g}"

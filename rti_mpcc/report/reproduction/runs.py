@@ -1,0 +1,56 @@
+"""What is driven for the report, and the runs that came of it, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation import drawn_course, load_scenario
+from rti_mpcc.simulation.batch import Case, Outcome
+
+DOCKING = {"docking_inside": "Scenario 1", "docking_behind": "Scenario 2"}
+"""Scenarios of the paper's Tables II and III, by their names there."""
+FULL_COURSE = "path_following"
+METHODS = ("dynamic", "separated", "switched")
+CONTOURING = ("dynamic", "constant_1", "constant_50", "constant_100")
+PAPER, DEFAULT = "paper", "default"
+COURSE_SEED = 1
+"""Of the drawn courses."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Runs:
+    """The runs of a report: those of the paper's experiments, and those on drawn courses."""
+
+    experiments: Sequence[Outcome]
+    courses: Sequence[Outcome] = ()
+
+    def of(self, scenario: str, method: str = "dynamic", preset: str = PAPER) -> Outcome:
+        """The run of a scenario by a method and preset. Raises InputError if there is none."""
+        wanted = (scenario, method, preset)
+        for outcome in self.experiments:
+            case = outcome.case
+            if (case.scenario.name, case.method, case.preset) == wanted:
+                return outcome
+        raise InputError(f"{scenario}, {method}, {preset}: was not driven")
+
+    def figures(self, scenario: str, method: str = "dynamic", preset: str = PAPER) -> dict[str, Any]:
+        """The summary of a run. Raises InputError if there is none."""
+        return self.of(scenario, method, preset).figures
+
+
+def experiment_cases() -> list[Case]:
+    """The paper's experiments with its preset, and the same with `default` by its own method."""
+    methods = {**dict.fromkeys(DOCKING, METHODS), FULL_COURSE: CONTOURING}
+    return [
+        Case(scenario=load_scenario(name), method=method, preset=preset)
+        for name, compared in methods.items()
+        for method, preset in [*((method, PAPER) for method in compared), ("dynamic", DEFAULT)]
+    ]
+
+
+def course_cases(count: int) -> list[Case]:
+    """The first `count` courses of the seed, with `default`."""
+    return [Case(scenario=drawn_course(COURSE_SEED, index)) for index in range(count)]

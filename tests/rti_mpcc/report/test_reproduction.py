@@ -1,0 +1,189 @@
+"""The parts of the reproduction: page, verdicts, schedules, Frenet picture, errors at cusp and end."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.errors import InputError
+from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
+from rti_mpcc.report.published import Track
+from rti_mpcc.report.reproduction import causes
+from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
+from rti_mpcc.report.reproduction.docking import claims, missed_causes, verdicts
+from rti_mpcc.report.reproduction.exactness import error_at, nearest_error, track_smoothness
+from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_stage, paired
+from rti_mpcc.report.reproduction.page import html_page
+from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
+from rti_mpcc.report.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
+
+
+class Wellformed(HTMLParser):
+    """Every tag is closed in its turn; keeps what a browser would fetch."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.fetched: list[str] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+        self.fetched += [value or "" for name, value in attrs if name in ("src", "href")]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+def parsed(page: str) -> Wellformed:
+    parser = Wellformed()
+    parser.feed(page)
+    parser.close()
+    assert parser.open == []
+    return parser
+
+
+def test_page_has_everything_in_one_file() -> None:
+    table = Table(caption="Times <T>.", heads=["run", "T [s]"], rows=[["dynamic & others", "27.39"]])
+    picture = Picture(name="one", png=b"\x89PNG", caption="A picture.", told='"told"')
+    one = Section(name="first", title="`dynamic` alone", blocks=[say("a < b"), table, picture, found("so")])
+    two = Section(name="second", title="Second", blocks=[table])
+    page = html_page("Title", [one, two])
+    parser = parsed(page)
+    assert parser.fetched == ["#first", "#second", "data:image/png;base64,iVBORw=="]
+    assert "<script" not in page
+    for told in ("<code>dynamic</code> alone", "dynamic &amp; others", "a &lt; b", 'class="verdict">so'):
+        assert told in page
+    text = "".join(parser.text)
+    for caption in ("Table 1. Times <T>.", "Table 2. Times <T>.", "Figure 1. A picture."):
+        assert caption in text
+    assert 'id="second"' in page
+
+
+def figures(time: float | None, **changes: Any) -> dict[str, Any]:
+    usual: dict[str, Any] = {
+        "time_to_tolerance_s": time,
+        "docked": time is not None,
+        "direction_changes": 0,
+        "min_clearance_m": 0.3,
+        "final_error": {"longitudinal_m": 0.5, "lateral_m": -0.2, "heading_rad": 0.1},
+        "last_status": "docked" if time else "blocked",
+    }
+    return {**usual, **changes}
+
+
+def test_verdicts_are_computed() -> None:
+    inside = {
+        "dynamic": figures(30.0),
+        "separated": figures(45.9),
+        "switched": figures(24.0, direction_changes=1),
+    }
+    told = verdicts("docking_inside", inside)
+    assert told[0].startswith("`dynamic` is inside tolerance after 30.00 s: 9.5 % later than in the paper")
+    assert told[1].startswith("`separated` takes 1.53 times `dynamic` (paper 1.52, published code 1.54)")
+    assert "with 1 change of direction; the body's clearance is 0.30 m" in told[2]
+    outcomes = [line.rpartition(": ")[2] for line in told[3:]]
+    assert outcomes == ["comes out so.", "comes out so.", "does not come out so.", "comes out so."]
+    assert missed_causes("docking_inside", inside) == [causes.SWITCHED_INSIDE]
+
+
+def test_what_never_came_is_not_compared() -> None:
+    behind = {
+        "dynamic": figures(30.0),
+        "separated": figures(None, direction_changes=2),
+        "switched": figures(None),
+    }
+    told = verdicts("docking_behind", behind)
+    assert "it does not dock (status blocked at the end, 0.50 m, −0.20 m and 5.7° off)" in told[2]
+    assert [claim.holds(behind) for claim in claims("docking_behind")] == [True, None, True, True, False]
+    assert missed_causes("docking_behind", behind) == [causes.SWITCHED_BEHIND]
+    assert any(line.endswith("not to be said.") for line in told)
+    assert verdicts("docking_behind", {**behind, "dynamic": figures(None)})[0] == (
+        "`dynamic` never gets inside tolerance."
+    )
+
+
+@pytest.mark.parametrize("name", targets())
+def test_schedules_are_the_weights_of_the_controller(name: str) -> None:
+    weights, target = ControllerConfig.paper().weights, targets()[name]
+    theta = np.arange(*SHOWN, 0.5)
+    values = schedule(weights, target, theta)
+    lengths = np.full(len(theta) - 1, weights.stage_length)
+    stages = contouring_weights(weights, target, theta, lengths, cruise_speed=10.0, clip_goal=False)
+    assert values.lag[:-1] == pytest.approx(stages.lag[:-1])  # the last stage has more
+    assert values.contouring == pytest.approx(stages.contouring)
+    assert values.progress_reward[:-1] == pytest.approx(stages.progress_reward)
+    assert values.goal[0] == pytest.approx(stages.goal[0])
+    pose = target.kind is TargetKind.POSE
+    wanted = sigma(target.stop - theta, weights) * weights.goal[0] if pose else np.zeros(len(theta))
+    assert values.goal == pytest.approx(wanted)
+
+
+def test_the_drawn_schedules_are_these_curves() -> None:
+    figure = schedules_figure()
+    weights = ControllerConfig.paper().weights
+    for column, target in enumerate(targets().values()):
+        for row, field in enumerate(("lag", "contouring", "progress_reward", "goal")):
+            line = figure.axes[3 * row + column].lines[0]
+            theta = np.asarray(line.get_xdata(), dtype=float)
+            assert line.get_ydata() == pytest.approx(getattr(schedule(weights, target, theta), field))
+
+
+def test_references_are_paired_to_their_stages() -> None:
+    plan = paired(1e3)
+    c, s = np.cos(plan.feet[:, 2]), np.sin(plan.feet[:, 2])
+    along = np.stack([c, s], axis=-1) * plan.lag[:, None]
+    across = np.stack([-s, c], axis=-1) * plan.contouring[:, None]
+    assert plan.feet[:, :2] + along + across == pytest.approx(plan.states[:, :2])
+    assert np.abs(plan.lag).max() < 0.2 < np.abs(plan.contouring).max()
+    axes = frenet_figure([plan]).axes[0]
+    assert axes.get_aspect() == 1.0
+    stage = marked_stage(plan)
+    marked = {str(line.get_label()): np.asarray(line.get_xydata()) for line in axes.lines}
+    assert marked["$e_l$ of one stage"][0] == pytest.approx(plan.feet[stage, :2])
+    assert marked["$e_c$ of one stage"][1] == pytest.approx(plan.states[stage, :2])
+
+
+def test_errors_are_in_the_frame_of_the_wanted_pose() -> None:
+    wanted = Pose2(1.0, 2.0, 0.5 * np.pi)
+    error = error_at(np.array([0.9, 2.2, 0.5 * np.pi + 2.0 * np.pi + 0.1]), wanted)
+    assert error == pytest.approx((0.2, 0.1, 0.1))
+    poses = np.array([[0.0, 0.0, 0.0], [1.0, 1.9, 1.5], [3.0, 3.0, 0.0]])
+    assert nearest_error(poses, wanted) == pytest.approx(error_at(poses[1], wanted))
+
+
+def test_smoothness_is_taken_part_by_part() -> None:
+    # 10 m forward at 1 m/s, 10 m back at 2 m/s; the last 4 m of each part are left out.
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0), (-1, 0.0, 10.0)])
+    x = np.concatenate([np.linspace(0.0, 9.9, 100), np.linspace(10.0, 0.2, 50)])
+    forward = np.arange(150) < 100
+    track = Track(
+        times=np.linspace(0.0, 14.9, 150),
+        poses=np.stack([x, np.zeros(150), np.zeros(150)], axis=-1),
+        v=np.where(forward, 1.0, -2.0),
+        delta=np.where(forward, 0.1, -0.2),
+        acceleration=np.zeros(150),
+        steering_rate=np.where(forward, np.where(x < 5.95, 0.3, 9.0), np.where(x > 4.05, -0.5, 9.0)),
+    )
+    found = [track_smoothness(track, path, part, 4.0, 2.0) for part in range(2)]
+    assert found[0] == pytest.approx((0.3, 0.5 * np.tan(0.1)))
+    assert found[1] == pytest.approx((0.5, 2.0 * np.tan(0.2)))
+    assert track_smoothness(track, path, 0, 20.0, 2.0) is None
+
+
+def test_all_experiments_are_driven_once() -> None:
+    cases = [(case.scenario.name, case.method, case.preset) for case in experiment_cases()]
+    assert len(cases) == len(set(cases)) == 13
+    assert ("path_following", "constant_50", "paper") in cases
+    assert ("docking_behind", "dynamic", "default") in cases
+    with pytest.raises(InputError, match="docking_inside, switched, paper: was not driven"):
+        Runs(experiments=[]).of("docking_inside", "switched")

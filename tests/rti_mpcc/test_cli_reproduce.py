@@ -1,0 +1,124 @@
+"""`rti-mpcc reproduce`: page, numbers, pictures, refusals; with runs of a second each."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64decode
+from dataclasses import replace
+from pathlib import Path
+from re import findall
+
+import pytest
+
+from rti_mpcc.cli import main, reproduce
+from rti_mpcc.report.reproduction import report
+from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
+from rti_mpcc.simulation import changed, load_scenario
+from rti_mpcc.simulation.batch import Case
+
+PICTURES = {
+    "docking_behind_plane.png",
+    "docking_behind_time.png",
+    "docking_inside_plane.png",
+    "docking_inside_time.png",
+    "frenet.png",
+    "full_course.png",
+    "full_course_along.png",
+    "weight_schedules.png",
+}
+
+
+def short(case: Case, seconds: float = 1.0) -> Case:
+    return replace(case, scenario=changed(case.scenario, {"simulation.duration": seconds}))
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(reproduce, "experiment_cases", lambda: list(map(short, experiment_cases())))
+    course = short(Case(scenario=load_scenario("docking_inside")), 0.2)
+    monkeypatch.setattr(reproduce, "course_cases", lambda count: [course] * count)
+    assert main(["reproduce", "--jobs", "1", "--courses", "2", "--out", "there"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "there/reproduce.html" in said.out
+    folder = Path("there")
+    assert {file.name for file in folder.iterdir()} == {"reproduce.html", "reproduce.json", *PICTURES}
+
+    page = (folder / "reproduce.html").read_text(encoding="utf-8")
+    sources = findall(r'src="([^"]*)"', page)
+    assert len(sources) == len(PICTURES)
+    embedded = {b64decode(source.removeprefix("data:image/png;base64,")) for source in sources}
+    assert embedded == {(folder / name).read_bytes() for name in PICTURES}
+    assert all(link.startswith("#") for link in findall(r'href="([^"]*)"', page))
+    assert "<script" not in page
+    for told in (
+        "27.39",
+        "30.66",
+        "CARLA",
+        "Drawn courses",
+        "does not dock",
+        "2.080",
+        "default</code> docks 0 of 2",
+    ):
+        assert told in page
+
+    numbers = json.loads((folder / "reproduce.json").read_text(encoding="utf-8"))
+    assert list(numbers["sections"]) == [
+        "about",
+        "frenet",
+        "schedules",
+        "parameters",
+        "full-course",
+        "docking-inside",
+        "docking-behind",
+        "courses",
+    ]
+    inside = numbers["sections"]["docking-inside"]["figures"]
+    assert [run["method"] for run in inside] == ["dynamic", "separated", "switched", "dynamic"]
+    for run in inside[:3]:
+        assert f"<td>{run['min_clearance_m']:.2f}</td>" in page
+        assert f"<td>{run['rms']['steering']:.3f}</td>" in page
+
+
+def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    written: list[Runs] = []
+    monkeypatch.setattr(reproduce, "experiment_cases", lambda: [short(experiment_cases()[0], 0.1)])
+    monkeypatch.setattr(reproduce, "course_cases", lambda count: [short(experiment_cases()[3], 0.1)] * count)
+
+    def write_report(runs: Runs, folder: Path) -> tuple[Path, ...]:
+        written.append(runs)
+        return (folder,)
+
+    monkeypatch.setattr(report, "write_report", write_report)
+    for count in (0, 2):
+        assert main(["reproduce", "--jobs", "1", "--courses", str(count)]) == 0
+        assert len(written[-1].courses) == count
+        assert written[-1].figures("docking_inside")["method"] == "dynamic"
+        assert "runs/reproduce" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--courses", "-1"], "'-1' must be an integer >= 0"),
+        (["--jobs", "0"], "'0' must be an integer >= 1"),
+        (["docking_inside"], "unrecognized arguments: docking_inside"),
+        (["--out", "file"], "file: File exists"),
+    ],
+)
+def test_bad_input_is_refused_before_the_runs(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    message: str,
+) -> None:
+    Path("file").write_text("")
+    monkeypatch.setattr(reproduce, "drive_all", None)
+    assert main(["reproduce", *arguments]) == 2
+    said = capsys.readouterr()
+    assert message in said.err
+    assert said.out == ""
