@@ -293,7 +293,7 @@ class ControllerConfig(Settings):
 
     @classmethod
     def paper_printed(cls, **changes: Any) -> Self:
-        """The paper's equations with Table I and nothing else (it stalls: see docs/method.md).
+        """The paper's equations with Table I and nothing else (how it does: docs/method.md).
 
         Args:
             changes: settings that replace those of the preset.

@@ -11,8 +11,8 @@ from rti_mpcc.report.reproduction.content import Section, Table, say
 
 _SAID = (
     "The preset `paper` has the values of Table I and the terms that the published code adds to the "
-    "printed equations; `paper_printed` has the printed equations alone, with which neither scenario is "
-    "docked (docs/method.md). Values are read from the published code or the paper on the left, from "
+    "printed equations; `paper_printed` has the printed equations alone (what they do: docs/method.md). "
+    "Values are read from the published code or the paper on the left, from "
     "`ControllerConfig.paper()` on the right. γ is printed in the paper as a weight of −100 on the virtual "
     "speed."
 )
