@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-
-from rich.console import Console
 
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
 from rti_mpcc.report.comparison import compared, comparison_tables, label
-from rti_mpcc.report.console import progress_bar
-from rti_mpcc.report.files import make_writable
+from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
+from rti_mpcc.report.files import make_writable, write_json
 from rti_mpcc.report.looks import Onlooker
-from rti_mpcc.simulation import docking_controller, load_scenario, simulate, summary
-from rti_mpcc.simulation.batch import Case, Outcome, drive_all
+from rti_mpcc.simulation import docking_controller, load_scenario
+from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
 from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
 COMPARED = 0
 """Exit status."""
-_TABLE_WIDTH = 120
 
 
 def add_to(commands: Commands) -> None:
@@ -85,22 +81,20 @@ def _compare(arguments: argparse.Namespace) -> int:
     written: list[Path] = []
     with progress_bar("compare", "{task.completed:.0f} runs") as progress:
         if arguments.animate:
-            outcomes, written = _animated(cases, arguments.out)
+            outcomes, written = _animated(cases, arguments.out, progress)
         else:
             outcomes = drive_all(cases, jobs=arguments.jobs, progress=progress)
     figures = compared([outcome.figures for outcome in outcomes])
     file = arguments.out / "comparison.json"
-    file.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    console = Console(highlight=False)
-    if not console.is_terminal:  # a guess of 80 columns would cut the tables
-        console = Console(highlight=False, width=_TABLE_WIDTH)
-    for table in comparison_tables(figures):
-        console.print(table)
-    console.print(f"written: {', '.join(map(str, [file, *written]))}", markup=False, soft_wrap=True)
+    write_json(figures, file)
+    tell_tables(comparison_tables(figures))
+    tell_written([file, *written])
     return COMPARED
 
 
-def _animated(cases: Sequence[Case], folder: Path) -> tuple[list[Outcome], list[Path]]:
+def _animated(
+    cases: Sequence[Case], folder: Path, progress: Callable[[int, int], None] | None
+) -> tuple[list[Outcome], list[Path]]:
     """Drive the cases one by one, looked at, and write one moving picture a scenario."""
     # Not at the top: matplotlib takes longer to load than a comparison without pictures needs it.
     from rti_mpcc.report.animation import animate_runs, animation_file
@@ -110,17 +104,12 @@ def _animated(cases: Sequence[Case], folder: Path) -> tuple[list[Outcome], list[
     for name in dict.fromkeys(case.scenario.name for case in cases):
         looked = []
         for case in (case for case in cases if case.scenario.name == name):
-            core = docking_controller(case.scenario, preset=case.preset, method=case.method)
-            onlooker = Onlooker(core)
-            result = simulate(
-                case.scenario,
-                preset=case.preset,
-                method=case.method,
-                seed=case.seed,
-                controller=onlooker,
-            )
-            outcomes.append(Outcome(case=case, result=result, figures=summary(result)))
-            looked.append((label(outcomes[-1].figures), result, onlooker.seen))
+            onlooker = Onlooker(docking_controller(case.scenario, preset=case.preset, method=case.method))
+            outcome = drive(case, onlooker)
+            outcomes.append(outcome)
+            looked.append((label(outcome.figures), outcome.result, onlooker.seen))
+            if progress is not None:
+                progress(len(outcomes), len(cases))
         file = animation_file(None, folder).with_stem(name)
         animate_runs(looked, file)
         written.append(file)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rich.console import Console
-
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
-from rti_mpcc.report.console import progress_bar
+from rti_mpcc.report.console import progress_bar, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.report.reproduction.runs import COURSE_SEED, Runs, course_cases, experiment_cases
 from rti_mpcc.simulation.batch import drive_all
@@ -53,6 +51,5 @@ def _reproduce(arguments: argparse.Namespace) -> int:
 
     count = len(experiments)
     written = write_report(Runs(experiments=outcomes[:count], courses=outcomes[count:]), arguments.out)
-    console = Console(highlight=False)
-    console.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
+    tell_written(written)
     return REPRODUCED

@@ -11,7 +11,7 @@ from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
-from rti_mpcc.types import Objective, Trajectory
+from rti_mpcc.types import Trajectory
 
 STANDSTILL_SPEED = 0.02
 """Below this speed the vehicle stands [m/s]."""
@@ -93,8 +93,7 @@ def drives(memory: ControllerMemory) -> bool:
 
 def arrival_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle should turn to its arrival now."""
-    contouring = memory.phase is Phase.CONTOURING and memory.objective is Objective.CONTOURING
-    return contouring and _arrives(memory, situation, config)
+    return memory.phase is Phase.CONTOURING and _arrives(memory, situation, config)
 
 
 def cartesian_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
@@ -111,7 +110,7 @@ def cartesian_due(memory: ControllerMemory, situation: Situation, config: Contro
 def too_late(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
     needed = situation.speed**2 / (2.0 * config.comfort_acceleration)
-    contouring = memory.phase is Phase.CONTOURING and memory.objective is Objective.CONTOURING
+    contouring = memory.phase is Phase.CONTOURING and not memory.cartesian
     return contouring and situation.way <= needed
 
 

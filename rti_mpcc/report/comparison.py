@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 from rich.table import Table
 
+from rti_mpcc.report.numbers import number
+
 Figures = dict[str, Any]
 
 
@@ -86,7 +88,7 @@ def figure(run: Figures, path: tuple[str, ...]) -> float | None:
 def _measured(title: str, columns: Sequence[Column], runs: Sequence[Figures]) -> Table:
     table = _table(title, [column.head for column in columns])
     for run in runs:
-        cells = [_shown(figure(run, column.path), column.digits) for column in columns]
+        cells = [number(figure(run, column.path), column.digits) for column in columns]
         table.add_row(label(run) + ("" if run["docked"] else ", not docked"), *cells)
     return table
 
@@ -95,7 +97,7 @@ def _against(base: str, runs: Sequence[Figures]) -> Table:
     table = _table(f"{runs[0]['scenario']}, times that of {base}", [column.head for column in RATIOS])
     for run in runs:
         ratios = [run["ratios"][".".join(column.path)] for column in RATIOS]
-        table.add_row(label(run), *(_shown(ratio, 2) for ratio in ratios))
+        table.add_row(label(run), *(number(ratio, 2) for ratio in ratios))
     return table
 
 
@@ -110,7 +112,3 @@ def _table(title: str, heads: Sequence[str]) -> Table:
 def _ratio(run: Figures, base: Figures, path: tuple[str, ...]) -> float | None:
     one, other = figure(run, path), figure(base, path)
     return one / other if one is not None and other else None
-
-
-def _shown(value: float | None, digits: int) -> str:
-    return "–" if value is None else f"{value:.{digits}f}"

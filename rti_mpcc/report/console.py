@@ -11,10 +11,11 @@ from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
 from rti_mpcc.report.table import summary_table
 
-_TABLE_WIDTH = 100
+_TABLE_WIDTH = 120
 
 
 @contextmanager
@@ -32,11 +33,23 @@ def progress_bar(name: str, done: str) -> Iterator[Callable[[float, float], None
 
 def tell_run(figures: dict[str, Any], written: Sequence[Path]) -> None:
     """Print the table of a run, and which files were written."""
+    tell_tables([summary_table(figures)])
+    tell_written(written)
+
+
+def tell_tables(tables: Sequence[Table]) -> None:
+    """Print tables. Piped into a file they keep their width: a guess of 80 columns would cut them."""
     console = Console(highlight=False)
-    # Piped into a file the table keeps its width: a guess of 80 columns would cut it.
-    width = None if console.is_terminal else _TABLE_WIDTH
-    console.print(summary_table(figures), width=width)
-    console.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_TABLE_WIDTH)
+    for table in tables:
+        console.print(table)
+
+
+def tell_written(files: Sequence[Path]) -> None:
+    """Print which files were written."""
+    told = f"written: {', '.join(map(str, files))}"
+    Console(highlight=False).print(told, markup=False, soft_wrap=True)
 
 
 @contextmanager

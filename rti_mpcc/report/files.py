@@ -24,7 +24,7 @@ def write_files(
         plots: the pictures too; discs: the overview with the discs that cover the body.
     """
     written = [folder / "summary.json", folder / "trajectory.csv"]
-    write_summary(summary, written[0])
+    write_json(summary, written[0])
     write_trajectory(result, written[1])
     if plots:
         # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
@@ -48,9 +48,9 @@ def make_writable(folder: Path) -> None:
         pass
 
 
-def write_summary(summary: dict[str, Any], file: Path) -> None:
-    """The summary as JSON; what is None becomes null. Raises OSError."""
-    file.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+def write_json(figures: dict[str, Any] | list[dict[str, Any]], file: Path) -> None:
+    """Figures as JSON; what is None becomes null. Raises OSError."""
+    file.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def write_trajectory(result: RunResult, file: Path) -> None:

@@ -11,7 +11,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.closed_loop import simulate
+from rti_mpcc.simulation.closed_loop import Controller, simulate
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.simulation.scenario import Scenario
@@ -39,9 +39,14 @@ class Outcome:
     figures: dict[str, Any]
 
 
-def drive(case: Case) -> Outcome:
-    """Drive one case. Raises InputError for an unknown method or preset."""
-    result = simulate(case.scenario, method=case.method, preset=case.preset, seed=case.seed)
+def drive(case: Case, controller: Controller | None = None) -> Outcome:
+    """Drive one case; `controller` is its own, wrapped in something.
+
+    Raises InputError for an unknown method or preset.
+    """
+    result = simulate(
+        case.scenario, method=case.method, preset=case.preset, seed=case.seed, controller=controller
+    )
     return Outcome(case=case, result=result, figures=summary(result))
 
 

@@ -17,20 +17,9 @@ from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.recording import read_recording
 from rti_mpcc.report.film import Film
+from tests.rti_mpcc.cli_runs import write_short
 
 ROOT = Path(__file__).parents[2]
-SCENARIO = """
-name = "short"
-[path]
-start = [0, 0, 0]
-segments = [{ direction = 1, curvature = 0.0, length = 6.0 }]
-[corridor]
-left = 4
-right = -4
-[simulation]
-duration = 0.3
-state_noise = [0.01, 0.01, 0.001, 0.0, 0.0]
-"""
 
 WINDOW = """
 from matplotlib.backend_bases import FigureManagerBase
@@ -55,7 +44,7 @@ class FigureCanvas(FigureCanvasAgg):
 def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
-    Path("short.toml").write_text(SCENARIO)
+    write_short(0.3, "state_noise = [0.01, 0.01, 0.001, 0.0, 0.0]")
 
 
 @pytest.fixture

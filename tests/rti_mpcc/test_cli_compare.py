@@ -9,24 +9,13 @@ import pytest
 from PIL import Image
 
 from rti_mpcc.cli import main
-
-SCENARIO = """
-name = "short"
-[path]
-start = [0, 0, 0]
-segments = [{ direction = 1, curvature = 0.0, length = 6.0 }]
-[corridor]
-left = 4
-right = -4
-[simulation]
-duration = 0.3
-"""
+from tests.rti_mpcc.cli_runs import write_short
 
 
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("short.toml").write_text(SCENARIO)
+    write_short(0.3)
 
 
 def test_every_method_and_preset_is_run_and_told(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,24 +9,13 @@ import pytest
 from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.recording import Machine, read_recording
-
-SCENARIO = """
-name = "short"
-[path]
-start = [0, 0, 0]
-segments = [{ direction = 1, curvature = 0.0, length = 6.0 }]
-[corridor]
-left = 4
-right = -4
-[simulation]
-duration = 0.5
-"""
+from tests.rti_mpcc.cli_runs import write_short
 
 
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("short.toml").write_text(SCENARIO)
+    write_short(0.5)
 
 
 @pytest.fixture
