@@ -45,6 +45,7 @@ from rti_mpcc.config import (
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
+from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.types import (
     Command,
     Diagnostics,
@@ -102,4 +103,6 @@ __all__ = [
     "Vehicle",
     "VehicleState",
     "Weights",
+    "config_for_docking_time",
+    "expected_docking_time",
 ]

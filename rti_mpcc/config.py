@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from enum import Enum
 from math import radians, tan
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
@@ -17,6 +17,18 @@ from geometry.settings import NonNegative, Positive, Settings, Tolerance, Triple
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
+
+
+PLANNED_SHARE = 0.9
+"""What a planned arrival takes of the comfort acceleration: the rest is for corrections on the way."""
+
+
+class Comfort(NamedTuple):
+    """What a passenger, or the load, is to feel at most: [m/s²], [m/s²], [rad/s]."""
+
+    acceleration: float
+    lateral_acceleration: float
+    steering_rate: float
 
 
 class Method(Enum):
@@ -84,6 +96,7 @@ class Weights(Settings):
         arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
             end of a planned arrival.
         arrival_contouring: contouring weight far from the goal during an arrival.
+        comfort: on the squared excess over the three comfort values of `ControllerConfig`.
     """
 
     lag: NonNegative = 1e3
@@ -107,6 +120,7 @@ class Weights(Settings):
     arrival_pose: Positive = 1e5
     arrival_speed: NonNegative = 1e5
     arrival_contouring: NonNegative = 0.0
+    comfort: NonNegative = 1e5
 
 
 class SpeedProfile(Settings):
@@ -208,7 +222,9 @@ class ControllerConfig(Settings):
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
         stages: N.
-        comfort_acceleration: a_c [m/s²], what a planned arrival may take; sets its duration.
+        comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
+            what passengers or load are to feel at most. A planned arrival takes the time that keeps to all
+            three, and what goes beyond them costs extra.
         cruise_horizon: horizon of the contouring objective [s].
         arrival_horizon: longest planned arrival [s].
         arrival: plan one arrival at rest once the goal is within reach; otherwise contour to the end.
@@ -235,6 +251,8 @@ class ControllerConfig(Settings):
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
     stages: Annotated[int, Field(ge=10, le=1000)] = 70
     comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = 0.4
+    comfort_lateral_acceleration: Positive = 1.0
+    comfort_steering_rate: Positive = 0.5
     cruise_horizon: Annotated[float, Field(ge=1.0, le=120.0)] = 10.0
     arrival_horizon: Annotated[float, Field(ge=3.0, le=300.0)] = 25.0
     arrival: bool = True
@@ -260,11 +278,29 @@ class ControllerConfig(Settings):
         return tan(self.limits.steering) / self.vehicle.wheelbase
 
     @property
+    def comfort(self) -> Comfort:
+        """The three comfort values."""
+        return Comfort(
+            self.comfort_acceleration, self.comfort_lateral_acceleration, self.comfort_steering_rate
+        )
+
+    @property
+    def arrival_acceleration(self) -> float:
+        """What a planned arrival takes [m/s²]."""
+        return PLANNED_SHARE * self.comfort_acceleration
+
+    @property
+    def arrival_reach(self) -> float:
+        """Way of the longest arrival at the default comfort acceleration [m]."""
+        usual = PLANNED_SHARE * ControllerConfig.model_fields["comfort_acceleration"].default
+        return float(usual * self.arrival_horizon**2 / 6.0)
+
+    @property
     def cruise_speed(self) -> float:
         """Speed of a cruise [m/s]: from it an arrival at the comfort acceleration is begun in time."""
         if not self.arrival:
             return self.limits.speed
-        return min(self.limits.speed, 0.5 * self.comfort_acceleration * self.arrival_horizon)
+        return min(self.limits.speed, 0.5 * self.arrival_acceleration * self.arrival_horizon)
 
     @classmethod
     def paper(cls, **changes: Any) -> Self:
@@ -282,6 +318,7 @@ class ControllerConfig(Settings):
             bound_distance=1e3,
             bound_speed=20.0,
             stage_length=1.0,
+            comfort=0.0,
         )
         preset = {
             "weights": weights,
@@ -299,7 +336,7 @@ class ControllerConfig(Settings):
             changes: settings that replace those of the preset.
         """
         preset = {
-            "weights": Weights(virtual_speed=0.0),
+            "weights": Weights(virtual_speed=0.0, comfort=0.0),
             "cruise_horizon": 7.0,
             "arrival": False,
         }

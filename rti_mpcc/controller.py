@@ -27,6 +27,7 @@ from rti_mpcc.ocp.objectives import (
     cartesian_weights,
     contouring_weights,
 )
+from rti_mpcc.ocp.pace import pace_of
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.qp.filling import (
     empty_values,
@@ -145,6 +146,7 @@ class RtiMpcc:
         self, part: PathPart, corridor: Corridor, config: ControllerConfig, *, index: int = 0
     ) -> None:
         self.part = part
+        self.pace = pace_of(part, config)
         self.index = index
         self.config = config
         self._corridor = corridor
@@ -171,7 +173,9 @@ class RtiMpcc:
         if goal is None:
             self.target = path_end(self.part)
         elif not known:
-            self.target = self._project(goal)
+            last = self.target
+            still = last.kind is TargetKind.POSE and hypot(goal.x - last.pose.x, goal.y - last.pose.y) < STILL
+            self.target = goal_on(self.part, goal, near=last.theta if still else None)
         self._goal = goal
 
     def set_stop(self, theta: float) -> None:
@@ -234,7 +238,8 @@ class RtiMpcc:
         weights = self._weights(theta, lengths, arriving=arrive_at is not None, cartesian=cartesian)
         errors = frenet_errors(states, frame.reference_in(self.part.reference(theta)), self.part.direction)
         walls = self._walls(shifted.states, frame, weights)
-        cost = quadratic_cost(states, controls, weights, errors, walls, frame.pose_in(target.pose), wheelbase)
+        goal = frame.pose_in(target.pose)
+        cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         ends = arrive_at is not None or cartesian or not config.arrival
         retreat = config.limits.speed if cartesian else retreat
@@ -433,20 +438,23 @@ class RtiMpcc:
             feedback_seconds=perf_counter() - begun,
         )
 
-    def _project(self, goal: Pose2) -> Target:
-        """The goal on the part: near its last projection if it has hardly moved, so noise makes no jumps."""
-        part, last = self.part, self.target
-        still = last.kind is TargetKind.POSE and hypot(goal.x - last.pose.x, goal.y - last.pose.y) < STILL
-        theta = part.project(goal.x, goal.y, heading=goal.phi, near=last.theta if still else None)
-        reference = part.pose(theta)
-        if theta >= part.end:  # behind the end: along the extrapolated path
-            theta = part.end + max(0.0, part.direction * goal.relative_to(reference).x)
-        return Target(
-            pose=replace(goal, phi=lift(goal.phi, reference.phi)),
-            theta=theta,
-            theta_end=part.end,
-            kind=TargetKind.POSE,
-        )
+
+def goal_on(part: PathPart, goal: Pose2, *, near: float | None = None) -> Target:
+    """The goal as the target of a part.
+
+    Args:
+        near: where its last projection was, if it has hardly moved, so that noise makes no jumps [m].
+    """
+    theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
+    reference = part.pose(theta)
+    if theta >= part.end:  # behind the end: along the extrapolated path
+        theta = part.end + max(0.0, part.direction * goal.relative_to(reference).x)
+    return Target(
+        pose=replace(goal, phi=lift(goal.phi, reference.phi)),
+        theta=theta,
+        theta_end=part.end,
+        kind=TargetKind.POSE,
+    )
 
 
 def path_end(part: PathPart) -> Target:

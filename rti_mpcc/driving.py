@@ -73,6 +73,7 @@ class Driver:
         return sensing.situation_of(
             self._memory,
             self._mpcc.part,
+            self._mpcc.pace,
             self._mpcc.target,
             self.config,
             last_part=self._on_last_part and not self._to_staging,

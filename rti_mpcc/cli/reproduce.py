@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from itertools import islice
 from pathlib import Path
 
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
 from rti_mpcc.report.console import progress_bar, tell_written
 from rti_mpcc.report.files import make_writable
-from rti_mpcc.report.reproduction.runs import COURSE_SEED, Runs, course_cases, experiment_cases
+from rti_mpcc.report.reproduction.runs import COURSE_SEED, Runs, comfort_cases, course_cases, experiment_cases
 from rti_mpcc.simulation.batch import drive_all
 
 REPRODUCED = 0
@@ -42,14 +43,19 @@ def add_to(commands: Commands) -> None:
 
 def _reproduce(arguments: argparse.Namespace) -> int:
     make_writable(arguments.out)
-    experiments = experiment_cases()
+    experiments, comforts = experiment_cases(), comfort_cases()
     with progress_bar("reproduce", "{task.completed:.0f} runs") as progress:
         courses = course_cases(arguments.courses)
-        outcomes = drive_all([*experiments, *courses], jobs=arguments.jobs, progress=progress)
+        cases = [*experiments, *comforts, *courses]
+        driven = iter(drive_all(cases, jobs=arguments.jobs, progress=progress))
     # Not at the top: matplotlib takes longer to load than a refusal needs.
     from rti_mpcc.report.reproduction.report import write_report
 
-    count = len(experiments)
-    written = write_report(Runs(experiments=outcomes[:count], courses=outcomes[count:]), arguments.out)
+    runs = Runs(
+        experiments=list(islice(driven, len(experiments))),
+        comforts=list(islice(driven, len(comforts))),
+        courses=list(driven),
+    )
+    written = write_report(runs, arguments.out)
     tell_written(written)
     return REPRODUCED

@@ -18,6 +18,7 @@ from rti_mpcc.simulation import (
     GoalSource,
     RunResult,
     Scenario,
+    changed,
     docking_controller,
     load_scenario,
     simulate,
@@ -39,6 +40,12 @@ def add_to(commands: Commands) -> None:
     run.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
     run.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
     run.add_argument("--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s")
+    run.add_argument(
+        "--docking-time",
+        type=float,
+        metavar="SECONDS",
+        help="how long the docking shall take: the comfort values are scaled so that it is expected to",
+    )
     run.add_argument("--out", type=Path, metavar="DIR", help="where files go; default: runs/<name>")
     run.add_argument(
         "--goal-source",
@@ -66,7 +73,10 @@ def add_to(commands: Commands) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
-    # simulate() would find it, too, but after the folder was made.
+    if arguments.docking_time is not None:
+        scenario = changed(scenario, {"controller.docking_time": arguments.docking_time})
+    # simulate() would find what is wrong, too, but after the folder was made.
+    scenario.controller_config(arguments.preset, method=arguments.method)
     source_in(
         scenario.name,
         GoalSource(arguments.goal_source),

@@ -89,6 +89,7 @@ class StageWeights:
     steering_rate: Array
     virtual_speed: Array
     progress_reward: Array
+    comfort: Array
     goal: Array
     goal_speed: float
     goal_clipped: bool
@@ -168,6 +169,7 @@ def contouring_weights(
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
+        comfort=weights.comfort * share,
         goal=goal,
         goal_speed=0.0,
         goal_clipped=clip_goal,
@@ -187,7 +189,8 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
     """
     share = _share(lengths, weights)
     none = np.zeros_like(share)
-    effort = share[:-1] * min(1.0, float(lengths.sum()) / FIRM) ** 3
+    firm = min(1.0, float(lengths.sum()) / FIRM) ** 3
+    effort = share[:-1] * firm
     on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)
     contouring = weights.arrival_contouring * on_path * share
     return StageWeights(
@@ -201,6 +204,7 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         steering_rate=weights.steering_rate * effort,
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
+        comfort=weights.comfort * share * firm,
         goal=np.full(3, weights.arrival_pose),
         goal_speed=weights.arrival_speed,
         goal_clipped=True,
@@ -231,6 +235,7 @@ def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=weights.lag * share[:-1],
         progress_reward=none[:-1],
+        comfort=weights.comfort * share,
         goal=goal,
         goal_speed=0.0,
         goal_clipped=False,

@@ -3,6 +3,7 @@
 (C1)  stage:    q_l e_l² + q_c e_c² + q_phi e_phi² + q_lat a_lat² + soft distance to the boundaries
 (C2)  control:  r_a a² + r_delta delta_dot² + r_theta theta_dot² - gamma theta_dot
 (C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²
+(C4)  comfort:  q_comfort max(0, |f| - f_comfort)² for f = a_lat of a stage, a and delta_dot of a control
 
 q_c, q_phi, gamma and the weight of the soft distance are functions of their stage's theta where sigma blends
 them; their slopes are in the gradient.
@@ -15,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry import HalfPlanes, Pose2
+from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
 from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights, WeightSlopes
@@ -43,18 +45,21 @@ def quadratic_cost(
     walls: HalfPlanes | None,
     goal: Pose2,
     wheelbase: float,
+    comfort: Comfort,
 ) -> QuadraticCost:
-    """The model about `states` (N+1, 6) and `controls` (N, 3), Eq. (C1)-(C3).
+    """The model about `states` (N+1, 6) and `controls` (N, 3), Eq. (C1)-(C4).
 
     Args:
         walls: nearest boundaries of the rear axle (N+1 points), where the soft distance acts.
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
     """
+    lateral, lateral_by = _lateral_acceleration(states, wheelbase)
     rows = [
         (weights.lag, errors.lag, errors.lag_by),
         (weights.contouring, errors.contouring, errors.contouring_by),
         (weights.heading, errors.heading, errors.heading_by),
-        (weights.lateral_acceleration, *_lateral_acceleration(states, wheelbase)),
+        (weights.lateral_acceleration, lateral, lateral_by),
+        _lateral_excess(weights.comfort, lateral, lateral_by, comfort.lateral_acceleration),
     ]
     if walls is not None:
         for side in range(2):
@@ -71,7 +76,7 @@ def quadratic_cost(
     if weights.by_progress is not None:
         gradient[:, THETA] += _blending(weights.by_progress, controls, errors, walls)
     _add_goal(hessian, gradient, states[-1], weights, goal)
-    return QuadraticCost(hessian, gradient, *_control_cost(controls, weights))
+    return QuadraticCost(hessian, gradient, *_control_cost(controls, weights, comfort))
 
 
 def _blending(slopes: WeightSlopes, controls: Array, errors: FrenetErrors, walls: HalfPlanes | None) -> Array:
@@ -90,6 +95,17 @@ def _lateral_acceleration(states: Array, wheelbase: float) -> tuple[Array, Array
     by[:, V] = 2.0 * v * tangent / wheelbase
     by[:, DELTA] = v**2 * (1.0 + tangent**2) / wheelbase
     return v**2 * tangent / wheelbase, by
+
+
+def _lateral_excess(weight: Array, lateral: Array, by: Array, most: float) -> tuple[Array, Array, Array]:
+    """The residual max(0, |a_lat| - most), with the sign of a_lat."""
+    excess = _excess(lateral, most)
+    return weight * (excess != 0.0), excess, by
+
+
+def _excess(values: Array, most: float) -> Array:
+    """By how much `values` lie beyond -most or most."""
+    return values - np.clip(values, -most, most)
 
 
 def _soft_walls(
@@ -117,11 +133,15 @@ def _add_goal(hessian: Array, gradient: Array, last: Array, weights: StageWeight
     gradient[-1, V] += 2.0 * weights.goal_speed * last[V]
 
 
-def _control_cost(controls: Array, weights: StageWeights) -> tuple[Array, Array]:
+def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> tuple[Array, Array]:
     squares = np.empty((len(controls), CONTROLS))
     squares[:, A] = weights.acceleration
     squares[:, DELTA_DOT] = weights.steering_rate
     squares[:, THETA_DOT] = weights.virtual_speed
     gradient = 2.0 * squares * controls
     gradient[:, THETA_DOT] -= weights.progress_reward
+    for column, most in ((A, comfort.acceleration), (DELTA_DOT, comfort.steering_rate)):
+        excess = _excess(controls[:, column], most)
+        gradient[:, column] += 2.0 * weights.comfort[:-1] * excess
+        squares[:, column] += weights.comfort[:-1] * (excess != 0.0)
     return 2.0 * squares, gradient

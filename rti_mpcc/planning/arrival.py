@@ -9,26 +9,50 @@ Along that cubic t_go falls exactly by the time passed, so the rule needs no sec
 Out of a cruise at v the cubic begins without a step in acceleration at
 
 (T2)  D = 4 v² / (3 a).
+
+Where its peak is above what comfort allows on the way, `rti_mpcc.ocp.pace`, the arrival of least energy has a
+cubic up to the speed allowed and one down from it. On each of them, c the speed at its vertex,
+
+(T3)  |dv/dt| = a sqrt(1 - v / c),
+
+so with c(theta) the lower of the pace and the peak of (T1), (T3) driven forwards from the present speed and
+backwards from rest is the arrival, and (T1) where the pace is nowhere lower.
 """
 
 from __future__ import annotations
 
-from math import sqrt
+from itertools import pairwise
+from math import asin, sin, sqrt
+
+import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.ocp.pace import Pace
+from rti_mpcc.types import Array
 
 FLOOR = 1.0
 """Shortest time to go that is planned [s]; closer in, the plan always ends this far ahead."""
 
 
-def time_to_go(way: float, speed: float, comfort: float) -> float:
-    """Duration [s] of the arrival over `way` [m] from `speed` >= 0 [m/s], Eq. (T1), at least `FLOOR`.
+def time_to_go(way: float, speed: float, comfort: float, highest: Array | None = None) -> float:
+    """Duration [s] of the arrival over `way` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3), at least `FLOOR`.
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does.
+
+    Args:
+        comfort: acceleration a [m/s²].
+        highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
     """
     way = max(way, 1e-6)
     a = max(comfort, speed**2 / (2.0 * way))
-    return max((-speed + sqrt(speed**2 + 6.0 * a * way)) / a, FLOOR)
+    free = (-speed + sqrt(speed**2 + 6.0 * a * way)) / a
+    if free <= FLOOR:
+        return FLOOR
+    # Speed at the vertex of the cubic, which may lie before its begin.
+    peak = a**2 * free**3 / max(24.0 * way - 12.0 * speed * free, 1e-12)
+    if highest is None or float(highest.min()) >= peak:
+        return free
+    return max(_paced_time(way, speed, a, np.minimum(highest, peak).tolist()), free)
 
 
 def peak_speed(way: float, speed: float, duration: float) -> float:
@@ -40,11 +64,47 @@ def peak_speed(way: float, speed: float, duration: float) -> float:
     return speed + 0.5 * first * duration * first / (first - last)
 
 
-def within_reach(way: float, speed: float, config: ControllerConfig) -> bool:
-    """Whether the planned arrival should begin: short enough, and either slow enough or due (T2)."""
-    comfort = config.comfort_acceleration
+def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
+    """Whether the planned arrival should begin: near enough, and either slow enough or due (T2).
+
+    Near is what is reached at the default comfort within the arrival horizon. A gentler arrival over the same
+    way takes longer, but its stages are as short in metres.
+
+    Args:
+        way: [m], from `theta` [m] on a part with this pace; speed: [m/s].
+    """
+    comfort = config.arrival_acceleration
     duration = time_to_go(way, speed, comfort)
     due = way <= 4.0 * speed**2 / (3.0 * comfort)
-    return duration <= config.arrival_horizon and (
-        due or peak_speed(way, speed, duration) <= config.limits.speed
-    )
+    if not due and peak_speed(way, speed, duration) > config.limits.speed:
+        return False
+    if way <= config.arrival_reach:
+        return True
+    horizon = config.arrival_horizon
+    return duration <= horizon and time_to_go(way, speed, comfort, pace.ahead(theta, way)) <= horizon
+
+
+def _paced_time(way: float, speed: float, acceleration: float, bounds: list[float]) -> float:
+    """Time [s] of the arrival by (T3) with c = `bounds` [m/s] in equal pieces of the way."""
+    piece = way / len(bounds)
+    up = _driven(speed, bounds, piece, acceleration)
+    down = _driven(0.0, bounds[::-1], piece, acceleration)[::-1]
+    # Faster than comfort at its begin, it brakes.
+    braked = [sqrt(max(speed**2 - 2.0 * acceleration * k * piece, 0.0)) for k in range(len(up))]
+    speeds = [max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)]
+    return sum(2.0 * piece / (v + w) for v, w in pairwise(speeds))
+
+
+def _driven(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:
+    """Speeds at the ends of pieces of equal length, from `speed` on, by (T3).
+
+    With u = sqrt(1 - v / c) the way left to c is 2 c² / a (u - u³ / 3), and u - u³ / 3 = 2/3 sin 3x for
+    u = 2 sin x.
+    """
+    speeds = [speed]
+    for bound in bounds:
+        u = sqrt(1.0 - min(speed, bound) / bound)
+        left = 1.5 * (u - u**3 / 3.0 - 0.5 * acceleration * piece / bound**2)
+        speed = bound if left <= 0.0 else bound * (1.0 - (2.0 * sin(asin(min(left, 1.0)) / 3.0)) ** 2)
+        speeds.append(speed)
+    return speeds

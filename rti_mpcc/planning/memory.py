@@ -10,6 +10,7 @@ from geometry import Pose2
 from rti_mpcc.controller import Solution
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.pace import Pace
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Objective, Trajectory
 
@@ -165,7 +166,7 @@ class Situation:
         target: what the active part ends in.
         direction: of the active part.
         last_part: whether the active part is the route's last, and its target no staging pose on it.
-        way: left to the target [m]; speed: in the direction of the part [m/s].
+        way: left to the target [m]; speed: in the direction of the part [m/s]; pace: of the part.
         free: whether the target is the part's own, not a stop before something in the way.
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
         stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
@@ -183,6 +184,7 @@ class Situation:
     free: bool
     way: float
     speed: float
+    pace: Pace
     error: Pose2
     stop_error: Pose2
     tolerance: tuple[float, float, float]

@@ -126,7 +126,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
         if stands(memory, situation):
             begun = _later(begun, situation.begin - begun.begin)
         elif begun.arrive_at is not None:
-            duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+            duration = _duration(situation, config)
             if begun.arrive_at - situation.begin < LEAST_SHARE * duration:
                 begun = replace(begun, arrive_at=situation.begin + duration)
         return replace(
@@ -139,7 +139,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     memory = replace(memory, unfinished=None)
     if not _arrives(memory, situation, config):
         return replace(memory, arrive_at=None, overdue_since=None)
-    duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
+    duration = _duration(situation, config)
     if _beside(memory, situation):
         memory = replace(memory, restarts=max(memory.restarts, 1))
     if memory.restarts > 0:
@@ -366,7 +366,14 @@ def _arrives(memory: ControllerMemory, situation: Situation, config: ControllerC
     """Whether one planned arrival is to bring the vehicle to its target from here."""
     if not config.arrival or memory.cartesian or (config.method is Method.SWITCHED and situation.last_part):
         return False
-    return within_reach(situation.way, situation.speed, config)
+    theta = float(situation.state[THETA])
+    return within_reach(situation.way, situation.speed, config, situation.pace, theta)
+
+
+def _duration(situation: Situation, config: ControllerConfig) -> float:
+    """What the arrival takes from here [s]."""
+    highest = situation.pace.ahead(float(situation.state[THETA]), situation.way)
+    return time_to_go(situation.way, situation.speed, config.arrival_acceleration, highest)
 
 
 def _beside(memory: ControllerMemory, situation: Situation) -> bool:
@@ -404,14 +411,13 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
         return memory
     assert memory.arrive_at is not None
     begin = situation.begin
-    duration = time_to_go(situation.way, situation.speed, config.comfort_acceleration)
-    if memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED:
-        return replace(
-            memory, arrive_at=begin + duration, timed_for=situation.target.pose, overdue_since=None
-        )
+    moved = memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
-    if lost and memory.arrive_at < begin + duration:
-        return replace(memory, arrive_at=begin + duration, overdue_since=None)
+    if moved or lost:
+        due = begin + _duration(situation, config)
+        arrive_at = due if moved else max(due, memory.arrive_at)
+        timed_for = situation.target.pose if moved else memory.timed_for
+        return replace(memory, arrive_at=arrive_at, timed_for=timed_for, overdue_since=None)
     if memory.arrive_at >= begin + FLOOR:
         return replace(memory, overdue_since=None)
     since = situation.now if memory.overdue_since is None else memory.overdue_since

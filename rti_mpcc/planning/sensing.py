@@ -12,6 +12,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import CONTROLS, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.pace import Pace
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
 from rti_mpcc.planning.trust import by_commands
@@ -40,13 +41,19 @@ def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: 
 
 
 def situation_of(
-    memory: ControllerMemory, part: PathPart, target: Target, config: ControllerConfig, *, last_part: bool
+    memory: ControllerMemory,
+    part: PathPart,
+    pace: Pace,
+    target: Target,
+    config: ControllerConfig,
+    *,
+    last_part: bool,
 ) -> Situation:
     """The situation of this cycle by what is believed of the vehicle."""
     believed, free = memory.trust.state, memory.stop is None
     speed = 0.0 if believed is None else float(believed[V])
     reached = reached_state(memory.now, memory, part, config)
-    situation = assess(reached, memory.now, speed, part, target, config, last_part=last_part, free=free)
+    situation = assess(reached, memory.now, speed, part, pace, target, config, last_part=last_part, free=free)
     return replace(situation, doubt=memory.trust.why or situation.doubt)
 
 
@@ -55,6 +62,7 @@ def assess(
     now: float,
     measured_speed: float,
     part: PathPart,
+    pace: Pace,
     target: Target,
     config: ControllerConfig,
     *,
@@ -75,8 +83,9 @@ def assess(
         direction=part.direction,
         last_part=last_part,
         free=free,
-        way=_way(here, float(reached[THETA]), part, target),
+        way=way_between(here, float(reached[THETA]), part, target),
         speed=max(part.direction * float(reached[V]), 0.0),
+        pace=pace,
         error=here.relative_to(target.pose),
         stop_error=Pose2(float(stopped[X]), float(stopped[Y]), float(stopped[PHI])).relative_to(target.pose),
         tolerance=tolerance if free else STOP_TOLERANCE,
@@ -108,8 +117,11 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
     reached[PHI] = lift(phi, heading)
 
 
-def _way(here: Pose2, theta: float, part: PathPart, target: Target) -> float:
-    """Way left [m]: along the path, straight on behind its end, and across to the target's offset."""
+def way_between(here: Pose2, theta: float, part: PathPart, target: Target) -> float:
+    """Way left [m] from a pose with progress `theta` [m].
+
+    Along the path, straight on behind its end, and across to the target's offset.
+    """
     on_path, at_target = part.pose(theta), part.pose(target.theta)
     offset = here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x

@@ -10,6 +10,7 @@ from rich.table import Table
 from rti_mpcc.simulation import GoalSource
 
 _NEVER = "never"
+_COMFORT = (("acceleration", "m/s²"), ("lateral_acceleration", "m/s²"), ("steering_rate", "rad/s"))
 
 
 def summary_table(summary: dict[str, Any]) -> Table:
@@ -26,10 +27,12 @@ def summary_table(summary: dict[str, Any]) -> Table:
 def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
     error, solver = summary["final_error"], summary["solver"]
     rms, energy = summary["rms"], summary["energy"]
+    peak, comfort = summary["peak"], summary["comfort"]
     return [
         ("docked", "yes" if summary["docked"] else "no", ""),
         ("time to tolerance", _number(summary["time_to_tolerance_s"], 2), "s"),
         ("time to dock", _number(summary["time_to_dock_s"], 2), "s"),
+        ("time expected", _number(summary["expected_time_s"], 2) if summary["expected_time_s"] else "-", "s"),
         ("final error, longitudinal", _number(1e3 * error["longitudinal_m"], 1), "mm"),
         ("final error, lateral", _number(1e3 * error["lateral_m"], 1), "mm"),
         ("final error, heading", _number(degrees(error["heading_rad"]), 2), "deg"),
@@ -44,6 +47,10 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("energy steering rate", _number(energy["steering_rate"], 3), "rad²/s"),
         ("energy acceleration", _number(energy["acceleration"], 3), "m²/s³"),
         ("energy lateral acceleration", _number(energy["lateral_acceleration"], 3), "m²/s³"),
+        *(
+            (f"peak / comfort {name.replace('_', ' ')}", f"{peak[name]:.3f} / {comfort[name]:.3f}", unit)
+            for name, unit in _COMFORT
+        ),
         ("cycle p50 / p95 / p99 / max", _spread(summary["cycle_ms"]), "ms"),
         ("feedback p50 / p95 / p99 / max", _spread(summary["feedback_ms"]), "ms"),
         ("iterations p50 / p95", _pair(solver), ""),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
 from rti_mpcc.simulation.plant import SAME_TIME
@@ -44,6 +45,9 @@ def summary(result: RunResult) -> dict[str, Any]:
         "rms": rms(truth, to_tolerance),
         "energy": energy(truth, to_tolerance),
         "energy_to_dock": energy(truth, to_dock),
+        "peak": peak(truth, to_dock),
+        "comfort": result.config.comfort._asdict(),
+        "expected_time_s": _expected_time(result),
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **_computing(result),
         "goal": goal_summary(result),
@@ -129,6 +133,24 @@ def energy(truth: Truth, until: float | None) -> dict[str, float]:
         "acceleration": float(steps @ truth.acceleration[:-1] ** 2),
         "lateral_acceleration": _square_integral(truth.times, truth.lateral_acceleration, until),
     }
+
+
+def peak(truth: Truth, until: float | None) -> dict[str, float]:
+    """Largest absolute values up to `until` [s] (None: the whole run): what comfort is measured by."""
+    count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
+    return {
+        name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max())
+        for name in ("acceleration", "lateral_acceleration", "steering_rate")
+    }
+
+
+def _expected_time(result: RunResult) -> float | None:
+    """What the controller would have told before the run; None where no arrival is planned."""
+    if not result.config.arrival:
+        return None
+    scenario = result.scenario
+    path = scenario.build_path()
+    return expected_docking_time(path, result.config, scenario.planned_goal(path))
 
 
 def _square_integral(times: Array, values: Array, until: float | None) -> float:

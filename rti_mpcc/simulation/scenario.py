@@ -15,6 +15,7 @@ from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.errors import InputError
+from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.methods import with_method
 from rti_mpcc.simulation.plant import PlantParameters
@@ -155,6 +156,9 @@ class ControllerSection(Section):
 
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     comfort_acceleration: Positive | None = None
+    comfort_lateral_acceleration: Positive | None = None
+    comfort_steering_rate: Positive | None = None
+    docking_time: Positive | None = None
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
 
@@ -262,11 +266,13 @@ class Scenario(Section):
             detections = self.goal.measurement is not None
         if detections:
             changes["goal_tracking"] = self._goal_tracking()
-        for key in ("comfort_acceleration", "deadline"):
-            if getattr(section, key) is not None:
-                changes[key] = getattr(section, key)
+        changes.update(section.model_dump(exclude={"dead_time", "docking_time"}, exclude_none=True))
         make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
-        return with_method(make.get(preset, ControllerConfig)(**changes), method)
+        config = with_method(make.get(preset, ControllerConfig)(**changes), method)
+        if section.docking_time is None:
+            return config
+        path = self.build_path()
+        return config_for_docking_time(section.docking_time, path, config, self.planned_goal(path))
 
     def _goal_tracking(self) -> GoalTracking:
         """The filter knows the law of the detector's noise, and that detections may arrive late."""

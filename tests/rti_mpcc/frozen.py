@@ -172,7 +172,7 @@ class FrozenProblem:
         errors = frenet_errors(states, reference, part.direction)
         walls = self.walls.at(states[:, :2]) if self.walls is not None else None
         goal = self.frame.pose_in(self.target.pose)
-        cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase)
+        cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase, config.comfort)
         cost.state_gradient[:, THETA] += self.nearing
         fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
@@ -363,7 +363,9 @@ def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -
     near = walls.at(states[:, :2]) if walls is not None else None
     goal, wheelbase = linear.frame.pose_in(mpcc.target.pose), mpcc.config.vehicle.wheelbase
     gradients = [
-        quadratic_cost(states, controls, weights, errors, near, goal, wheelbase).state_gradient[:, THETA]
+        quadratic_cost(
+            states, controls, weights, errors, near, goal, wheelbase, mpcc.config.comfort
+        ).state_gradient[:, THETA]
         for weights in (linear.weights, replace(linear.weights, by_progress=None))
     ]
     return gradients[0] - gradients[1]

@@ -150,12 +150,14 @@ def _path_pose(problem: FrozenProblem, k: int, theta: Any) -> tuple[Any, Any, An
 
 
 def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
-    w, stages = problem.weights, len(problem.lengths)
+    w, stages, comfort = problem.weights, len(problem.lengths), problem.config.comfort
     total: Any = w.slack * ca.sum1(s)
     for k in range(stages + 1):
         total += problem.nearing[k] * (z[THETA, k] - problem.states[k, THETA])
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
-        total += w.lateral_acceleration[k] * (v**2 * tangent / problem.config.vehicle.wheelbase) ** 2
+        lateral = v**2 * tangent / problem.config.vehicle.wheelbase
+        total += w.lateral_acceleration[k] * lateral**2
+        total += w.comfort[k] * _excess(lateral, comfort.lateral_acceleration) ** 2
         if w.lag[k] or w.contouring[k] or w.heading[k]:
             x_r, y_r, phi_r = _path_pose(problem, k, z[THETA, k])
             dx, dy = z[X, k] - x_r, z[Y, k] - y_r
@@ -169,6 +171,8 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
     for k in range(stages):
         total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
         total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
+        total += w.comfort[k] * _excess(u[A, k], comfort.acceleration) ** 2
+        total += w.comfort[k] * _excess(u[DELTA_DOT, k], comfort.steering_rate) ** 2
     return total + _goal_cost(problem, z[:, stages])
 
 
@@ -180,6 +184,10 @@ def _goal_cost(problem: FrozenProblem, last: Any) -> Any:
         return w.goal[0] * dx**2 + w.goal[1] * dy**2 + w.goal[2] * dphi**2 + speed
     assert w.goal[0] == w.goal[1], "Huber's cost of a distance needs one weight on x and y"
     return w.goal[0] * _huber(dx**2 + dy**2, GOAL_CLIP[0]) + w.goal[2] * _huber(dphi**2, GOAL_CLIP[1]) + speed
+
+
+def _excess(value: Any, most: float) -> Any:
+    return ca.fmax(ca.fabs(value) - most, 0)
 
 
 def _huber(square: Any, clip: float) -> Any:

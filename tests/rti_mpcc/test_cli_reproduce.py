@@ -12,11 +12,12 @@ import pytest
 
 from rti_mpcc.cli import main, reproduce
 from rti_mpcc.report.reproduction import report
-from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
+from rti_mpcc.report.reproduction.runs import Runs, comfort_cases, experiment_cases
 from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import Case
 
 PICTURES = {
+    "comfort_front.png",
     "docking_behind_plane.png",
     "docking_behind_time.png",
     "docking_inside_plane.png",
@@ -39,6 +40,7 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(reproduce, "experiment_cases", lambda: list(map(short, experiment_cases())))
+    monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(case, 0.1) for case in comfort_cases()])
     course = short(Case(scenario=load_scenario("docking_inside")), 0.2)
     monkeypatch.setattr(reproduce, "course_cases", lambda count: [course] * count)
     assert main(["reproduce", "--jobs", "1", "--courses", "2", "--out", "there"]) == 0
@@ -75,6 +77,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
         "full-course",
         "docking-inside",
         "docking-behind",
+        "comfort",
         "courses",
     ]
     inside = numbers["sections"]["docking-inside"]["figures"]
@@ -87,6 +90,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     written: list[Runs] = []
     monkeypatch.setattr(reproduce, "experiment_cases", lambda: [short(experiment_cases()[0], 0.1)])
+    monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(experiment_cases()[1], 0.1)] * 3)
     monkeypatch.setattr(reproduce, "course_cases", lambda count: [short(experiment_cases()[3], 0.1)] * count)
 
     def write_report(runs: Runs, folder: Path) -> tuple[Path, ...]:
@@ -97,6 +101,7 @@ def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     for count in (0, 2):
         assert main(["reproduce", "--jobs", "1", "--courses", str(count)]) == 0
         assert len(written[-1].courses) == count
+        assert [outcome.figures["method"] for outcome in written[-1].comforts] == ["separated"] * 3
         assert written[-1].figures("docking_inside")["method"] == "dynamic"
         assert "runs/reproduce" in capsys.readouterr().out
 

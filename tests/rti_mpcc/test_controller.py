@@ -83,7 +83,7 @@ def test_a_straight_arrival_is_the_cubic_of_least_acceleration() -> None:
 
     a = f (T - t) + g with r f = q (D - x_T) and r g = -p v_T.
     """
-    mpcc = core([(1, 0.0, 30.0)])
+    mpcc = core([(1, 0.0, 30.0)], comfort_acceleration=1.0)
     solution = arrive(mpcc, at(mpcc, 0.0), 20.0)
     way, span, weights = 30.0, 20.0, mpcc.config.weights
     r = weights.acceleration / weights.stage_length
@@ -117,9 +117,37 @@ def test_speed_limit_with_and_without() -> None:
         assert speed == pytest.approx(limit, abs=1e-3) if limit < 2.0 else speed > reached
 
 
+def test_an_arrival_in_too_little_time_goes_beyond_comfort_by_little() -> None:
+    """The cubic over 30 m in 20 s begins with 0.45 m/s²."""
+    plans = {
+        mpcc.config.comfort_acceleration: arrive(mpcc, at(mpcc, 0.0), 20.0, 20).trajectory
+        for mpcc in (core([(1, 0.0, 30.0)], comfort_acceleration=comfort) for comfort in (0.4, 1.0))
+    }
+    most = {comfort: np.abs(plan.controls[:, A]).max() for comfort, plan in plans.items()}
+    assert most[1.0] == pytest.approx(0.445, abs=0.01)
+    assert 0.4 < most[0.4] < 0.405
+    assert plans[0.4].states[-1, THETA] == pytest.approx(plans[1.0].states[-1, THETA], abs=0.05)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_in_a_bend_an_arrival_keeps_to_the_comfort_of_load_and_steering(direction: int) -> None:
+    bends = [(direction, 0.2, 12.0), (direction, -0.2, 12.0)]
+    comfort = {"comfort_lateral_acceleration": 0.3, "comfort_steering_rate": 0.12}
+    most = []
+    for settings in ({"weights": Weights(comfort=0.0)}, comfort):
+        mpcc = core(bends, width=2.5, **settings)
+        plan = arrive(mpcc, at(mpcc, 0.0, delta=0.5), 24.0, 30).trajectory
+        lateral = plan.states[:, V] ** 2 * np.tan(plan.states[:, DELTA]) / mpcc.config.vehicle.wheelbase
+        most.append((np.abs(lateral).max(), np.abs(plan.controls[:, DELTA_DOT]).max()))
+    assert most[0][0] > 0.33
+    assert most[0][1] > 0.13
+    assert most[1][0] < 1.05 * comfort["comfort_lateral_acceleration"]
+    assert most[1][1] < 1.05 * comfort["comfort_steering_rate"]
+
+
 def test_acceleration_limit_with_and_without() -> None:
     for limit in (0.6, 5.0):
-        mpcc = core([(1, 0.0, 12.0)], limits=limited(acceleration=limit))
+        mpcc = core([(1, 0.0, 12.0)], limits=limited(acceleration=limit), comfort_acceleration=limit)
         a = np.abs(arrive(mpcc, at(mpcc, 0.0), 8.0).trajectory.controls[:, A]).max()
         assert a == pytest.approx(limit, abs=1e-3) if limit < 1.0 else a > 0.8
 

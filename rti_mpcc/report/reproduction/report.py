@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rti_mpcc.recording import Machine
 from rti_mpcc.report.published import published
+from rti_mpcc.report.reproduction.comfort import comfort_section
 from rti_mpcc.report.reproduction.content import Paragraph, Picture, Section, found, say
 from rti_mpcc.report.reproduction.courses import courses_section
 from rti_mpcc.report.reproduction.docking import docking_section
@@ -41,7 +42,7 @@ _MISSING = (
 
 
 def sections(runs: Runs) -> list[Section]:
-    """All of the report in order; without drawn courses their section is left out."""
+    """All of the report in order; those of runs that were not driven are left out."""
     made = [
         frenet_section(),
         schedules_section(),
@@ -49,6 +50,8 @@ def sections(runs: Runs) -> list[Section]:
         course_section(runs),
         *(docking_section(runs, scenario) for scenario in DOCKING),
     ]
+    if runs.comforts:
+        made.append(comfort_section(runs))
     if runs.courses:
         made.append(courses_section(runs.courses))
     return [about(made), *made]

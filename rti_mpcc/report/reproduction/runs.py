@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import drawn_course, load_scenario
+from rti_mpcc.simulation import changed, drawn_course, load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome
 
 DOCKING = {"docking_inside": "Scenario 1", "docking_behind": "Scenario 2"}
@@ -16,15 +16,23 @@ FULL_COURSE = "path_following"
 METHODS = ("dynamic", "separated", "switched")
 CONTOURING = ("dynamic", "constant_1", "constant_50", "constant_100")
 PAPER, DEFAULT = "paper", "default"
+COMFORTS = {
+    "comfort_acceleration": (0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7),
+    "comfort_lateral_acceleration": (0.5, 0.25),
+    "comfort_steering_rate": (0.25, 0.12),
+    "docking_time": (18.0, 24.0, 30.0, 40.0),
+}
+"""Keys of a scenario's [controller] that are set, one at a time: [m/s²], [m/s²], [rad/s], [s]."""
 COURSE_SEED = 1
 """Of the drawn courses."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Runs:
-    """The runs of a report: those of the paper's experiments, and those on drawn courses."""
+    """The runs of a report: the paper's experiments, `default` at other comforts, and on drawn courses."""
 
     experiments: Sequence[Outcome]
+    comforts: Sequence[Outcome] = ()
     courses: Sequence[Outcome] = ()
 
     def of(self, scenario: str, method: str = "dynamic", preset: str = PAPER) -> Outcome:
@@ -49,6 +57,12 @@ def experiment_cases() -> list[Case]:
         for name, compared in methods.items()
         for method, preset in [*((method, PAPER) for method in compared), ("dynamic", DEFAULT)]
     ]
+
+
+def comfort_cases() -> list[Case]:
+    """The paper's scenarios with `default` at other comforts, and with the time asked for."""
+    changes = [{f"controller.{key}": value} for key, values in COMFORTS.items() for value in values]
+    return [Case(scenario=changed(load_scenario(name), change)) for name in DOCKING for change in changes]
 
 
 def course_cases(count: int) -> list[Case]:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, HalfPlanes, PathPart, Pose2, ReferencePath
+from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights, WeightSlopes
@@ -15,6 +16,8 @@ from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
 N, WHEELBASE = 8, 2.875
+COMFORT = Comfort(acceleration=0.4, lateral_acceleration=0.9, steering_rate=0.3)
+"""Some stages of the plan are within it, others beyond it on either side."""
 BLENDED = [field.name for field in fields(WeightSlopes)]
 NOTHING = StageWeights(
     lag=np.zeros(N + 1),
@@ -27,6 +30,7 @@ NOTHING = StageWeights(
     steering_rate=np.zeros(N),
     virtual_speed=np.zeros(N),
     progress_reward=np.zeros(N),
+    comfort=np.zeros(N + 1),
     goal=np.zeros(3),
     goal_speed=0.0,
     goal_clipped=False,
@@ -45,6 +49,7 @@ TERMS = {
     "controls": replace(
         NOTHING, acceleration=U, steering_rate=2.0 * U, virtual_speed=3.0 * U, progress_reward=U
     ),
+    "comfort": replace(NOTHING, comfort=W),
     "goal": replace(NOTHING, goal=np.array([2.0, 3.0, 4.0]), goal_speed=5.0),
     "clipped goal": replace(NOTHING, goal=np.array([2.0, 2.0, 4.0]), goal_speed=5.0, goal_clipped=True),
 }
@@ -56,6 +61,7 @@ TERMS["all"] = replace(
     lateral_acceleration=W,
     bound_distance=W,
     bound_speed=W,
+    comfort=W,
     acceleration=U,
     steering_rate=U,
     virtual_speed=U,
@@ -97,7 +103,8 @@ class Setting:
     def model(self, weights: StageWeights) -> QuadraticCost:
         reference = self.part.reference(self.states[:, THETA])
         errors = frenet_errors(self.states, reference, self.part.direction)
-        return quadratic_cost(self.states, self.controls, weights, errors, self.walls, self.goal, WHEELBASE)
+        walls, goal = self.walls, self.goal
+        return quadratic_cost(self.states, self.controls, weights, errors, walls, goal, WHEELBASE, COMFORT)
 
     def cost(self, states: Array, controls: Array, w: StageWeights) -> float:
         """Eq. (C1)-(C3) stage by stage, walls as the straight lines that they are near the plan."""
@@ -106,7 +113,9 @@ class Setting:
             error = Pose2(x, y, phi).relative_to(self.part.pose(theta))
             turned = phi - self.part.reference(np.array([theta])).phi[0]
             total += w.lag[k] * error.x**2 + w.contouring[k] * error.y**2 + w.heading[k] * turned**2
-            total += w.lateral_acceleration[k] * (v**2 * tan(delta) / WHEELBASE) ** 2
+            lateral = v**2 * tan(delta) / WHEELBASE
+            total += w.lateral_acceleration[k] * lateral**2
+            total += w.comfort[k] * max(0.0, abs(lateral) - COMFORT.lateral_acceleration) ** 2
             for side in range(2):
                 away = np.array([x, y]) - self.walls.point[k, side]
                 distance = float(self.walls.normal[k, side] @ away)
@@ -115,6 +124,8 @@ class Setting:
         for k, u in enumerate(controls):
             total += w.acceleration[k] * u[A] ** 2 + w.steering_rate[k] * u[DELTA_DOT] ** 2
             total += w.virtual_speed[k] * u[THETA_DOT] ** 2 - w.progress_reward[k] * u[THETA_DOT]
+            total += w.comfort[k] * max(0.0, abs(u[A]) - COMFORT.acceleration) ** 2
+            total += w.comfort[k] * max(0.0, abs(u[DELTA_DOT]) - COMFORT.steering_rate) ** 2
         last = states[-1]
         dx, dy, turn = last[X] - self.goal.x, last[Y] - self.goal.y, last[PHI] - self.goal.phi
         total += w.goal_speed * last[V] ** 2

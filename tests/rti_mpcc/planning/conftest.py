@@ -9,6 +9,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.pace import Pace
 from rti_mpcc.planning.memory import Situation
 
 
@@ -33,6 +34,7 @@ class Situations:
             "free": True,
             "way": 10.0,
             "speed": 1.0,
+            "pace": Pace(theta=np.array([0.0, 20.0]), speed=np.array([10.0, 10.0])),
             "error": Pose2(-10.0, 0.0, 0.0),
             "stop_error": Pose2(-8.75, 0.0, 0.0),
             "tolerance": (0.05, 0.05, 0.035),

@@ -5,7 +5,9 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
+from rti_mpcc.ocp.pace import pace_of
 from rti_mpcc.planning.arrival import FLOOR, peak_speed, time_to_go, within_reach
 
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
@@ -68,22 +70,100 @@ def test_the_peak_speed_is_the_highest_on_the_cubic(way: float, speed: float) ->
     assert peak_speed(way, speed, duration) == pytest.approx(max(speeds), abs=1e-6)
 
 
+def test_no_bound_above_the_peak_changes_the_time() -> None:
+    for way, speed in CASES:
+        free = time_to_go(way, speed, COMFORT)
+        peak = peak_speed(way, speed, free)
+        assert time_to_go(way, speed, COMFORT, np.full(200, 1.2 * max(peak, 2.5 * speed))) == free
+
+
+def test_under_a_bound_it_is_a_cubic_up_to_it_and_one_down_from_it() -> None:
+    """From rest: the cubics take 2 c / a each, over 2/3 of what c would drive in that time."""
+    way, bound = 40.0, 2.0
+    ramp = 2.0 * bound / COMFORT
+    expected = way / bound + 2.0 / 3.0 * ramp
+    got = time_to_go(way, 0.0, COMFORT, np.full(400, bound))
+    assert got == pytest.approx(expected, rel=2e-3)
+    assert got > time_to_go(way, 0.0, COMFORT)
+
+
+@pytest.mark.parametrize(("way", "speed"), [(10.0, 0.0), (10.0, 1.0), (30.0, 2.0), (2.0, 0.6)])
+def test_where_the_bound_is_the_peak_itself_it_is_the_one_cubic(way: float, speed: float) -> None:
+    free = time_to_go(way, speed, COMFORT)
+    peak = peak_speed(way, speed, free)
+    if peak > speed:
+        got = time_to_go(way, speed, COMFORT, np.full(400, 0.9999 * peak))
+        assert got == pytest.approx(free, rel=2e-3)
+
+
+def test_a_bend_on_the_way_costs_time_and_the_later_it_is_the_same() -> None:
+    """From rest to rest the motion may be turned round."""
+    bounds = np.full(400, 10.0)
+    bounds[100:140] = 1.0
+    first, last = (time_to_go(60.0, 0.0, COMFORT, values) for values in (bounds, bounds[::-1]))
+    assert first == pytest.approx(last, rel=1e-6)
+    assert first > time_to_go(60.0, 0.0, COMFORT, np.full(400, 10.0)) + 3.0
+
+
+def test_along_its_own_motion_under_a_bound_the_time_falls_by_the_time_passed() -> None:
+    way, bound = 40.0, 2.0
+    ramp = 2.0 * bound / COMFORT
+    left = way - 2.0 / 3.0 * ramp * bound  # the first cubic is driven
+    whole, rest = (
+        time_to_go(d, v, COMFORT, np.full(800, bound)) for d, v in ((way, 0.0), (left, 0.9999 * bound))
+    )
+    assert rest == pytest.approx(whole - ramp, rel=5e-3)
+
+
+def test_a_vehicle_above_its_bound_is_slowed_not_refused() -> None:
+    got = time_to_go(30.0, 3.0, COMFORT, np.full(200, 1.0))
+    assert 30.0 / 3.0 < got < 30.0 / 1.0 + 2.0 / 3.0 * 2.0 / COMFORT
+
+
+def reaches(way: float, speed: float, config: ControllerConfig) -> bool:
+    """On a straight part."""
+    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 300.0)]).parts[0]
+    return within_reach(way, speed, config, pace_of(part, config), 0.0)
+
+
 def test_an_arrival_begins_when_it_is_short_and_slow_enough() -> None:
     config = ControllerConfig(limits=Limits(speed=2.0))
-    # From rest the peak of the cubic is 1.5 D / T = sqrt(3 a D / 8): 2 m/s at D = 26.7 m.
-    assert within_reach(26.0, 0.0, config)
-    assert not within_reach(27.5, 0.0, config)
+    # From rest the peak of the cubic is 1.5 D / T = sqrt(3 a D / 8).
+    fastest = 8.0 * 2.0**2 / (3.0 * config.arrival_acceleration)
+    assert reaches(fastest - 0.1, 0.0, config)
+    assert not reaches(fastest + 0.1, 0.0, config)
 
 
 def test_an_arrival_that_would_be_too_fast_begins_when_it_is_due() -> None:
     config = ControllerConfig(limits=Limits(speed=2.0))
-    due = 4.0 * 2.1**2 / (3.0 * config.comfort_acceleration)
-    assert within_reach(due - 0.1, 2.1, config)
-    assert not within_reach(due + 1.0, 2.1, config)
+    due = 4.0 * 2.1**2 / (3.0 * config.arrival_acceleration)
+    assert reaches(due - 0.1, 2.1, config)
+    assert not reaches(due + 1.0, 2.1, config)
 
 
 def test_an_arrival_longer_than_the_horizon_waits() -> None:
     config = ControllerConfig(limits=Limits(speed=50.0))
-    longest = config.arrival_horizon**2 * config.comfort_acceleration / 6.0
-    assert within_reach(longest - 0.1, 0.0, config)
-    assert not within_reach(longest + 0.1, 0.0, config)
+    longest = config.arrival_horizon**2 * config.arrival_acceleration / 6.0
+    assert reaches(longest - 0.1, 0.0, config)
+    assert not reaches(longest + 0.1, 0.0, config)
+
+
+def test_a_gentle_arrival_may_take_longer_than_the_horizon_over_the_same_way() -> None:
+    usual = ControllerConfig(limits=Limits(speed=50.0))
+    gentle = ControllerConfig(limits=Limits(speed=50.0), comfort_acceleration=0.1)
+    assert time_to_go(37.0, 0.0, gentle.arrival_acceleration) > gentle.arrival_horizon
+    for config in (usual, gentle):
+        assert reaches(37.0, 0.0, config)
+        assert not reaches(38.0, 0.0, config)
+
+
+def test_a_bend_ahead_delays_the_arrival_until_it_is_short_enough() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0), (1, 0.2, 10.0), (1, 0.0, 30.0)])
+    config = ControllerConfig(comfort_acceleration=0.8)
+    pace = pace_of(path.parts[0], config)
+    slow = pace_of(
+        path.parts[0], ControllerConfig(comfort_acceleration=0.8, comfort_lateral_acceleration=0.05)
+    )
+    way = 60.0
+    assert within_reach(way, 3.0, config, pace, 5.0)
+    assert not within_reach(way, 3.0, config, slow, 5.0)

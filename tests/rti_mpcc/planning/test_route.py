@@ -246,7 +246,7 @@ def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor(situations: Any
 def test_an_arrival_that_lost_cycles_gets_its_time_back(situations: Any) -> None:
     gap = (QueuedCommand(10.2 - 5.0, 0.0, 0.0),)
     after = decided(replace(arriving(arrive_at=12.0), queue=gap), situations(), CONFIG).arrive_at
-    assert after == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.comfort_acceleration))
+    assert after == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration))
     none = (QueuedCommand(10.2 - CONFIG.cycle, 0.0, 0.0),)
     assert decided(replace(arriving(arrive_at=12.0), queue=none), situations(), CONFIG).arrive_at == 12.0
 
@@ -254,7 +254,7 @@ def test_an_arrival_that_lost_cycles_gets_its_time_back(situations: Any) -> None
 def test_a_target_that_moves_is_a_new_arrival(situations: Any) -> None:
     moved = situations(target=target_at(20.5), way=10.5)
     after = decided(arriving(), moved, CONFIG)
-    expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.comfort_acceleration)
+    expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.arrival_acceleration)
     assert after.arrive_at == pytest.approx(expected)
     slightly = situations(target=target_at(20.05), way=10.05)
     assert decided(arriving(), slightly, CONFIG).arrive_at == 20.0
@@ -267,14 +267,14 @@ def test_a_target_that_creeps_away_is_a_new_arrival_too(situations: Any) -> None
         memory = decided(memory, situations(target=target_at(there), way=there - 10.0), CONFIG)
         times.append(memory.arrive_at)
     assert times[:3] == [20.0] * 3
-    assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.comfort_acceleration))
+    assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.arrival_acceleration))
     assert times[4] == times[3]
 
 
 def test_begin_with_an_arrival_within_reach_and_with_contouring_beyond(situations: Any) -> None:
     memory = ControllerMemory()
     near = route.begin_phase(memory, situations(), CONFIG)
-    assert near.arrive_at == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.comfort_acceleration))
+    assert near.arrive_at == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration))
     slow = ControllerConfig(limits=Limits(speed=1.0))
     assert route.begin_phase(memory, situations(way=90.0), slow).arrive_at is None
     assert route.begin_phase(memory, situations(), ControllerConfig.paper()).arrive_at is None
@@ -468,7 +468,9 @@ def test_backing_off_is_for_another_try_near_the_goal(situations: Any) -> None:
 def test_another_try_near_the_goal_has_time_to_back_off_first(situations: Any) -> None:
     near = situations.standing(19.8)
     first, again = arriving(), arriving(restarts=1)
-    assert route.begin_phase(first, near, CONFIG).arrive_at == pytest.approx(10.2 + time_to_go(0.2, 0.0, 0.4))
+    assert route.begin_phase(first, near, CONFIG).arrive_at == pytest.approx(
+        10.2 + time_to_go(0.2, 0.0, 0.36)
+    )
     assert route.begin_phase(again, near, CONFIG).arrive_at == pytest.approx(10.2 + route.RETRY_TIME)
 
 

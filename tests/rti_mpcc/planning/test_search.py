@@ -219,7 +219,7 @@ def test_a_search_begun_while_moving_keeps_its_time(
     assert after.arrive_at == 15.0
     late = situations(target=mpcc.target, now=14.0, begin=14.2)
     again = route.begin_phase(memory, late, mpcc.config)
-    least = time_to_go(late.way, late.speed, mpcc.config.comfort_acceleration)
+    least = time_to_go(late.way, late.speed, mpcc.config.arrival_acceleration)
     assert again.arrive_at == pytest.approx(14.2 + least)
 
 

@@ -10,6 +10,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import path_end
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.pace import pace_of
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
@@ -32,7 +33,15 @@ def assess(
     free: bool = True,
 ) -> Situation:
     return sensing.assess(
-        reached, 1.0, float(reached[3]), on, target or path_end(on), CONFIG, last_part=last_part, free=free
+        reached,
+        1.0,
+        float(reached[3]),
+        on,
+        pace_of(on, CONFIG),
+        target or path_end(on),
+        CONFIG,
+        last_part=last_part,
+        free=free,
     )
 
 
@@ -109,6 +118,8 @@ def test_what_is_far_off_the_path_is_doubted() -> None:
 
 def test_what_is_doubted_is_said_and_nothing_known_is_the_begin_of_the_part() -> None:
     memory = ControllerMemory(trust=Trust(why="not a finite state"))
-    situation = sensing.situation_of(memory, part(), path_end(part()), CONFIG, last_part=True)
+    situation = sensing.situation_of(
+        memory, part(), pace_of(part(), CONFIG), path_end(part()), CONFIG, last_part=True
+    )
     assert situation.doubt == "not a finite state"
     assert situation.state.tolist() == [0.0] * 6

@@ -12,8 +12,9 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
-from rti_mpcc.report.published import Track
+from rti_mpcc.report.published import Track, published_track
 from rti_mpcc.report.reproduction import causes
+from rti_mpcc.report.reproduction.comfort import aims, aims_told
 from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
 from rti_mpcc.report.reproduction.docking import claims, missed_causes, verdicts
 from rti_mpcc.report.reproduction.exactness import error_at, nearest_error, track_smoothness
@@ -21,6 +22,7 @@ from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_st
 from rti_mpcc.report.reproduction.page import html_page
 from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
 from rti_mpcc.report.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
+from rti_mpcc.report.reproduction.verdicts import MISSED
 
 
 class Wellformed(HTMLParser):
@@ -110,6 +112,51 @@ def test_what_never_came_is_not_compared() -> None:
     assert verdicts("docking_behind", {**behind, "dynamic": figures(None)})[0] == (
         "`dynamic` never gets inside tolerance."
     )
+
+
+def spent(time: float | None, share: float, clearance: float = 0.12) -> dict[str, Any]:
+    """`share` of the published code's energies in Scenario 1, over its way."""
+    energy = {
+        "acceleration": share * 0.559,
+        "steering_rate": share * 0.413,
+        "lateral_acceleration": share * 0.935,
+    }
+    return {
+        "time_to_tolerance_s": time,
+        "min_clearance_m": clearance,
+        "energy": energy,
+        "energy_to_dock": {name: 1.05 * value for name, value in energy.items()},
+        "peak": {"acceleration": 0.3},
+        "comfort": {"acceleration": 0.4},
+        "distance_m": 1e3,
+    }
+
+
+def test_what_default_set_out_for_is_judged_by_the_run() -> None:
+    assert all(aim.met for aim in aims(spent(21.0, 0.9), "docking_inside"))
+    told = aims_told("docking_inside", aims(spent(21.0, 0.9), "docking_inside"))
+    assert told == "Scenario 1: `default` keeps to all that it set out for: comes out so."
+    missed = [aim.words for aim in aims(spent(21.5, 1.1, 0.09), "docking_inside") if not aim.met]
+    assert missed == [
+        "time to tolerance T [s]",
+        "clearance [m]",
+        "energy of acceleration / published code's",
+        "energy of lateral acceleration / published code's",
+    ]
+    never = aims(spent(None, 0.5), "docking_inside")
+    assert not never[0].met
+    assert "missed: time to tolerance T [s] –" in aims_told("docking_inside", never)
+    assert MISSED in aims_told("docking_inside", never)
+
+
+def test_the_least_energy_is_that_of_the_shorter_way() -> None:
+    """12 D²/T³ by the published trajectory where this run's way is longer."""
+    track = published_track("docking_inside", "dynamic")
+    assert track is not None
+    way = np.hypot(*np.diff(track.poses[:, :2], axis=0).T).sum()
+    for mine, shorter in ((1e3, way), (5.0, 5.0)):
+        last = aims({**spent(20.0, 1.0), "distance_m": mine}, "docking_inside")[-1]
+        assert last.value == pytest.approx(0.559 / (12.0 * shorter**2 / 20.0**3))
 
 
 @pytest.mark.parametrize("name", targets())

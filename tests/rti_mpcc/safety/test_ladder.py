@@ -10,6 +10,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.pace import Pace
 from rti_mpcc.planning.memory import Situation
 from rti_mpcc.safety import ladder
 from rti_mpcc.types import Array, Source, Trajectory
@@ -31,6 +32,7 @@ def before_the_goal(left: float, speed: float, direction: int = 1) -> Situation:
         direction=direction,
         way=left,
         speed=speed,
+        pace=Pace(theta=np.array([0.0, 9.0]), speed=np.array([10.0, 10.0])),
         error=Pose2(-direction * left, 0.0, 0.0),
         stop_error=Pose2(0.0, 0.0, 0.0),
         tolerance=(0.05, 0.05, 0.035),

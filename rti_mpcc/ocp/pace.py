@@ -1,0 +1,61 @@
+"""How fast a part may be driven in comfort.
+
+The steering that the path asks for, delta(theta) = atan(L kappa), is smoothed over a few metres: no vehicle
+turns its wheels on the spot. From it, with the comfort values,
+
+(P1)  v² |tan delta| / L <= a_lat,   v |d delta / d theta| <= delta_dot,   v <= the speed limit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry import PathPart
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.types import Array
+
+SPACING = 0.25
+"""Of the samples along a part [m]."""
+TRANSITION = 4.0
+"""Way over which a step of the path's curvature is steered [m]."""
+PIECES = (64, 400)
+"""Least and most pieces in which the way ahead is looked at."""
+FLAT = 1e-9
+"""Curvatures and their slopes below this are none [1/m], [1/m²]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pace:
+    """Highest comfortable speeds on a part.
+
+    Attributes:
+        theta: (n,) [m], increasing. speed: (n,) [m/s]. Beyond both ends it is as at them.
+    """
+
+    theta: Array
+    speed: Array
+
+    def at(self, theta: Array) -> Array:
+        """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
+        return np.interp(theta, self.theta, self.speed)
+
+    def ahead(self, theta: float, way: float) -> Array:
+        """Highest speeds (m,) [m/s] in the middles of m equal pieces of the `way` [m] from `theta` [m] on."""
+        pieces = int(np.clip(way / SPACING, *PIECES))
+        return self.at(theta + way * (np.arange(pieces) + 0.5) / pieces)
+
+
+def pace_of(part: PathPart, config: ControllerConfig) -> Pace:
+    """The pace of a part, Eq. (P1)."""
+    comfort, wheelbase = config.comfort, config.vehicle.wheelbase
+    count = max(int(np.ceil((part.end - part.start) / SPACING)), 2)
+    theta = np.linspace(part.start, part.end, count + 1)
+    width = 2 * round(0.5 * TRANSITION / SPACING) + 1
+    asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")
+    steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")
+    curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)
+    turning = np.maximum(np.abs(np.gradient(steering, theta)), FLAT)
+    speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), comfort.steering_rate / turning)
+    return Pace(theta=theta, speed=np.minimum(speed, config.limits.speed))

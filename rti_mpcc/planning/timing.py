@@ -1,0 +1,109 @@
+"""How long docking takes in comfort, and how much comfort a given time leaves.
+
+The same motion in 1/f of the time has f² times the accelerations and f times the steering rates: a time is
+asked for by one factor on the comfort values, in these powers. On a cruise the contouring objective with its
+reward (W4) and horizon T is, on a straight path, the linear-quadratic problem gamma (v - v² / (2 v_c)) - r a²
+with the feedback
+
+(T4)  a = k (v_c - v),   k = w tanh(w T),   w² = gamma / (2 r v_c).
+"""
+
+from __future__ import annotations
+
+from math import sqrt, tanh
+
+import numpy as np
+from scipy.optimize import brentq
+
+from geometry import PathPart, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import goal_on, path_end
+from rti_mpcc.errors import ConfigError
+from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.pace import pace_of
+from rti_mpcc.planning.arrival import time_to_go, within_reach
+from rti_mpcc.planning.sensing import way_between
+
+SLOWEST = 0.1
+"""Least factor that a motion is slowed down by."""
+STEP = 0.25
+"""In which a cruise is driven in thought [s]."""
+
+
+def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None) -> float:
+    """Time [s] from rest at the path's begin to rest at the goal, with nothing in the way and no corridor
+    that slows the vehicle.
+
+    Args:
+        goal: pose to dock at; None: the path's last pose.
+
+    Raises:
+        ConfigError: the settings plan no arrival, so nothing says how long they take.
+    """
+    if not config.arrival:
+        raise ConfigError("arrival = False: only planned arrivals have a time that is known before")
+    total = 0.0
+    for part in path.parts:
+        last = part is path.parts[-1]
+        target = goal_on(part, goal) if last and goal is not None else path_end(part)
+        total += _part_time(part, target, config)
+    return total
+
+
+def config_for_docking_time(
+    seconds: float, path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None
+) -> ControllerConfig:
+    """The settings with their three comfort values scaled so that docking is expected to take `seconds` [s].
+
+    Args:
+        path, goal: as `expected_docking_time`.
+
+    Raises:
+        ConfigError: it cannot be done so fast within the limits on acceleration or speed, or not so slowly.
+    """
+
+    def time(factor: float) -> float:
+        return expected_docking_time(path, scaled(config, factor), goal)
+
+    least = SLOWEST
+    most = sqrt(config.limits.acceleration / config.comfort_acceleration)
+    longest, shortest = time(least), time(most)
+    if not shortest <= seconds <= longest:
+        raise ConfigError(
+            f"docking_time = {seconds!r} s: within the limits docking here takes {shortest:.4g} to "
+            f"{longest:.4g} s"
+        )
+    found = brentq(lambda factor: time(factor) - seconds, least, most, xtol=1e-4)
+    return scaled(config, float(found))
+
+
+def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
+    """The settings with the comfort of the same motion `factor` times as fast."""
+    comfort = config.comfort
+    return config.model_copy(
+        update={
+            "comfort_acceleration": min(comfort.acceleration * factor**2, config.limits.acceleration),
+            "comfort_lateral_acceleration": comfort.lateral_acceleration * factor**2,
+            "comfort_steering_rate": comfort.steering_rate * factor,
+        }
+    )
+
+
+def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
+    """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
+    pace = pace_of(part, config)
+    left = way_between(part.first, part.start, part, target)
+    begin, time, speed, rise = part.start, config.dead_time, 0.0, _rise(config)
+    while not within_reach(left, speed, config, pace, begin):
+        gain = min(rise * (config.cruise_speed - speed), config.comfort_acceleration)
+        highest = float(pace.at(np.array([begin]))[0])
+        speed = min(speed + gain * STEP, highest)
+        time, left, begin = time + STEP, left - speed * STEP, begin + speed * STEP
+    return time + time_to_go(left, speed, config.arrival_acceleration, pace.ahead(begin, left))
+
+
+def _rise(config: ControllerConfig) -> float:
+    """k of (T4) [1/s]."""
+    weights = config.weights
+    w = sqrt(weights.progress_reward / (2.0 * weights.acceleration * config.cruise_speed))
+    return w * tanh(w * config.cruise_horizon)

@@ -1,0 +1,206 @@
+"""Time against comfort: what the preset `default` gives for what it is asked for; not in the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rti_mpcc.report.numbers import number
+from rti_mpcc.report.published import published_run, published_track
+from rti_mpcc.report.reproduction.comfort_picture import SHORTEST, front_figure
+from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
+from rti_mpcc.report.reproduction.looks import png
+from rti_mpcc.report.reproduction.runs import DEFAULT, DOCKING, Runs
+from rti_mpcc.report.reproduction.verdicts import came_out, ratio
+from rti_mpcc.simulation.batch import Outcome
+
+LATEST = {"docking_inside": 21.4, "docking_behind": 24.0}
+"""Time to tolerance that `default` is to keep to [s]."""
+CLEARANCE = 0.1
+"""Clearance that `default` is to keep [m]."""
+MOST_ENERGY = {
+    "acceleration": ("acceleration", 1.0),
+    "steering_rate": ("steering rate", 1.2),
+    "lateral_acceleration": ("lateral acceleration", 1.0),
+}
+"""Energies in words, and shares of the published code's that `default` is to keep to."""
+QUANTITIES = ("acceleration", "lateral_acceleration", "steering_rate")
+_SAID = (
+    "Comfort is what passengers or load are to feel at most: acceleration, lateral acceleration, steering "
+    "rate. A planned arrival takes the time that keeps to all three. The other way round, a time can be "
+    "asked for, and the three values are scaled so that docking is expected to take it. The figure shows "
+    "the front of time against energy over `comfort_acceleration`, the other two as they are by default."
+)
+_CAPTION = (
+    "Energy (integral of the square up to T) against time to tolerance T. Numbers at the points: "
+    "comfort_acceleration [m/s²]; the ringed one is the default. Left of the dotted line: less than "
+    "{share:.2f} of the published code's time. Grey: slower and more energy than the published code."
+)
+
+
+def comfort_section(runs: Runs) -> Section:
+    """Front, tables and sentences."""
+    fronts = {name: _front(runs, name) for name in DOCKING}
+    wanted = {name: aims(runs.figures(name, preset=DEFAULT), name) for name in DOCKING}
+    blocks: list[Block] = [
+        say(_SAID),
+        Picture(
+            name="comfort_front",
+            png=png(front_figure(runs, fronts)),
+            caption=_CAPTION.format(share=SHORTEST),
+            told="Curves of energy over time that fall towards longer times, with two points beside them.",
+        ),
+        *(found(_reached(name, fronts[name])) for name in DOCKING),
+        *(found(aims_told(name, wanted[name])) for name in DOCKING),
+        _aims_table(wanted),
+        _comfort_table(runs),
+        _time_table(runs),
+    ]
+    figures = [{"asked": _asked(outcome), **outcome.figures} for outcome in runs.comforts]
+    return Section(name="comfort", title="Time against comfort", blocks=blocks, figures=figures)
+
+
+class Aim(NamedTuple):
+    """One thing that the preset `default` set out for; `value` None: it never came to it."""
+
+    words: str
+    value: float | None
+    bound: float
+    at_least: bool = False
+
+    @property
+    def met(self) -> bool:
+        """Whether it came out."""
+        if self.value is None:
+            return False
+        return self.value >= self.bound if self.at_least else self.value <= self.bound
+
+
+def aims(figures: dict[str, Any], scenario: str) -> list[Aim]:
+    """What the preset `default` set out for, and what came of it by the summary of its run."""
+    published = published_run(scenario, "dynamic")
+    assert published is not None
+    energy, to_dock, peak = figures["energy"], figures["energy_to_dock"], figures["peak"]
+    time = figures["time_to_tolerance_s"]
+    least = None if time is None else _least_energy(figures, scenario)
+    later = None if time is None else max(to_dock[name] / energy[name] for name in energy)
+    return [
+        Aim("time to tolerance T [s]", time, LATEST[scenario]),
+        Aim("clearance [m]", figures["min_clearance_m"], CLEARANCE, at_least=True),
+        *(
+            Aim(f"energy of {words} / published code's", ratio(energy[name], published["energy"][name]), most)
+            for name, (words, most) in MOST_ENERGY.items()
+        ),
+        Aim("energy up to docking / up to T, the largest", later, 1.1),
+        Aim("peak acceleration / a_c", ratio(peak["acceleration"], figures["comfort"]["acceleration"]), 2.0),
+        Aim("acceleration energy / (12 D²/T³)", ratio(energy["acceleration"], least), 1.15),
+    ]
+
+
+def aims_told(scenario: str, found_aims: Sequence[Aim]) -> str:
+    """Whether all of them came out, and which did not."""
+    missed = [f"{aim.words} {number(aim.value, 3)}" for aim in found_aims if not aim.met]
+    text = f"{DOCKING[scenario]}: `default` keeps to all that it set out for"
+    return came_out(text + (f" (missed: {', '.join(missed)})" if missed else ""), not missed)
+
+
+def _aims_table(by_scenario: dict[str, list[Aim]]) -> Table:
+    rows = []
+    for same in zip(*by_scenario.values(), strict=True):
+        bounds = " / ".join(dict.fromkeys(f"{aim.bound:g}" for aim in same))
+        side = "at least" if same[0].at_least else "at most"
+        rows.append([same[0].words, f"{side} {bounds}", *(number(aim.value, 3) for aim in same)])
+    return Table(
+        caption="What the preset `default` set out for beside `dynamic` of the published code. D: the "
+        "shorter of the two ways driven.",
+        heads=["", "bound", *(DOCKING[name] for name in by_scenario)],
+        rows=rows,
+        worded=[1],
+    )
+
+
+def _least_energy(figures: dict[str, Any], scenario: str) -> float:
+    """12 D²/T³ [m²/s³]: from rest to rest over D in T, D the shorter of this way and the published one."""
+    track = published_track(scenario, "dynamic")
+    assert track is not None
+    there = float(np.hypot(*np.diff(track.poses[:, :2], axis=0).T).sum())
+    return float(12.0 * min(figures["distance_m"], there) ** 2 / figures["time_to_tolerance_s"] ** 3)
+
+
+def _front(runs: Runs, scenario: str) -> list[Outcome]:
+    """The docked runs over the comfort acceleration alone, fastest first."""
+    mine = [
+        outcome
+        for outcome in runs.comforts
+        if outcome.case.scenario.name == scenario and set(_asked(outcome)) == {"comfort_acceleration"}
+    ]
+    return sorted(
+        (outcome for outcome in mine if outcome.figures["time_to_tolerance_s"] is not None),
+        key=lambda outcome: float(outcome.figures["time_to_tolerance_s"]),
+    )
+
+
+def _reached(scenario: str, front: Sequence[Outcome]) -> str:
+    published = published_run(scenario, "dynamic")
+    assert published is not None
+    share = None
+    if front:
+        share = ratio(front[0].figures["time_to_tolerance_s"], published["time_to_tolerance_s"])
+    text = f"{DOCKING[scenario]}: the front begins at {number(share, 2)} times the published code's time"
+    return came_out(f"{text}, {SHORTEST:.2f} at most", None if share is None else share <= SHORTEST)
+
+
+def _asked(outcome: Outcome) -> dict[str, float]:
+    """What the scenario's [controller] asks for, besides the dead time."""
+    section = outcome.case.scenario.controller
+    return section.model_dump(exclude={"dead_time", "deadline"}, exclude_none=True)
+
+
+def _comfort_table(runs: Runs) -> Table:
+    rows = []
+    for outcome in runs.comforts:
+        if "docking_time" in _asked(outcome):
+            continue
+        figures = outcome.figures
+        pairs = [f"{figures['comfort'][name]:g} / {figures['peak'][name]:.3f}" for name in QUANTITIES]
+        times = [number(figures[key], 2) for key in ("expected_time_s", "time_to_dock_s")]
+        rows.append([DOCKING[outcome.case.scenario.name], *pairs, *times])
+    return Table(
+        caption="Comfort asked for / largest value driven, and the time that it gives.",
+        heads=[
+            "scenario",
+            "acceleration [m/s²]",
+            "lateral acceleration [m/s²]",
+            "steering rate [rad/s]",
+            "expected [s]",
+            "docked after [s]",
+        ],
+        rows=rows,
+    )
+
+
+def _time_table(runs: Runs) -> Table:
+    rows = []
+    for outcome in runs.comforts:
+        if "docking_time" not in _asked(outcome):
+            continue
+        figures = outcome.figures
+        values = [f"{figures['comfort'][name]:.3f} / {figures['peak'][name]:.3f}" for name in QUANTITIES]
+        asked = _asked(outcome)["docking_time"]
+        rows.append(
+            [DOCKING[outcome.case.scenario.name], f"{asked:g}", number(figures["time_to_dock_s"], 2), *values]
+        )
+    return Table(
+        caption="The other way round: time asked for and taken, and comfort / largest value that it gives.",
+        heads=[
+            "scenario",
+            "asked [s]",
+            "docked after [s]",
+            "acceleration [m/s²]",
+            "lateral acceleration [m/s²]",
+            "steering rate [rad/s]",
+        ],
+        rows=rows,
+    )

@@ -1,0 +1,73 @@
+"""The front of time against energies over the comfort acceleration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.report import style
+from rti_mpcc.report.published import published_run
+from rti_mpcc.report.reproduction import looks
+from rti_mpcc.report.reproduction.runs import DOCKING, Runs
+from rti_mpcc.simulation.batch import Outcome
+
+SHORTEST = 0.70
+"""Share of the published code's time that the front is to reach."""
+ENERGIES = {
+    "acceleration": "acceleration [m²/s³]",
+    "lateral_acceleration": "lateral acceleration [m²/s³]",
+    "steering_rate": "steering rate [rad²/s]",
+}
+
+
+def front_figure(runs: Runs, fronts: Mapping[str, Sequence[Outcome]]) -> Figure:
+    """A row a scenario, a column an energy; `fronts` by scenario, the fastest run first."""
+    figure = Figure(figsize=(10.5, 3.2 * len(fronts)), layout="constrained")
+    panels = figure.subplots(len(fronts), len(ENERGIES), squeeze=False)
+    for row, (scenario, front) in zip(panels, fronts.items(), strict=True):
+        for axes, (energy, label) in zip(row, ENERGIES.items(), strict=True):
+            _draw(axes, runs, scenario, front, energy)
+            axes.set_xlabel("time to tolerance T [s]")
+            axes.set_ylabel(
+                f"energy of {label}" if energy != "lateral_acceleration" else f"energy of\n{label}"
+            )
+            axes.set_title(f"{DOCKING[scenario]}", fontsize="medium")
+    looks.legend_below(figure, columns=4)
+    return figure
+
+
+def _draw(axes: Axes, runs: Runs, scenario: str, front: Sequence[Outcome], energy: str) -> None:
+    published = published_run(scenario, "dynamic")
+    assert published is not None
+    times = [outcome.figures["time_to_tolerance_s"] for outcome in front]
+    spent = [outcome.figures["energy"][energy] for outcome in front]
+    axes.plot(times, spent, color=style.BLUE, marker="o", markersize=4, label="preset default")
+    usual = ControllerConfig().comfort_acceleration
+    for outcome, time, value in zip(front, times, spent, strict=True):
+        comfort = outcome.figures["comfort"]["acceleration"]
+        axes.annotate(f"{comfort:g}", (time, value), (4, 4), textcoords="offset points", fontsize="x-small")
+        if comfort == usual:
+            axes.plot(time, value, "o", markersize=10, fillstyle="none", color=style.BLUE)
+    paper = runs.figures(scenario)
+    if paper["time_to_tolerance_s"] is not None:
+        axes.plot(
+            paper["time_to_tolerance_s"],
+            paper["energy"][energy],
+            "s",
+            color=style.RED,
+            label="preset paper",
+            linestyle="none",
+        )
+    there, cost = published["time_to_tolerance_s"], published["energy"][energy]
+    axes.plot(there, cost, "*", color=style.BLACK, markersize=11, label="published code", linestyle="none")
+    told = f"{SHORTEST:.2f} of the published code's time"
+    axes.axvline(SHORTEST * there, color=style.GREY, linestyle="dotted", linewidth=1.0, label=told)
+    axes.set_ylim(0.0, 1.15 * max([cost, *spent, paper["energy"][energy]]))
+    left, right = axes.get_xlim()
+    right += 0.06 * (right - left)
+    axes.fill_between([there, right], cost, axes.get_ylim()[1], color=style.GREY, alpha=0.15, linewidth=0.0)
+    axes.set_xlim(right=right)
+    looks.grid(axes)
