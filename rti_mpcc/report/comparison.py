@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from rich.table import Table
+from rich.text import Text
 
 from rti_mpcc.report.numbers import number
 
@@ -105,7 +106,8 @@ def _table(title: str, heads: Sequence[str]) -> Table:
     table = Table(title=title, title_justify="left")
     table.add_column("method (preset)", no_wrap=True)
     for head in heads:
-        table.add_column(head, justify="right", no_wrap=True)
+        # As text: in a string rich takes [s] for a style and swallows it. Below its name the unit is narrow.
+        table.add_column(Text(head.replace(" [", "\n[")), justify="right", no_wrap=True)
     return table
 
 

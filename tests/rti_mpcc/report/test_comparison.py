@@ -61,6 +61,8 @@ def test_the_tables_have_a_row_a_run_and_say_what_never_came() -> None:
     assert text.count("separated (paper)") == 3
     assert "separated (paper), not docked" in text
     assert "30.00" in text
+    for unit in ("[s]", "[rad]", "[rad/s]", "[m/s²]", "[m]", "[ms]"):
+        assert unit in text
     assert "–" in text
 
 
