@@ -33,6 +33,8 @@ def add_to(commands: Commands) -> None:
     run = commands.add_parser(
         "run",
         help="run a scenario, print its figures, write its files",
+        description="Run a scenario in closed loop, print its figures, and write summary.json, "
+        "trajectory.csv, overview.png and timeline.png.",
         epilog="Exit status: 0 docked, 1 not docked or a boundary was crossed, 2 bad input.",
     )
     run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
