@@ -37,8 +37,8 @@ COLUMNS = (*PAPER_COLUMNS, Column("clearance [m]", ("min_clearance_m",), 2))
 
 
 _TABLE_SAID = (
-    "T: first time inside tolerance, a dash where it never was. Turns: changes of direction. Rms: up to T, "
-    "of the whole run where there is no T. Clearance: of the whole body, negative where it crosses a "
+    "T: first time inside tolerance, a dash where it never was. Reversals: changes of direction. Rms: up "
+    "to T, of the whole run where there is no T. Clearance: of the whole body, negative where it crosses a "
     "boundary. The published code is not asked for a standstill, so of its runs it is said that they get "
     "inside tolerance. Of the paper only T stands here: its columns of rms values are near the fourth "
     "power of the rms of its own published code (within a factor of two), so they are not in the same unit "
