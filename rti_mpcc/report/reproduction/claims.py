@@ -97,14 +97,14 @@ def _seconds(scenario: str, run: Figures) -> str:
 def _times_of(scenario: str, runs: Mapping[str, Figures], method: str) -> str:
     known, first = published_run(scenario, method) or {}, published_run(scenario, "dynamic") or {}
     paper, code = (published_times(kind, known, first) for kind in ("time_in_paper_s", "time_to_tolerance_s"))
-    return f"here {number(times_of(runs, method), 2)}, paper {paper}, published code {code}"
+    return f"{number(times_of(runs, method), 2)} times here, paper {paper}, published code {code}"
 
 
 def _turns_of(scenario: str, runs: Mapping[str, Figures], method: str) -> str:
     there = [(published_run(scenario, name) or {})["direction_changes"] for name in (method, "dynamic")]
     return (
-        f"changes of direction here {_turns(runs, method)}, `dynamic` {_turns(runs, 'dynamic')}; "
-        f"published code {there[0]}, `dynamic` {there[1]}"
+        f"`{method}` {_turns(runs, method)} and `dynamic` {_turns(runs, 'dynamic')} here, "
+        f"{there[0]} and {there[1]} in the published code"
     )
 
 

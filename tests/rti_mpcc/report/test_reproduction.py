@@ -133,9 +133,9 @@ def test_verdicts_are_computed() -> None:
     assert "with 1 change of direction; the body's clearance is 0.30 m" in told[2]
     assert [line.partition(": ")[2] for line in told[3:]] == [
         "comes out so (here 30.00 s, paper 27.39 s, published code 27.33 s).",
-        "comes out so (here 1.53, paper 1.52, published code 1.54).",
-        "does not come out so (here 0.80, paper 1.80, published code 1.72).",
-        "comes out so (changes of direction here 1, `dynamic` 0; published code 1, `dynamic` 0).",
+        "comes out so (1.53 times here, paper 1.52, published code 1.54).",
+        "does not come out so (0.80 times here, paper 1.80, published code 1.72).",
+        "comes out so (`switched` 1 and `dynamic` 0 here, 1 and 0 in the published code).",
     ]
     assert missed_causes("docking_inside", inside) == [causes.SWITCHED_INSIDE]
 
@@ -150,7 +150,7 @@ def test_what_never_came_is_not_compared() -> None:
     assert "it does not dock (status blocked at the end, 0.50 m, −0.20 m and 5.7° off)" in told[2]
     assert [claim.holds(behind) for claim in claims("docking_behind")] == [True, None, True, True, False]
     assert missed_causes("docking_behind", behind) == [causes.SWITCHED_BEHIND]
-    assert any("`dynamic`: cannot be said (here –, paper 2.07" in line for line in told)
+    assert any("`dynamic`: cannot be said (– times here, paper 2.07" in line for line in told)
     assert told[-1].endswith("(here it does not dock, clearance of the body 0.30 m; published code −1.35 m).")
     assert verdicts("docking_behind", {**behind, "dynamic": figures(None)})[0] == (
         "`dynamic` never gets inside tolerance."
