@@ -41,11 +41,12 @@ _CAUSE = (
     "Why q_c = 1 differs from the published code: there its run goes on from beside the cusp and gets to "
     "the end as well. Here a cusp is an arrival at rest at its pose, like a goal, and the next part begins "
     "only from a standstill near enough to it (docs/method.md); a method that comes to rest farther beside "
-    "it ends there, STALLED, and has no error at the end of the course. Why `dynamic` is not everywhere as "
-    "smooth as q_c = 1, in the published code neither: within β of a cusp it has the large weight, so it "
-    "is no smoother there than a constant one, and as a plan sees its whole horizon, the large weight acts "
-    "on the way to the transition, too. Preset `default` plans its arrivals at rest instead, and cruises "
-    "slower."
+    "it ends there, STALLED, and has no error at the end of the course. Why `dynamic` is not as smooth as "
+    "q_c = 1 in every respect (of the published code's runs with constant weights only the distance at the "
+    "end is known here, so it cannot be said whether it is there): within β of a cusp it has the large "
+    "weight, so it is no smoother there than a constant one, and as a plan sees its whole horizon, the "
+    "large weight acts on the way to the transition, too. Preset `default` plans its arrivals at rest "
+    "instead, and cruises slower."
 )
 
 

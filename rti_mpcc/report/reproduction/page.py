@@ -11,7 +11,7 @@ from itertools import count
 from rti_mpcc.report.reproduction.content import Block, Paragraph, Picture, Section, Table
 
 STYLE = """
-body { font: 16px/1.5 Georgia, "Times New Roman", serif; color: #111; max-width: 62rem; margin: 2rem auto;
+body { font: 16px/1.5 Georgia, "Times New Roman", serif; color: #111; max-width: 66rem; margin: 2rem auto;
   padding: 0 1rem; }
 h1, h2, nav, table, .caption { font-family: "Helvetica Neue", Arial, sans-serif; }
 h1, h2 { line-height: 1.25; }
@@ -24,7 +24,7 @@ thead th { border-bottom: 2px solid #333; vertical-align: bottom; }
 tbody th { font-weight: normal; }
 tbody th, td { white-space: nowrap; }
 tbody th, .word { text-align: left; }
-td.told { min-width: 8rem; white-space: normal; }
+td.told { min-width: 7rem; white-space: normal; }
 .last th, .last td { border-bottom: 1px solid #333; }
 figure { margin: 1.5rem 0; }
 img { max-width: 100%; height: auto; }
@@ -40,8 +40,8 @@ sub, sup { line-height: 0; }
   .wide { overflow: visible; }
   .caption { font-size: 8.5pt; }
   table { font-size: 7pt; }
-  th, td { padding: 0.1rem 0.35rem; }
-  td, td.told { min-width: 0; white-space: normal; }
+  th, td { padding: 0.1rem 0.25rem; }
+  td.told { min-width: 4rem; }
   table.long { break-inside: auto; }
   tr { break-inside: avoid; }
   a { color: inherit; text-decoration: none; }
