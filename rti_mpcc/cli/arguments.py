@@ -17,8 +17,17 @@ Commands = Any
 
 def seed(text: str) -> int:
     """Raises ArgumentTypeError for anything but an integer >= 0."""
-    if not text.isascii() or not text.isdigit():
-        raise argparse.ArgumentTypeError(f"{text!r} must be an integer >= 0")
+    return _integer(text, 0)
+
+
+def at_least_one(text: str) -> int:
+    """Raises ArgumentTypeError for anything but an integer >= 1."""
+    return _integer(text, 1)
+
+
+def _integer(text: str, least: int) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) < least:
+        raise argparse.ArgumentTypeError(f"{text!r} must be an integer >= {least}")
     return int(text)
 
 
@@ -38,10 +47,3 @@ def add_dump_failed(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dump-failed", type=Path, metavar="DIR", help="write the QP of each failed cycle there, as .npz"
     )
-
-
-def at_least_one(text: str) -> int:
-    """Raises ArgumentTypeError for anything but an integer >= 1."""
-    if seed(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} must be an integer >= 1")
-    return int(text)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
+from rti_mpcc.errors import InputError
 from rti_mpcc.report.comparison import compared, comparison_tables, label
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_json
@@ -14,7 +15,7 @@ from rti_mpcc.report.looks import Onlooker
 from rti_mpcc.simulation import docking_controller, load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
 from rti_mpcc.simulation.methods import METHODS
-from rti_mpcc.simulation.scenario import PRESETS
+from rti_mpcc.simulation.scenario import PRESETS, Scenario
 
 COMPARED = 0
 """Exit status."""
@@ -25,6 +26,11 @@ def add_to(commands: Commands) -> None:
     parser = commands.add_parser(
         "compare",
         help="run scenarios by several methods and presets, print their figures side by side",
+        description="Run each scenario by each method and preset, print the figures of the paper's Tables II "
+        "and III and some more side by side, and write all of them to DIR/comparison.json.",
+        # SCENARIO first: after --methods it would be taken for one.
+        usage="%(prog)s [-h] SCENARIO [SCENARIO ...] [--methods METHOD ...] [--presets PRESET ...]\n"
+        "                        [--seed N] [--out DIR] [--jobs K] [--animate]",
         epilog="Ratios are to the first method and preset named. Exit status: 0 all ran, 2 bad input.",
     )
     parser.add_argument(
@@ -73,7 +79,7 @@ def add_to(commands: Commands) -> None:
 def _compare(arguments: argparse.Namespace) -> int:
     cases = [
         Case(scenario=scenario, method=method, preset=preset, seed=arguments.seed)
-        for scenario in map(load_scenario, dict.fromkeys(arguments.scenarios))
+        for scenario in _scenarios(arguments.scenarios)
         for preset in dict.fromkeys(arguments.presets)
         for method in dict.fromkeys(arguments.methods)
     ]
@@ -90,6 +96,17 @@ def _compare(arguments: argparse.Namespace) -> int:
     tell_tables(comparison_tables(figures))
     tell_written([file, *written])
     return COMPARED
+
+
+def _scenarios(asked: Sequence[str]) -> list[Scenario]:
+    """Raises InputError for two of the same name: their runs could not be told apart."""
+    found: dict[str, tuple[str, Scenario]] = {}
+    for one in dict.fromkeys(asked):
+        scenario = load_scenario(one)
+        other, _ = found.setdefault(scenario.name, (one, scenario))
+        if other != one:
+            raise InputError(f"{other} and {one} have the same name, {scenario.name!r}: give each its own")
+    return [scenario for _, scenario in found.values()]
 
 
 def _animated(

@@ -18,6 +18,8 @@ def add_to(commands: Commands) -> None:
     again = commands.add_parser(
         "replay",
         help="run the controller on a recording and compare",
+        description="Drive the controller by the inputs of a recording and tell where its commands differ "
+        "from the recorded ones.",
         epilog="Exit status: 0 identical, 1 a difference, 2 bad input.",
     )
     again.add_argument("file", metavar="FILE", type=Path, help="what `run --record` wrote")

@@ -7,7 +7,7 @@ from itertools import islice
 from pathlib import Path
 
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
-from rti_mpcc.report.console import progress_bar, tell_written
+from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.report.reproduction.runs import COURSE_SEED, Runs, comfort_cases, course_cases, experiment_cases
 from rti_mpcc.simulation.batch import drive_all
@@ -21,6 +21,9 @@ def add_to(commands: Commands) -> None:
     parser = commands.add_parser(
         "reproduce",
         help="drive the paper's experiments again, write a report beside the published figures",
+        description="Drive the paper's experiments again, each by the paper's methods and by preset "
+        "default, and write one page with all figures and tables: what is published, what the published "
+        "code does, and what is measured here.",
         epilog="The CARLA docking mission is not in it. Exit status: 0 all ran, 2 bad input.",
     )
     parser.add_argument(
@@ -35,7 +38,8 @@ def add_to(commands: Commands) -> None:
         type=seed,
         default=24,
         metavar="N",
-        help=f"so many courses drawn from seed {COURSE_SEED} besides, 0 for none; default: %(default)s",
+        help=f"so many courses drawn from seed {COURSE_SEED} besides, each with preset default and paper, "
+        "0 for none; default: %(default)s",
     )
     parser.add_argument("--jobs", type=at_least_one, metavar="K", help="runs at a time; default: one a core")
     parser.set_defaults(command=_reproduce)
@@ -56,6 +60,7 @@ def _reproduce(arguments: argparse.Namespace) -> int:
         comforts=list(islice(driven, len(comforts))),
         courses=list(driven),
     )
-    written = write_report(runs, arguments.out)
-    tell_written(written)
+    report = write_report(runs, arguments.out)
+    tell_lines(report.told)
+    tell_written(report.files)
     return REPRODUCED

@@ -11,6 +11,7 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.report.console import progress_bar
 from rti_mpcc.report.film import Film, film_of_recording, film_of_run
 from rti_mpcc.simulation import GoalSource, load_scenario
+from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
 
@@ -19,6 +20,8 @@ def add_to(commands: Commands) -> None:
     watch = commands.add_parser(
         "watch",
         help="open a window on a run or a recording: play it, look into the solver at any cycle",
+        description="Open a window on a run, which is simulated first, or on a recording: play it, and "
+        "look into the solver at any cycle.",
         epilog="Keys: space plays and pauses, left and right go by a cycle, up and down by 1 s, page up and "
         "page down by 5 s, home and end to the ends.",
     )
@@ -27,11 +30,11 @@ def add_to(commands: Commands) -> None:
         metavar="RECORDING_OR_SCENARIO",
         help="what `run --record` wrote, name of a built-in scenario, or a .toml file",
     )
+    watch.add_argument("--method", choices=METHODS, help="of a scenario; default: dynamic")
     watch.add_argument("--preset", choices=PRESETS, help="of a scenario; default: default")
     watch.add_argument("--seed", type=seed, metavar="N", help="of a scenario; default: 0")
     watch.set_defaults(
         command=_watch,
-        method="dynamic",
         goal_source=GoalSource.DETECTED.value,
         record=None,
         dump_failed=None,
@@ -51,10 +54,11 @@ def _film(arguments: argparse.Namespace) -> Film:
     """Of the recording, or of a run of the scenario."""
     file = Path(arguments.what)
     if file.suffix == ".jsonl" or (file.is_file() and file.suffix != ".toml"):
-        if arguments.preset is not None or arguments.seed is not None:
-            raise InputError(f"{file}: a recording has its own preset and seed, leave them out")
+        if any(given is not None for given in (arguments.method, arguments.preset, arguments.seed)):
+            raise InputError(f"{file}: a recording has its own method, preset and seed, leave them out")
         with progress_bar(file.name, "cycle {task.completed:.0f}") as progress:
             return film_of_recording(file, progress=progress)
+    arguments.method = arguments.method or "dynamic"
     arguments.preset, arguments.seed = arguments.preset or PRESETS[0], arguments.seed or 0
     result, seen = simulated(load_scenario(arguments.what), arguments)
     return film_of_run(result, seen)

@@ -37,12 +37,14 @@ HELD = 15
 """So often the last picture is shown."""
 DPI = 100
 """Resolution [dots/inch]."""
+_ABREAST = 3
+"""So many scenes at most stand in a row."""
 _WIDEST, _ALL, _HIGHEST = 6.5, 13.0, 6.0
-"""Bounds on the size of one scene, and on the width of all together [inch]."""
+"""Bounds on the size of one scene, and on the width of a row together [inch]."""
 _LEFT, _RIGHT, _TOP = 1.45, 0.3, 0.7
 """Room beside and above each scene [inch]."""
-_GAP, _BARS, _LEGEND = 0.65, 0.85, 1.0
-"""Below the scenes: axis labels, bars, and their labels with the legend [inch]."""
+_GAP, _BARS, _UNDER, _LEGEND = 0.65, 0.85, 0.6, 0.4
+"""Below a scene: axis labels, bars, their labels; below all: the legend [inch]."""
 _ENTRY = 1.75
 """Width of an entry of the legend [inch]."""
 _SHADES, _PALEST = 31, 0.1
@@ -126,7 +128,7 @@ def pictures(films: Sequence[Film], *, progress: Progress | None = None) -> Iter
 
 
 class Stage:
-    """The figure of an animation: one column for each film.
+    """The figure of an animation: one column for each film, at most three abreast.
 
     Args:
         films: at least one.
@@ -145,21 +147,25 @@ class Stage:
     def _fit(self, films: Sequence[Film]) -> None:
         """By hand: matplotlib's own layouts cut labels off where the aspect is fixed."""
         extents = [extent(film) for film in films]
-        wide = min(_WIDEST, _ALL / len(films))
+        rows = ceil(len(films) / _ABREAST)
+        abreast = ceil(len(films) / rows)
+        wide = min(_WIDEST, _ALL / abreast)
         high = min(_HIGHEST, wide * max((top - low) / (right - left) for left, right, low, top in extents))
         handles, labels = self._legend()
-        whole = len(films) * (_LEFT + wide + _RIGHT)
+        whole = abreast * (_LEFT + wide + _RIGHT)
         entries = max(1, int(whole / _ENTRY))
         legend = _LEGEND + 0.2 * (ceil(len(labels) / entries) - 1)
-        tall = _TOP + high + _GAP + _BARS + legend
+        cell = _TOP + high + _GAP + _BARS + _UNDER
         # Even numbers of dots: films need them.
-        size = (_even(whole), _even(tall))
+        size = (_even(whole), _even(rows * cell + legend))
         self.figure.set_size_inches(size)
         for place, column in enumerate(self.columns):
-            left = (place * (_LEFT + wide + _RIGHT) + _LEFT) / size[0]
-            below = (legend + _BARS + _GAP) / size[1]
+            row, across = divmod(place, abreast)
+            left = (across * (_LEFT + wide + _RIGHT) + _LEFT) / size[0]
+            bars = legend + (rows - 1 - row) * cell + _UNDER
+            below = (bars + _BARS + _GAP) / size[1]
             column.scene.axes.set_position((left, below, wide / size[0], high / size[1]))
-            column.bars_axes.set_position((left, legend / size[1], wide / size[0], _BARS / size[1]))
+            column.bars_axes.set_position((left, bars / size[1], wide / size[0], _BARS / size[1]))
         self.figure.legend(
             handles, labels, loc="lower center", ncols=entries, frameon=False, fontsize="small"
         )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from rich.table import Table
+from rich.text import Text
 
 from rti_mpcc.report.numbers import number
 
@@ -22,7 +23,7 @@ class Column(NamedTuple):
 
 PAPER = (
     Column("T [s]", ("time_to_tolerance_s",), 2),
-    Column("turns", ("direction_changes",), 0),
+    Column("reversals", ("direction_changes",), 0),
     Column("rms δ [rad]", ("rms", "steering"), 3),
     Column("rms δ̇ [rad/s]", ("rms", "steering_rate"), 3),
     Column("rms a [m/s²]", ("rms", "acceleration"), 3),
@@ -65,7 +66,7 @@ def comparison_tables(runs: Sequence[Figures]) -> list[Table]:
     tables = []
     for scenario in dict.fromkeys(run["scenario"] for run in runs):
         own = [run for run in compared(runs) if run["scenario"] == scenario]
-        tables.append(_measured(scenario, PAPER, own))
+        tables.append(_measured(scenario, PAPER, own, told=True))
         tables.append(_measured(f"{scenario}, further figures", BEYOND, own))
         if len(own) > 1:
             tables.append(_against(label(own[0]), own[1:]))
@@ -85,11 +86,12 @@ def figure(run: Figures, path: tuple[str, ...]) -> float | None:
     return None if value is None else float(value)
 
 
-def _measured(title: str, columns: Sequence[Column], runs: Sequence[Figures]) -> Table:
+def _measured(title: str, columns: Sequence[Column], runs: Sequence[Figures], *, told: bool = False) -> Table:
+    """`told`: which did not dock is said."""
     table = _table(title, [column.head for column in columns])
     for run in runs:
         cells = [number(figure(run, column.path), column.digits) for column in columns]
-        table.add_row(label(run) + ("" if run["docked"] else ", not docked"), *cells)
+        table.add_row(label(run) + (", not docked" if told and not run["docked"] else ""), *cells)
     return table
 
 
@@ -103,9 +105,10 @@ def _against(base: str, runs: Sequence[Figures]) -> Table:
 
 def _table(title: str, heads: Sequence[str]) -> Table:
     table = Table(title=title, title_justify="left")
-    table.add_column("method (preset)", no_wrap=True)
+    table.add_column("method (preset)", overflow="fold")
     for head in heads:
-        table.add_column(head, justify="right", no_wrap=True)
+        # As text: in a string rich takes [s] for a style and swallows it. Word below word it is narrow.
+        table.add_column(Text(head.replace(" ", "\n")), justify="right", no_wrap=True)
     return table
 
 

@@ -46,6 +46,13 @@ def tell_tables(tables: Sequence[Table]) -> None:
         console.print(table)
 
 
+def tell_lines(lines: Sequence[str]) -> None:
+    """Print sentences as they are; what is code in a page has no backticks here."""
+    console = Console(highlight=False)
+    for line in lines:
+        console.print(line.replace("`", ""), markup=False, soft_wrap=True)
+
+
 def tell_written(files: Sequence[Path]) -> None:
     """Print which files were written."""
     told = f"written: {', '.join(map(str, files))}"

@@ -76,7 +76,7 @@ def film_of_run(result: RunResult, seen: Sequence[Seen], *, label: str | None = 
         )
         for one, time, row, scene in zip(seen, times, rows, scenes, strict=True)
     )
-    name = f"{result.scenario.name} ({result.preset})" if label is None else label
+    name = result.title if label is None else label
     return _film(name, result.path, result.corridors[0][1], result.config, looks)
 
 

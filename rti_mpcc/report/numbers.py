@@ -4,5 +4,5 @@ from __future__ import annotations
 
 
 def number(value: float | None, digits: int) -> str:
-    """A number for a table; what was never reached is a dash."""
-    return "–" if value is None else f"{value:.{digits}f}".replace("-", "−")
+    """A number for a table; what was never reached is a dash, what rounds to zero has no sign."""
+    return "–" if value is None else f"{value:z.{digits}f}".replace("-", "−")

@@ -47,7 +47,7 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     _draw_detections(axes, result)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
-    axes.set_title(f"{result.scenario.name} ({result.preset}): {result.truth.times[-1]:.1f} s")
+    axes.set_title(f"{result.title}: {result.truth.times[-1]:.1f} s in all")
     axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
     axes.legend(
         loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, markerscale=1.5

@@ -46,7 +46,7 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
             frameon=False,
             fontsize="small",
         )
-    axes[0].set_title(f"{result.scenario.name} ({result.preset})")
+    axes[0].set_title(result.title)
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(0.0, max(float(result.truth.times[-1]), 1e-3))
     return figure

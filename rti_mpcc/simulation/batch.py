@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
+from signal import SIG_DFL, SIGINT, signal
 from typing import Any
 
 from rti_mpcc.errors import InputError
@@ -74,11 +75,24 @@ def drive_all(
             found.append(drive(case))
             tell(len(found), len(cases))
         return found
-    with _one_thread_each(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with (
+        _one_thread_each(),
+        ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_when_interrupted) as pool,
+    ):
         futures = [pool.submit(drive, case) for case in cases]
-        for done, _ in enumerate(as_completed(futures), start=1):
-            tell(done, len(cases))
+        try:
+            for done, future in enumerate(as_completed(futures), start=1):
+                future.result()  # raises what the run raised
+                tell(done, len(cases))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)  # else all the rest is driven first
+            raise
         return [future.result() for future in futures]
+
+
+def _end_when_interrupted() -> None:
+    """A worker would take an interrupt for what became of its run, and begin the next one."""
+    signal(SIGINT, SIG_DFL)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from estimation import GoalStatus, Judgement
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Array, Objective, Source, Status
@@ -131,6 +131,12 @@ class RunResult:
     cycles: Cycles
     tracking: Tracking | None
     ended: str
+
+    @property
+    def title(self) -> str:
+        """What was run, in short: the scenario, its preset, and the method where it is another than usual."""
+        methods = "" if self.method == Method.DYNAMIC.value else f"{self.method}, "
+        return f"{self.scenario.name} ({methods}{self.preset})"
 
 
 def inside_tolerance(pose: Pose2, goal: Pose2, tolerance: tuple[float, float, float]) -> bool:

@@ -119,7 +119,9 @@ def test_bad_animation_is_refused_before_the_run(
 def test_watching_a_scenario(films: list[Film]) -> None:
     assert main(["watch", "short.toml", "--preset", "paper", "--seed", "2"]) == 0
     assert main(["watch", "short.toml"]) == 0
-    other, film = films
+    assert main(["watch", "short.toml", "--method", "separated"]) == 0
+    other, film, separated = films
+    assert separated.label == "short (separated, default)"
     assert film.label == "short (default)"
     assert len(film.looks) == 7
     assert all(look.goal is not None for look in film.looks)
@@ -144,9 +146,9 @@ def test_what_cannot_be_watched_is_refused(films: list[Film], capsys: pytest.Cap
     assert "docking: must be a .toml file or one of" in refusal(capsys, "watch", "docking")
     Path("notes").write_text("something else\n")
     assert "notes: is not a recording of rti-mpcc" in refusal(capsys, "watch", "notes")
-    for option in ("--preset=paper", "--seed=0"):
+    for option in ("--preset=paper", "--seed=0", "--method=dynamic"):
         line = refusal(capsys, "watch", "run.jsonl", option)
-        assert line.endswith("run.jsonl: a recording has its own preset and seed, leave them out")
+        assert line.endswith("run.jsonl: a recording has its own method, preset and seed, leave them out")
     assert films == []
 
 

@@ -37,6 +37,15 @@ def test_every_method_and_preset_is_run_and_told(capsys: pytest.CaptureFixture[s
     assert "there/comparison.json" in said.out
 
 
+def test_two_scenarios_of_one_name_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("other.toml").write_text(Path("short.toml").read_text())
+    assert main(["compare", "short.toml", "other.toml"]) == 2
+    said = capsys.readouterr()
+    told = "short.toml and other.toml have the same name, 'short': give each its own"
+    assert said.err == f"rti-mpcc: error: {told}\n"
+    assert not Path("runs").exists()
+
+
 def test_moving_pictures_show_the_runs_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "short.toml", "--methods", "dynamic", "switched", "--animate"]) == 0
     (file,) = (file for file in Path("runs/compare").iterdir() if file.stem == "short")
@@ -54,6 +63,7 @@ def test_moving_pictures_show_the_runs_side_by_side(capsys: pytest.CaptureFixtur
         (["short.toml", "--methods", "best"], "invalid choice: 'best'"),
         (["short.toml", "--presets", "best"], "invalid choice: 'best'"),
         (["short.toml", "--jobs", "0"], "'0' must be an integer >= 1"),
+        (["short.toml", "--jobs", "two"], "'two' must be an integer >= 1"),
         ([], "required: SCENARIO"),
     ],
 )

@@ -12,6 +12,7 @@ import pytest
 
 from rti_mpcc.cli import main, reproduce
 from rti_mpcc.report.reproduction import report
+from rti_mpcc.report.reproduction.report import Report
 from rti_mpcc.report.reproduction.runs import Runs, comfort_cases, experiment_cases
 from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import Case
@@ -47,6 +48,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     said = capsys.readouterr()
     assert said.err == ""
     assert "there/reproduce.html" in said.out
+    assert "default docks on all drawn courses: does not come out so (0 of 2)." in said.out
     folder = Path("there")
     assert {file.name for file in folder.iterdir()} == {"reproduce.html", "reproduce.json", *PICTURES}
 
@@ -93,9 +95,9 @@ def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(experiment_cases()[1], 0.1)] * 3)
     monkeypatch.setattr(reproduce, "course_cases", lambda count: [short(experiment_cases()[3], 0.1)] * count)
 
-    def write_report(runs: Runs, folder: Path) -> tuple[Path, ...]:
+    def write_report(runs: Runs, folder: Path) -> Report:
         written.append(runs)
-        return (folder,)
+        return Report(files=(folder,), told=("`default` docks 1 of 2.",))
 
     monkeypatch.setattr(report, "write_report", write_report)
     for count in (0, 2):
@@ -103,7 +105,9 @@ def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         assert len(written[-1].courses) == count
         assert [outcome.figures["method"] for outcome in written[-1].comforts] == ["separated"] * 3
         assert written[-1].figures("docking_inside")["method"] == "dynamic"
-        assert "runs/reproduce" in capsys.readouterr().out
+        said = capsys.readouterr().out
+        assert "\ndefault docks 1 of 2.\n" in f"\n{said}"
+        assert "runs/reproduce" in said
 
 
 @pytest.mark.parametrize(

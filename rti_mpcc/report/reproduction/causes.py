@@ -28,32 +28,38 @@ SHARED = (
     "Hz instead of 100 Hz and docks only at rest."
 )
 DYNAMIC = (
-    "Why: before the narrowings the two drive differently. The soft cost of the published code begins to "
-    "act 2 m from a bound and slows the vehicle where it is near one; the half-planes here act on the body "
-    "as soon as the narrowings come within the horizon, and shape the plan from there on (deviation (n)). "
-    "Both hurry when the weight of the goal grows, because a goal cost at the end of a horizon asks to be "
-    "there by its end; here the vehicle is slower until then and hurries more. How much each of these "
-    "terms makes was not traced."
+    "Why `dynamic` does not take the paper's time: before the narrowings the two drive differently. The "
+    "soft cost of the published code begins to act 2 m from a bound and slows the vehicle where it is near "
+    "one; the half-planes here act on the body as soon as the narrowings come within the horizon, and "
+    "shape the plan from there on (deviation (n)). Both hurry when the weight of the goal grows, because a "
+    "goal cost at the end of a horizon asks to be there by its end; here the vehicle is slower until then "
+    "and hurries more. How much each of these makes was not traced."
 )
 SWITCHED_INSIDE = (
-    "Why: the published run steers to its limit at the switch, passes the goal with its heading off, and "
-    "has to come back; that is its change of direction, and most of its time. Here nothing ties the "
-    "vehicle to the path any more after the switch, and it comes to the goal in one move. When it switches "
-    "is not the reason. The published trajectories show the switch, a step in the steering rate or in the "
-    "acceleration, where about β of the way along the path is left; here it is the straight distance to "
-    "the goal that counts. Switching here where the published code does was tried: the vehicle came to the "
-    "goal in one move, too. So the difference lies in the objective after the switch, or in how its plans "
-    "are found (there one full step a cycle by Euler's rule, here damped steps to convergence at each "
-    "change of objective); it was not traced further."
+    "Why `switched` comes out otherwise: the published run steers to its limit at the switch, passes the "
+    "goal with its heading off, and has to come back; that is its change of direction, and most of its "
+    "time. Here nothing ties the vehicle to the path any more after the switch, and it comes to the goal "
+    "in one move. When it switches is not the reason. The published trajectories show the switch, a step "
+    "in the steering rate or in the acceleration, where about β of the way along the path is left; here it "
+    "is the straight distance to the goal that counts. Switching here where the published code does was "
+    "tried: the vehicle came to the goal in one move, too. So the difference lies in the objective after "
+    "the switch, or in how its plans are found (there one full step a cycle by Euler's rule, here damped "
+    "steps to convergence at each change of objective); it was not traced further."
 )
 SWITCHED_BEHIND = (
-    "Why: the plans of `switched` have no corridor rows near the goal, as in the paper, but the last check "
-    "of the body stays. Where a plan would cross a narrowing the vehicle brakes and stands, BLOCKED; the "
-    "paper's vehicle drives through. Switching where the published code does (about β of the way along the "
-    "path before its end, not β of straight distance) was tried, and ends the same way."
+    "Why `switched` does not leave the corridor: its plans have no corridor rows near the goal, as in the "
+    "paper, but the last check of the body stays. Where a plan would cross a narrowing the vehicle brakes "
+    "and stands, BLOCKED; the paper's vehicle drives through. Switching where the published code does "
+    "(about β of the way along the path before its end, not β of straight distance) was tried, and ends "
+    "the same way."
 )
 BEYOND = (
     "The preset `default` plans one arrival at rest, which every cycle brings nearer by the time passed, "
     "instead of a goal cost at the end of a horizon that recedes with the vehicle and makes it creep. It "
     "keeps the body 0.1 m inside the corridor and asks for no more."
 )
+FOR_BOTH = {
+    "docking_inside": (SHARED, BEYOND),
+    "docking_behind": ("What is different for all methods, and what `default` does, is said of Scenario 1.",),
+}
+"""What holds for both scenarios is said once."""

@@ -102,8 +102,8 @@ def aims(figures: dict[str, Any], scenario: str) -> list[Aim]:
 def aims_told(scenario: str, found_aims: Sequence[Aim]) -> str:
     """Whether all of them came out, and which did not."""
     missed = [f"{aim.words} {number(aim.value, 3)}" for aim in found_aims if not aim.met]
-    text = f"{DOCKING[scenario]}: `default` keeps to all that it set out for"
-    return came_out(text + (f" (missed: {', '.join(missed)})" if missed else ""), not missed)
+    claim = f"{DOCKING[scenario]}: `default` keeps to all that it set out for"
+    return came_out(claim, not missed, "; ".join(missed))
 
 
 def _aims_table(by_scenario: dict[str, list[Aim]]) -> Table:
@@ -148,8 +148,9 @@ def _reached(scenario: str, front: Sequence[Outcome]) -> str:
     share = None
     if front:
         share = ratio(front[0].figures["time_to_tolerance_s"], published["time_to_tolerance_s"])
-    text = f"{DOCKING[scenario]}: the front begins at {number(share, 2)} times the published code's time"
-    return came_out(f"{text}, {SHORTEST:.2f} at most", None if share is None else share <= SHORTEST)
+    claim = f"{DOCKING[scenario]}: the front reaches down to {SHORTEST:.2f} of the published code's time"
+    holds = None if share is None else share <= SHORTEST
+    return came_out(claim, holds, "" if share is None else f"{share:.2f}")
 
 
 def _asked(outcome: Outcome) -> dict[str, float]:

@@ -9,7 +9,10 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paragraph:
-    """Text; what stands between two backticks is code. `verdict`: computed from the runs."""
+    """Text; what stands between two backticks is code, a letter with an index (q_c, q_N^e) a symbol.
+
+    `verdict`: computed from the runs.
+    """
 
     text: str
     verdict: bool = False
@@ -24,12 +27,16 @@ class Table:
         heads: (k,) of the columns.
         rows: of k cells each.
         worded: columns that hold words, by index, besides the first: they are aligned to the left.
+        sentences: columns that hold whole sentences, by index: they get room.
+        group: so many rows belong together, 0: no groups.
     """
 
     caption: str
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]
     worded: Sequence[int] = ()
+    sentences: Sequence[int] = ()
+    group: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -45,6 +45,7 @@ def plane_figure(results: Sequence[RunResult], track: Track) -> Figure:
 def _zoom(axes: Axes, pose: Pose2, near: float) -> None:
     axes.set_xlim(pose.x - near, pose.x + near)
     axes.set_ylim(pose.y - near, pose.y + near)
+    axes.locator_params(nbins=5)
     axes.plot([pose.x], [pose.y], "x", color=style.BLACK, markersize=9.0, markeredgewidth=1.8)
 
 

@@ -1,41 +1,77 @@
-"""The preset `default` on courses drawn from a seed, which the paper does not have."""
+"""The presets `default` and `paper` on courses drawn from a seed, which the paper does not have."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from statistics import median
 
+from rti_mpcc.report.comparison import BEYOND, PAPER, Figures, figure
 from rti_mpcc.report.course_rows import HEADER, course_figures, course_row, courses_told
+from rti_mpcc.report.numbers import number
 from rti_mpcc.report.reproduction.content import Section, Table, found, say
 from rti_mpcc.report.reproduction.runs import COURSE_SEED, DEFAULT
+from rti_mpcc.report.reproduction.verdicts import came_out
 from rti_mpcc.simulation.batch import Outcome
 
-LEFT_OUT = ("preset",)
-"""Columns that are the same in all rows."""
+LEFT_OUT = ("docked",)
+"""Columns that are left out: how a run ended says it, too."""
+_COMPARED = (PAPER[0], *(column for column in BEYOND if column.path[0] != "cycle_ms"))
 _SAID = (
     "Not an experiment of the paper: routes, corridors and goals drawn from seed {seed}, goals inside and "
     "behind the path end in turn, forward and reverse, each proven dockable by a check that does not use "
-    "the controller. No course is left out because of how the controller does on it."
+    "the controller. No course is left out because of how the controller does on it. Preset `default` is "
+    "compared with the paper's method, preset `paper`."
 )
 
 
 def courses_section(outcomes: Sequence[Outcome]) -> Section:
-    """One row a course, and how many docked."""
+    """How many docked, both presets side by side, and one row a run."""
     runs = [course_figures(outcome.result, outcome.figures) for outcome in outcomes]
+    presets = list(dict.fromkeys(run["preset"] for run in runs))
     kept = [place for place, head in enumerate(HEADER) if head not in LEFT_OUT]
-    rows = [course_row(run) for run in runs]
     table = Table(
-        caption="Drawn courses, preset `default`.",
+        caption="Drawn courses, run by run.",
         heads=[HEADER[place] for place in kept],
-        rows=[[row[place] for place in kept] for row in rows],
-        worded=[1, 2, len(kept) - 1],
+        rows=[[row[place] for place in kept] for row in map(course_row, runs)],
+        worded=[1, 2, 3],
+        sentences=[len(kept) - 1],
+        group=len(presets),
     )
-    ended = Counter(run["last_status"] for run in runs if not run["docked"])
-    missed = ", ".join(f"{count} {status}" for status, count in ended.items())
-    told = courses_told(runs, [DEFAULT]) + (f" Those that do not: {missed}." if missed else "")
+    ended = Counter((run["preset"], run["last_status"]) for run in runs if not run["docked"])
+    missed = ", ".join(f"{count} {status} (`{preset}`)" for (preset, status), count in ended.items())
+    told = courses_told(runs, presets) + (f" Those that do not dock: {missed}." if missed else "")
+    docked = sum(run["docked"] for run in runs if run["preset"] == DEFAULT)
+    count = sum(run["preset"] == DEFAULT for run in runs)
+    outcome = came_out("`default` docks on all drawn courses", docked == count, f"{docked} of {count}")
     return Section(
         name="courses",
         title="Drawn courses",
-        blocks=[say(_SAID.format(seed=COURSE_SEED)), found(told), table],
+        blocks=[
+            say(_SAID.format(seed=COURSE_SEED)),
+            _compared(runs, presets),
+            found(told),
+            found(outcome),
+            table,
+        ],
         figures=runs,
+    )
+
+
+def _compared(runs: Sequence[Figures], presets: Sequence[str]) -> Table:
+    """Medians over the courses on which all presets dock."""
+    failed = {run["scenario"] for run in runs if not run["docked"]}
+    rows = []
+    for preset in presets:
+        mine = [run for run in runs if run["preset"] == preset]
+        both = [run for run in mine if run["scenario"] not in failed]
+        cells = [
+            number(median(figure(run, one.path) or 0.0 for run in both) if both else None, one.digits)
+            for one in _COMPARED
+        ]
+        rows.append([f"`{preset}`", f"{sum(run['docked'] for run in mine)} of {len(mine)}", *cells])
+    return Table(
+        caption="Drawn courses: how many dock, and medians over those on which both presets do.",
+        heads=["preset", "docked", *(column.head for column in _COMPARED)],
+        rows=rows,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,19 +22,25 @@ BODY_EVERY = 2.0
 """Time between two drawn bodies [s]."""
 LONGEST = 1.25
 """Of a run so many times as long as the published one is shown over time."""
+HIGHEST = 1.5
+"""Acceleration that is shown [m/s²]."""
 _WIDTH, _BESIDE, _BELOW = 3.6, 0.9, 1.3
 """Of the axes, and room for labels and legend [inch]."""
 
 
-def plane_figure(results: Sequence[RunResult]) -> Figure:
-    """A panel a method: corridor, path, bodies, and where the published code drove by the same method."""
+def plane_figure(results: Sequence[RunResult], figures: Sequence[Mapping[str, Any]]) -> Figure:
+    """A panel a method: corridor, path, bodies, and where the published code drove by the same method.
+
+    `figures` are the summaries of the runs.
+    """
     left, right, bottom, top = _extent(results)
     height = _WIDTH * (top - bottom) / (right - left)
     size = (_BESIDE + len(results) * _WIDTH, height + _BELOW)
     figure = Figure(figsize=size, layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(results), sharex=True, sharey=True))
-    for axes, result in zip(panels, results, strict=True):
+    for axes, result, told in zip(panels, results, figures, strict=True):
         _draw(axes, result)
+        axes.set_title(f"{result.method}: {_outcome(result, told)}", fontsize="medium")
         axes.set_xlim(left, right)
         axes.set_ylim(bottom, top)
         axes.label_outer()
@@ -62,12 +68,13 @@ def _draw(axes: Axes, result: RunResult) -> None:
     track = published_track(result.scenario.name, result.method)
     if track is not None:
         axes.plot(*track.poses[:, :2].T, **_published())
-    axes.set_title(f"{result.method}: {_outcome(result)} after {truth.times[-1]:.1f} s", fontsize="medium")
     looks.plane(axes)
 
 
-def _outcome(result: RunResult) -> str:
-    return "docked" if result.ended == "docked" else f"not docked ({result.cycles.status[-1].value})"
+def _outcome(result: RunResult, figures: Mapping[str, Any]) -> str:
+    if figures["docked"]:
+        return f"docked at {figures['time_to_dock_s']:.1f} s"
+    return f"not docked in {result.truth.times[-1]:.0f} s ({result.cycles.status[-1].value})"
 
 
 def _published() -> dict[str, Any]:
@@ -104,10 +111,33 @@ def time_figure(results: Sequence[RunResult], beyond: RunResult) -> Figure:
         for axes in column:
             looks.grid(axes)
     _draw_times(panels[:, 0], beyond, looks.look(looks.BEYOND))
-    for axes, label in zip(panels[:, 0], ("v [m/s]", "δ [rad]", "a [m/s²]"), strict=True):
+    named = ("speed v [m/s]", "steering δ [rad]", "acceleration a [m/s²]")
+    for axes, label in zip(panels[:, 0], named, strict=True):
         axes.set_ylabel(label)
+    cut_peaks(panels[-1])
     looks.legend_below(figure, columns=5)
     return figure
+
+
+def cut_peaks(row: Iterable[Axes]) -> None:
+    """One hard stop would flatten all other curves: such peaks are cut off, and told at the edge."""
+    for axes in row:
+        low, high = axes.get_ylim()
+        axes.set_ylim(max(low, -HIGHEST), min(high, HIGHEST))
+        for line in axes.lines:
+            x, y = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+            place = int(np.argmax(np.abs(y)))
+            if abs(y[place]) > HIGHEST and x[place] <= axes.get_xlim()[1]:
+                edge = float(np.copysign(HIGHEST, y[place]))
+                axes.annotate(
+                    f"to {y[place]:.1f} m/s²".replace("-", "−"),
+                    (x[place], edge),
+                    xytext=(-5.0, -np.sign(edge) * 4.0),
+                    textcoords="offset points",
+                    ha="right",
+                    va="top" if edge > 0.0 else "bottom",
+                    fontsize="small",
+                )
 
 
 def _end(result: RunResult, track: Track) -> float:

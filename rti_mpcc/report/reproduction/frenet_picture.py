@@ -28,7 +28,8 @@ _SAID = (
     "Eq. 4 takes the errors of each stage at the stage's own progress θ_k: e_l along the path, e_c across "
     "it. They are Frenet coordinates only while the lag weight q_l is much larger than the contouring "
     "weight q_c, so that e_l stays near 0 and θ_k near the projection. Both plans begin in the same state "
-    "beside the path of Scenario 1 in reverse; the only difference is q_l, of all stages and of the last one."
+    "on Scenario 1, {beside:g} m beside its path, turned by {turned:g} rad, at {speed:g} m/s in reverse; "
+    "the only difference is q_l, of all stages and of the last one."
 )
 
 
@@ -85,10 +86,11 @@ def paired(lag_weight: float) -> Paired:
 
 def frenet_figure(plans: list[Paired]) -> Figure:
     """A panel a plan, on the same part of the plane."""
-    figure = Figure(figsize=(9.0, 4.6 * len(plans)), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(len(plans), 1, sharex=True, sharey=True))
+    figure = Figure(figsize=(5.1 * len(plans), 5.9), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(1, len(plans), sharex=True, sharey=True))
     for one, plan in zip(axes, plans, strict=True):
         _draw(one, plan)
+        one.label_outer()
     looks.legend_below(figure, columns=5)
     return figure
 
@@ -107,7 +109,7 @@ def _draw(axes: Axes, plan: Paired) -> None:
     stage = marked_stage(plan)
     _mark_errors(axes, plan, stage)
     errors = f"$e_l$ = {plan.lag[stage]:.2f} m, $e_c$ = {plan.contouring[stage]:.2f} m"
-    axes.set_title(f"$q_l$ = {plan.lag_weight:g}; at the marked stage {errors}", fontsize="medium")
+    axes.set_title(f"$q_l$ = {plan.lag_weight:g}; marked stage: {errors}", fontsize="medium")
     looks.plane(axes)
 
 
@@ -134,7 +136,7 @@ def frenet_section() -> Section:
     plans = [paired(lag) for lag in LAGS]
     largest = [(float(np.abs(plan.lag).max()), float(np.abs(plan.contouring).max())) for plan in plans]
     table = Table(
-        caption="Largest errors of the two plans.",
+        caption="Largest errors of the two plans, of all stages.",
         heads=["plan", "largest |e_l| [m]", "largest |e_c| [m]"],
         rows=[
             [f"q_l = {weight:g}", f"{lag:.3f}", f"{contouring:.3f}"]
@@ -148,12 +150,18 @@ def frenet_section() -> Section:
     picture = Picture(
         name="frenet",
         png=looks.png(frenet_figure(plans)),
-        caption=f"Every {_EVERY}th stage of a plan, paired to its reference by a grey line.",
+        caption=f"Every {_EVERY}th stage of a plan, paired to its reference by a grey line. "
+        "Marked is the drawn stage with the largest lag error.",
         told="Stages of two plans beside a curved path, each with a line to its reference point.",
     )
     figures = {
         f"lag_weight_{weight:g}": {"largest_lag_m": lag, "largest_contouring_m": contouring}
         for weight, (lag, contouring) in zip(LAGS, largest, strict=True)
     }
-    blocks: list[Block] = [say(_SAID), picture, table, found(verdict)]
+    blocks: list[Block] = [
+        say(_SAID.format(beside=_BESIDE, turned=_TURNED, speed=abs(_SPEED))),
+        picture,
+        table,
+        found(verdict),
+    ]
     return Section(name="frenet", title="Frenet errors", blocks=blocks, figures=figures)

@@ -22,7 +22,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "constant_1": {"color": style.RED, "linestyle": (0.0, (1.0, 1.0)), "linewidth": 1.8},
     "constant_50": {"color": style.PINK, "linestyle": _DASHDOT, "linewidth": 1.5},
     "constant_100": {"color": style.GREEN, "linestyle": (0.0, (5.0, 2.0)), "linewidth": 1.5},
-    BEYOND: {"color": style.GREEN, "linestyle": (0.0, (3.0, 1.0)), "linewidth": 1.2},
+    BEYOND: {"color": style.GREEN, "linestyle": (0.0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "linewidth": 1.6},
     PUBLISHED: {"color": style.BLACK, "linestyle": (0.0, (4.0, 2.0)), "linewidth": 0.9},
 }
 

@@ -14,7 +14,9 @@ _SAID = (
     "printed equations; `paper_printed` has the printed equations alone (what they do: docs/method.md). "
     "Values are read from the published code or the paper on the left, from "
     "`ControllerConfig.paper()` on the right. γ is printed in the paper as a weight of −100 on the virtual "
-    "speed."
+    "speed. A dash: not in Table I, and the published code has it besides. What has no row because it is no "
+    "number: the body is kept in the corridor by half-planes here, the rear axle by the two weights of a "
+    "bound in the published code."
 )
 
 
@@ -49,4 +51,9 @@ def parameters_section() -> Section:
 
 
 def _shown(value: Any) -> str:
-    return ", ".join(map(_shown, value)) if isinstance(value, tuple) else f"{value:g}"
+    if isinstance(value, tuple):
+        return ", ".join(map(_shown, value))
+    if value >= 1e3:
+        base, exponent = f"{value:e}".split("e")
+        return f"{float(base):g}e{int(exponent)}"
+    return f"{value:g}"

@@ -4,41 +4,50 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import NamedTuple
 
 from rti_mpcc.recording import Machine
 from rti_mpcc.report.published import published
 from rti_mpcc.report.reproduction.comfort import comfort_section
-from rti_mpcc.report.reproduction.content import Paragraph, Picture, Section, found, say
+from rti_mpcc.report.reproduction.content import Paragraph, Picture, Section, say
 from rti_mpcc.report.reproduction.courses import courses_section
 from rti_mpcc.report.reproduction.docking import docking_section
 from rti_mpcc.report.reproduction.frenet_picture import frenet_section
 from rti_mpcc.report.reproduction.full_course import course_section
+from rti_mpcc.report.reproduction.in_short import in_short
 from rti_mpcc.report.reproduction.page import html_page
 from rti_mpcc.report.reproduction.parameters import parameters_section
 from rti_mpcc.report.reproduction.runs import DOCKING, Runs
 from rti_mpcc.report.reproduction.schedules import schedules_section
-from rti_mpcc.report.reproduction.verdicts import MISSED
 
 TITLE = "The experiments of the paper, driven again"
 PAGE, NUMBERS = "reproduce.html", "reproduce.json"
 _PAPER = (
     'The paper is Schumann, Buchholz, Dietmayer, "Dynamic Objective MPC for Motion Planning of Seamless '
     'Docking Maneuvers", IEEE Intelligent Vehicles Symposium 2025; the published code is what its authors '
-    "released. Three sources "
-    "stand side by side: the numbers printed in the paper, those of the published code, and those measured "
-    "here. Preset `paper` is the paper's method with what the published code adds to it, `default` is this "
-    "project's own."
+    "released. Three sources stand side by side: the numbers printed in the paper (“paper”), those of the "
+    "published code when it was run by the makers of this project (“published code”), and those of this "
+    "project, measured when this page was made (“here”). Preset `paper` is the paper's method with what the "
+    "published code adds to it, `default` is this project's own."
 )
 _READING = (
     "Every number that is said to be measured here comes from the runs of this report, and the sentences "
     "with a bar beside them are computed from these numbers. The runs are "
-    "deterministic but for their computing times. All runs: dead time 0.18 s, cycle 50 ms. SI units. What "
-    "differs by design is in docs/method.md."
+    "deterministic but for their computing times. All runs here: dead time 0.18 s, cycle 50 ms; those of the "
+    "published code: the same dead time, 100 Hz. SI units. What differs by design, with letters that this "
+    "page refers to, is in docs/method.md of the project."
 )
 _MISSING = (
-    "What is not in it: the docking mission in the CARLA simulator comes with a later issue of this "
-    "project. All other figures and tables of the paper's method and evaluation sections are here."
+    "What is not in this page: the docking mission in the CARLA simulator, which comes with a later issue "
+    "of this project. All other figures and tables of the paper's method and evaluation sections are here."
 )
+
+
+class Report(NamedTuple):
+    """What was written, and its outcome in a few sentences."""
+
+    files: tuple[Path, ...]
+    told: tuple[str, ...]
 
 
 def sections(runs: Runs) -> list[Section]:
@@ -54,31 +63,23 @@ def sections(runs: Runs) -> list[Section]:
         made.append(comfort_section(runs))
     if runs.courses:
         made.append(courses_section(runs.courses))
-    return [about(made), *made]
+    return [about(runs, made), *made]
 
 
-def about(made: list[Section]) -> Section:
-    """What stands before the experiments: sources, how to read it, what does not come out as published."""
-    misses = [
-        f"{section.title}: {block.text}"
-        for section in made
-        for block in section.blocks
-        if isinstance(block, Paragraph) and MISSED in block.text
-    ]
-    told = "What does not come out as published or wished, in the words of the sections below:"
-    listed = [found(text) for text in misses] or [found("Nothing: all of it comes out.")]
+def about(runs: Runs, made: list[Section]) -> Section:
+    """What stands before the experiments: the outcome in short, sources, how to read it."""
     origin = say(f"Origin of the published figures. {published()['origin']}")
     versions = ", ".join(f"{name} {value}" for name, value in Machine.here().versions.items() if value)
     made_by = say(f"Made by `rti-mpcc reproduce` with {versions}.")
     return Section(
         name="about",
-        title="What this is",
-        blocks=[say(_PAPER), origin, say(_READING), say(_MISSING), made_by, say(told), *listed],
+        title="In short",
+        blocks=[say(_PAPER), *in_short(runs, made, 2), say(_READING), origin, say(_MISSING), made_by],
     )
 
 
-def write_report(runs: Runs, folder: Path) -> tuple[Path, ...]:
-    """Write page, numbers and pictures into an existing folder and return their paths. Raises OSError."""
+def write_report(runs: Runs, folder: Path) -> Report:
+    """Write page, numbers and pictures into an existing folder. Raises OSError."""
     made = sections(runs)
     written = [folder / PAGE, folder / NUMBERS]
     written[0].write_text(html_page(TITLE, made), encoding="utf-8")
@@ -88,7 +89,8 @@ def write_report(runs: Runs, folder: Path) -> tuple[Path, ...]:
     for picture in (block for section in made for block in section.blocks if isinstance(block, Picture)):
         written.append(folder / f"{picture.name}.png")
         written[-1].write_bytes(picture.png)
-    return tuple(written)
+    told = (block.text for block in made[0].blocks if isinstance(block, Paragraph) and block.verdict)
+    return Report(files=tuple(written), told=tuple(told))
 
 
 def numbers(made: list[Section]) -> dict[str, object]:

@@ -66,5 +66,6 @@ def comfort_cases() -> list[Case]:
 
 
 def course_cases(count: int) -> list[Case]:
-    """The first `count` courses of the seed, with `default`."""
-    return [Case(scenario=drawn_course(COURSE_SEED, index)) for index in range(count)]
+    """The first `count` courses of the seed, with `default` and with `paper`."""
+    courses = [drawn_course(COURSE_SEED, index) for index in range(count)]
+    return [Case(scenario=course, preset=preset) for course in courses for preset in (DEFAULT, PAPER)]

@@ -10,7 +10,7 @@ from rti_mpcc.report.numbers import number
 from rti_mpcc.report.reproduction.exactness import PoseError
 
 Figures = Mapping[str, Any]
-MISSED = "does not come out so"
+CAME, MISSED, UNSAID = "comes out so", "does not come out so", "cannot be said"
 ENERGIES = {
     "acceleration": "acceleration",
     "steering_rate": "steering rate",
@@ -19,10 +19,10 @@ ENERGIES = {
 """In the order in which they are told."""
 
 
-def came_out(claim: str, holds: bool | None) -> str:
-    """A claim, and whether it holds; None: it cannot be said."""
-    word = "not to be said" if holds is None else "comes out so" if holds else MISSED
-    return f"{claim}: {word}."
+def came_out(claim: str, holds: bool | None, evidence: str = "") -> str:
+    """A claim, whether it holds (None: it cannot be said), and the figures that say so."""
+    word = UNSAID if holds is None else CAME if holds else MISSED
+    return f"{claim}: {word}" + (f" ({evidence})." if evidence else ".")
 
 
 def ratio(one: float | None, other: float | None) -> float | None:
@@ -52,15 +52,17 @@ def near_paper(figures: Figures, published: Figures) -> bool | None:
 
 def times_told(method: str, figures: Figures, base: Figures, published: Figures, first: Figures) -> str:
     """How much longer a method takes than `dynamic`: here, in the paper and in the published code."""
-    told = {
-        "paper": ratio(published["time_in_paper_s"], first["time_in_paper_s"]),
-        "published code": ratio(published["time_to_tolerance_s"], first["time_to_tolerance_s"]),
-    }
-    others = ", ".join(f"{name} {number(value, 2)}" for name, value in told.items())
+    others = f"paper {published_times('time_in_paper_s', published, first)}, "
+    others += f"published code {published_times('time_to_tolerance_s', published, first)}"
     mine = ratio(figures["time_to_tolerance_s"], base["time_to_tolerance_s"])
     if mine is None:
         return f"`{method}` has no time to compare with that of `dynamic` ({others}): {ending(figures)}."
     return f"`{method}` takes {mine:.2f} times `dynamic` ({others}); {ending(figures)}."
+
+
+def published_times(kind: str, published: Figures, first: Figures) -> str:
+    """A published time as a multiple of that of `dynamic`; `kind` says whose."""
+    return number(ratio(published.get(kind), first.get(kind)), 2)
 
 
 def ending(figures: Figures) -> str:

@@ -34,8 +34,8 @@ RUNS = [
 ]
 
 
-def shown(runs: list[dict[str, Any]]) -> str:
-    console = Console(width=120, file=StringIO())
+def shown(runs: list[dict[str, Any]], width: int = 120) -> str:
+    console = Console(width=width, file=StringIO())
     for table in comparison_tables(runs):
         console.print(table)
     written = console.file
@@ -61,7 +61,16 @@ def test_the_tables_have_a_row_a_run_and_say_what_never_came() -> None:
     assert text.count("separated (paper)") == 3
     assert "separated (paper), not docked" in text
     assert "30.00" in text
+    for unit in ("[s]", "[rad]", "[rad/s]", "[m/s²]", "[m]", "[ms]"):
+        assert unit in text
     assert "–" in text
+
+
+def test_nothing_is_cut_off_on_a_narrow_terminal() -> None:
+    text = shown([figures("inside", "constant_100", preset="paper_printed", docked=False)], width=80)
+    assert "…" not in text
+    for word in ("constant_100", "(paper_printed)", "docked", "reversals", "[m²/s³]", "cycle"):
+        assert word in text
 
 
 def test_one_run_alone_has_nothing_to_be_compared_with() -> None:

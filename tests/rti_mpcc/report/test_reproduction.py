@@ -7,18 +7,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
+from rti_mpcc.report.numbers import number
 from rti_mpcc.report.published import Track, published_track
 from rti_mpcc.report.reproduction import causes
+from rti_mpcc.report.reproduction.claims import claims, missed_causes
 from rti_mpcc.report.reproduction.comfort import aims, aims_told
 from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
-from rti_mpcc.report.reproduction.docking import claims, missed_causes, verdicts
+from rti_mpcc.report.reproduction.docking import verdicts
+from rti_mpcc.report.reproduction.docking_pictures import HIGHEST, cut_peaks
 from rti_mpcc.report.reproduction.exactness import error_at, nearest_error, track_smoothness
 from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_stage, paired
+from rti_mpcc.report.reproduction.in_short import counted
 from rti_mpcc.report.reproduction.page import html_page
 from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
 from rti_mpcc.report.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
@@ -71,6 +76,41 @@ def test_page_has_everything_in_one_file() -> None:
     assert 'id="second"' in page
 
 
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("with q_c = 1", "with <i>q</i><sub>c</sub> = 1"),
+        ("∫a_lat² and q_N^e", "∫<i>a</i><sub>lat</sub>² and <i>q</i><sub>N</sub><sup>e</sup>"),
+        ("`q_c` of constant_50", "<code>q_c</code> of constant_50"),
+        ("a ` alone", "a ` alone"),
+    ],
+)
+def test_symbols_and_code_are_set_apart(text: str, shown: str) -> None:
+    page = html_page("Title", [Section(name="one", title="One", blocks=[say(text)])])
+    assert f"<p>{shown}</p>" in page
+
+
+def test_rows_that_belong_together_are_ruled_off() -> None:
+    table = Table(caption="", heads=["run"], rows=[["a"], ["b"], ["c"], ["d"]], group=2)
+    page = html_page("Title", [Section(name="one", title="One", blocks=[table])])
+    assert [row.partition(">")[0] for row in page.split("<tr")[2:]] == ["", ' class="last"'] * 2
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "told"), [(-0.04, 1, "0.0"), (-0.06, 1, "−0.1"), (None, 2, "–"), (0.0, 0, "0")]
+)
+def test_what_rounds_to_zero_has_no_sign(value: float | None, digits: int, told: str) -> None:
+    assert number(value, digits) == told
+
+
+def test_outcomes_are_counted() -> None:
+    lines = ["One: comes out so.", "Two: does not come out so (3).", "Three: cannot be said.", "It docks."]
+    section = Section(name="one", title="One", blocks=[*map(found, lines), say("Not counted: comes out so.")])
+    assert counted([section]) == (
+        "Of 3 outcomes that are published, or wished for, 1 come out; of 1 it cannot be said."
+    )
+
+
 def figures(time: float | None, **changes: Any) -> dict[str, Any]:
     usual: dict[str, Any] = {
         "time_to_tolerance_s": time,
@@ -93,8 +133,12 @@ def test_verdicts_are_computed() -> None:
     assert told[0].startswith("`dynamic` is inside tolerance after 30.00 s: 9.5 % later than in the paper")
     assert told[1].startswith("`separated` takes 1.53 times `dynamic` (paper 1.52, published code 1.54)")
     assert "with 1 change of direction; the body's clearance is 0.30 m" in told[2]
-    outcomes = [line.rpartition(": ")[2] for line in told[3:]]
-    assert outcomes == ["comes out so.", "comes out so.", "does not come out so.", "comes out so."]
+    assert [line.partition(": ")[2] for line in told[3:]] == [
+        "comes out so (here 30.00 s, paper 27.39 s, published code 27.33 s).",
+        "comes out so (1.53 times here, paper 1.52, published code 1.54).",
+        "does not come out so (0.80 times here, paper 1.80, published code 1.72).",
+        "comes out so (`switched` 1 and `dynamic` 0 here, 1 and 0 in the published code).",
+    ]
     assert missed_causes("docking_inside", inside) == [causes.SWITCHED_INSIDE]
 
 
@@ -108,7 +152,8 @@ def test_what_never_came_is_not_compared() -> None:
     assert "it does not dock (status blocked at the end, 0.50 m, −0.20 m and 5.7° off)" in told[2]
     assert [claim.holds(behind) for claim in claims("docking_behind")] == [True, None, True, True, False]
     assert missed_causes("docking_behind", behind) == [causes.SWITCHED_BEHIND]
-    assert any(line.endswith("not to be said.") for line in told)
+    assert any("`dynamic`: cannot be said (– times here, paper 2.07" in line for line in told)
+    assert told[-1].endswith("(here it does not dock, clearance of the body 0.30 m; published code −1.35 m).")
     assert verdicts("docking_behind", {**behind, "dynamic": figures(None)})[0] == (
         "`dynamic` never gets inside tolerance."
     )
@@ -145,7 +190,7 @@ def test_what_default_set_out_for_is_judged_by_the_run() -> None:
     ]
     never = aims(spent(None, 0.5), "docking_inside")
     assert not never[0].met
-    assert "missed: time to tolerance T [s] –" in aims_told("docking_inside", never)
+    assert "(time to tolerance T [s] –" in aims_told("docking_inside", never)
     assert MISSED in aims_told("docking_inside", never)
 
 
@@ -157,6 +202,19 @@ def test_the_least_energy_is_that_of_the_shorter_way() -> None:
     for mine, shorter in ((1e3, way), (5.0, 5.0)):
         last = aims({**spent(20.0, 1.0), "distance_m": mine}, "docking_inside")[-1]
         assert last.value == pytest.approx(0.559 / (12.0 * shorter**2 / 20.0**3))
+
+
+def test_a_peak_is_cut_off_and_told() -> None:
+    calm, hard = Figure().subplots(1, 2)
+    calm.plot([0.0, 1.0, 2.0], [0.0, 0.4, -0.4])
+    hard.plot([0.0, 1.0, 2.0], [-0.5, 3.7, 0.5])
+    hard.plot([0.0, 1.0, 2.0], [-0.5, -2.0, 0.5])
+    kept = calm.get_ylim()
+    cut_peaks([calm, hard])
+    assert calm.get_ylim() == kept
+    assert not calm.texts
+    assert hard.get_ylim() == (-HIGHEST, HIGHEST)
+    assert [text.get_text() for text in hard.texts] == ["to 3.7 m/s²", "to −2.0 m/s²"]
 
 
 @pytest.mark.parametrize("name", targets())

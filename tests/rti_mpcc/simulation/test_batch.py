@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
+from signal import SIG_DFL, SIGINT, getsignal, signal
+from threading import Event
 
 import numpy as np
 import pytest
 
 from rti_mpcc import InputError
-from rti_mpcc.simulation import changed, load_scenario
+from rti_mpcc.simulation import batch, changed, load_scenario
 from rti_mpcc.simulation.batch import THREADS, Case, Outcome, drive_all
 
 SHORT = changed(load_scenario("docking_behind"), {"simulation.duration": 1.0})
@@ -44,3 +47,44 @@ def test_what_cannot_be_driven_is_refused() -> None:
         drive_all([Case(scenario=SHORT, method="best")], jobs=1)
     with pytest.raises(InputError, match="jobs = 0: must be >= 1"):
         drive_all(CASES, jobs=0)
+
+
+class Threads(ThreadPoolExecutor):
+    """Stands in for a pool of processes, so that what they do can be counted."""
+
+    def __init__(self, jobs: int, *, mp_context: object, initializer: object) -> None:
+        super().__init__(jobs)
+
+
+@pytest.mark.parametrize("ending", [KeyboardInterrupt, InputError])
+def test_what_ends_a_batch_keeps_the_rest_from_being_driven(
+    monkeypatch: pytest.MonkeyPatch, ending: type[BaseException]
+) -> None:
+    driven: list[Case] = []
+    going_on = Event()
+
+    def drive(case: Case) -> Case:
+        driven.append(case)
+        if len(driven) > 2:
+            going_on.wait(10.0)
+        return case
+
+    def told(done: int, total: int) -> None:
+        going_on.set()
+        raise ending("enough")
+
+    monkeypatch.setattr(batch, "ProcessPoolExecutor", Threads)
+    monkeypatch.setattr(batch, "drive", drive)
+    cases = [Case(scenario=SHORT, seed=seed) for seed in range(2000)]
+    with pytest.raises(ending, match="enough"):
+        drive_all(cases, jobs=2, progress=told)
+    assert len(driven) < len(cases)
+
+
+def test_an_interrupted_worker_ends() -> None:
+    before = getsignal(SIGINT)
+    try:
+        batch._end_when_interrupted()
+        assert getsignal(SIGINT) is SIG_DFL
+    finally:
+        signal(SIGINT, before)
