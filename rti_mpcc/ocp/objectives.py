@@ -23,6 +23,9 @@ GOAL_CLIP = (0.5, 0.3)
 linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed."""
 
 
+COMFORT_CLIP = 0.02
+"""The same for what goes beyond comfort, in its own units: comfort gives way to the corridor and the goal."""
+
 FIRM = 5.0
 """Time to go [s] below which an arrival's effort counts less and less, as its cube. The error that a plan
 accepts at the goal to save effort grows with 1/t_go³: without this it is all of the way left at 1 s."""

@@ -3,7 +3,8 @@
 (C1)  stage:    q_l e_l² + q_c e_c² + q_phi e_phi² + q_lat a_lat² + soft distance to the boundaries
 (C2)  control:  r_a a² + r_delta delta_dot² + r_theta theta_dot² - gamma theta_dot
 (C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²
-(C4)  comfort:  q_comfort max(0, |f| - f_comfort)² for f = a_lat of a stage, a and delta_dot of a control
+(C4)  comfort:  q_comfort max(0, |f| - f_comfort)² for f = a_lat of a stage, a and delta_dot of a control,
+                beyond the clip linear
 
 q_c, q_phi, gamma and the weight of the soft distance are functions of their stage's theta where sigma blends
 them; their slopes are in the gradient.
@@ -19,7 +20,7 @@ from geometry import HalfPlanes, Pose2
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights, WeightSlopes
+from rti_mpcc.ocp.objectives import COMFORT_CLIP, GOAL_CLIP, StageWeights, WeightSlopes
 from rti_mpcc.types import Array
 
 BOUND_DISTANCE = 2.0
@@ -54,12 +55,13 @@ def quadratic_cost(
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
     """
     lateral, lateral_by = _lateral_acceleration(states, wheelbase)
+    excess, excess_weights = _excess(lateral, comfort.lateral_acceleration, weights.comfort)
     rows = [
         (weights.lag, errors.lag, errors.lag_by),
         (weights.contouring, errors.contouring, errors.contouring_by),
         (weights.heading, errors.heading, errors.heading_by),
         (weights.lateral_acceleration, lateral, lateral_by),
-        _lateral_excess(weights.comfort, lateral, lateral_by, comfort.lateral_acceleration),
+        (excess_weights, excess, lateral_by),
     ]
     if walls is not None:
         for side in range(2):
@@ -97,15 +99,12 @@ def _lateral_acceleration(states: Array, wheelbase: float) -> tuple[Array, Array
     return v**2 * tangent / wheelbase, by
 
 
-def _lateral_excess(weight: Array, lateral: Array, by: Array, most: float) -> tuple[Array, Array, Array]:
-    """The residual max(0, |a_lat| - most), with the sign of a_lat."""
-    excess = _excess(lateral, most)
-    return weight * (excess != 0.0), excess, by
-
-
-def _excess(values: Array, most: float) -> Array:
-    """By how much `values` lie beyond -most or most."""
-    return values - np.clip(values, -most, most)
+def _excess(values: Array, most: float, weights: Array) -> tuple[Array, Array]:
+    """By how much `values` lie beyond -most or most, and the weights on its square: less beyond the clip, so
+    that the pull stays what it is there."""
+    excess = values - np.clip(values, -most, most)
+    size = np.maximum(np.abs(excess), COMFORT_CLIP)
+    return excess, weights * (excess != 0.0) * COMFORT_CLIP / size
 
 
 def _soft_walls(
@@ -141,7 +140,7 @@ def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> t
     gradient = 2.0 * squares * controls
     gradient[:, THETA_DOT] -= weights.progress_reward
     for column, most in ((A, comfort.acceleration), (DELTA_DOT, comfort.steering_rate)):
-        excess = _excess(controls[:, column], most)
-        gradient[:, column] += 2.0 * weights.comfort[:-1] * excess
-        squares[:, column] += weights.comfort[:-1] * (excess != 0.0)
+        excess, weight = _excess(controls[:, column], most, weights.comfort[:-1])
+        gradient[:, column] += 2.0 * weight * excess
+        squares[:, column] += weight
     return 2.0 * squares, gradient

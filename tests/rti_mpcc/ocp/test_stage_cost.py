@@ -10,7 +10,7 @@ from geometry import Corridor, HalfPlanes, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.objectives import GOAL_CLIP, StageWeights, WeightSlopes
+from rti_mpcc.ocp.objectives import COMFORT_CLIP, GOAL_CLIP, StageWeights, WeightSlopes
 from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
@@ -115,7 +115,7 @@ class Setting:
             total += w.lag[k] * error.x**2 + w.contouring[k] * error.y**2 + w.heading[k] * turned**2
             lateral = v**2 * tan(delta) / WHEELBASE
             total += w.lateral_acceleration[k] * lateral**2
-            total += w.comfort[k] * max(0.0, abs(lateral) - COMFORT.lateral_acceleration) ** 2
+            total += w.comfort[k] * discomfort(lateral, COMFORT.lateral_acceleration)
             for side in range(2):
                 away = np.array([x, y]) - self.walls.point[k, side]
                 distance = float(self.walls.normal[k, side] @ away)
@@ -124,8 +124,8 @@ class Setting:
         for k, u in enumerate(controls):
             total += w.acceleration[k] * u[A] ** 2 + w.steering_rate[k] * u[DELTA_DOT] ** 2
             total += w.virtual_speed[k] * u[THETA_DOT] ** 2 - w.progress_reward[k] * u[THETA_DOT]
-            total += w.comfort[k] * max(0.0, abs(u[A]) - COMFORT.acceleration) ** 2
-            total += w.comfort[k] * max(0.0, abs(u[DELTA_DOT]) - COMFORT.steering_rate) ** 2
+            total += w.comfort[k] * discomfort(u[A], COMFORT.acceleration)
+            total += w.comfort[k] * discomfort(u[DELTA_DOT], COMFORT.steering_rate)
         last = states[-1]
         dx, dy, turn = last[X] - self.goal.x, last[Y] - self.goal.y, last[PHI] - self.goal.phi
         total += w.goal_speed * last[V] ** 2
@@ -141,6 +141,10 @@ class Setting:
         change = {name: getattr(w.by_progress, name) * (theta - self.states[:, THETA]) for name in BLENDED}
         change["progress_reward"] = change["progress_reward"][:-1]
         return replace(w, **{name: getattr(w, name) + change[name] for name in BLENDED})
+
+
+def discomfort(value: float, most: float) -> float:
+    return huber(max(0.0, abs(value) - most), COMFORT_CLIP)
 
 
 def huber(size: float, clip: float) -> float:
