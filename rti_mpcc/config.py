@@ -23,6 +23,10 @@ PLANNED_SHARE = 0.9
 """What a planned arrival takes of the comfort acceleration: the rest is for corrections on the way."""
 
 
+NO_COMFORT = (0.0, 0.0, 0.0)
+"""Weights of a method that knows no comfort."""
+
+
 class Comfort(NamedTuple):
     """What a passenger, or the load, is to feel at most: [m/s²], [m/s²], [rad/s]."""
 
@@ -96,7 +100,8 @@ class Weights(Settings):
         arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
             end of a planned arrival.
         arrival_contouring: contouring weight far from the goal during an arrival.
-        comfort: on the squared excess over the three comfort values of `ControllerConfig`.
+        comfort, arrival_comfort: on the squared excess over comfort, in the order of `Comfort` [s⁴/m²],
+            [s⁴/m²], [s²/rad²], while contouring and during an arrival.
     """
 
     lag: NonNegative = 1e3
@@ -120,7 +125,8 @@ class Weights(Settings):
     arrival_pose: Positive = 1e5
     arrival_speed: NonNegative = 1e5
     arrival_contouring: NonNegative = 0.0
-    comfort: NonNegative = 1e5
+    comfort: Triple = (1e5, 1e5, 1e4)
+    arrival_comfort: Triple = (1e5, 1e5, 1e5)
 
 
 class SpeedProfile(Settings):
@@ -318,7 +324,7 @@ class ControllerConfig(Settings):
             bound_distance=1e3,
             bound_speed=20.0,
             stage_length=1.0,
-            comfort=0.0,
+            comfort=NO_COMFORT,
         )
         preset = {
             "weights": weights,
@@ -336,7 +342,7 @@ class ControllerConfig(Settings):
             changes: settings that replace those of the preset.
         """
         preset = {
-            "weights": Weights(virtual_speed=0.0, comfort=0.0),
+            "weights": Weights(virtual_speed=0.0, comfort=NO_COMFORT),
             "cruise_horizon": 7.0,
             "arrival": False,
         }

@@ -23,8 +23,12 @@ GOAL_CLIP = (0.5, 0.3)
 linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed."""
 
 
-COMFORT_CLIP = 0.02
+COMFORT_CLIP = 0.1
 """The same for what goes beyond comfort, in its own units: comfort gives way to the corridor and the goal."""
+
+COMFORT_EASE = 0.05
+"""Share of a comfort value over which its penalty sets in. A penalty that begins at once makes the plans of
+successive cycles jump to and fro across it."""
 
 FIRM = 5.0
 """Time to go [s] below which an arrival's effort counts less and less, as its cube. The error that a plan
@@ -76,6 +80,7 @@ class WeightSlopes:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageWeights:
     """Effective weights: (N+1,) on states, (N,) on controls, goal (3,) and goal_speed at stage N only.
+    `comfort` (N+1, 3) is on what goes beyond `Comfort`, in its order.
 
     `by_progress` has their slopes where they are blended. `slack` is the linear weight of the corridor slack
     [1/m], above the largest pull that could press the body against a boundary, so that the penalty is exact.
@@ -172,7 +177,7 @@ def contouring_weights(
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
-        comfort=weights.comfort * share,
+        comfort=np.outer(share, weights.comfort),
         goal=goal,
         goal_speed=0.0,
         goal_clipped=clip_goal,
@@ -207,7 +212,7 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         steering_rate=weights.steering_rate * effort,
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
-        comfort=weights.comfort * share * firm,
+        comfort=np.outer(share * firm, weights.arrival_comfort),
         goal=np.full(3, weights.arrival_pose),
         goal_speed=weights.arrival_speed,
         goal_clipped=True,
@@ -238,7 +243,7 @@ def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=weights.lag * share[:-1],
         progress_reward=none[:-1],
-        comfort=weights.comfort * share,
+        comfort=np.outer(share, weights.comfort),
         goal=goal,
         goal_speed=0.0,
         goal_clipped=False,

@@ -3,8 +3,8 @@
 (C1)  stage:    q_l e_l² + q_c e_c² + q_phi e_phi² + q_lat a_lat² + soft distance to the boundaries
 (C2)  control:  r_a a² + r_delta delta_dot² + r_theta theta_dot² - gamma theta_dot
 (C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²
-(C4)  comfort:  q_comfort max(0, |f| - f_comfort)² for f = a_lat of a stage, a and delta_dot of a control,
-                beyond the clip linear
+(C4)  comfort:  q_comfort e² for f = a_lat of a stage, a and delta_dot of a control, beyond the clip linear;
+                e = max(0, |f| - f_comfort) rounded off: e = c log(1 + exp((|f| - f_comfort) / c))
 
 q_c, q_phi, gamma and the weight of the soft distance are functions of their stage's theta where sigma blends
 them; their slopes are in the gradient.
@@ -15,18 +15,23 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import expit
 
 from geometry import HalfPlanes, Pose2
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import COMFORT_CLIP, GOAL_CLIP, StageWeights, WeightSlopes
+from rti_mpcc.ocp.objectives import COMFORT_CLIP, COMFORT_EASE, GOAL_CLIP, StageWeights, WeightSlopes
 from rti_mpcc.types import Array
 
 BOUND_DISTANCE = 2.0
 """Distance of the rear axle to a boundary below which `Weights.bound_distance` acts [m]."""
 BOUND_SPEED = 2.5
 """The same for `Weights.bound_speed` [m]."""
+
+
+NOTHING_LEFT = -6.0
+"""So many c of (C4) below comfort its residual is a quarter of a percent of c, and left out."""
 
 
 class QuadraticCost(NamedTuple):
@@ -55,13 +60,13 @@ def quadratic_cost(
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
     """
     lateral, lateral_by = _lateral_acceleration(states, wheelbase)
-    excess, excess_weights = _excess(lateral, comfort.lateral_acceleration, weights.comfort)
+    discomfort, excess, slope = _discomfort(lateral, comfort.lateral_acceleration, weights.comfort[:, 1])
     rows = [
         (weights.lag, errors.lag, errors.lag_by),
         (weights.contouring, errors.contouring, errors.contouring_by),
         (weights.heading, errors.heading, errors.heading_by),
         (weights.lateral_acceleration, lateral, lateral_by),
-        (excess_weights, excess, lateral_by),
+        (discomfort, excess, slope[:, None] * lateral_by),
     ]
     if walls is not None:
         for side in range(2):
@@ -99,12 +104,14 @@ def _lateral_acceleration(states: Array, wheelbase: float) -> tuple[Array, Array
     return v**2 * tangent / wheelbase, by
 
 
-def _excess(values: Array, most: float, weights: Array) -> tuple[Array, Array]:
-    """By how much `values` lie beyond -most or most, and the weights on its square: less beyond the clip, so
-    that the pull stays what it is there."""
-    excess = values - np.clip(values, -most, most)
-    size = np.maximum(np.abs(excess), COMFORT_CLIP)
-    return excess, weights * (excess != 0.0) * COMFORT_CLIP / size
+def _discomfort(values: Array, most: float, weights: Array) -> tuple[Array, Array, Array]:
+    """Weights, residuals and their slopes of (C4) at `values` (n,); weights that fall off beyond the clip
+    make its square linear there."""
+    ease = COMFORT_EASE * most
+    beyond = (np.abs(values) - most) / ease
+    excess = ease * np.logaddexp(0.0, beyond)
+    acting = weights * (beyond > NOTHING_LEFT) * COMFORT_CLIP / np.maximum(excess, COMFORT_CLIP)
+    return acting, excess, np.sign(values) * expit(beyond)
 
 
 def _soft_walls(
@@ -139,8 +146,8 @@ def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> t
     squares[:, THETA_DOT] = weights.virtual_speed
     gradient = 2.0 * squares * controls
     gradient[:, THETA_DOT] -= weights.progress_reward
-    for column, most in ((A, comfort.acceleration), (DELTA_DOT, comfort.steering_rate)):
-        excess, weight = _excess(controls[:, column], most, weights.comfort[:-1])
-        gradient[:, column] += 2.0 * weight * excess
-        squares[:, column] += weight
+    for column, kind in ((A, 0), (DELTA_DOT, 2)):
+        weight, excess, slope = _discomfort(controls[:, column], comfort[kind], weights.comfort[:-1, kind])
+        gradient[:, column] += 2.0 * weight * excess * slope
+        squares[:, column] += weight * slope**2
     return 2.0 * squares, gradient

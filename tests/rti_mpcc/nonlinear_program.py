@@ -14,7 +14,7 @@ import numpy as np
 
 from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.objectives import COMFORT_CLIP, GOAL_CLIP
+from rti_mpcc.ocp.objectives import COMFORT_CLIP, COMFORT_EASE, GOAL_CLIP
 from rti_mpcc.ocp.stage_cost import BOUND_DISTANCE, BOUND_SPEED
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
@@ -157,7 +157,7 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
         lateral = v**2 * tangent / problem.config.vehicle.wheelbase
         total += w.lateral_acceleration[k] * lateral**2
-        total += w.comfort[k] * _discomfort(lateral, comfort.lateral_acceleration)
+        total += w.comfort[k, 1] * _discomfort(lateral, comfort.lateral_acceleration)
         if w.lag[k] or w.contouring[k] or w.heading[k]:
             x_r, y_r, phi_r = _path_pose(problem, k, z[THETA, k])
             dx, dy = z[X, k] - x_r, z[Y, k] - y_r
@@ -171,8 +171,8 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
     for k in range(stages):
         total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
         total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
-        total += w.comfort[k] * _discomfort(u[A, k], comfort.acceleration)
-        total += w.comfort[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
+        total += w.comfort[k, 0] * _discomfort(u[A, k], comfort.acceleration)
+        total += w.comfort[k, 2] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
     return total + _goal_cost(problem, z[:, stages])
 
 
@@ -187,7 +187,10 @@ def _goal_cost(problem: FrozenProblem, last: Any) -> Any:
 
 
 def _discomfort(value: Any, most: float) -> Any:
-    return _huber(ca.fmax(ca.fabs(value) - most, 0) ** 2, COMFORT_CLIP)
+    """Square, beyond the clip linear, of max(0, |value| - most) rounded off by the logarithm."""
+    ease = COMFORT_EASE * most
+    beyond = (ca.fabs(value) - most) / ease
+    return _huber((ease * (ca.fmax(beyond, 0) + ca.log1p(ca.exp(-ca.fabs(beyond))))) ** 2, COMFORT_CLIP)
 
 
 def _huber(square: Any, clip: float) -> Any:

@@ -117,7 +117,7 @@ def test_speed_limit_with_and_without() -> None:
         assert speed == pytest.approx(limit, abs=1e-3) if limit < 2.0 else speed > reached
 
 
-def test_an_arrival_in_too_little_time_goes_beyond_comfort_by_little() -> None:
+def test_an_arrival_in_too_little_time_keeps_to_comfort_as_far_as_it_can() -> None:
     """The cubic over 30 m in 20 s begins with 0.45 m/s²."""
     plans = {
         mpcc.config.comfort_acceleration: arrive(mpcc, at(mpcc, 0.0), 20.0, 20).trajectory
@@ -125,7 +125,7 @@ def test_an_arrival_in_too_little_time_goes_beyond_comfort_by_little() -> None:
     }
     most = {comfort: np.abs(plan.controls[:, A]).max() for comfort, plan in plans.items()}
     assert most[1.0] == pytest.approx(0.445, abs=0.01)
-    assert 0.4 < most[0.4] < 0.405
+    assert 0.36 < most[0.4] < 0.405
     assert plans[0.4].states[-1, THETA] == pytest.approx(plans[1.0].states[-1, THETA], abs=0.05)
 
 
@@ -134,7 +134,7 @@ def test_in_a_bend_an_arrival_keeps_to_the_comfort_of_load_and_steering(directio
     bends = [(direction, 0.2, 12.0), (direction, -0.2, 12.0)]
     comfort = {"comfort_lateral_acceleration": 0.3, "comfort_steering_rate": 0.12}
     most = []
-    for settings in ({"weights": Weights(comfort=0.0)}, comfort):
+    for settings in ({"weights": Weights(arrival_comfort=(0.0, 0.0, 0.0))}, comfort):
         mpcc = core(bends, width=2.5, **settings)
         plan = arrive(mpcc, at(mpcc, 0.0, delta=0.5), 24.0, 30).trajectory
         lateral = plan.states[:, V] ** 2 * np.tan(plan.states[:, DELTA]) / mpcc.config.vehicle.wheelbase

@@ -236,7 +236,8 @@ def test_plan_and_vehicle_lead_back_to_the_path(name: str, direction: int) -> No
     driven_states = np.array([[plant.x, plant.y, plant.phi] for plant, _ in run])
     for states in (plan, driven_states):
         apart, turned = deviations(name, direction, states)
-        assert apart[-1] <= max(0.5 * apart[0], 0.1)
+        # Steered away and too fast, it is led away first: in comfort that takes room.
+        assert apart[-1] <= max(0.5 * apart.max(), 0.1)
         assert turned[-1] <= max(0.5 * turned[0], 0.1)
 
 
