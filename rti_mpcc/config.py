@@ -7,7 +7,7 @@ switched on by `ControllerConfig.paper()`, see docs/method.md.
 from __future__ import annotations
 
 from enum import Enum
-from math import radians, tan
+from math import radians, sqrt, tan
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
@@ -114,13 +114,18 @@ class SpeedProfile(Settings):
 
     Attributes:
         final: speed allowed at the stop point [m/s].
-        final_behind: the same where the goal lies behind the path end [m/s].
         deceleration: how the bound falls [m/s²]: v² <= final² + 2 deceleration (theta_stop - theta).
+        behind: for a goal behind the path end, the share of the speed from which `deceleration` stops over
+            the way behind it: so fast the vehicle may be at the stop point, if that is more than `final`.
     """
 
     final: Positive = 1.0
-    final_behind: Positive = 1.5
     deceleration: Positive = 5.0
+    behind: NonNegative = 0.5
+
+    def at_stop(self, behind: float) -> float:
+        """Speed allowed at the stop point [m/s], the goal lying `behind` [m] the path end (0: not)."""
+        return max(self.final, self.behind * sqrt(2.0 * self.deceleration * behind))
 
 
 class Footprint(Settings):
