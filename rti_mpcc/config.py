@@ -224,6 +224,8 @@ class ControllerConfig(Settings):
             the path's end where the goal lies behind it.
         progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
             error hardly knows theta, and a plan whose progress may run back can then hang there.
+        reference_turns: a plan knows that the path's heading changes with its progress. The published code
+            looks the heading up by index, and its solver takes it for constant.
         deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
             driven in its cycle. Above `EXIT`, with which alone no plan could ever be found.
     """
@@ -248,6 +250,7 @@ class ControllerConfig(Settings):
     staging: NonNegative = 7.0
     speed_profile: SpeedProfile | None = None
     progress_reverses: bool = False
+    reference_turns: bool = True
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
     @model_validator(mode="after")
@@ -293,6 +296,7 @@ class ControllerConfig(Settings):
             "cruise_horizon": 7.0,
             "arrival": False,
             "speed_profile": SpeedProfile(),
+            "reference_turns": False,
         }
         return cls(**{**preset, **changes})
 

@@ -232,7 +232,8 @@ class RtiMpcc:
         theta = states[:, THETA]
 
         weights = self._weights(theta, lengths, arriving=arrive_at is not None, cartesian=cartesian)
-        errors = frenet_errors(states, frame.reference_in(self.part.reference(theta)), self.part.direction)
+        reference = frame.reference_in(self.part.reference(theta))
+        errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
         walls = self._walls(shifted.states, frame, weights)
         cost = quadratic_cost(states, controls, weights, errors, walls, frame.pose_in(target.pose), wheelbase)
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
