@@ -327,6 +327,10 @@ class RtiMpcc:
             return cartesian_weights(weights, lengths)
         if arriving:
             return arrival_weights(weights, target, theta, lengths)
+        if (
+            self.config.method is Method.SWITCHED
+        ):  # until the switch the path ends where the goal is beside it
+            target = replace(target, kind=TargetKind.PATH_END)
         return contouring_weights(
             weights,
             target,
@@ -334,7 +338,7 @@ class RtiMpcc:
             lengths,
             cruise_speed=self.config.cruise_speed,
             clip_goal=self.config.corridor_rows,
-            allocate=not self.config.arrival and self.config.method is not Method.SWITCHED,
+            allocate=not self.config.arrival,
         )
 
     def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:
