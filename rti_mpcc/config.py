@@ -7,7 +7,7 @@ switched on by `ControllerConfig.paper()`, see docs/method.md.
 from __future__ import annotations
 
 from enum import Enum
-from math import radians, tan
+from math import radians, sqrt, tan
 from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import Field, model_validator
@@ -134,13 +134,18 @@ class SpeedProfile(Settings):
 
     Attributes:
         final: speed allowed at the stop point [m/s].
-        final_behind: the same where the goal lies behind the path end [m/s].
         deceleration: how the bound falls [m/s²]: v² <= final² + 2 deceleration (theta_stop - theta).
+        behind: for a goal behind the path end, the share of the speed from which `deceleration` stops over
+            the way behind it: so fast the vehicle may be at the stop point, if that is more than `final`.
     """
 
     final: Positive = 1.0
-    final_behind: Positive = 1.5
     deceleration: Positive = 5.0
+    behind: NonNegative = 0.5
+
+    def at_stop(self, behind: float) -> float:
+        """Speed allowed at the stop point [m/s], the goal lying `behind` [m] the path end (0: not)."""
+        return max(self.final, self.behind * sqrt(2.0 * self.deceleration * behind))
 
 
 class Footprint(Settings):
@@ -241,6 +246,8 @@ class ControllerConfig(Settings):
             the path's end where the goal lies behind it.
         progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
             error hardly knows theta, and a plan whose progress may run back can then hang there.
+        reference_turns: a plan knows that the path's heading changes with its progress. The published code
+            looks the heading up by index, and its solver takes it for constant.
         deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
             driven in its cycle. Above `EXIT`, with which alone no plan could ever be found.
     """
@@ -267,6 +274,7 @@ class ControllerConfig(Settings):
     staging: NonNegative = 7.0
     speed_profile: SpeedProfile | None = None
     progress_reverses: bool = False
+    reference_turns: bool = True
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
     @model_validator(mode="after")
@@ -331,6 +339,7 @@ class ControllerConfig(Settings):
             "cruise_horizon": 7.0,
             "arrival": False,
             "speed_profile": SpeedProfile(),
+            "reference_turns": False,
         }
         return cls(**{**preset, **changes})
 

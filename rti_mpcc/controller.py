@@ -236,7 +236,8 @@ class RtiMpcc:
         theta = states[:, THETA]
 
         weights = self._weights(theta, lengths, arriving=arrive_at is not None, cartesian=cartesian)
-        errors = frenet_errors(states, frame.reference_in(self.part.reference(theta)), self.part.direction)
+        reference = frame.reference_in(self.part.reference(theta))
+        errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
         walls = self._walls(shifted.states, frame, weights)
         goal = frame.pose_in(target.pose)
         cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
@@ -331,6 +332,9 @@ class RtiMpcc:
             return cartesian_weights(weights, lengths)
         if arriving:
             return arrival_weights(weights, target, theta, lengths)
+        if self.config.method is Method.SWITCHED:
+            # Until the switch the path ends where the goal lies beside it.
+            target = replace(target, kind=TargetKind.PATH_END)
         return contouring_weights(
             weights,
             target,
@@ -338,7 +342,7 @@ class RtiMpcc:
             lengths,
             cruise_speed=self.config.cruise_speed,
             clip_goal=self.config.corridor_rows,
-            allocate=not self.config.arrival and self.config.method is not Method.SWITCHED,
+            allocate=not self.config.arrival,
         )
 
     def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:

@@ -53,8 +53,7 @@ def stage_bounds(
     speed = np.full(stages, limits.speed)
     profile = config.speed_profile
     if profile is not None:
-        behind = target.kind is TargetKind.POSE and target.theta > target.theta_end
-        final = profile.final_behind if behind else profile.final
+        final = profile.at_stop(target.behind)
         left = np.maximum(target.stop - theta[1:], 0.0)
         speed = np.minimum(speed, np.sqrt(final**2 + 2.0 * profile.deceleration * left))
     states = np.empty((stages, 2, 3))

@@ -32,13 +32,20 @@ class FrenetErrors(NamedTuple):
     heading_by: Array
 
 
-def frenet_errors(states: Array, reference: PathReference, direction: int) -> FrenetErrors:
-    """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2)."""
+def frenet_errors(
+    states: Array, reference: PathReference, direction: int, *, turns: bool = True
+) -> FrenetErrors:
+    """Errors of `states` (n, 6) at `reference` (n of them, on the states' branch), Eq. (F1), (F2).
+
+    Args:
+        turns: whether the slopes know that the reference turns with theta; False takes phi_r' for 0 in (F2).
+    """
+    turn = reference.slope if turns else np.zeros_like(reference.slope)
     c, s = np.cos(reference.phi), np.sin(reference.phi)
     dx, dy = states[:, X] - reference.x, states[:, Y] - reference.y
     lag, contouring = c * dx + s * dy, -s * dx + c * dy
     lag_by, contouring_by, heading_by = (np.zeros((len(states), STATES)) for _ in range(3))
-    lag_by[:, X], lag_by[:, Y], lag_by[:, THETA] = c, s, -direction + contouring * reference.slope
-    contouring_by[:, X], contouring_by[:, Y], contouring_by[:, THETA] = -s, c, -lag * reference.slope
-    heading_by[:, PHI], heading_by[:, THETA] = 1.0, -reference.slope
+    lag_by[:, X], lag_by[:, Y], lag_by[:, THETA] = c, s, -direction + contouring * turn
+    contouring_by[:, X], contouring_by[:, Y], contouring_by[:, THETA] = -s, c, -lag * turn
+    heading_by[:, PHI], heading_by[:, THETA] = 1.0, -turn
     return FrenetErrors(lag, contouring, states[:, PHI] - reference.phi, lag_by, contouring_by, heading_by)

@@ -63,6 +63,11 @@ class Target:
         """min(theta_e, theta_g): where the path stops to count [m]."""
         return min(self.theta, self.theta_end)
 
+    @property
+    def behind(self) -> float:
+        """How far a goal pose lies behind the part's end [m]; 0 where it does not."""
+        return max(self.theta - self.theta_end, 0.0)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightSlopes:

@@ -97,14 +97,15 @@ def arrival_due(memory: ControllerMemory, situation: Situation, config: Controll
 
 
 def cartesian_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
-    """Whether from here on only the goal pose is to count (`Method.SWITCHED`)."""
+    """Whether from here on only the goal pose is to count (`Method.SWITCHED`): by the way along the path."""
     if (
         memory.cartesian
         or config.method is not Method.SWITCHED
         or not (situation.last_part and situation.free)
     ):
         return False
-    return hypot(situation.error.x, situation.error.y) <= config.weights.transition_reach
+    left = situation.target.stop - float(situation.state[THETA])
+    return left <= config.weights.transition_reach
 
 
 def too_late(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, InputError, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
+from rti_mpcc.config import ControllerConfig, Limits, Method, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import cover, disc_centres
@@ -371,3 +371,17 @@ def test_plans_that_are_handed_out_are_read_only() -> None:
     plan = cruise(mpcc, at(mpcc, 3.0, v=1.0), 2).trajectory
     for array in (plan.times, plan.states, plan.controls):
         assert not array.flags.writeable
+
+
+def test_until_it_switches_a_vehicle_keeps_to_the_path_up_to_the_goals_projection() -> None:
+    weights = []
+    for method in (Method.SWITCHED, Method.DYNAMIC):
+        mpcc = core(preset=ControllerConfig.paper, method=method)
+        mpcc.set_goal(mpcc.part.pose(26.0).compose(Pose2(0.0, 1.0, 0.2)))
+        weights.append(cruise(mpcc, at(mpcc, 13.0, v=2.0), iterations=2).weights)
+    switched, dynamic = weights
+    assert switched.contouring[-2] > 10.0 * switched.contouring[0]
+    assert not switched.goal.any()
+    assert (switched.progress_reward > 0.0).all()
+    assert dynamic.goal.any()
+    assert dynamic.contouring[-2] < dynamic.contouring[0]

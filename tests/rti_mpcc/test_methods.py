@@ -51,8 +51,8 @@ def test_switched_has_no_corridor_once_it_makes_for_the_goal() -> None:
     assert Status.BLOCKED in result.cycles.status
     first = result.cycles.objective.index(Objective.CARTESIAN)
     at = int(np.searchsorted(result.truth.times, result.cycles.times[first]))
-    way = float(np.hypot(*(result.truth.poses[at, :2] - result.truth.goals[0, :2])))
-    assert way == pytest.approx(result.config.weights.transition_reach, abs=1.0)
+    left = result.path.parts[-1].end - result.truth.theta[at]
+    assert left == pytest.approx(result.config.weights.transition_reach, abs=1.0)
 
 
 def test_with_the_default_preset_the_staging_pose_is_arrived_at() -> None:

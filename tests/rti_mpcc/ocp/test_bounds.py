@@ -58,12 +58,24 @@ def test_progress_ends_just_behind_the_stop_point(theta: float) -> None:
 
 
 def test_the_speed_profile_falls_to_its_final_speed_at_the_stop_point() -> None:
-    profile = SpeedProfile(final=1.0, final_behind=1.5, deceleration=0.25)
+    profile = SpeedProfile(final=1.0, deceleration=0.25)
     got = bounds(speed_profile=profile, kind=TargetKind.PATH_END).states[:, 1, SPEED]
     expected = np.minimum(4.0, np.sqrt(1.0 + 2.0 * 0.25 * (30.0 - THETAS[1:])))
     np.testing.assert_allclose(got, expected)
-    behind = bounds(speed_profile=profile, theta=32.0).states[:, 1, SPEED]
-    assert behind[-1] == pytest.approx(1.5)
     reverse = bounds(-1, speed_profile=profile, kind=TargetKind.PATH_END).states[:, 0, SPEED]
     np.testing.assert_allclose(reverse, -expected)
     assert (bounds().states[:, 1, SPEED] == 4.0).all()
+
+
+@pytest.mark.parametrize(("way", "final"), [(0.0, 1.0), (0.5, 1.0), (8.0, 2.0), (18.0, 3.0)])
+def test_a_goal_behind_the_end_may_be_approached_at_a_share_of_the_speed_that_stops(
+    way: float, final: float
+) -> None:
+    profile = SpeedProfile(final=1.0, deceleration=1.0, behind=0.5)
+    got = bounds(speed_profile=profile, theta=30.0 + way)
+    assert got.states[-1, 1, SPEED] == pytest.approx(final)
+    assert got.controls[-1, 1, THETA_DOT] == pytest.approx(final)
+    nearer = bounds(speed_profile=profile, theta=28.0).states[-1, 1, SPEED]
+    assert nearer == pytest.approx(1.0)
+    reverse = bounds(-1, speed_profile=profile, theta=30.0 + way).states[-1, 0, SPEED]
+    assert reverse == pytest.approx(-final)

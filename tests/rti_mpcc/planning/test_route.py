@@ -10,11 +10,13 @@ from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.model.layout import STATES, THETA
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import route
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.planning.trust import Trust
+from rti_mpcc.types import Array
 
 CONFIG = ControllerConfig(dead_time=0.2)
 NEAR = Pose2(0.01, -0.01, 0.01)
@@ -344,16 +346,24 @@ def test_the_staging_pose_lies_before_the_goal_or_at_the_paths_end() -> None:
     assert route.staging_stop(part, None, SEPARATED) == 20.0
 
 
+def at(theta: float) -> Array:
+    state = np.zeros(STATES)
+    state[THETA] = theta
+    return state
+
+
 def test_the_switch_to_the_goal_pose_is_within_beta_of_it_on_the_last_leg(situations: Any) -> None:
     contouring = arriving(phase=Phase.CONTOURING, arrive_at=None)
     reach = CONFIG.weights.transition_reach
-    near, far = (situations(error=Pose2(-reach * share, 0.0, 0.0)) for share in (0.99, 1.01))
+    stop = situations().target.stop
+    near, far = (situations(state=at(stop - reach * share)) for share in (0.99, 1.01))
     assert route.cartesian_due(contouring, near, SWITCHED)
     assert not route.cartesian_due(contouring, far, SWITCHED)
     assert not route.cartesian_due(contouring, near, CONFIG)
     assert not route.cartesian_due(replace(contouring, cartesian=True), near, SWITCHED)
-    cusp = situations(error=Pose2(-1.0, 0.0, 0.0), last_part=False)
-    assert not route.cartesian_due(contouring, cusp, SWITCHED)
+    assert not route.cartesian_due(contouring, replace(near, last_part=False), SWITCHED)
+    beside = replace(far, error=Pose2(-0.5 * reach, 0.0, 0.0))
+    assert not route.cartesian_due(contouring, beside, SWITCHED)
 
 
 def test_a_vehicle_that_makes_for_the_pose_alone_plans_no_arrival(situations: Any) -> None:
