@@ -229,9 +229,19 @@ class Driver:
             way = self._way_in(attempt, guess)
             if way < inf:
                 return self._begin_stop(attempt, situation, way, clock)
+        attempt = self._unless_into_a_wall(attempt, situation)
         if not attempt.problem:
             self._memory = route.begun(self._memory, situation)
         return attempt, situation
+
+    def _unless_into_a_wall(self, attempt: Attempt, situation: Situation) -> Attempt:
+        """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
+        if attempt.problem or not attempt.squeezed or not route.stands(self._memory, situation):
+            return attempt
+        way = self._way_to_contact(attempt.solutions[-1].trajectory, inf)
+        if way == inf:
+            return attempt
+        return replace(attempt, problem=f"no plan from here stays clear: contact in {way:.2f} m")
 
     def _way_in(self, attempt: Attempt, guess: Trajectory) -> float:
         """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""

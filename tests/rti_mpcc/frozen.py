@@ -272,7 +272,8 @@ class Taker:
             def __init__(
                 self, part: PathPart, corridor: Corridor, config: ControllerConfig, **index: Any
             ) -> None:
-                super().__init__(part, corridor, config, **index)
+                # With the published code's slopes the iteration has no optimum of the cost to come to.
+                super().__init__(part, corridor, config.model_copy(update={"reference_turns": True}), **index)
                 self.corridor = corridor
 
             def set_obstacles(self, corridor: Corridor) -> None:

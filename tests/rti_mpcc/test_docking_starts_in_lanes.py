@@ -65,4 +65,4 @@ def test_a_start_off_the_path_touches_nothing_and_docks_where_there_is_a_way(nam
     assert last.status is outcome.status, last.diagnostics.reason
     if outcome is NO_WAY:
         assert {command.source for _, command in run} == {Source.STANDSTILL}
-        assert last.diagnostics.reason.startswith("the QP was not solved")
+        assert last.diagnostics.reason.startswith("no plan from here stays clear")

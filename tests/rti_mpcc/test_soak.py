@@ -7,8 +7,8 @@ import tracemalloc
 
 from benchmarks.soak import GROWTH, Shuttle, failed
 
-WARM_UP, CYCLES = 370, 480
-"""The first change of direction comes after about 350 cycles, the first wall, which makes the QP larger,
+WARM_UP, CYCLES = 420, 520
+"""The first change of direction comes after about 390 cycles, the first wall, which makes the QP larger,
 after 600."""
 
 

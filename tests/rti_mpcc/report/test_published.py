@@ -66,4 +66,4 @@ def test_origin_is_told_and_settings_of_the_paper_are_those_of_the_preset() -> N
         value = setting(config, parameter["setting"])
         told = parameter.get("code", parameter.get("paper")).partition(" (")[0]
         values = value if isinstance(value, tuple) else (value,)
-        assert [float(one) for one in told.split(", ")] == pytest.approx(list(values))
+        assert [float(one) for one in told.split(", ")] == pytest.approx(list(map(float, values)))

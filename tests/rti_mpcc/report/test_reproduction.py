@@ -139,7 +139,9 @@ def test_verdicts_are_computed() -> None:
         "does not come out so (0.80 times here, paper 1.80, published code 1.72).",
         "comes out so (`switched` 1 and `dynamic` 0 here, 1 and 0 in the published code).",
     ]
-    assert missed_causes("docking_inside", inside) == [causes.SWITCHED_INSIDE]
+    assert missed_causes("docking_inside", inside) == []
+    early = {"dynamic": figures(30.0), "separated": figures(45.0), "switched": figures(None)}
+    assert missed_causes("docking_behind", early) == [causes.SEPARATED_BEHIND, causes.SWITCHED_BEHIND]
 
 
 def test_what_never_came_is_not_compared() -> None:
@@ -249,7 +251,7 @@ def test_references_are_paired_to_their_stages() -> None:
     along = np.stack([c, s], axis=-1) * plan.lag[:, None]
     across = np.stack([-s, c], axis=-1) * plan.contouring[:, None]
     assert plan.feet[:, :2] + along + across == pytest.approx(plan.states[:, :2])
-    assert np.abs(plan.lag).max() < 0.2 < np.abs(plan.contouring).max()
+    assert np.abs(plan.lag).max() < 0.25 < np.abs(plan.contouring).max()
     axes = frenet_figure([plan]).axes[0]
     assert axes.get_aspect() == 1.0
     stage = marked_stage(plan)
