@@ -21,7 +21,7 @@ from rti_mpcc.controller import QpProblem
 from rti_mpcc.driving import Driver
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import STATES
-from rti_mpcc.planning import aim, intake, route
+from rti_mpcc.planning import aim, intake, legs, route
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.trust import by_commands, weighed
@@ -168,7 +168,7 @@ class DockingController(Driver):
         return tuple(remark for remark in (clock_remark, goal_remark) if remark)
 
     def _plan_for(self, goal: Pose2 | None) -> None:
-        self._memory = route.with_goal(self._memory, goal)
+        self._memory = legs.with_goal(self._memory, goal)
         if self._filter is not None:
             self._filter.reset()
 
@@ -195,9 +195,9 @@ class DockingController(Driver):
         if self._memory.trust.found:
             self._memory = route.found(self._memory)
         situation = self._assess()
-        if not route.may_change_direction(self._memory, situation, self.config.dead_time):
+        if not legs.may_change_direction(self._memory, situation, self.config.dead_time):
             return situation
-        self._memory = route.next_leg(self._memory, staged=self._to_staging)
+        self._memory = legs.next_leg(self._memory, staged=self._to_staging)
         self._mpcc = self._core()
         self._aim()
         return self._assess()

@@ -10,7 +10,7 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.planning import aim, route, search, sensing
+from rti_mpcc.planning import aim, legs, route, search, sensing, stops
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
 from rti_mpcc.planning.search import Attempt, Start
@@ -48,16 +48,16 @@ class Driver:
     def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
         if self._may_be_free() and not route.drives(self._memory):
-            self._memory = route.released(self._memory)
+            self._memory = legs.released(self._memory)
         if self._memory.stop is not None:
             self._mpcc.set_stop(self._memory.stop.at)
         elif self._to_staging:
-            self._mpcc.set_stop(route.staging_stop(self._mpcc.part, self._memory.goal, self.config))
+            self._mpcc.set_stop(legs.staging_stop(self._mpcc.part, self._memory.goal, self.config))
         else:
             self._mpcc.set_goal(self._memory.goal if self._on_last_part else None)
 
     def _may_be_free(self) -> bool:
-        return route.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
+        return stops.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
 
     @property
     def _on_last_part(self) -> bool:
@@ -155,16 +155,16 @@ class Driver:
         """
         driving = self._memory
         attempt, other = self._begin(self._sought(situation, cut), clock)
-        if cut == inf and route.unconfirmed(driving) and self._memory.stop not in (None, driving.stop):
+        if cut == inf and stops.unconfirmed(driving) and self._memory.stop not in (None, driving.stop):
             # No way past: the stop is needed, and the plan to it is as good as another one.
-            self._memory = route.confirmed(driving, situation, self._surroundings.changes)
+            self._memory = stops.confirmed(driving, situation, self._surroundings.changes)
             self._aim()
             return None
         if not attempt.problem and self._memory.phase is not Phase.HOLDING:
             return self._accept(attempt, other)
         self._memory = replace(driving, unfinished=self._memory.unfinished)
         if not attempt.cut:
-            self._memory = route.still_filled(self._memory, situation)
+            self._memory = stops.still_filled(self._memory, situation)
         self._aim()
         if route.too_late(driving, situation, self.config):
             wanted = ladder.braking(self.config)
@@ -184,12 +184,12 @@ class Driver:
             guess = search.first_guess(self._mpcc, replace(memory, arrive_at=begun.arrive_at), situation)
             way = self._way_to_contact(guess, inf)
             left = (way if way < inf else cut) - contact.stop_clearance(self.config)
-        if route.NEAR_STOP < left < inf:
-            self._memory = route.stop_before(memory, situation, left, None)
+        if stops.NEAR_STOP < left < inf:
+            self._memory = stops.stop_before(memory, situation, left, None)
         elif begun is not None and begun.stop != memory.stop:
-            self._memory = route.seeking(memory, begun.stop)
+            self._memory = stops.seeking(memory, begun.stop)
         elif begun is None and memory.stop is not None and (cut < inf or self._may_be_free()):
-            self._memory = route.seeking(memory, None)
+            self._memory = stops.seeking(memory, None)
         else:
             return situation
         self._aim()
@@ -253,7 +253,7 @@ class Driver:
         self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock
     ) -> tuple[Attempt, Situation]:
         left = way - contact.stop_clearance(self.config)
-        self._memory = route.stop_before(self._memory, situation, left, self._surroundings.changes)
+        self._memory = stops.stop_before(self._memory, situation, left, self._surroundings.changes)
         self._aim()
         situation = self._assess()
         if self._memory.phase is Phase.HOLDING:
@@ -271,12 +271,12 @@ class Driver:
             return inf
         way = self._way_to_contact(plan, inf)
         if way == inf:
-            self._memory = route.found_clear(memory, changes)
+            self._memory = stops.found_clear(memory, changes)
         return way - max(float(situation.state[THETA] - plan.states[0, THETA]), 0.0)
 
     def _wants_another_plan(self, situation: Situation) -> bool:
         """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
-        if route.is_old(self._memory, situation):
+        if stops.is_old(self._memory, situation):
             return False
         return self._may_be_free() or route.arrival_due(self._memory, situation, self.config)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from math import hypot
 
-from geometry import PathPart, Pose2
+from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished
 from rti_mpcc.types import Trajectory
 
 STANDSTILL_SPEED = 0.02
@@ -27,18 +27,12 @@ OVERDUE = 4.0
 """An arrival that is still driven so long [s] after its time to go reached the floor will not get nearer."""
 CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
 """What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
-CUSP_REACH = 0.5
-"""A vehicle that stands within this distance of a cusp may pass it [m]."""
 SETTLE_SHARE = 0.5
 """Share of the goal tolerance inside which a braked stop ends the arrival."""
 SETTLE_TIME = 0.75
 """A braked stop that ends the arrival takes no longer than this [s]; until then the plan is driven."""
 STOP_TOLERANCE = (0.2, 1.0, 0.5)
 """The same for a stop before something that fills the way."""
-NEAR_STOP = 0.2
-"""A vehicle that stands this near to such a stop stays [m]."""
-NEEDS_IT = 0.2
-"""A plan that is driven while another one is sought is iterated itself when it is older than this [s]."""
 LEAST_SHARE = 0.5
 """A search for an arrival keeps its time as long as this share of what the way takes is left."""
 LOOK_AGAIN = 0.5
@@ -123,7 +117,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     left may take longer than was thought: one that is far too short gets the time that it takes.
     """
     begun = memory.unfinished
-    if begun is not None and _apart(begun.target.pose, situation.target.pose) <= MOVED:
+    if begun is not None and apart(begun.target.pose, situation.target.pose) <= MOVED:
         if stands(memory, situation):
             begun = _later(begun, situation.begin - begun.begin)
         elif begun.arrive_at is not None:
@@ -212,123 +206,6 @@ def braked(
     return replace(restart(memory), queue=queue, latched=reason, reached=None)
 
 
-def stop_before(
-    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int | None
-) -> ControllerMemory:
-    """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near.
-
-    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
-    """
-    stop = PlannedStop(
-        at=float(situation.state[THETA]) + max(way, 0.0),
-        goal=memory.goal,
-        obstacles=obstacle_changes,
-        since=situation.now,
-    )
-    memory = replace(restart(memory), stop=stop)
-    return memory if way > NEAR_STOP else replace(memory, phase=Phase.HOLDING)
-
-
-def is_old(memory: ControllerMemory, situation: Situation) -> bool:
-    """Whether the plan being driven has to be iterated before the search for another one goes on."""
-    accepted = memory.accepted_at
-    if memory.unfinished is None or memory.blocked or accepted is None:
-        return False
-    return situation.now - accepted > NEEDS_IT
-
-
-def seeking(memory: ControllerMemory, stop: PlannedStop | None) -> ControllerMemory:
-    """Look for a first plan to another stop, or to the part's own target; a search for it goes on."""
-    return replace(restart(memory), stop=stop, unfinished=memory.unfinished)
-
-
-def unconfirmed(memory: ControllerMemory) -> bool:
-    """Whether a stop is made for past which no way was sought yet."""
-    return memory.stop is not None and memory.stop.obstacles is None
-
-
-def confirmed(memory: ControllerMemory, situation: Situation, obstacle_changes: int) -> ControllerMemory:
-    """There is no way past the stop that is made for."""
-    assert memory.stop is not None
-    stop = replace(memory.stop, goal=memory.goal, obstacles=obstacle_changes, since=situation.now)
-    return replace(memory, stop=stop, unfinished=None)
-
-
-def still_filled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
-    """Another plan than the one to the stop was looked for in vain: not again at once."""
-    stop = memory.stop
-    return memory if stop is None else replace(memory, stop=replace(stop, since=situation.now))
-
-
-def found_clear(memory: ControllerMemory, obstacle_changes: int) -> ControllerMemory:
-    """The driven plan is clear of what has changed: no way round that, or stop before it, is looked for."""
-    begun = memory.unfinished
-    for_arrival = begun is not None and begun.stop == memory.stop and memory.phase is Phase.CONTOURING
-    return replace(memory, clear_of=obstacle_changes, unfinished=begun if for_arrival else None)
-
-
-def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
-    """Whether it is worth looking again if something still fills the way."""
-    stop, goal = memory.stop, memory.goal
-    if stop is None or now - stop.since < LOOK_AGAIN:
-        return False
-    before = stop.goal
-    elsewhere = before is not goal if before is None or goal is None else _apart(before, goal) > MOVED
-    return elsewhere or stop.obstacles != obstacle_changes
-
-
-def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
-    """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
-    if memory.stop is not None:
-        memory = released(memory)
-    return replace(memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None)
-
-
-def released(memory: ControllerMemory) -> ControllerMemory:
-    """Make for the part's own target again."""
-    return replace(restart(memory), stop=None)
-
-
-def may_change_direction(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:
-    """Whether the next part may begin: standing at the cusp with nothing left in the queue."""
-    if situation.last_part or not situation.free or not stands(memory, situation, dead_time):
-        return False
-    if abs(situation.measured_speed) > STANDSTILL_SPEED:
-        return False
-    if situation.inside(situation.error):
-        return True
-    near = hypot(situation.error.x, situation.error.y) <= CUSP_REACH
-    return near and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
-
-
-def staging_stop(part: PathPart, goal: Pose2 | None, config: ControllerConfig) -> float:
-    """Progress [m] at which `Method.SEPARATED` stops on its last part."""
-    goal = goal or part.last
-    theta = part.project(goal.x, goal.y, heading=goal.phi)
-    return part.end if theta >= part.end else max(theta - config.staging, part.start)
-
-
-def next_leg(memory: ControllerMemory, *, staged: bool) -> ControllerMemory:
-    """The memory at the beginning of the next part, or after a stop at a staging pose."""
-    return ControllerMemory(
-        time=memory.time,
-        clock_offset=memory.clock_offset,
-        clock_at=memory.clock_at,
-        clock_stood=memory.clock_stood,
-        trust=memory.trust,
-        unreadable=memory.unreadable,
-        part=memory.part + (not staged),
-        cartesian=staged,
-        planned=memory.planned,
-        goal=memory.goal,
-        estimate=memory.estimate,
-        estimated_at=memory.estimated_at,
-        poses=memory.poses,
-        queue=memory.queue,
-        standing_since=memory.standing_since,
-    )
-
-
 def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """Keep since when the vehicle stands."""
     speed = max(abs(situation.measured_speed), abs(float(situation.state[V])))
@@ -412,7 +289,7 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
         return memory
     assert memory.arrive_at is not None
     begin = situation.begin
-    moved = memory.timed_for is None or _apart(memory.timed_for, situation.target.pose) > MOVED
+    moved = memory.timed_for is None or apart(memory.timed_for, situation.target.pose) > MOVED
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
     if moved or lost:
         due = begin + _duration(situation, config)
@@ -446,6 +323,6 @@ def _later(begun: Unfinished, seconds: float) -> Unfinished:
     )
 
 
-def _apart(one: Pose2, other: Pose2) -> float:
+def apart(one: Pose2, other: Pose2) -> float:
     """Distance [m]."""
     return hypot(one.x - other.x, one.y - other.y)

@@ -12,7 +12,7 @@ from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import STATES, THETA
 from rti_mpcc.ocp.objectives import Target, TargetKind
-from rti_mpcc.planning import route
+from rti_mpcc.planning import legs, route, stops
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.planning.trust import Trust
@@ -118,7 +118,7 @@ def test_noise_on_the_speed_is_no_motion(situations: Any) -> None:
     assert decided(memory, noisy, CONFIG).standing_since == 8.0
     assert decided(arriving(), noisy, CONFIG).standing_since is None
     cusp = situations.standing(20.0, last_part=False, measured_speed=0.035)
-    assert not route.may_change_direction(memory, cusp, 0.2)
+    assert not legs.may_change_direction(memory, cusp, 0.2)
 
 
 def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_does(situations: Any) -> None:
@@ -295,21 +295,21 @@ def test_a_plan_that_was_found_is_driven(arrive_at: float | None, phase: Phase, 
 def test_the_direction_changes_at_the_cusp_after_the_dead_time_at_rest(situations: Any) -> None:
     tolerance = route.CUSP_TOLERANCE
     at_cusp = situations.standing(19.95, last_part=False, tolerance=tolerance)
-    assert route.may_change_direction(ControllerMemory(standing_since=9.75), at_cusp, 0.2)
-    assert not route.may_change_direction(ControllerMemory(standing_since=9.85), at_cusp, 0.2)
-    assert not route.may_change_direction(ControllerMemory(), at_cusp, 0.2)
+    assert legs.may_change_direction(ControllerMemory(standing_since=9.75), at_cusp, 0.2)
+    assert not legs.may_change_direction(ControllerMemory(standing_since=9.85), at_cusp, 0.2)
+    assert not legs.may_change_direction(ControllerMemory(), at_cusp, 0.2)
     last = replace(at_cusp, last_part=True)
-    assert not route.may_change_direction(ControllerMemory(standing_since=5.0), last, 0.2)
+    assert not legs.may_change_direction(ControllerMemory(standing_since=5.0), last, 0.2)
     held = replace(at_cusp, free=False)
-    assert not route.may_change_direction(ControllerMemory(standing_since=5.0), held, 0.2)
+    assert not legs.may_change_direction(ControllerMemory(standing_since=5.0), held, 0.2)
 
 
 def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on(situations: Any) -> None:
     near = situations.standing(19.6, last_part=False, tolerance=route.CUSP_TOLERANCE)
-    assert not route.may_change_direction(ControllerMemory(standing_since=9.5), near, 0.2)
-    assert route.may_change_direction(ControllerMemory(standing_since=9.0), near, 0.2)
+    assert not legs.may_change_direction(ControllerMemory(standing_since=9.5), near, 0.2)
+    assert legs.may_change_direction(ControllerMemory(standing_since=9.0), near, 0.2)
     far = situations.standing(19.4, last_part=False, tolerance=route.CUSP_TOLERANCE)
-    assert not route.may_change_direction(ControllerMemory(standing_since=5.0), far, 0.2)
+    assert not legs.may_change_direction(ControllerMemory(standing_since=5.0), far, 0.2)
 
 
 def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
@@ -330,8 +330,8 @@ def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_noth
         "trust": Trust(at=9.1),
     }
     memory = arriving(**kept, restarts=1, stop=stop_at(3.0), waiting=True)
-    assert route.next_leg(memory, staged=False) == ControllerMemory(part=1, **kept)
-    assert route.next_leg(memory, staged=True) == ControllerMemory(part=0, cartesian=True, **kept)
+    assert legs.next_leg(memory, staged=False) == ControllerMemory(part=1, **kept)
+    assert legs.next_leg(memory, staged=True) == ControllerMemory(part=0, cartesian=True, **kept)
 
 
 SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
@@ -340,10 +340,10 @@ SWITCHED = CONFIG.model_copy(update={"method": Method.SWITCHED})
 
 def test_the_staging_pose_lies_before_the_goal_or_at_the_paths_end() -> None:
     part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)]).parts[0]
-    assert route.staging_stop(part, Pose2(18.0, 1.0, 0.1), SEPARATED) == pytest.approx(11.0)
-    assert route.staging_stop(part, Pose2(5.0, 1.0, 0.1), SEPARATED) == 0.0
-    assert route.staging_stop(part, Pose2(23.0, 1.0, 0.1), SEPARATED) == 20.0
-    assert route.staging_stop(part, None, SEPARATED) == 20.0
+    assert legs.staging_stop(part, Pose2(18.0, 1.0, 0.1), SEPARATED) == pytest.approx(11.0)
+    assert legs.staging_stop(part, Pose2(5.0, 1.0, 0.1), SEPARATED) == 0.0
+    assert legs.staging_stop(part, Pose2(23.0, 1.0, 0.1), SEPARATED) == 20.0
+    assert legs.staging_stop(part, None, SEPARATED) == 20.0
 
 
 def at(theta: float) -> Array:
@@ -388,27 +388,27 @@ def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck(situatio
 
 
 def test_a_stop_is_made_for_or_kept_where_it_is_near(situations: Any) -> None:
-    memory = route.stop_before(arriving(), situations(), 4.0, 7)
+    memory = stops.stop_before(arriving(), situations(), 4.0, 7)
     assert memory.phase is Phase.STARTING
     assert memory.stop == PlannedStop(at=14.0, goal=None, obstacles=7, since=10.0)
-    near = route.stop_before(arriving(), situations(), route.NEAR_STOP, 7)
+    near = stops.stop_before(arriving(), situations(), stops.NEAR_STOP, 7)
     assert near.phase is Phase.HOLDING
-    behind = route.stop_before(arriving(), situations(), -1.0, 7).stop
+    behind = stops.stop_before(arriving(), situations(), -1.0, 7).stop
     assert behind is not None
     assert behind.at == 10.0
 
 
 def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situations: Any) -> None:
-    memory = route.stop_before(arriving(), situations(), 4.0, 7)
-    assert not route.may_be_free(memory, 30.0, 7)
-    assert not route.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 8)
-    assert route.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 8)
-    assert not route.may_be_free(arriving(), 30.0, 8)
+    memory = stops.stop_before(arriving(), situations(), 4.0, 7)
+    assert not stops.may_be_free(memory, 30.0, 7)
+    assert not stops.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 8)
+    assert stops.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 8)
+    assert not stops.may_be_free(arriving(), 30.0, 8)
     goal = Pose2(20.0, 0.0, 0.0)
-    known = route.stop_before(arriving(goal=goal), situations(), 4.0, 7)
-    assert not route.may_be_free(replace(known, goal=Pose2(20.05, 0.0, 0.0)), 30.0, 7)
-    assert route.may_be_free(replace(known, goal=Pose2(20.2, 0.0, 0.0)), 30.0, 7)
-    free = route.released(memory)
+    known = stops.stop_before(arriving(goal=goal), situations(), 4.0, 7)
+    assert not stops.may_be_free(replace(known, goal=Pose2(20.05, 0.0, 0.0)), 30.0, 7)
+    assert stops.may_be_free(replace(known, goal=Pose2(20.2, 0.0, 0.0)), 30.0, 7)
+    free = legs.released(memory)
     assert free.stop is None
     assert free.phase is Phase.STARTING
 
@@ -420,25 +420,25 @@ def begun_for(stop: PlannedStop | None) -> Unfinished:
 
 
 def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon(situations: Any) -> None:
-    memory = route.stop_before(arriving(), situations(), 4.0, None)
-    assert not route.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
-    assert route.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 7)
-    again = route.still_filled(memory, situations(now=10.5))
-    assert not route.may_be_free(again, 10.9, 7)
-    assert route.may_be_free(again, 11.0, 7)
-    assert route.unconfirmed(memory)
-    known = route.confirmed(memory, situations(now=11.0), 7)
-    assert not route.unconfirmed(known)
-    assert not route.may_be_free(known, 30.0, 7)
-    assert route.may_be_free(known, 30.0, 8)
+    memory = stops.stop_before(arriving(), situations(), 4.0, None)
+    assert not stops.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
+    assert stops.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 7)
+    again = stops.still_filled(memory, situations(now=10.5))
+    assert not stops.may_be_free(again, 10.9, 7)
+    assert stops.may_be_free(again, 11.0, 7)
+    assert stops.unconfirmed(memory)
+    known = stops.confirmed(memory, situations(now=11.0), 7)
+    assert not stops.unconfirmed(known)
+    assert not stops.may_be_free(known, 30.0, 7)
+    assert stops.may_be_free(known, 30.0, 8)
     free = arriving()
-    assert not route.unconfirmed(free)
-    assert route.still_filled(free, situations()) is free
+    assert not stops.unconfirmed(free)
+    assert stops.still_filled(free, situations()) is free
 
 
 def test_what_is_sought_changes_and_its_search_goes_on() -> None:
     begun = begun_for(stop_at(9.0))
-    memory = route.seeking(arriving(unfinished=begun), begun.stop)
+    memory = stops.seeking(arriving(unfinished=begun), begun.stop)
     assert (memory.stop, memory.unfinished) == (stop_at(9.0), begun)
     assert (memory.phase, memory.driven, memory.arrive_at) == (Phase.STARTING, None, None)
 
@@ -455,18 +455,18 @@ def test_what_is_sought_changes_and_its_search_goes_on() -> None:
 def test_once_the_driven_plan_is_clear_nothing_is_sought_for_that(
     phase: Phase, stop: PlannedStop | None, stays: bool
 ) -> None:
-    memory = route.found_clear(arriving(phase=phase, unfinished=begun_for(stop)), 7)
+    memory = stops.found_clear(arriving(phase=phase, unfinished=begun_for(stop)), 7)
     assert memory.clear_of == 7
     assert (memory.unfinished is not None) == stays
 
 
 def test_a_plan_driven_during_a_search_is_iterated_now_and_then(situations: Any) -> None:
     memory = arriving(unfinished=begun_for(None), accepted_at=10.0)
-    assert not route.is_old(memory, situations(now=10.0 + 0.9 * route.NEEDS_IT))
-    late = situations(now=10.0 + 1.1 * route.NEEDS_IT)
-    assert route.is_old(memory, late)
-    assert not route.is_old(replace(memory, unfinished=None), late)
-    assert not route.is_old(replace(memory, blocked=True), late)  # it is not driven
+    assert not stops.is_old(memory, situations(now=10.0 + 0.9 * stops.NEEDS_IT))
+    late = situations(now=10.0 + 1.1 * stops.NEEDS_IT)
+    assert stops.is_old(memory, late)
+    assert not stops.is_old(replace(memory, unfinished=None), late)
+    assert not stops.is_old(replace(memory, blocked=True), late)  # it is not driven
 
 
 def test_backing_off_is_for_another_try_near_the_goal(situations: Any) -> None:

@@ -1,0 +1,79 @@
+"""Stops before what fills the way: pure functions (memory, situation) -> memory."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rti_mpcc.model.layout import THETA
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation
+from rti_mpcc.planning.route import LOOK_AGAIN, MOVED, apart, restart
+
+NEAR_STOP = 0.2
+"""A vehicle that stands this near to such a stop stays [m]."""
+NEEDS_IT = 0.2
+"""A plan that is driven while another one is sought is iterated itself when it is older than this [s]."""
+
+
+def stop_before(
+    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int | None
+) -> ControllerMemory:
+    """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near.
+
+    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
+    """
+    stop = PlannedStop(
+        at=float(situation.state[THETA]) + max(way, 0.0),
+        goal=memory.goal,
+        obstacles=obstacle_changes,
+        since=situation.now,
+    )
+    memory = replace(restart(memory), stop=stop)
+    return memory if way > NEAR_STOP else replace(memory, phase=Phase.HOLDING)
+
+
+def is_old(memory: ControllerMemory, situation: Situation) -> bool:
+    """Whether the plan being driven has to be iterated before the search for another one goes on."""
+    accepted = memory.accepted_at
+    if memory.unfinished is None or memory.blocked or accepted is None:
+        return False
+    return situation.now - accepted > NEEDS_IT
+
+
+def seeking(memory: ControllerMemory, stop: PlannedStop | None) -> ControllerMemory:
+    """Look for a first plan to another stop, or to the part's own target; a search for it goes on."""
+    return replace(restart(memory), stop=stop, unfinished=memory.unfinished)
+
+
+def unconfirmed(memory: ControllerMemory) -> bool:
+    """Whether a stop is made for past which no way was sought yet."""
+    return memory.stop is not None and memory.stop.obstacles is None
+
+
+def confirmed(memory: ControllerMemory, situation: Situation, obstacle_changes: int) -> ControllerMemory:
+    """There is no way past the stop that is made for."""
+    assert memory.stop is not None
+    stop = replace(memory.stop, goal=memory.goal, obstacles=obstacle_changes, since=situation.now)
+    return replace(memory, stop=stop, unfinished=None)
+
+
+def still_filled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    """Another plan than the one to the stop was looked for in vain: not again at once."""
+    stop = memory.stop
+    return memory if stop is None else replace(memory, stop=replace(stop, since=situation.now))
+
+
+def found_clear(memory: ControllerMemory, obstacle_changes: int) -> ControllerMemory:
+    """The driven plan is clear of what has changed: no way round that, or stop before it, is looked for."""
+    begun = memory.unfinished
+    for_arrival = begun is not None and begun.stop == memory.stop and memory.phase is Phase.CONTOURING
+    return replace(memory, clear_of=obstacle_changes, unfinished=begun if for_arrival else None)
+
+
+def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
+    """Whether it is worth looking again if something still fills the way."""
+    stop, goal = memory.stop, memory.goal
+    if stop is None or now - stop.since < LOOK_AGAIN:
+        return False
+    before = stop.goal
+    elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > MOVED
+    return elsewhere or stop.obstacles != obstacle_changes
