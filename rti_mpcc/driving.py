@@ -226,6 +226,9 @@ class Driver:
         attempt = self._search(situation, start, clock)
         self._memory = search.left_unfinished(self._memory, situation, attempt)
         if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
+            if not (attempt.problem or attempt.squeezed) and self._way_in(attempt, guess) < inf:
+                # Not squeezed and yet not clear: it has not come to its end that far ahead.
+                attempt = attempt.then(self._search(situation, search.further(attempt), clock))
             way = self._way_in(attempt, guess)
             if way < inf:
                 return self._begin_stop(attempt, situation, way, clock)

@@ -121,6 +121,13 @@ def from_guess(guess: Trajectory) -> Start:
     )
 
 
+def further(attempt: Attempt) -> Start:
+    """As many iterations more, for a plan that has not come to its end far ahead."""
+    return replace(
+        from_guess(attempt.solutions[-1].trajectory), last=attempt.solved, guess=None, least=ITERATIONS
+    )
+
+
 def resumed(unfinished: Unfinished, guess: Trajectory) -> Start:
     """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
     done = unfinished.iterations

@@ -28,7 +28,7 @@ SIZES = {
 """One for each of SECONDS."""
 NO_WAY_LEFT = {
     ("narrowing", "goal_jump", 3.0): Status.STALLED,
-    ("narrowing", "stuck_steering", 1.0): Status.STALLED,
+    ("narrowing", "lost_cycles", 3.0): Status.STALLED,
     ("narrowing", "stuck_steering", 3.0): Status.STALLED,
 }
 """These lead the vehicle to where no way in reverse ends inside the tolerance: it stands there, and says so.

@@ -7,7 +7,7 @@ import pytest
 
 from rti_mpcc.simulation import simulate
 from rti_mpcc.types import Status
-from tests.rti_mpcc.docking_runs import docking_figures, present, straight, wall
+from tests.rti_mpcc.docking_runs import between_obstacles, docking_figures, present, straight, wall
 
 GONE = 15.0
 """When the wall is taken away [s]."""
@@ -26,5 +26,13 @@ def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_goes_on_when_it_is_go
     assert np.abs(truth.v[waiting]).max() <= 0.02
     assert cycles.status[int((GONE - 0.1) / 0.05)] is Status.BLOCKED
     assert Status.FAILED not in cycles.status
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.0
+
+
+@pytest.mark.parametrize("length", [24.0, 40.0])
+def test_between_two_obstacles_it_finds_the_passage_from_near_and_from_far(length: float) -> None:
+    """From far the first plan's end lies between them, and is not there yet after the usual iterations."""
+    found = docking_figures(simulate(between_obstacles(1, length=length)))
     assert found["docked"]
     assert found["min_clearance_m"] > 0.0
