@@ -46,7 +46,7 @@ class Method(Enum):
     SEPARATED = "separated"
     """Contouring to a stop at a staging pose on the path; from there a Cartesian objective (paper IV)."""
     SWITCHED = "switched"
-    """Contouring, and from `Weights.transition_reach` of way before the goal on a Cartesian one (paper IV)."""
+    """Contouring, and from `Weights.transition_reach` before the goal on a Cartesian one (paper IV)."""
 
 
 class Vehicle(Settings):
