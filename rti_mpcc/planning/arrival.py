@@ -10,14 +10,15 @@ Out of a cruise at v the cubic begins without a step in acceleration at
 
 (T2)  D = 4 v² / (3 a).
 
-Where its peak is above what comfort allows on the way, `rti_mpcc.ocp.pace`, and that is one speed all along, the
-arrival of least energy has a cubic up to it and one down from it. On each of them, c the speed at its vertex,
+Where its peak is above what comfort allows on the way, `rti_mpcc.ocp.pace`, and that is one speed all
+along, the arrival of least energy has a cubic up to it and one down from it. On each of them, c the speed at
+its vertex,
 
-(T3)  |dv/dt| = a sqrt(1 - v / c),
+(T3)  |dv/dt| = a sqrt(1 - v / c).
 
-Where the speed allowed changes on the way, (T3) with c(theta) the lower of the pace and the peak of (T1) is driven
-forwards from the present speed and backwards from rest. That keeps to both, if not with the least energy, and is
-(T1) where the pace is nowhere below that peak.
+Where the speed allowed changes on the way, (T3) with c(theta) the lower of the pace and the peak of (T1) is
+driven forwards from the present speed and backwards from rest. That keeps to both, if not with the least
+energy, and is (T1) where the pace is nowhere below that peak.
 """
 
 from __future__ import annotations
