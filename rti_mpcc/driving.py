@@ -365,8 +365,8 @@ class Driver:
         need = contact.stopping_distance(float(situation.state[V]), self.config)
         reach = inf if anywhere else need + contact.CHECKED
         way = self._way_to_contact(plan, reach)
-        stops = way < inf if anywhere or self._memory.blocked else way <= need
-        return way if stops else None
+        must_stop = way < inf if anywhere or self._memory.blocked else way <= need
+        return way if must_stop else None
 
     def _hold(self, situation: Situation) -> Act:
         if not situation.free:

@@ -37,9 +37,9 @@ def add_to(commands: Commands) -> None:
         description="Run a scenario in closed loop, print its figures, and write summary.json, "
         "trajectory.csv, overview.png and timeline.png.",
         # SCENARIO first: after --animate it would be taken for its file.
-        usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N] [--out DIR]\n"
-        "                    [--goal-source SOURCE] [--no-plots] [--discs] [--animate [FILE]]\n"
-        "                    [--record FILE] [--dump-failed DIR]",
+        usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N]\n"
+        "                    [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE] [--no-plots]\n"
+        "                    [--discs] [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
         epilog="Exit status: 0 docked, 1 not docked or a boundary was crossed, 2 bad input.",
     )
     run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")

@@ -10,13 +10,15 @@ Out of a cruise at v the cubic begins without a step in acceleration at
 
 (T2)  D = 4 v² / (3 a).
 
-Where its peak is above what comfort allows on the way, `rti_mpcc.ocp.pace`, the arrival of least energy has a
-cubic up to the speed allowed and one down from it. On each of them, c the speed at its vertex,
+Where its peak is above what comfort allows on the way, `rti_mpcc.ocp.pace`, and that is one speed all
+along, the arrival of least energy has a cubic up to it and one down from it. On each of them, c the speed at
+its vertex,
 
-(T3)  |dv/dt| = a sqrt(1 - v / c),
+(T3)  |dv/dt| = a sqrt(1 - v / c).
 
-so with c(theta) the lower of the pace and the peak of (T1), (T3) driven forwards from the present speed and
-backwards from rest is the arrival, and (T1) where the pace is nowhere lower.
+Where the speed allowed changes on the way, (T3) with c(theta) the lower of the pace and the peak of (T1) is
+driven forwards from the present speed and backwards from rest. That keeps to both, if not with the least
+energy, and is (T1) where the pace is nowhere below that peak.
 """
 
 from __future__ import annotations
@@ -32,6 +34,9 @@ from rti_mpcc.types import Array
 
 FLOOR = 1.0
 """Shortest time to go that is planned [s]; closer in, the plan always ends this far ahead."""
+ROOM = 30.0
+"""No arrival within reach waits until it is nearer than this [m]: (T2) leaves a slow vehicle no room to get
+across to a goal beside its path."""
 
 
 def time_to_go(way: float, speed: float, comfort: float, highest: Array | None = None) -> float:
@@ -65,7 +70,8 @@ def peak_speed(way: float, speed: float, duration: float) -> float:
 
 
 def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
-    """Whether the planned arrival should begin: near enough, and either slow enough or due (T2).
+    """Whether the planned arrival should begin: near enough, and either slow enough or due: by (T2), or with
+    no more than `ROOM` left.
 
     Near is what is reached at the default comfort within the arrival horizon. A gentler arrival over the same
     way takes longer, but its stages are as short in metres.
@@ -75,7 +81,7 @@ def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace,
     """
     comfort = config.arrival_acceleration
     duration = time_to_go(way, speed, comfort)
-    due = way <= 4.0 * speed**2 / (3.0 * comfort)
+    due = way <= max(4.0 * speed**2 / (3.0 * comfort), ROOM)
     if not due and peak_speed(way, speed, duration) > config.limits.speed:
         return False
     if way <= config.arrival_reach:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from geometry import PathPart, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import goal_on, path_end
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.objectives import Target
@@ -38,10 +38,12 @@ def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: P
         goal: pose to dock at; None: the path's last pose.
 
     Raises:
-        ConfigError: the settings plan no arrival, so nothing says how long they take.
+        ConfigError: the settings plan no arrival, or no cruise by (T4), so nothing says how long they take.
     """
     if not config.arrival:
         raise ConfigError("arrival = False: only planned arrivals have a time that is known before")
+    if config.method is not Method.DYNAMIC:
+        raise ConfigError(f"method = {config.method.value!r}: only of 'dynamic' the time is known before")
     total = 0.0
     for part in path.parts:
         last = part is path.parts[-1]
@@ -65,13 +67,14 @@ def config_for_docking_time(
     def time(factor: float) -> float:
         return expected_docking_time(path, scaled(config, factor), goal)
 
-    least = SLOWEST
-    most = sqrt(config.limits.acceleration / config.comfort_acceleration)
-    longest, shortest = time(least), time(most)
-    if not shortest <= seconds <= longest:
+    # Under a speed limit, gentler may be a little sooner: only one side of the present settings is searched.
+    fastest, usual = sqrt(config.limits.acceleration / config.comfort_acceleration), time(1.0)
+    least, most = (SLOWEST, 1.0) if seconds >= usual else (1.0, fastest)
+    if not time(most) <= seconds <= time(least):
+        takes = (time(SLOWEST), usual, time(fastest))
         raise ConfigError(
-            f"docking_time = {seconds!r} s: within the limits docking here takes {shortest:.4g} to "
-            f"{longest:.4g} s"
+            f"docking_time = {seconds!r} s: within the limits docking here takes {min(takes):.4g} to "
+            f"{max(takes):.4g} s"
         )
     found = brentq(lambda factor: time(factor) - seconds, least, most, xtol=1e-4)
     return scaled(config, float(found))
@@ -93,9 +96,9 @@ def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> floa
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
     pace = pace_of(part, config)
     left = way_between(part.first, part.start, part, target)
-    begin, time, speed, rise = part.start, config.dead_time, 0.0, _rise(config)
+    begin, time, speed = part.start, config.dead_time, 0.0
     while not within_reach(left, speed, config, pace, begin):
-        gain = min(rise * (config.cruise_speed - speed), config.comfort_acceleration)
+        gain = min(_rise(config) * (config.cruise_speed - speed), config.comfort_acceleration)
         highest = float(pace.at(np.array([begin]))[0])
         speed = min(speed + gain * STEP, highest)
         time, left, begin = time + STEP, left - speed * STEP, begin + speed * STEP
@@ -103,7 +106,12 @@ def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> floa
 
 
 def _rise(config: ControllerConfig) -> float:
-    """k of (T4) [1/s]."""
+    """k of (T4) [1/s]. Raises ConfigError where it is none."""
     weights = config.weights
+    if not (weights.progress_reward > 0.0 and weights.acceleration > 0.0):
+        raise ConfigError(
+            f"weights.progress_reward = {weights.progress_reward}, weights.acceleration = "
+            f"{weights.acceleration}: a cruise has a time that is known before only if both are > 0"
+        )
     w = sqrt(weights.progress_reward / (2.0 * weights.acceleration * config.cruise_speed))
     return w * tanh(w * config.cruise_horizon)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
@@ -145,12 +146,13 @@ def peak(truth: Truth, until: float | None) -> dict[str, float]:
 
 
 def _expected_time(result: RunResult) -> float | None:
-    """What the controller would have told before the run; None where no arrival is planned."""
-    if not result.config.arrival:
-        return None
+    """What the controller would have told before the run; None where no time is known before."""
     scenario = result.scenario
     path = scenario.build_path()
-    return expected_docking_time(path, result.config, scenario.planned_goal(path))
+    try:
+        return expected_docking_time(path, result.config, scenario.planned_goal(path))
+    except ConfigError:
+        return None
 
 
 def _square_integral(times: Array, values: Array, until: float | None) -> float:

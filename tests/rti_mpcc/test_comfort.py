@@ -49,3 +49,10 @@ def test_a_time_that_cannot_be_is_told_before_the_run() -> None:
         changed(short(), {"controller.docking_time": 1.0})
     with pytest.raises(ConfigError, match="arrival = False"):
         simulate(changed(short(), {"controller.docking_time": 20.0}), preset="paper")
+
+
+def test_a_slow_vehicle_gets_across_to_a_goal_beside_its_path() -> None:
+    """It used to begin its arrival where (T2) says, 4 m before a goal 3 m beside the path, and stalled."""
+    found = summary(simulate(changed(load_scenario("docking_inside"), {"limits.speed": 1.0})))
+    assert found["docked"]
+    assert found["time_to_dock_s"] == pytest.approx(found["expected_time_s"], rel=0.05)

@@ -8,7 +8,7 @@ import pytest
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.ocp.pace import pace_of
-from rti_mpcc.planning.arrival import FLOOR, peak_speed, time_to_go, within_reach
+from rti_mpcc.planning.arrival import FLOOR, ROOM, peak_speed, time_to_go, within_reach
 
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
 """Way [m] and speed [m/s] from which the comfort acceleration is enough."""
@@ -127,18 +127,27 @@ def reaches(way: float, speed: float, config: ControllerConfig) -> bool:
 
 
 def test_an_arrival_begins_when_it_is_short_and_slow_enough() -> None:
-    config = ControllerConfig(limits=Limits(speed=2.0))
+    config = ControllerConfig(limits=Limits(speed=2.1))
     # From rest the peak of the cubic is 1.5 D / T = sqrt(3 a D / 8).
-    fastest = 8.0 * 2.0**2 / (3.0 * config.arrival_acceleration)
+    fastest = 8.0 * 2.1**2 / (3.0 * config.arrival_acceleration)
+    assert ROOM < fastest < config.arrival_reach
     assert reaches(fastest - 0.1, 0.0, config)
     assert not reaches(fastest + 0.1, 0.0, config)
 
 
 def test_an_arrival_that_would_be_too_fast_begins_when_it_is_due() -> None:
-    config = ControllerConfig(limits=Limits(speed=2.0))
-    due = 4.0 * 2.1**2 / (3.0 * config.arrival_acceleration)
-    assert reaches(due - 0.1, 2.1, config)
-    assert not reaches(due + 1.0, 2.1, config)
+    config = ControllerConfig(limits=Limits(speed=3.0))
+    due = 4.0 * 3.1**2 / (3.0 * config.arrival_acceleration)
+    assert ROOM < due < config.arrival_reach
+    assert reaches(due - 0.1, 3.1, config)
+    assert not reaches(due + 1.0, 3.1, config)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_a_slow_vehicle_has_room_to_get_across_to_its_goal(speed: float) -> None:
+    config = ControllerConfig(limits=Limits(speed=0.5))
+    assert reaches(ROOM, speed, config)
+    assert not reaches(ROOM + 0.1, speed, config)
 
 
 def test_an_arrival_longer_than_the_horizon_waits() -> None:
