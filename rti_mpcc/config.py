@@ -306,8 +306,8 @@ class ControllerConfig(Settings):
     @property
     def arrival_reach(self) -> float:
         """Way of the longest arrival at the default comfort acceleration [m]."""
-        usual = PLANNED_SHARE * ControllerConfig.model_fields["comfort_acceleration"].default
-        return float(usual * self.arrival_horizon**2 / 6.0)
+        usual = float(ControllerConfig.model_fields["comfort_acceleration"].default)
+        return usual * self.arrival_horizon**2 / 6.0
 
     @property
     def cruise_speed(self) -> float:

@@ -226,7 +226,7 @@ class Driver:
         attempt = self._search(situation, start, clock)
         self._memory = search.left_unfinished(self._memory, situation, attempt)
         if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
-            if not (attempt.problem or attempt.squeezed) and self._way_in(attempt, guess) < inf:
+            if self._touches(attempt):
                 # Not squeezed and yet not clear: it has not come to its end that far ahead.
                 attempt = attempt.then(self._search(situation, search.further(attempt), clock))
             way = self._way_in(attempt, guess)
@@ -246,11 +246,21 @@ class Driver:
             return attempt
         return replace(attempt, problem=f"no plan from here stays clear: contact in {way:.2f} m")
 
+    def _touches(self, attempt: Attempt) -> bool:
+        """Whether a plan that is not squeezed is not clear either."""
+        if attempt.problem or attempt.squeezed:
+            return False
+        return self._way_to_contact(attempt.solutions[-1].trajectory, inf) < inf
+
     def _way_in(self, attempt: Attempt, guess: Trajectory) -> float:
         """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""
         if attempt.problem or attempt.squeezed:
             return self._way_to_contact(guess, inf)
-        return self._way_to_contact(attempt.solutions[-1].trajectory, inf)
+        plan = attempt.solutions[-1].trajectory
+        way = self._way_to_contact(plan, inf)
+        # A cruise ends in mid-way: what is to become of its far half, it has not seen enough of to say.
+        undecided = self._memory.arrive_at is None and way > 0.5 * contact.length(plan)
+        return inf if undecided else way
 
     def _begin_stop(
         self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock

@@ -123,9 +123,8 @@ def from_guess(guess: Trajectory) -> Start:
 
 def further(attempt: Attempt) -> Start:
     """As many iterations more, for a plan that has not come to its end far ahead."""
-    return replace(
-        from_guess(attempt.solutions[-1].trajectory), last=attempt.solved, guess=None, least=ITERATIONS
-    )
+    plan = attempt.solutions[-1].trajectory
+    return replace(from_guess(plan), last=attempt.solved, guess=None, least=ITERATIONS)
 
 
 def resumed(unfinished: Unfinished, guess: Trajectory) -> Start:

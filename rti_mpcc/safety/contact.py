@@ -74,9 +74,20 @@ def deepens(motion: Trajectory, corridor: Corridor, part: int, config: Controlle
     return bool(clearance.min() < clearance[0] - DEEPER)
 
 
+def length(plan: Trajectory) -> float:
+    """Way that the plan drives [m]."""
+    return float(_steps(plan).sum())
+
+
+def _steps(plan: Trajectory) -> Array:
+    """Way (N,) of each stage [m]."""
+    steps: Array = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
+    return steps
+
+
 def _bodies(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
     """Ways along the plan [m] up to `reach`, and the body (n, 4, 2) [m] at each."""
-    steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
+    steps = _steps(plan)
     way = np.append(0.0, np.cumsum(steps))
     end = min(reach, float(way[-1]))
     marks = np.linspace(0.0, end, max(int(np.ceil(end / SPACING)) + 1, 2))

@@ -152,7 +152,7 @@ def test_a_slow_vehicle_has_room_to_get_across_to_its_goal(speed: float) -> None
 
 def test_an_arrival_longer_than_the_horizon_waits() -> None:
     config = ControllerConfig(limits=Limits(speed=50.0))
-    longest = config.arrival_horizon**2 * config.arrival_acceleration / 6.0
+    longest = config.arrival_horizon**2 * config.comfort_acceleration / 6.0
     assert reaches(longest - 0.1, 0.0, config)
     assert not reaches(longest + 0.1, 0.0, config)
 
@@ -160,10 +160,10 @@ def test_an_arrival_longer_than_the_horizon_waits() -> None:
 def test_a_gentle_arrival_may_take_longer_than_the_horizon_over_the_same_way() -> None:
     usual = ControllerConfig(limits=Limits(speed=50.0))
     gentle = ControllerConfig(limits=Limits(speed=50.0), comfort_acceleration=0.1)
-    assert time_to_go(37.0, 0.0, gentle.arrival_acceleration) > gentle.arrival_horizon
+    assert time_to_go(41.0, 0.0, gentle.arrival_acceleration) > gentle.arrival_horizon
     for config in (usual, gentle):
-        assert reaches(37.0, 0.0, config)
-        assert not reaches(38.0, 0.0, config)
+        assert reaches(41.0, 0.0, config)
+        assert not reaches(42.0, 0.0, config)
 
 
 def test_a_bend_ahead_delays_the_arrival_until_it_is_short_enough() -> None:
