@@ -126,7 +126,7 @@ class Weights(Settings):
     arrival_speed: NonNegative = 1e5
     arrival_contouring: NonNegative = 0.0
     comfort: Triple = (1e5, 1e5, 1e4)
-    arrival_comfort: Triple = (1e5, 1e5, 1e5)
+    arrival_comfort: Triple = (0.0, 1e5, 1e5)
 
 
 class SpeedProfile(Settings):
