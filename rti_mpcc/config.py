@@ -19,10 +19,10 @@ EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
 
 
+COMFORT_ACCELERATION = 0.4
+"""By default [m/s²]."""
 PLANNED_SHARE = 0.9
 """What a planned arrival takes of the comfort acceleration: the rest is for corrections on the way."""
-
-
 NO_COMFORT = (0.0, 0.0, 0.0)
 """Weights of a method that knows no comfort."""
 
@@ -263,7 +263,7 @@ class ControllerConfig(Settings):
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
     stages: Annotated[int, Field(ge=10, le=1000)] = 70
-    comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = 0.4
+    comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = COMFORT_ACCELERATION
     comfort_lateral_acceleration: Positive = 1.0
     comfort_steering_rate: Positive = 0.5
     cruise_horizon: Annotated[float, Field(ge=1.0, le=120.0)] = 10.0
@@ -306,8 +306,7 @@ class ControllerConfig(Settings):
     @property
     def arrival_reach(self) -> float:
         """Way of the longest arrival at the default comfort acceleration [m]."""
-        usual = float(ControllerConfig.model_fields["comfort_acceleration"].default)
-        return usual * self.arrival_horizon**2 / 6.0
+        return COMFORT_ACCELERATION * self.arrival_horizon**2 / 6.0
 
     @property
     def cruise_speed(self) -> float:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.timing import expected_docking_time
@@ -139,18 +140,14 @@ def energy(truth: Truth, until: float | None) -> dict[str, float]:
 def peak(truth: Truth, until: float | None) -> dict[str, float]:
     """Largest absolute values up to `until` [s] (None: the whole run): what comfort is measured by."""
     count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
-    return {
-        name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max())
-        for name in ("acceleration", "lateral_acceleration", "steering_rate")
-    }
+    return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in Comfort._fields}
 
 
 def _expected_time(result: RunResult) -> float | None:
     """What the controller would have told before the run; None where no time is known before."""
-    scenario = result.scenario
-    path = scenario.build_path()
+    goal = result.scenario.planned_goal(result.path)
     try:
-        return expected_docking_time(path, result.config, scenario.planned_goal(path))
+        return expected_docking_time(result.path, result.config, goal)
     except ConfigError:
         return None
 

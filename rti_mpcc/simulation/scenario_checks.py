@@ -9,7 +9,7 @@ from math import hypot, pi, tan
 import numpy as np
 
 from geometry import Corridor, Pose2, ReferencePath, wrap
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import COMFORT_ACCELERATION
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.faults import SIZES
@@ -122,7 +122,7 @@ def _clock(scenario: Scenario) -> Iterator[Problem]:
 def _comfort(scenario: Scenario) -> Iterator[Problem]:
     comfort = scenario.controller.comfort_acceleration
     if comfort is None:
-        comfort = float(ControllerConfig.model_fields["comfort_acceleration"].default)
+        comfort = COMFORT_ACCELERATION
     if comfort > scenario.limits.acceleration:
         yield Problem(
             key="controller.comfort_acceleration",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import COMFORT_ACCELERATION
 from rti_mpcc.report import style
 from rti_mpcc.report.published import published_run
 from rti_mpcc.report.reproduction import looks
@@ -16,25 +16,24 @@ from rti_mpcc.simulation.batch import Outcome
 
 SHORTEST = 0.70
 """Share of the published code's time that the front is to reach."""
-ENERGIES = {
-    "acceleration": "acceleration [m²/s³]",
-    "lateral_acceleration": "lateral acceleration [m²/s³]",
-    "steering_rate": "steering rate [rad²/s]",
+LABELS = {
+    "acceleration": "energy of acceleration [m²/s³]",
+    "lateral_acceleration": "energy of\nlateral acceleration [m²/s³]",
+    "steering_rate": "energy of steering rate [rad²/s]",
 }
+"""Of the axes, by the energy's name."""
 
 
 def front_figure(runs: Runs, fronts: Mapping[str, Sequence[Outcome]]) -> Figure:
     """A row a scenario, a column an energy; `fronts` by scenario, the fastest run first."""
     figure = Figure(figsize=(10.5, 3.2 * len(fronts)), layout="constrained")
-    panels = figure.subplots(len(fronts), len(ENERGIES), squeeze=False)
+    panels = figure.subplots(len(fronts), len(LABELS), squeeze=False)
     for row, (scenario, front) in zip(panels, fronts.items(), strict=True):
-        for axes, (energy, label) in zip(row, ENERGIES.items(), strict=True):
+        for axes, (energy, label) in zip(row, LABELS.items(), strict=True):
             _draw(axes, runs, scenario, front, energy)
             axes.set_xlabel("time to tolerance T [s]")
-            axes.set_ylabel(
-                f"energy of {label}" if energy != "lateral_acceleration" else f"energy of\n{label}"
-            )
-            axes.set_title(f"{DOCKING[scenario]}", fontsize="medium")
+            axes.set_ylabel(label)
+            axes.set_title(DOCKING[scenario], fontsize="medium")
     looks.legend_below(figure, columns=4)
     return figure
 
@@ -45,11 +44,10 @@ def _draw(axes: Axes, runs: Runs, scenario: str, front: Sequence[Outcome], energ
     times = [outcome.figures["time_to_tolerance_s"] for outcome in front]
     spent = [outcome.figures["energy"][energy] for outcome in front]
     axes.plot(times, spent, color=style.BLUE, marker="o", markersize=4, label="preset default")
-    usual = ControllerConfig().comfort_acceleration
     for outcome, time, value in zip(front, times, spent, strict=True):
         comfort = outcome.figures["comfort"]["acceleration"]
         axes.annotate(f"{comfort:g}", (time, value), (4, 4), textcoords="offset points", fontsize="x-small")
-        if comfort == usual:
+        if comfort == COMFORT_ACCELERATION:
             axes.plot(time, value, "o", markersize=10, fillstyle="none", color=style.BLUE)
     paper = runs.figures(scenario)
     if paper["time_to_tolerance_s"] is not None:
