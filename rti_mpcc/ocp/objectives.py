@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit
@@ -82,10 +83,18 @@ class WeightSlopes:
     progress_reward: Array
 
 
+class ComfortWeights(NamedTuple):
+    """On the squared excess over each value of `Comfort`: (N,), (N+1,), (N,)."""
+
+    acceleration: Array
+    lateral_acceleration: Array
+    steering_rate: Array
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageWeights:
     """Effective weights: (N+1,) on states, (N,) on controls, goal (3,) and goal_speed at stage N only.
-    `comfort` (N+1, 3) is on what goes beyond `Comfort`, in its order.
+    `comfort` is on what goes beyond `Comfort`.
 
     `by_progress` has their slopes where they are blended. `slack` is the linear weight of the corridor slack
     [1/m], above the largest pull that could press the body against a boundary, so that the penalty is exact.
@@ -102,7 +111,7 @@ class StageWeights:
     steering_rate: Array
     virtual_speed: Array
     progress_reward: Array
-    comfort: Array
+    comfort: ComfortWeights
     goal: Array
     goal_speed: float
     goal_clipped: bool
@@ -182,7 +191,7 @@ def contouring_weights(
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
-        comfort=np.outer(share, weights.comfort),
+        comfort=_on_comfort(share, weights.comfort),
         goal=goal,
         goal_speed=0.0,
         goal_clipped=clip_goal,
@@ -217,7 +226,7 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         steering_rate=weights.steering_rate * effort,
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
-        comfort=np.outer(share * firm, weights.arrival_comfort),
+        comfort=_on_comfort(share * firm, weights.arrival_comfort),
         goal=np.full(3, weights.arrival_pose),
         goal_speed=weights.arrival_speed,
         goal_clipped=True,
@@ -248,7 +257,7 @@ def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=weights.lag * share[:-1],
         progress_reward=none[:-1],
-        comfort=np.outer(share, weights.comfort),
+        comfort=_on_comfort(share, weights.comfort),
         goal=goal,
         goal_speed=0.0,
         goal_clipped=False,
@@ -260,6 +269,11 @@ def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
 def _share(lengths: Array, weights: Weights) -> Array:
     """What each stage counts (N+1,): its length over the length that the weights belong to."""
     return np.append(lengths, lengths[-1]) / weights.stage_length
+
+
+def _on_comfort(share: Array, weights: tuple[float, float, float]) -> ComfortWeights:
+    acceleration, lateral, steering = weights
+    return ComfortWeights(acceleration * share[:-1], lateral * share, steering * share[:-1])
 
 
 def _goal_pull(goal: Array) -> float:

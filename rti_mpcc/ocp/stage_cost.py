@@ -60,7 +60,9 @@ def quadratic_cost(
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
     """
     lateral, lateral_by = _lateral_acceleration(states, wheelbase)
-    discomfort, excess, slope = _discomfort(lateral, comfort.lateral_acceleration, weights.comfort[:, 1])
+    discomfort, excess, slope = _discomfort(
+        lateral, comfort.lateral_acceleration, weights.comfort.lateral_acceleration
+    )
     rows = [
         (weights.lag, errors.lag, errors.lag_by),
         (weights.contouring, errors.contouring, errors.contouring_by),
@@ -146,8 +148,11 @@ def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> t
     squares[:, THETA_DOT] = weights.virtual_speed
     gradient = 2.0 * squares * controls
     gradient[:, THETA_DOT] -= weights.progress_reward
-    for column, kind in ((A, 0), (DELTA_DOT, 2)):
-        weight, excess, slope = _discomfort(controls[:, column], comfort[kind], weights.comfort[:-1, kind])
+    for column, most, on_excess in (
+        (A, comfort.acceleration, weights.comfort.acceleration),
+        (DELTA_DOT, comfort.steering_rate, weights.comfort.steering_rate),
+    ):
+        weight, excess, slope = _discomfort(controls[:, column], most, on_excess)
         gradient[:, column] += 2.0 * weight * excess * slope
         squares[:, column] += weight * slope**2
     return 2.0 * squares, gradient

@@ -157,7 +157,7 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
         lateral = v**2 * tangent / problem.config.vehicle.wheelbase
         total += w.lateral_acceleration[k] * lateral**2
-        total += w.comfort[k, 1] * _discomfort(lateral, comfort.lateral_acceleration)
+        total += w.comfort.lateral_acceleration[k] * _discomfort(lateral, comfort.lateral_acceleration)
         if w.lag[k] or w.contouring[k] or w.heading[k]:
             x_r, y_r, phi_r = _path_pose(problem, k, z[THETA, k])
             dx, dy = z[X, k] - x_r, z[Y, k] - y_r
@@ -171,8 +171,8 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
     for k in range(stages):
         total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
         total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
-        total += w.comfort[k, 0] * _discomfort(u[A, k], comfort.acceleration)
-        total += w.comfort[k, 2] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
+        total += w.comfort.acceleration[k] * _discomfort(u[A, k], comfort.acceleration)
+        total += w.comfort.steering_rate[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
     return total + _goal_cost(problem, z[:, stages])
 
 

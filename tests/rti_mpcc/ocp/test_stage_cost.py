@@ -10,7 +10,14 @@ from geometry import Corridor, HalfPlanes, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import Comfort
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.objectives import COMFORT_CLIP, COMFORT_EASE, GOAL_CLIP, StageWeights, WeightSlopes
+from rti_mpcc.ocp.objectives import (
+    COMFORT_CLIP,
+    COMFORT_EASE,
+    GOAL_CLIP,
+    ComfortWeights,
+    StageWeights,
+    WeightSlopes,
+)
 from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
@@ -30,7 +37,7 @@ NOTHING = StageWeights(
     steering_rate=np.zeros(N),
     virtual_speed=np.zeros(N),
     progress_reward=np.zeros(N),
-    comfort=np.zeros((N + 1, 3)),
+    comfort=ComfortWeights(np.zeros(N), np.zeros(N + 1), np.zeros(N)),
     goal=np.zeros(3),
     goal_speed=0.0,
     goal_clipped=False,
@@ -49,7 +56,7 @@ TERMS = {
     "controls": replace(
         NOTHING, acceleration=U, steering_rate=2.0 * U, virtual_speed=3.0 * U, progress_reward=U
     ),
-    "comfort": replace(NOTHING, comfort=np.outer(W, [1.0, 2.0, 3.0])),
+    "comfort": replace(NOTHING, comfort=ComfortWeights(U, 2.0 * W, 3.0 * U)),
     "goal": replace(NOTHING, goal=np.array([2.0, 3.0, 4.0]), goal_speed=5.0),
     "clipped goal": replace(NOTHING, goal=np.array([2.0, 2.0, 4.0]), goal_speed=5.0, goal_clipped=True),
 }
@@ -61,7 +68,7 @@ TERMS["all"] = replace(
     lateral_acceleration=W,
     bound_distance=W,
     bound_speed=W,
-    comfort=np.outer(W, [3.0, 1.0, 2.0]),
+    comfort=ComfortWeights(3.0 * U, W, 2.0 * U),
     acceleration=U,
     steering_rate=U,
     virtual_speed=U,
@@ -115,7 +122,7 @@ class Setting:
             total += w.lag[k] * error.x**2 + w.contouring[k] * error.y**2 + w.heading[k] * turned**2
             lateral = v**2 * tan(delta) / WHEELBASE
             total += w.lateral_acceleration[k] * lateral**2
-            total += w.comfort[k, 1] * discomfort(lateral, COMFORT.lateral_acceleration)
+            total += w.comfort.lateral_acceleration[k] * discomfort(lateral, COMFORT.lateral_acceleration)
             for side in range(2):
                 away = np.array([x, y]) - self.walls.point[k, side]
                 distance = float(self.walls.normal[k, side] @ away)
@@ -124,8 +131,8 @@ class Setting:
         for k, u in enumerate(controls):
             total += w.acceleration[k] * u[A] ** 2 + w.steering_rate[k] * u[DELTA_DOT] ** 2
             total += w.virtual_speed[k] * u[THETA_DOT] ** 2 - w.progress_reward[k] * u[THETA_DOT]
-            total += w.comfort[k, 0] * discomfort(u[A], COMFORT.acceleration)
-            total += w.comfort[k, 2] * discomfort(u[DELTA_DOT], COMFORT.steering_rate)
+            total += w.comfort.acceleration[k] * discomfort(u[A], COMFORT.acceleration)
+            total += w.comfort.steering_rate[k] * discomfort(u[DELTA_DOT], COMFORT.steering_rate)
         last = states[-1]
         dx, dy, turn = last[X] - self.goal.x, last[Y] - self.goal.y, last[PHI] - self.goal.phi
         total += w.goal_speed * last[V] ** 2
