@@ -27,7 +27,6 @@ from rti_mpcc.ocp.objectives import (
     cartesian_weights,
     contouring_weights,
 )
-from rti_mpcc.ocp.pace import pace_of
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.qp.filling import (
     empty_values,
@@ -146,7 +145,6 @@ class RtiMpcc:
         self, part: PathPart, corridor: Corridor, config: ControllerConfig, *, index: int = 0
     ) -> None:
         self.part = part
-        self.pace = pace_of(part, config)
         self.index = index
         self.config = config
         self._corridor = corridor

@@ -13,6 +13,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, legs, route, search, sensing, stops
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.search import Attempt, Start
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety import contact, ladder
@@ -38,6 +39,7 @@ class Driver:
         self.path = path
         self.config = config
         self._surroundings = Surroundings.of(corridor, path, config)
+        self._paces = tuple(pace_of(part, config) for part in path.parts)
         self._memory = ControllerMemory()
         self._mpcc = self._core()
 
@@ -73,7 +75,7 @@ class Driver:
         return sensing.situation_of(
             self._memory,
             self._mpcc.part,
-            self._mpcc.pace,
+            self._paces[self._memory.part],
             self._mpcc.target,
             self.config,
             last_part=self._on_last_part and not self._to_staging,
@@ -226,10 +228,11 @@ class Driver:
         attempt = self._search(situation, start, clock)
         self._memory = search.left_unfinished(self._memory, situation, attempt)
         if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
-            if self._touches(attempt):
+            way = self._way_in(attempt, guess)
+            if way < inf and not (attempt.problem or attempt.squeezed):
                 # Not squeezed and yet not clear: it has not come to its end that far ahead.
                 attempt = attempt.then(self._search(situation, search.further(attempt), clock))
-            way = self._way_in(attempt, guess)
+                way = self._decided(attempt, self._way_in(attempt, guess))
             if way < inf:
                 return self._begin_stop(attempt, situation, way, clock)
         attempt = self._unless_into_a_wall(attempt, situation)
@@ -246,21 +249,17 @@ class Driver:
             return attempt
         return replace(attempt, problem=f"no plan from here stays clear: contact in {way:.2f} m")
 
-    def _touches(self, attempt: Attempt) -> bool:
-        """Whether a plan that is not squeezed is not clear either."""
-        if attempt.problem or attempt.squeezed:
-            return False
-        return self._way_to_contact(attempt.solutions[-1].trajectory, inf) < inf
-
     def _way_in(self, attempt: Attempt, guess: Trajectory) -> float:
         """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""
         if attempt.problem or attempt.squeezed:
             return self._way_to_contact(guess, inf)
-        plan = attempt.solutions[-1].trajectory
-        way = self._way_to_contact(plan, inf)
-        # A cruise ends in mid-way: what is to become of its far half, it has not seen enough of to say.
-        undecided = self._memory.arrive_at is None and way > 0.5 * contact.length(plan)
-        return inf if undecided else way
+        return self._way_to_contact(attempt.solutions[-1].trajectory, inf)
+
+    def _decided(self, attempt: Attempt, way: float) -> float:
+        """The way [m], or inf in the far half of a cruise, which ends in mid-way: it has not seen enough."""
+        if attempt.problem or attempt.squeezed or self._memory.arrive_at is not None:
+            return way
+        return inf if way > 0.5 * contact.length(attempt.solutions[-1].trajectory) else way
 
     def _begin_stop(
         self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock

@@ -10,7 +10,7 @@ Out of a cruise at v the cubic begins without a step in acceleration at
 
 (T2)  D = 4 v² / (3 a).
 
-Where its peak is above what comfort allows on the way, `rti_mpcc.ocp.pace`, and that is one speed all
+Where its peak is above what comfort allows on the way, `rti_mpcc.planning.pace`, and that is one speed all
 along, the arrival of least energy has a cubic up to it and one down from it. On each of them, c the speed at
 its vertex,
 
@@ -29,7 +29,7 @@ from math import asin, sin, sqrt
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.ocp.pace import Pace
+from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array
 
 FLOOR = 1.0
@@ -53,20 +53,25 @@ def time_to_go(way: float, speed: float, comfort: float, highest: Array | None =
     free = (-speed + sqrt(speed**2 + 6.0 * a * way)) / a
     if free <= FLOOR:
         return FLOOR
-    # Speed at the vertex of the cubic, which may lie before its begin.
-    peak = a**2 * free**3 / max(24.0 * way - 12.0 * speed * free, 1e-12)
-    if highest is None or float(highest.min()) >= peak:
+    if highest is None:
+        return free
+    peak = _vertex_speed(way, speed, free)
+    if float(highest.min()) >= peak:
         return free
     return max(_paced_time(way, speed, a, np.minimum(highest, peak).tolist()), free)
 
 
 def peak_speed(way: float, speed: float, duration: float) -> float:
     """Highest speed [m/s] on the cubic arrival over `way` [m] from `speed` [m/s] in `duration` [s]."""
+    rises = 3.0 * way > 2.0 * speed * duration
+    return _vertex_speed(way, speed, duration) if rises else speed
+
+
+def _vertex_speed(way: float, speed: float, duration: float) -> float:
+    """Speed [m/s] at the vertex of that cubic's parabola of speed, which may lie before its begin."""
     first = 6.0 * way / duration**2 - 4.0 * speed / duration
-    last = -6.0 * way / duration**2 + 2.0 * speed / duration
-    if first <= 0.0:
-        return speed
-    return speed + 0.5 * first * duration * first / (first - last)
+    fall = 12.0 * way / duration**2 - 6.0 * speed / duration
+    return speed + 0.5 * first**2 * duration / max(fall, 1e-12)
 
 
 def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:

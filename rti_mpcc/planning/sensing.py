@@ -12,8 +12,8 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import CONTROLS, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
-from rti_mpcc.ocp.pace import Pace
 from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
 from rti_mpcc.planning.trust import by_commands
 from rti_mpcc.types import Array

@@ -20,8 +20,8 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import goal_on, path_end
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.objectives import Target
-from rti_mpcc.ocp.pace import pace_of
 from rti_mpcc.planning.arrival import time_to_go, within_reach
+from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.sensing import way_between
 
 SLOWEST = 0.1

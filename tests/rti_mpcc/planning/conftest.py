@@ -9,8 +9,8 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.ocp.objectives import Target, TargetKind
-from rti_mpcc.ocp.pace import Pace
 from rti_mpcc.planning.memory import Situation
+from rti_mpcc.planning.pace import Pace
 
 
 def target_at(x: float) -> Target:

@@ -7,8 +7,8 @@ import pytest
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.ocp.pace import pace_of
 from rti_mpcc.planning.arrival import FLOOR, ROOM, peak_speed, time_to_go, within_reach
+from rti_mpcc.planning.pace import pace_of
 
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
 """Way [m] and speed [m/s] from which the comfort acceleration is enough."""

@@ -10,9 +10,9 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import path_end
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.objectives import Target, TargetKind
-from rti_mpcc.ocp.pace import pace_of
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array

@@ -7,7 +7,7 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.ocp.pace import TRANSITION, pace_of
+from rti_mpcc.planning.pace import TRANSITION, pace_of
 
 CONFIG = ControllerConfig(comfort_lateral_acceleration=0.8, comfort_steering_rate=0.4)
 L = CONFIG.vehicle.wheelbase
