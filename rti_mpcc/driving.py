@@ -231,7 +231,8 @@ class Driver:
             way = self._way_in(attempt, guess)
             if way < inf and not (attempt.problem or attempt.squeezed):
                 # Not squeezed and yet not clear: it has not come to its end that far ahead.
-                attempt = attempt.then(self._search(situation, search.further(attempt), clock))
+                more = self._search(situation, search.further(attempt), clock)
+                attempt = attempt if more.cut else attempt.then(more)
                 way = self._decided(attempt, self._way_in(attempt, guess))
             if way < inf:
                 return self._begin_stop(attempt, situation, way, clock)

@@ -19,6 +19,7 @@ from rti_mpcc.types import Command, Source, Status
 from tests.rti_mpcc.docking_runs import (
     Clocked,
     Obstacles,
+    between_obstacles,
     docking_figures,
     drive,
     granting,
@@ -263,3 +264,14 @@ def test_a_nearer_wall_on_the_way_to_a_stop_is_stopped_before(iterations: int) -
     assert_gentle(result)
     assert found["docked"]
     assert found["min_clearance_m"] > 0.5
+
+
+@pytest.mark.parametrize("iterations", [3, 5, 8])
+def test_time_that_runs_out_while_a_plan_comes_clear_makes_no_stop_of_an_open_passage(
+    iterations: int,
+) -> None:
+    scenario = between_obstacles(1, 0.8, 42.0)
+    controller = Clocked(docking_controller(scenario), at(0.0, lambda: granting(iterations)))
+    run = list(drive(scenario, 0.3, controller=controller))
+    assert cycle(run, 0.0).source is Source.SOLUTION
+    assert all("stop" not in command.diagnostics.reason for _, command in run)
