@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry.boundary import Boundary
 from geometry.errors import InputError
-from geometry.sampling import as_pairs
-from geometry.walls import Obstacles, PartWalls, half_planes
+from geometry.nearest import is_allowed, nearest
+from geometry.sampling import as_complex, as_pairs
+from geometry.walls import Obstacles, PartWalls
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -31,7 +32,7 @@ def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: 
         hit |= _near(obstacle, shapes, margin)
     free = np.flatnonzero(~hit)
     sides = [side for side in (walls.left, walls.right) if side is not None]
-    hit[free] = (_beyond(sides, corners[free]) > 0.0).all(axis=1)
+    hit[free] = _all_beyond(sides, corners[free])
     return hit
 
 
@@ -77,10 +78,26 @@ def _near(thing: shapely.Geometry, shapes: NDArray[np.object_], margin: float) -
     return np.asarray(near, dtype=np.bool_)
 
 
+def _all_beyond(sides: Sequence[Boundary], corners: Array) -> Mask:
+    """Whether all corners (n, m, 2) of a body are beyond one or another boundary (n,)."""
+    points = as_complex(corners)
+    beyond = np.ones(len(points), dtype=np.bool_)
+    # One corner answers for most bodies that touch nothing.
+    for asked in (points[:, :1], points[:, 1:]):
+        rows = np.flatnonzero(beyond)
+        if rows.size:
+            allowed = is_allowed(sides, asked[rows].reshape(-1))
+            beyond[rows] = ~allowed.reshape(rows.size, -1).any(axis=1)
+    return beyond
+
+
 def _beyond(sides: Sequence[Boundary], corners: Array) -> Array:
     """How far corners (n, m, 2) are beyond a boundary, the nearest of those, (n, m) [m]; 0 within all."""
-    distance = half_planes(sides, corners.reshape(-1, 2), None, 0.0, behind=np.inf).distance
-    depth = np.where(distance < 0.0, -distance, np.inf).min(axis=1, initial=np.inf)
+    points = as_complex(corners).reshape(-1)
+    depth = np.full(points.size, np.inf)
+    for side in sides:
+        distance = nearest([(side, points)]).distance
+        depth = np.minimum(depth, np.where(distance < 0.0, -distance, np.inf))
     return np.where(np.isfinite(depth), depth, 0.0).reshape(corners.shape[:2])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import isfinite, nan
+from math import inf, isfinite, nan
 
 import numpy as np
 import shapely
@@ -152,6 +152,7 @@ class Corridor:
         previous: HalfPlanes | None = None,
         *,
         hysteresis: float = 0.05,
+        within: float = inf,
     ) -> HalfPlanes:
         """Return half-planes at the nearest boundary points of points (n, 2) [m].
 
@@ -162,6 +163,9 @@ class Corridor:
             points: (n, 2) [m].
             previous: the result of the last call for as many points: each keeps its boundary feature (a
                 smooth run between corners) unless another is nearer by more than `hysteresis` [m].
+            within: boundaries that are farther than this are of no interest [m]. What by `previous` cannot
+                have come as near is not looked up: its distance is a lower bound, which is more than
+                `within`, and its normal 0.
 
         Raises:
             InputError: a part that does not exist, wrong shapes, numbers that are not finite.
@@ -170,7 +174,7 @@ class Corridor:
         sides = [walls.left, walls.right]
         if self.kept_out.boundary is not None:
             sides.append(self.kept_out.boundary)
-        return half_planes(sides, points, previous, hysteresis)
+        return half_planes(sides, points, previous, hysteresis, within)
 
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
         """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].

@@ -69,8 +69,11 @@ def test_half_planes_and_clearances_are_the_same(corridor: Corridor) -> None:
     bodies = points[:, None, :] + np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5]])
     for part in range(len(corridor.walls)):
         before, after = (each.half_planes(part, points) for each in (corridor, again))
-        for field in fields(before):
-            np.testing.assert_array_equal(getattr(before, field.name), getattr(after, field.name))
+        for field in ("point", "normal", "distance", "feature", "sample"):
+            np.testing.assert_array_equal(getattr(before, field), getattr(after, field))
+        assert before.seen is not None
+        assert after.seen is not None
+        assert before.seen.marks == after.seen.marks
         np.testing.assert_array_equal(corridor.clearance(part, bodies), again.clearance(part, bodies))
 
 

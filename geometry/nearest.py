@@ -1,0 +1,230 @@
+"""Nearest boundary points: from the nearest sample of a boundary to the point on the segments beside it.
+
+Points and tangents are complex numbers here: with r = c - vertex and a unit tangent t, conj(t) r has the
+way along the segment as its real part and the distance to its left, the allowed side, as its imaginary
+part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.boundary import Boundary
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+WINDOW = 24  # samples to either side in which a kept feature is searched
+_WINDOW = np.arange(-WINDOW, WINDOW + 1)
+_TINY = 1e-6  # [m] nearer than this the direction to the boundary is noise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Nearest:
+    """Nearest boundary points of n points.
+
+    Attributes:
+        point: (n,) boundary point x + iy [m].
+        normal: (n,) unit normal into the allowed side, along c - point wherever that has a direction.
+        distance: (n,) normal . (c - point), negative on the forbidden side [m].
+        feature, sample: (n,) where on the boundary that is.
+    """
+
+    point: Complex
+    normal: Complex
+    distance: Array
+    feature: Index
+    sample: Index
+
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """All of them, in this order."""
+        return self.point, self.normal, self.distance, self.feature, self.sample
+
+
+class Samples(NamedTuple):
+    """What boundaries know of the samples that are nearest to n points; see Boundary."""
+
+    vertex: Complex
+    segments: Complex
+    features: Index
+    is_end: Mask
+
+    @classmethod
+    def of(cls, boundary: Boundary, at: Index) -> Samples:
+        """Those of the samples `at` (n,) of a boundary."""
+        return cls(
+            boundary.vertex[at],
+            boundary.segments.take(at, axis=0),
+            boundary.features.take(at, axis=0),
+            boundary.is_end[at],
+        )
+
+
+class Last(NamedTuple):
+    """Points c (n,) [m] of a boundary and the features and samples (n,) they were on, -1 where on none."""
+
+    boundary: Boundary
+    c: Complex
+    feature: Index
+    sample: Index
+
+    def is_known(self, rows: Index) -> Mask:
+        """Whether the boundary has the features and samples of some points: they may be another one's."""
+        feature, sample = self.feature[rows], self.sample[rows]
+        known = feature < self.boundary.first.size
+        return known & (sample >= 0) & (sample < self.boundary.vertex.size)
+
+
+class _Foot(NamedTuple):
+    """Where beside its sample the nearest point of each of n points is.
+
+    inward: on the segment before the sample; along: way from the sample, in the sense of the boundary [m];
+    distance: >= 0 [m]; side: negative on the forbidden side.
+    """
+
+    inward: Mask
+    along: Array
+    distance: Array
+    side: Array
+
+
+def nearest(asked: Sequence[tuple[Boundary, Complex]]) -> Nearest:
+    """Return the nearest points of each boundary to its points c (n_i,) [m], one boundary after the other.
+
+    All of them pass through the same few array operations, whose number is what costs time.
+    """
+    found = [boundary.nearest_sample(c) for boundary, c in asked]
+    samples = [Samples.of(boundary, at) for (boundary, _), at in zip(asked, found, strict=True)]
+    return _on_segments(np.concatenate([c for _, c in asked]), np.concatenate(found), _merged(samples))
+
+
+def is_allowed(sides: Sequence[Boundary], c: Complex) -> Mask:
+    """Return (n,) whether the signed distances of c (n,) [m] to all sides are >= 0."""
+    if not sides:
+        return np.ones(c.size, dtype=np.bool_)
+    samples = _merged([Samples.of(side, side.nearest_sample(c)) for side in sides])
+    r = np.concatenate([c] * len(sides)) - samples.vertex
+    allowed = _foot(r, samples, samples.segments[:, 2]).side >= 0.0
+    return np.asarray(allowed.reshape(len(sides), -1).all(axis=0))
+
+
+def _merged(samples: Sequence[Samples]) -> Samples:
+    """Those of one boundary after the other."""
+    if len(samples) == 1:
+        return samples[0]
+    return Samples(*(np.concatenate(values) for values in zip(*samples, strict=True)))
+
+
+def keep(best: Nearest, last: Sequence[Last], hysteresis: float) -> None:
+    """Put points back onto the features they were on last where these are as near but for hysteresis.
+
+    Args:
+        best: what `nearest` found for these boundaries and points, changed in place.
+        hysteresis: [m].
+    """
+    feature, sample = (np.concatenate([each[i] for each in last]) for i in (2, 3))
+    same = best.feature == feature
+    away = np.flatnonzero((feature >= 0) & ~(same & (np.abs(best.sample - sample) <= WINDOW)))
+    if away.size == 0:
+        return
+    ends = np.cumsum([each.c.size for each in last])
+    cuts = np.searchsorted(away, ends)
+    asked, found = [], []
+    for each, end, rows in zip(last, ends, np.split(away, cuts[:-1]), strict=True):
+        rows = rows[each.is_known(rows - (end - each.c.size))]
+        if rows.size:
+            asked.append(rows)
+            found.append(_on_last(each, rows - (end - each.c.size)))
+    if not asked:
+        return
+    ask = np.concatenate(asked)
+    c = np.concatenate([each.c for each in last])[ask]
+    at, lost = (np.concatenate([each[i] for each in found]) for i in (1, 2))
+    kept = _on_segments(c, at, _merged([each[0] for each in found]), only=feature[ask])
+    stays = np.abs(kept.distance) <= np.abs(best.distance[ask]) + hysteresis
+    stays &= ~(lost & same[ask])
+    to = ask[stays]
+    for values, others in zip(best.arrays(), kept.arrays(), strict=True):
+        values[to] = others[stays]
+
+
+def _on_last(last: Last, rows: Index) -> tuple[Samples, Index, Mask]:
+    """Samples nearest to some points on their last features, near their last samples; whether lost there.
+
+    Lost is a search at the rim of its window: it has not arrived. The nearest point overall has, if it is on
+    the same feature.
+    """
+    boundary, feature, sample = last.boundary, last.feature[rows], last.sample[rows]
+    low, high = boundary.first[feature], boundary.last[feature]
+    window = np.minimum(np.maximum(sample[:, None] + _WINDOW, low[:, None]), high[:, None])
+    r = boundary.vertex[window] - last.c[rows][:, None]
+    at = window[np.arange(rows.size), np.argmin(r.real**2 + r.imag**2, axis=1)]
+    lost = ((at == sample - WINDOW) & (at > low)) | ((at == sample + WINDOW) & (at < high))
+    lost |= boundary.is_loop[feature] & ((at == low) | (at == high))
+    return Samples.of(boundary, at), at, lost
+
+
+def _on_segments(c: Complex, at: Index, samples: Samples, only: Index | None = None) -> Nearest:
+    """Nearest points (n,) on the segments beside samples `at`, on one feature if `only` is given."""
+    lengths, features = samples.segments[:, 2], samples.features
+    if only is not None:
+        length_in = np.where(features[:, 0] == only, lengths.real, 0.0)
+        length_out = np.where(features[:, 1] == only, lengths.imag, 0.0)
+        lengths = length_in + 1j * length_out
+    foot = _foot(c - samples.vertex, samples, lengths)
+    tangent = np.where(foot.inward, samples.segments[:, 0], samples.segments[:, 1])
+    on_vertex = (foot.along == 0.0).nonzero()[0]
+    if on_vertex.size:
+        segments = samples.segments[on_vertex]
+        tangent[on_vertex] = _mean_tangent(segments[:, 0], segments[:, 1])
+    point = samples.vertex + foot.along * tangent
+    signed = np.where(foot.side >= 0.0, foot.distance, -foot.distance)
+    apart = foot.distance > _TINY
+    if apart.all():
+        normal = (c - point) / signed
+    else:
+        normal = np.where(apart, (c - point) / np.where(apart, signed, 1.0), 1j * tangent)
+    feature = np.where(foot.inward, features[:, 0], features[:, 1]) if only is None else only
+    return Nearest(point=point, normal=normal, distance=signed, feature=feature, sample=at)
+
+
+def _foot(r: Complex, samples: Samples, lengths: Complex) -> _Foot:
+    """Where the nearest points are, for r (n,) from the sample to the point [m].
+
+    The sign is that of the segment, at a vertex that of both tangents together (the pseudo-normal).
+    Beyond an open end nothing is forbidden: positive.
+    """
+    z = samples.segments[:, :2].conj()
+    z *= r[:, None]
+    z_in, z_out = z[:, 0], z[:, 1]
+    length_in, length_out = lengths.real, lengths.imag
+    along_in = np.minimum(np.maximum(z_in.real, -length_in), 0.0)
+    along_out = np.maximum(np.minimum(z_out.real, length_out), 0.0)
+    d_in = (z_in.real - along_in) ** 2 + z_in.imag**2
+    d_out = (z_out.real - along_out) ** 2 + z_out.imag**2
+    inward = d_in < d_out
+    along = np.where(inward, along_in, along_out)
+    side = np.where(inward, z_in.imag, z_out.imag)
+    on_vertex = (along == 0.0).nonzero()[0]
+    if on_vertex.size:
+        both = z_in.imag[on_vertex] + z_out.imag[on_vertex]
+        beyond = samples.is_end[on_vertex]
+        if beyond.any():
+            beyond &= (z_out.real[on_vertex] != 0.0) | (length_in + length_out == 0.0)[on_vertex]
+        side[on_vertex] = np.where(beyond, 1.0, both)
+    return _Foot(inward, along, np.sqrt(np.minimum(d_in, d_out)), side)
+
+
+def _mean_tangent(before: Complex, after: Complex) -> Complex:
+    """Unit tangent between two, the latter where they are opposite."""
+    total = before + after
+    size = np.abs(total)
+    opposite = size < 1e-9
+    return np.where(opposite, after, total / np.where(opposite, 1.0, size))
