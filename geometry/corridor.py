@@ -11,13 +11,15 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import clearance as bodies_against
+from geometry.boundary import Boundary
 from geometry.errors import CorridorError, InputError
 from geometry.lines import CorridorLines
 from geometry.offsets import sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes
+from geometry.sampling import as_complex
+from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, marks_of
 
 Array = NDArray[np.float64]
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
@@ -170,11 +172,20 @@ class Corridor:
         Raises:
             InputError: a part that does not exist, wrong shapes, numbers that are not finite.
         """
-        walls = self._part(part)
-        sides = [walls.left, walls.right]
-        if self.kept_out.boundary is not None:
-            sides.append(self.kept_out.boundary)
-        return half_planes(sides, points, previous, hysteresis, within)
+        return half_planes(self._sides(part), points, previous, hysteresis, within)
+
+    def at_least(self, part: int, points: Array, planes: HalfPlanes) -> Array:
+        """Return how far points (m, 2) are from all boundaries and obstacles at least (m,) [m].
+
+        They are where the first m points of `planes` have moved to. A distance changes by no more than its
+        point moves: where this is positive, nothing is on a straight way there either. It is 0 at most where
+        that does not tell: the point was on a forbidden side, or the planes are of another corridor.
+        """
+        seen, sides = planes.seen, self._sides(part)
+        if seen is None or seen.marks != marks_of(sides):
+            return np.zeros(len(points))
+        apart: Array = seen.at_least(as_complex(points)).min(axis=1, initial=inf)
+        return apart
 
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
         """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
@@ -211,6 +222,11 @@ class Corridor:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
         walls = self._part(part)
         return walls.left_lines, walls.right_lines
+
+    def _sides(self, part: int) -> list[Boundary | None]:
+        walls = self._part(part)
+        obstacles = self.kept_out.boundary
+        return [walls.left, walls.right] if obstacles is None else [walls.left, walls.right, obstacles]
 
     def _part(self, part: int) -> PartWalls:
         if not 0 <= part < len(self.walls):

@@ -43,9 +43,10 @@ class Seen:
     marks: tuple[int | None, ...]
 
     def at_least(self, points: Complex) -> Array:
-        """Distances (n, s) [m] that points (n,) x + iy [m] have at least, if positive."""
-        moved: Array = np.abs(as_complex(self.place) - points[:, None])
-        return self.distance - moved
+        """Distances (m, s) [m] that the first m <= n of the points have at least now that they are at
+        x + iy (m,) [m]; if positive, they have crossed nothing on a straight way there."""
+        moved: Array = np.abs(as_complex(self.place[: points.size]) - points[:, None])
+        return self.distance[: points.size] - moved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -174,12 +175,14 @@ def half_planes(
     the allowed side of a boundary is looked up again only where that can be as near as `within` [m] by now,
     beside an open wall BEHIND at least. So it is on the allowed side still: to get to the other one it had
     to come nearer, or to go round an open end, behind which what is farther than BEHIND is allowed as well.
+    (The halves of a polygon go by the lines that each ends with: what has left the polygon through one half
+    may be on either side of the other. There the side that it was seen on stays.)
 
     Raises:
         InputError: wrong shape, numbers that are not finite, `previous` of other points, `within` negative.
     """
     c = _checked(points, previous, within)
-    marks = tuple(None if side is None else side.mark for side in sides)
+    marks = marks_of(sides)
     far, planes = _from_memory(c, sides, marks, previous, within)
     asked = [_Asked(i, side, np.flatnonzero(~far[:, i])) for i, side in enumerate(sides) if side is not None]
     asked = [each for each in asked if each.rows.size]
@@ -194,6 +197,11 @@ def half_planes(
     for values in (planes.seen.place, planes.seen.distance):
         values.setflags(write=False)
     return planes
+
+
+def marks_of(sides: Sequence[Boundary | None]) -> tuple[int | None, ...]:
+    """What tells these boundaries from others."""
+    return tuple(None if side is None else side.mark for side in sides)
 
 
 class _Asked(NamedTuple):

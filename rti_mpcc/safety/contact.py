@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from geometry import Corridor
+from geometry import Corridor, HalfPlanes
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import body_polygons, cover
-from rti_mpcc.model.layout import V, X, Y
+from rti_mpcc.model.footprint import Discs, body_polygons, cover
+from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.safety.ladder import SPARE, braking
 from rti_mpcc.safety.stopping import stopping_motion
@@ -24,6 +25,8 @@ STOPPING_POSES = 10
 """Poses on the way to a standstill that are looked at for contact."""
 SPACING = 0.2
 """Way between two bodies that are checked [m]."""
+ROUNDING = 1e-6
+"""What a distance must exceed another one by, to be larger for sure [m]."""
 
 
 def way_to_contact(
@@ -63,6 +66,82 @@ def touched(
     times = np.linspace(0.0, max(abs(float(state[V])) / most, 1e-3), STOPPING_POSES)
     motion = stopping_motion(state, times, most, config.vehicle.wheelbase)
     return float(corridor.clearance(part, body_polygons(motion.states, config.vehicle)).min())
+
+
+def surely_clear(
+    plan: Trajectory,
+    planes: HalfPlanes | None,
+    corridor: Corridor,
+    part: int,
+    config: ControllerConfig,
+    reach: float,
+) -> bool:
+    """Whether `way_to_contact` need not be asked: no body of the plan up to `reach` [m] touches anything.
+
+    (K1)  d_k - |p - c_k| > r,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
+
+    The discs of radius r cover the body. Where they were linearised about, their centres c_k' had the
+    distances d_k to everything, of which `planes` tell (stages 1..N, `RtiMpcc` leaves them in `Solution`). A
+    centre p of a body between two stages is by so much, at most, beside the nearer one's c_k: w is the
+    way of the centre over the stage, h its length, m the greater of its speeds at both ends. These are the
+    largest values of the cubic's weights within half a stage, see `states_at`. The first stage has no
+    planes where it begins: there the whole of it counts.
+
+    Touching nothing all along, the bodies are on the side of a wall that the first one is on, and so beyond
+    one only if that is, or if the way leads round an open end of it, farther than the half-planes call
+    beyond. So this holds for a vehicle whose body is free where the plan begins, see `touched`.
+    """
+    discs, stages = cover(config.vehicle, config.footprint.discs), len(plan.controls)
+    count = len(discs.offsets)
+    if planes is None or len(planes.distance) != stages * count:
+        return False
+    place = plan.states[:, X] + 1j * plan.states[:, Y]
+    steps = np.abs(place[1:] - place[:-1])
+    # Of the stages that bodies up to `reach` lie between, and one more against rounding.
+    last = min(int(np.searchsorted(np.cumsum(steps), reach)) + 2, stages)
+    centres = _centres(place[1 : last + 1], np.exp(1j * plan.states[1 : last + 1, PHI]), discs)
+    apart = corridor.at_least(part, centres, planes).reshape(last, count).min(axis=1)
+    aside = _between_stages(plan, steps[:last], discs, config.vehicle.wheelbase)
+    aside[0] *= 2.0
+    np.maximum(aside[:-1], aside[1:], out=aside[:-1])
+    return bool((apart - aside).min() > discs.radius + ROUNDING)
+
+
+def body_surely_clear(
+    state: Array, planes: HalfPlanes | None, corridor: Corridor, part: int, config: ControllerConfig
+) -> bool:
+    """Whether `touched` need not be asked at `state` (6,): the body touches nothing, by (K1).
+
+    `planes` are those of the first stages of a plan that is being driven. The way from there crosses nothing
+    either.
+    """
+    discs = cover(config.vehicle, config.footprint.discs)
+    if planes is None or len(planes.distance) < len(discs.offsets):
+        return False
+    place = np.array([complex(state[X], state[Y])])
+    centres = _centres(place, np.exp(1j * state[[PHI]]), discs)
+    return bool(corridor.at_least(part, centres, planes).min() > discs.radius + ROUNDING)
+
+
+def _centres(place: NDArray[np.complex128], axis: NDArray[np.complex128], discs: Discs) -> Array:
+    """Disc centres (n * discs, 2) [m] of bodies at x + iy with exp(i phi) (n,), see `disc_centres`."""
+    centres = place[:, None] + discs.offsets * axis[:, None]
+    return centres.view(np.float64).reshape(-1, 2)
+
+
+def _between_stages(plan: Trajectory, steps: Array, discs: Discs, wheelbase: float) -> Array:
+    """How far (n,) [m] any disc centre is, at most, from where the nearer end of its stage has it.
+
+    For the first n stages, whose ways are `steps` (n,) [m]: the last term of (K1).
+    """
+    states, stages = plan.states[: len(steps) + 1], len(steps)
+    arm = float(np.abs(discs.offsets).max())
+    turning = 1.0 + arm * float(np.tan(np.abs(states[:, DELTA]).max())) / wheelbase
+    speed = np.abs(states[:, V])
+    most = np.maximum(speed[1:], speed[:-1]) * (plan.times[1 : stages + 1] - plan.times[:stages])
+    turn = np.abs(states[1:, PHI] - states[:-1, PHI])
+    between: Array = 0.5 * (steps + arm * turn) + (4.0 / 27.0 + 0.125) * turning * most
+    return between
 
 
 def deepens(motion: Trajectory, corridor: Corridor, part: int, config: ControllerConfig) -> bool:
