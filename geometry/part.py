@@ -17,14 +17,14 @@ Behind both ends a part goes on straight along the tangent of that end (curvatur
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import cos, isfinite, sin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry.errors import InputError
 from geometry.pose import Pose2
-from geometry.projection import closest_on_pieces
+from geometry.projection import FEW, closest_on_few, closest_on_pieces
 
 Array = NDArray[np.float64]
 
@@ -94,20 +94,22 @@ class PathPart:
 
         Equations (1), (2) of this module.
         """
-        theta = np.atleast_1d(np.asarray(theta, dtype=np.float64))
-        i = self._piece(theta)
-        inside = np.minimum(np.maximum(theta, self.knots[0]), self.knots[-1])
-        s, beyond = inside - self.knots[i], theta - inside
-        slope = self.direction * self.curvatures[i]
-        h = 0.5 * slope * s
-        chord = self.direction * s * np.sinc(h / np.pi)
-        phi = self.phi[i] + 2.0 * h
-        return PathReference(
-            x=self.x[i] + chord * np.cos(self.phi[i] + h) + self.direction * beyond * np.cos(phi),
-            y=self.y[i] + chord * np.sin(self.phi[i] + h) + self.direction * beyond * np.sin(phi),
-            phi=phi,
-            slope=np.where(beyond == 0.0, slope, 0.0),
-        )
+        theta = np.asarray(theta, dtype=np.float64).reshape(-1)
+        i, knots, direction = self._piece(theta), self.knots, self.direction
+        inside = np.minimum(np.maximum(theta, knots[0]), knots[-1])
+        s, begin, slope = inside - knots[i], self.phi[i], direction * self.curvatures[i]
+        half = 0.5 * slope * s
+        # s sin(h)/h, s where h is 0
+        chord = direction * s * np.divide(np.sin(half), half, out=np.ones_like(half), where=half != 0.0)
+        middle = begin + half
+        x, y = self.x[i] + chord * np.cos(middle), self.y[i] + chord * np.sin(middle)
+        phi = begin + 2.0 * half
+        beyond = theta - inside
+        if beyond.any():
+            x += direction * beyond * np.cos(phi)
+            y += direction * beyond * np.sin(phi)
+            slope[beyond != 0.0] = 0.0
+        return PathReference(x=x, y=y, phi=phi, slope=slope)
 
     def curvature(self, theta: ArrayLike) -> Array:
         """Return kappa (n,) [1/m] at theta (n,) [m]; 0 behind both ends."""
@@ -117,8 +119,17 @@ class PathPart:
 
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
-        at = self.reference(theta)
-        return Pose2(at.x[0], at.y[0], at.phi[0])
+        i = int(np.searchsorted(self.knots[1:-1], theta, side="right"))
+        inside = min(max(theta, self.start), self.end)
+        s, begin = inside - float(self.knots[i]), float(self.phi[i])
+        half = 0.5 * self.direction * float(self.curvatures[i]) * s
+        chord = self.direction * s * (sin(half) / half if half != 0.0 else 1.0)
+        phi, beyond = begin + 2.0 * half, self.direction * (theta - inside)
+        return Pose2(
+            float(self.x[i]) + chord * cos(begin + half) + beyond * cos(phi),
+            float(self.y[i]) + chord * sin(begin + half) + beyond * sin(phi),
+            phi,
+        )
 
     def project(
         self,
@@ -155,6 +166,17 @@ class PathPart:
         first = min(first, self.curvatures.size - 1)
         stop = max(int(np.searchsorted(self.knots, high, side="left")), first + 1)
         pieces = slice(first, stop)
+        if stop - first <= FEW:
+            return closest_on_few(
+                (x - self.x[pieces]).tolist(),
+                (y - self.y[pieces]).tolist(),
+                heading=self.phi[pieces].tolist(),
+                slope=(self.direction * self.curvatures[pieces]).tolist(),
+                direction=self.direction,
+                knots=self.knots[first : stop + 1].tolist(),
+                window=(low, high),
+                wanted=heading,
+            )
         return closest_on_pieces(
             x - self.x[pieces],
             y - self.y[pieces],
@@ -168,5 +190,4 @@ class PathPart:
 
     def _piece(self, theta: Array) -> NDArray[np.intp]:
         """Index (n,) of the piece that speaks at theta (n,)."""
-        i = np.searchsorted(self.knots, theta, side="right") - 1
-        return np.minimum(np.maximum(i, 0), self.curvatures.size - 1)
+        return np.searchsorted(self.knots[1:-1], theta, side="right")

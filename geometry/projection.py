@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import pi
+from collections.abc import Iterator, Sequence
+from math import atan2, ceil, cos, inf, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 # 90 deg are met up to rounding: a candidate put exactly on that limit has to pass.
 _HEADING_LIMIT = 0.5 * pi + 1e-9
+FEW = 6
+"""So many pieces are searched faster one by one than by arrays."""
 
 
 def closest_on_pieces(
@@ -76,3 +79,49 @@ def _into(value: Array, low: Array, high: Array, period: Array) -> Array:
     turns = np.where(finite, np.ceil((low - value) / np.where(finite, period, 1.0)), 0.0)
     shifted = value + turns * np.where(finite, period, 0.0)
     return np.asarray(np.minimum(np.maximum(shifted, low), high), dtype=np.float64)
+
+
+def closest_on_few(
+    dx: Sequence[float],
+    dy: Sequence[float],
+    *,
+    heading: Sequence[float],
+    slope: Sequence[float],
+    direction: int,
+    knots: Sequence[float],
+    window: tuple[float, float],
+    wanted: float | None,
+) -> float:
+    """Do what `closest_on_pieces` does, piece by piece."""
+    best = anywhere = (inf, inf)
+    for i, (phi, k) in enumerate(zip(heading, slope, strict=True)):
+        c, s = direction * cos(phi), direction * sin(phi)
+        u, w = c * dx[i] + s * dy[i], c * dy[i] - s * dx[i]
+        low = max(knots[i], window[0]) - knots[i]
+        high = max(min(knots[i + 1], window[1]) - knots[i], low)
+        for local in _candidates(u, w, k, low, high, None if wanted is None else wanted - phi):
+            half = 0.5 * k * local
+            chord = local * (sin(half) / half if half != 0.0 else 1.0)
+            found = ((u - chord * cos(half)) ** 2 + (w - chord * sin(half)) ** 2, local + knots[i])
+            anywhere = min(anywhere, found)
+            if wanted is not None:
+                off = phi + k * local - wanted
+                if abs(off - 2.0 * pi * round(off / (2.0 * pi))) <= _HEADING_LIMIT:
+                    best = min(best, found)
+    theta = (anywhere if best[0] == inf else best)[1]
+    return min(max(theta, window[0]), window[1])
+
+
+def _candidates(u: float, w: float, k: float, low: float, high: float, turn: float | None) -> Iterator[float]:
+    """Where a piece may be closest [m]; `turn`: from its first heading to the one that is wanted [rad]."""
+    yield low
+    yield high
+    if k == 0.0:
+        yield min(max(u, low), high)
+        return
+    period = 2.0 * pi / abs(k)
+    inner = [atan2(k * u, 1.0 - k * w) / k]
+    if turn is not None:
+        inner += [(turn - 0.5 * pi) / k, (turn + 0.5 * pi) / k]
+    for value in inner:
+        yield min(max(value + ceil((low - value) / period) * period, low), high)
