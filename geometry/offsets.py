@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import pi
 
 import numpy as np
 import shapely
@@ -30,6 +31,8 @@ Complex = NDArray[np.complex128]
 Mask = NDArray[np.bool_]
 
 _PROBE = 1e-3  # [m]
+_BLOCK = 20  # points of a boundary that are looked at together
+_STEP = 1.0  # [m] of path that is
 _GAP = 3.0 * SPACING  # [m] between the ends of a fold, at most
 _OVERLAP = 10  # samples behind the ends of a fold in which its crossing is sought
 
@@ -128,14 +131,22 @@ class _PathDistance:
     """Distance to a part of a path, from its samples, refined on the arcs."""
 
     def __init__(self, part: PathPart) -> None:
-        n = int(np.ceil((part.end - part.start) / SPACING)) + 1
         self._part = part
-        self._theta = np.linspace(part.start, part.end, n)
-        self._tree = cKDTree(as_pairs(_points(part, self._theta, np.zeros(n))), leafsize=32)
+        self._samples: tuple[Array, cKDTree[None]] | None = None
+
+    def _sampled(self) -> tuple[Array, cKDTree[None]]:
+        """Theta of the samples [m] and their tree, made when the first point asks: often none does."""
+        if self._samples is None:
+            n = int(np.ceil((self._part.end - self._part.start) / SPACING)) + 1
+            theta = np.linspace(self._part.start, self._part.end, n)
+            tree = cKDTree(as_pairs(_points(self._part, theta, np.zeros(n))), leafsize=32)
+            self._samples = theta, tree
+        return self._samples
 
     def __call__(self, points: Complex) -> tuple[Array, Array, Array]:
         """Return distance [m], theta [m] and lateral deviation [m], (n,) each."""
-        theta = self._theta[self._tree.query(as_pairs(points))[1]]
+        samples, tree = self._sampled()
+        theta = samples[tree.query(as_pairs(points))[1]]
         for last in (False, False, True):
             at = self._part.reference(theta)
             dx, dy = points.real - at.x, points.imag - at.y
@@ -155,8 +166,41 @@ def _is_inside(
 ) -> Mask:
     """Equation (1)."""
     behind = _points(part, theta, offset + np.copysign(_PROBE, offset))
-    d, at, lateral = distance(behind)
-    return (d < np.abs(offset) - 1e-9) & (d < sections.bound(at, lateral))
+    inside = _may_be_inside(part, theta, np.abs(offset) + _PROBE, behind)
+    asked = np.flatnonzero(inside)
+    if asked.size == 0:
+        return inside
+    d, at, lateral = distance(behind[asked])
+    inside[asked] = (d < np.abs(offset[asked]) - 1e-9) & (d < sections.bound(at, lateral))
+    return inside
+
+
+def _may_be_inside(part: PathPart, theta: Array, reach: Array, points: Complex) -> Mask:
+    """Which points (n,), on the path's normals at theta and `reach` (n,) [m] away, the path may come nearer.
+
+    Where |kappa| reach <= 1 a circle of that radius round the point touches the path at theta, and what the
+    path is within pi reach before and behind that stays out of it (Blaschke). So only pieces of path that are
+    farther along than that count, and few boundaries have any of them near. Points and path are looked at
+    in blocks.
+    """
+    result = np.abs(part.curvatures).max() * reach > 1.0
+    if result.all() or theta.size < 10 * _BLOCK:
+        return np.ones(theta.size, dtype=np.bool_)
+    along = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _STEP)) + 1)
+    path = cKDTree(as_pairs(_points(part, along, np.zeros(along.size))))
+    starts = np.arange(0, theta.size, _BLOCK)
+    sizes = np.diff(np.append(starts, theta.size))
+    middle = points[starts]
+    radius = np.maximum.reduceat(np.abs(points - np.repeat(middle, sizes)), starts)
+    most, least = np.maximum.reduceat(reach, starts), np.minimum.reduceat(reach, starts)
+    near = most + radius + 0.5 * _STEP
+    pairs = cKDTree(as_pairs(middle)).sparse_distance_matrix(path, float(near.max()), output_type="ndarray")
+    block, other = pairs["i"], along[pairs["j"]]
+    low, high = np.minimum.reduceat(theta, starts), np.maximum.reduceat(theta, starts)
+    apart = np.maximum(low[block] - other, other - high[block])
+    found = (apart > pi * least[block] - _STEP) & (pairs["v"] <= near[block])
+    counts = np.bincount(block[found], minlength=starts.size)
+    return np.asarray(result | np.repeat(counts > 0, sizes))
 
 
 def _opened(

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
 import shapely
+from numpy.typing import NDArray
 
-from geometry import Corridor, Narrowing, Pose2, ReferencePath
+from geometry import Corridor, Narrowing, PathPart, Pose2, ReferencePath, offsets
 
 SEGMENTS = {
     "reversing": (
@@ -251,3 +253,34 @@ def test_mirror_and_rigid_motion_symmetry() -> None:
     other = moved.half_planes(0, points @ rotation.T + [5000.0, -3000.0])
     np.testing.assert_allclose(other.distance, planes.distance, atol=1e-8)
     np.testing.assert_allclose(other.normal, planes.normal @ rotation.T, atol=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_asking_only_where_the_path_comes_back_changes_nothing(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(seed)
+    bend = 0.24 if seed % 2 else 0.15
+    segments = [(1, float(random.uniform(-bend, bend)), float(random.uniform(5.0, 25.0))) for _ in range(14)]
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
+    part = path.parts[0]
+    rows = [(20.0, 24.0, 1.5, np.nan), (50.0, 53.0, np.nan, -1.0)]
+    sections = offsets.sections_of(part, 4.0, -4.0, rows)
+    asked: list[float] = []
+    choose = offsets._may_be_inside
+
+    def some(*arguments: Any) -> NDArray[np.bool_]:
+        asked.append(float(choose(*arguments).mean()))
+        return choose(*arguments)
+
+    def everything(part: PathPart, theta: NDArray[np.float64], *_: Any) -> NDArray[np.bool_]:
+        return np.ones(theta.size, dtype=np.bool_)
+
+    for values in (sections.left, sections.right):
+        monkeypatch.setattr(offsets, "_may_be_inside", some)
+        few = offsets.trimmed(part, sections, values)
+        monkeypatch.setattr(offsets, "_may_be_inside", everything)
+        every = offsets.trimmed(part, sections, values)
+        assert len(few) == len(every)
+        assert all(map(np.array_equal, few, every))
+    assert min(asked) < 0.9
