@@ -25,8 +25,9 @@ STOPPING_POSES = 10
 """Poses on the way to a standstill that are looked at for contact."""
 SPACING = 0.2
 """Way between two bodies that are checked [m]."""
-ROUNDING = 1e-6
-"""What a distance must exceed another one by, to be larger for sure [m]."""
+UNSURE = 0.02
+"""Where two pieces of a boundary are about equally near, the distance of the farther one may have been found:
+it is too large by so much at most [m], see `Boundary.nearest_sample`."""
 
 
 def way_to_contact(
@@ -80,8 +81,8 @@ def surely_clear(
 
     (K1)  d_k - |p - c_k| > r,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
 
-    The discs of radius r cover the body. Where they were linearised about, their centres c_k' had the
-    distances d_k to everything, of which `planes` tell (stages 1..N, `RtiMpcc` leaves them in `Solution`). A
+    The discs of radius r cover the body. At c_k', where their centres were linearised about or looked up
+    last, they had the distances d_k to everything (`planes` of stages 1..N, of the plan's `Solution`). A
     centre p of a body between two stages is by so much, at most, beside the nearer one's c_k: w is the
     way of the centre over the stage, h its length, m the greater of its speeds at both ends. These are the
     largest values of the cubic's weights within half a stage, see `states_at`. The first stage has no
@@ -104,7 +105,7 @@ def surely_clear(
     aside = _between_stages(plan, steps[:last], discs, config.vehicle.wheelbase)
     aside[0] *= 2.0
     np.maximum(aside[:-1], aside[1:], out=aside[:-1])
-    return bool((apart - aside).min() > discs.radius + ROUNDING)
+    return bool((apart - aside).min() > discs.radius + UNSURE)
 
 
 def body_surely_clear(
@@ -120,7 +121,7 @@ def body_surely_clear(
         return False
     place = np.array([complex(state[X], state[Y])])
     centres = _centres(place, np.exp(1j * state[[PHI]]), discs)
-    return bool(corridor.at_least(part, centres, planes).min() > discs.radius + ROUNDING)
+    return bool(corridor.at_least(part, centres, planes).min() > discs.radius + UNSURE)
 
 
 def _centres(place: NDArray[np.complex128], axis: NDArray[np.complex128], discs: Discs) -> Array:
