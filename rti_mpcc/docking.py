@@ -212,5 +212,5 @@ class DockingController(Driver):
         if act.status is Status.BLOCKED and self._memory.stop is None:
             if route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
                 self._memory = replace(route.restart(self._memory), looked_at=situation.now)
-        elif not self._memory.latched:
+        elif not self._memory.latched and self._memory.looked_at is not None:
             self._memory = replace(self._memory, looked_at=None)

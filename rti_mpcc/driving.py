@@ -93,7 +93,10 @@ class Driver:
         return last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
 
     def _act(self, situation: Situation, clock: CycleClock) -> Act:
-        self._memory = replace(route.noticed(self._memory, situation), touched=self._touched(situation))
+        self._memory = route.noticed(self._memory, situation)
+        touched = self._touched(situation)
+        if touched != self._memory.touched:
+            self._memory = replace(self._memory, touched=touched)
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
         self._memory = route.decide(self._memory, situation, self.config)
@@ -307,10 +310,10 @@ class Driver:
     def _accept(self, attempt: Attempt, situation: Situation) -> Act:
         """Drive the plan of this cycle, unless it must not be."""
         plan = attempt.solutions[-1].trajectory
-        self._memory = replace(self._memory, fit=plan)
         act = self._drive(plan, Source.SOLUTION, situation, "", attempt)
-        if act.drive.source is Source.SOLUTION:
-            self._memory = route.accepted(self._memory, plan, situation)
+        driven = act.drive.source is Source.SOLUTION
+        memory = self._memory
+        self._memory = route.accepted(memory, plan, situation) if driven else replace(memory, fit=plan)
         return act
 
     def _go_on(
@@ -353,7 +356,8 @@ class Driver:
         """
         config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
         way = self._way_to_stop_in(plan, situation, anywhere=anywhere)
-        self._memory = replace(memory, blocked=way is not None)
+        if memory.blocked != (way is not None):
+            self._memory = replace(memory, blocked=way is not None)
         if way is not None:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)
             return self._stop(situation, Status.BLOCKED, f"contact in {way:.2f} m", wanted, attempt, rate)

@@ -98,16 +98,16 @@ def timed(memory: ControllerMemory, now: float, cycle: float) -> tuple[Controlle
     if not _all_finite(now) or not is_time(now):
         return replace(memory, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
     stood = memory.clock_stood + 1 if now == memory.clock_at else 0
-    memory = replace(memory, clock_at=float(now), clock_stood=stood)
-    own = now + memory.clock_offset
+    own, offset, word = now + memory.clock_offset, memory.clock_offset, ""
     if stood >= STILL:
         word = "the clock stands still"
-    elif last is None or last <= own <= last + LEAP:
-        return replace(memory, time=own), ""
-    else:
+    elif last is not None and not last <= own <= last + LEAP:
         word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
-    own = cycle if last is None else last + cycle
-    return replace(memory, time=own, clock_offset=own - now), word
+    if word:
+        own = cycle if last is None else last + cycle
+        offset = own - now
+    memory = replace(memory, time=own, clock_offset=offset, clock_at=float(now), clock_stood=stood)
+    return memory, word
 
 
 def _all_finite(*values: float) -> bool:

@@ -58,7 +58,8 @@ def decide(memory: ControllerMemory, situation: Situation, config: ControllerCon
     decided = _phase(memory, situation, config)
     # A stalled vehicle remembers what it stalled before: a target that creeps away is noticed.
     stays = memory.phase is Phase.STALLED and decided.phase is Phase.STALLED
-    return replace(decided, target=memory.target if stays else situation.target)
+    target = memory.target if stays else situation.target
+    return decided if target is decided.target else replace(decided, target=target)
 
 
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
@@ -194,7 +195,7 @@ def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
 
 def accepted(memory: ControllerMemory, plan: Trajectory, situation: Situation) -> ControllerMemory:
     """A plan was accepted for driving: nothing holds the vehicle any more."""
-    return replace(memory, driven=plan, accepted_at=situation.now, latched="", looked_at=None)
+    return replace(memory, fit=plan, driven=plan, accepted_at=situation.now, latched="", looked_at=None)
 
 
 def braked(
@@ -211,15 +212,15 @@ def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     speed = max(abs(situation.measured_speed), abs(float(situation.state[V])))
     stood = memory.standing_since
     standing = speed <= (STANDSTILL_SPEED if stood is None else MOVING_SPEED)
-    since = situation.now if stood is None else stood
-    return replace(memory, standing_since=since if standing else None)
+    since = (situation.now if stood is None else stood) if standing else None
+    return memory if since == stood else replace(memory, standing_since=since)
 
 
 def _held(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """Hold on unless the target is clearly elsewhere."""
-    if not situation.free or situation.inside(situation.error):
-        return replace(memory, outside_since=None)
-    return _outside(memory, situation)
+    if situation.free and not situation.inside(situation.error):
+        return _outside(memory, situation)
+    return memory if memory.outside_since is None else replace(memory, outside_since=None)
 
 
 def _outside(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
@@ -297,7 +298,7 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
         timed_for = situation.target.pose if moved else memory.timed_for
         return replace(memory, arrive_at=arrive_at, timed_for=timed_for, overdue_since=None)
     if memory.arrive_at >= begin + FLOOR:
-        return replace(memory, overdue_since=None)
+        return memory if memory.overdue_since is None else replace(memory, overdue_since=None)
     since = situation.now if memory.overdue_since is None else memory.overdue_since
     return replace(memory, arrive_at=begin + FLOOR, overdue_since=since)
 

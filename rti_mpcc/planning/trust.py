@@ -14,14 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp, hypot
+from math import exp, hypot, isfinite
 
 import numpy as np
 
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand, roll_forward
-from rti_mpcc.model.layout import DELTA, PHI, STATES, V, X, Y
+from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
 FAR = 1e7
@@ -112,10 +112,12 @@ def weighed(
     if last.state is None or last.measured is None or last.reckoned is None or last.gap or seconds > GAP:
         return _first(last, measured, problem, queue, now, config)
 
-    def rolled(state: Array) -> Array:
-        return by_commands(state, queue, last.at, now, config)
+    expected = by_commands(last.state, queue, last.at, now, config)
 
-    expected = rolled(last.state)
+    def rolled(state: Array) -> Array:
+        # What was measured is mostly what is believed.
+        return expected if state is last.state else by_commands(state, queue, last.at, now, config)
+
     same = not problem and np.array_equal(measured, last.measured)
     reckoned = rolled(last.reckoned) if same else measured
     frozen = "" if problem else _frozen(measured, reckoned, config)
@@ -200,13 +202,12 @@ def by_commands(
 def _unfit(state: Array, config: ControllerConfig) -> str:
     """Why this is no state of a vehicle, or ""."""
     x, y, phi, v, delta, _ = state.tolist()
+    finite = all(map(isfinite, (x, y, phi, v, delta)))
+    placed = max(abs(x), abs(y)) <= FAR and abs(phi) <= MANY_TURNS
+    if finite and placed and abs(v) <= MOST_SPEED * config.limits.speed and abs(delta) <= MOST_STEERING:
+        return ""
     told = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
-    if not np.isfinite(state).all():
-        return f"not a finite state {told}"
-    fits = max(abs(x), abs(y)) <= FAR and abs(phi) <= MANY_TURNS
-    if not fits or abs(v) > MOST_SPEED * config.limits.speed or abs(delta) > MOST_STEERING:
-        return f"not a state that the vehicle can have {told}"
-    return ""
+    return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {told}"
 
 
 def _frozen(measured: Array, reckoned: Array, config: ControllerConfig) -> str:
@@ -229,13 +230,8 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
         "speed": allowed.speed + MISMATCH * limits.acceleration * seconds,
         "steering": allowed.steering + MISMATCH * limits.steering_rate * seconds,
     }
-    change = measured - expected
-    jumps = {
-        "position": hypot(change[X], change[Y]),
-        "heading": abs(float(wrap(change[PHI]))),
-        "speed": abs(float(change[V])),
-        "steering": abs(float(change[DELTA])),
-    }
+    x, y, phi, v, delta, _ = (measured - expected).tolist()
+    jumps = {"position": hypot(x, y), "heading": abs(wrap(phi)), "speed": abs(v), "steering": abs(delta)}
     far = [f"{name} by {jumps[name]:.2f} {_UNITS[name]}" for name in most if jumps[name] > most[name]]
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
 
