@@ -15,7 +15,7 @@ from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStat
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
-from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
 from rti_mpcc.types import Array
 
 LONGEST_STEP = 0.5
@@ -30,7 +30,7 @@ def noted(memory: ControllerMemory, length: float) -> ControllerMemory:
     if trust.why or trust.state is None:
         return memory
     here = Pose2(float(trust.state[X]), float(trust.state[Y]), float(trust.state[PHI]))
-    return replace(memory, poses=memory.poses.noted(memory.now, here, length=length))
+    return renewed(memory, poses=memory.poses.noted(memory.now, here, length=length))
 
 
 def placed(
@@ -51,14 +51,14 @@ def aimed(
         end: the path's last pose, what is made for without a planned goal.
     """
     last = memory.estimated_at
-    memory = replace(memory, estimate=estimate, estimated_at=now)
+    memory = renewed(memory, estimate=estimate, estimated_at=now)
     if estimate.pose is None:
-        return replace(memory, goal=memory.planned)
+        return renewed(memory, goal=memory.planned)
     seconds = config.cycle if last is None else min(max(now - last, 0.0), LONGEST_STEP)
     tracking = config.goal_tracking
     before = memory.goal or end
     aim = _towards(before, estimate.pose, tracking.speed * seconds, tracking.turn_rate * seconds)
-    return replace(memory, goal=aim)
+    return renewed(memory, goal=aim)
 
 
 def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str:

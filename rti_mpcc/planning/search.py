@@ -16,7 +16,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
-from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished, renewed
 from rti_mpcc.planning.route import retreat
 from rti_mpcc.types import Array, Objective, Trajectory
 
@@ -200,7 +200,7 @@ def _iterate(
 def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Attempt) -> ControllerMemory:
     """Keep a search that ran out of time, to go on with in the next cycle, and what it is for."""
     if not attempt.cut:
-        return replace(memory, unfinished=None)
+        return renewed(memory, unfinished=None)
     before = memory.unfinished
     if before is not None and not attempt.solutions:
         return memory
@@ -214,7 +214,7 @@ def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Att
         arrive_at=memory.arrive_at,
         begin=situation.begin,
     )
-    return replace(memory, unfinished=unfinished)
+    return renewed(memory, unfinished=unfinished)
 
 
 def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -> Trajectory:

@@ -103,7 +103,7 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
 
     Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
     """
-    x, y, phi = reached[[X, Y, PHI]].tolist()
+    x, y, phi, *_ = reached.tolist()
     if last is None:
         theta = part.project(x, y, heading=phi)
         heading = part.pose(theta).phi

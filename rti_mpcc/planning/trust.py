@@ -112,13 +112,11 @@ def weighed(
     if last.state is None or last.measured is None or last.reckoned is None or last.gap or seconds > GAP:
         return _first(last, measured, problem, queue, now, config)
 
-    expected = by_commands(last.state, queue, last.at, now, config)
-
     def rolled(state: Array) -> Array:
-        # What was measured is mostly what is believed.
-        return expected if state is last.state else by_commands(state, queue, last.at, now, config)
+        return by_commands(state, queue, last.at, now, config)
 
-    same = not problem and np.array_equal(measured, last.measured)
+    expected = rolled(last.state)
+    same = not problem and measured.tolist() == last.measured.tolist()
     reckoned = rolled(last.reckoned) if same else measured
     frozen = "" if problem else _frozen(measured, reckoned, config)
     problem = problem or frozen or _far(measured, expected, seconds, config)
@@ -126,7 +124,7 @@ def weighed(
     if not problem:
         gap += float(measured[DELTA] - expected[DELTA])
         problem = _obstinate(gap, last, config)
-    alike = _alike(measured, last.measured, rolled, seconds, config)
+    alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
     agrees = problem and alike and abs(float(measured[V])) <= SLOW
     if frozen:
         agrees = agrees and last.tries < FROZEN_TRIES and abs(float(reckoned[V])) <= SLOW
@@ -141,7 +139,7 @@ def weighed(
         since=last.since if problem and last.why else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
         found=False,
-        odd_since=None if alike or not problem else (now if last.odd_since is None else last.odd_since),
+        odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
         tries=last.tries if same else 0,
     )
     since = trust.agrees_since
@@ -224,19 +222,15 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
     way = MISMATCH * speed * seconds
-    most = {
-        "position": allowed.position + way,
-        "heading": allowed.heading + way * config.max_curvature,
-        "speed": allowed.speed + MISMATCH * limits.acceleration * seconds,
-        "steering": allowed.steering + MISMATCH * limits.steering_rate * seconds,
-    }
     x, y, phi, v, delta, _ = (measured - expected).tolist()
-    jumps = {"position": hypot(x, y), "heading": abs(wrap(phi)), "speed": abs(v), "steering": abs(delta)}
-    far = [f"{name} by {jumps[name]:.2f} {_UNITS[name]}" for name in most if jumps[name] > most[name]]
+    jumps = (
+        ("position", "m", hypot(x, y), allowed.position + way),
+        ("heading", "rad", abs(wrap(phi)), allowed.heading + way * config.max_curvature),
+        ("speed", "m/s", abs(v), allowed.speed + MISMATCH * limits.acceleration * seconds),
+        ("steering", "rad", abs(delta), allowed.steering + MISMATCH * limits.steering_rate * seconds),
+    )
+    far = [f"{name} by {jump:.2f} {unit}" for name, unit, jump, most in jumps if jump > most]
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
-
-
-_UNITS = {"position": "m", "heading": "rad", "speed": "m/s", "steering": "rad"}
 
 
 def _alike(
