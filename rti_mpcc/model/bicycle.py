@@ -76,14 +76,16 @@ def _change(
     trig: ModuleType, phi: Real, v: Real, delta: Real, a: Real, rate: Real, h: Real, wheelbase: float
 ) -> tuple[Real, Real, Real]:
     """What a step of length h adds to x, y and phi, Eq. (M2), (M3); `trig`: `math` for floats, `numpy`."""
-    v_m, v_1 = v + 0.5 * h * a, v + h * a
+    half, sixth = 0.5 * h, h / 6.0
+    v_m, v_1 = v + half * a, v + h * a
     w = v * trig.tan(delta) / wheelbase
-    w_m = v_m * trig.tan(delta + 0.5 * h * rate) / wheelbase
+    w_m = v_m * trig.tan(delta + half * rate) / wheelbase
     w_1 = v_1 * trig.tan(delta + h * rate) / wheelbase
-    b, c, d = phi + 0.5 * h * w, phi + 0.5 * h * w_m, phi + h * w_m
-    x = h / 6.0 * (v * trig.cos(phi) + 2.0 * v_m * (trig.cos(b) + trig.cos(c)) + v_1 * trig.cos(d))
-    y = h / 6.0 * (v * trig.sin(phi) + 2.0 * v_m * (trig.sin(b) + trig.sin(c)) + v_1 * trig.sin(d))
-    return x, y, h / 6.0 * (w + 4.0 * w_m + w_1)
+    phi_b, phi_c, phi_d = phi + half * w, phi + half * w_m, phi + h * w_m
+    twice = 2.0 * v_m
+    x = sixth * (v * trig.cos(phi) + twice * (trig.cos(phi_b) + trig.cos(phi_c)) + v_1 * trig.cos(phi_d))
+    y = sixth * (v * trig.sin(phi) + twice * (trig.sin(phi_b) + trig.sin(phi_c)) + v_1 * trig.sin(phi_d))
+    return x, y, sixth * (w + 4.0 * w_m + w_1)
 
 
 # Columns of the sensitivities below: to phi, v, delta, a and delta_dot.

@@ -152,7 +152,7 @@ def converge(
             return Attempt(
                 solutions=tuple(solutions), problem=problem or NO_TIME, squeezed=squeezed, cut=True
             )
-        begin = replace(start, last=last, guess=guess, iterate=None if solutions else start.iterate)
+        begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
         solutions.append(_iterate(mpcc, memory, situation, begin, clock))
         if solutions[-1].solved:
             last, guess = solutions[-1], None
