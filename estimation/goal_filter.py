@@ -63,6 +63,7 @@ class GoalPoseFilter:
         size = 6 if self.config.moving else 3
         self._kalman: Any = KalmanFilter(dim_x=size, dim_z=3)
         self._kalman.H = np.eye(3, size)
+        self._still, self._carried = np.eye(size), np.eye(size, k=3)
         self._gate = float(chdtri(3, 1.0 - self.config.gate))
         self._moved = float(chdtri(3, 1.0 - self.config.moved))
         self.reset()
@@ -267,10 +268,9 @@ class GoalPoseFilter:
         assert belief.mean is not None
         assert belief.covariance is not None
         seconds = max(time - belief.time, 0.0)
-        kalman, size = self._kalman, len(belief.mean)
+        kalman = self._kalman
         kalman.x, kalman.P = belief.mean[:, None], belief.covariance
-        motion = np.eye(size) + seconds * np.eye(size, k=3)
-        kalman.predict(F=motion, Q=self._walk(seconds))
+        kalman.predict(F=self._still + seconds * self._carried, Q=self._walk(seconds))
         return kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
 
     def _walk(self, seconds: float) -> Array:
