@@ -62,6 +62,28 @@ def step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Ar
     return reached
 
 
+# Columns of the sensitivities below: to phi, v, delta, a and delta_dot.
+_P_PHI, _P_V, _P_DELTA, _P_A, _P_RATE = range(5)
+_POSE = np.array([X, Y, PHI])
+_STATE_COLUMNS = np.array([PHI, V, DELTA])
+_CONTROL_COLUMNS = np.array([A, DELTA_DOT])
+
+
+def rollout(state: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
+    """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s].
+
+    Speed, steering and progress are sums of the controls, the heading is one of what these turn it, and the
+    position one of what all of them move it: three sums instead of n steps.
+    """
+    states = np.tile(state, (len(lengths) + 1, 1)).astype(np.float64)
+    for quantity, control in ((V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)):
+        states[1:, quantity] += np.cumsum(lengths * controls[:, control])
+    for pose in ([PHI], [X, Y]):
+        moved = step(states[:-1], controls, lengths, wheelbase) - states[:-1]
+        states[1:, pose] = states[0, pose] + np.cumsum(moved[:, pose], axis=0)
+    return states
+
+
 def step_one(
     state: Sequence[float], control: tuple[float, float, float], seconds: float, wheelbase: float
 ) -> tuple[float, ...]:
@@ -86,28 +108,6 @@ def _change(
     x = sixth * (v * trig.cos(phi) + twice * (trig.cos(phi_b) + trig.cos(phi_c)) + v_1 * trig.cos(phi_d))
     y = sixth * (v * trig.sin(phi) + twice * (trig.sin(phi_b) + trig.sin(phi_c)) + v_1 * trig.sin(phi_d))
     return x, y, sixth * (w + 4.0 * w_m + w_1)
-
-
-# Columns of the sensitivities below: to phi, v, delta, a and delta_dot.
-_P_PHI, _P_V, _P_DELTA, _P_A, _P_RATE = range(5)
-_POSE = np.array([X, Y, PHI])
-_STATE_COLUMNS = np.array([PHI, V, DELTA])
-_CONTROL_COLUMNS = np.array([A, DELTA_DOT])
-
-
-def rollout(state: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
-    """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s].
-
-    Speed, steering and progress are sums of the controls, the heading is one of what these turn it, and the
-    position one of what all of them move it: three sums instead of n steps.
-    """
-    states = np.tile(state, (len(lengths) + 1, 1)).astype(np.float64)
-    for quantity, control in ((V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)):
-        states[1:, quantity] += np.cumsum(lengths * controls[:, control])
-    for pose in ([PHI], [X, Y]):
-        moved = step(states[:-1], controls, lengths, wheelbase) - states[:-1]
-        states[1:, pose] = states[0, pose] + np.cumsum(moved[:, pose], axis=0)
-    return states
 
 
 def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Step:
