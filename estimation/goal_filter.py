@@ -233,7 +233,7 @@ class GoalPoseFilter:
                 rates, variances = belief.mean[3:], np.diagonal(belief.covariance)[3:]
             place, moved = np.concatenate([place, rates]), moved + variances * seconds**2
         spreads = np.array([one.covariance for one in recent]) + detection.covariance
-        spreads[:, range(3), range(3)] += moved
+        spreads += moved[:, :, None] * np.eye(3)
         apart = innovations(place, recent)
         distances = np.einsum("ki,ki->k", apart, np.linalg.solve(spreads, apart[:, :, None])[:, :, 0])
         return [one for one, gap in zip(belief.recent, distances, strict=True) if gap <= self._gate]
