@@ -308,8 +308,7 @@ class Driver:
         """Drive the plan of this cycle, unless it must not be."""
         plan = attempt.solutions[-1].trajectory
         act = self._drive(plan, Source.SOLUTION, situation, "", attempt)
-        driven = act.drive.source is Source.SOLUTION
-        memory = self._memory
+        driven, memory = act.drive.source is Source.SOLUTION, self._memory
         self._memory = route.accepted(memory, plan, situation) if driven else renewed(memory, fit=plan)
         return act
 
