@@ -71,19 +71,19 @@ def assess(
 ) -> Situation:
     """Set the state `reached` (6,) against the path and the target."""
     x, y, phi, v, _, theta = reached.tolist()
-    here, path = Pose2(x, y, phi), path_at(part, theta, target)
+    here, on_path = Pose2(x, y, phi), part.pose(theta)
     tolerance = config.goal_tolerance if last_part else CUSP_TOLERANCE
     return Situation(
         now=now,
         begin=now + config.dead_time,
         state=reached,
         measured_speed=measured_speed,
-        doubt=_off_the_path(here, path[0]),
+        doubt=_off_the_path(here, on_path),
         target=target,
         direction=part.direction,
         last_part=last_part,
         free=free,
-        way=way_between(here, theta, path, part, target),
+        way=way_between(here, theta, on_path, part, target),
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
@@ -117,22 +117,12 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
     reached[PHI] = lift(phi, heading)
 
 
-def path_at(part: PathPart, theta: float, target: Target) -> tuple[Pose2, Pose2]:
-    """Poses of the path at progress `theta` [m] and at the target's, looked up together."""
-    at = part.reference([theta, target.theta])
-    here, there = map(Pose2, at.x.tolist(), at.y.tolist(), at.phi.tolist())
-    return here, there
-
-
-def way_between(
-    here: Pose2, theta: float, path: tuple[Pose2, Pose2], part: PathPart, target: Target
-) -> float:
-    """Way left [m] from a pose with progress `theta` [m]; `path` as `path_at` has it.
+def way_between(here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target) -> float:
+    """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
 
     Along the path, straight on behind its end, and across to the target's offset.
     """
-    on_path, at_target = path
-    offset = here.relative_to(on_path)
+    at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
     return hypot(along, across) if along > 0.0 or hypot(along, across) < PASSED else 0.0

@@ -22,7 +22,7 @@ from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.arrival import time_to_go, within_reach
 from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.sensing import path_at, way_between
+from rti_mpcc.planning.sensing import way_between
 
 SLOWEST = 0.1
 """Least factor that a motion is slowed down by."""
@@ -95,8 +95,7 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
     pace = pace_of(part, config)
-    path = path_at(part, part.start, target)
-    left = way_between(part.first, part.start, path, part, target)
+    left = way_between(part.first, part.start, part.first, part, target)
     begin, time, speed = part.start, config.dead_time, 0.0
     while not within_reach(left, speed, config, pace, begin):
         gain = min(_rise(config) * (config.cruise_speed - speed), config.comfort_acceleration)
