@@ -51,10 +51,10 @@ def innovation_of(mean: Array, covariance: Array, detection: Detection) -> tuple
 def innovations(mean: Array, detections: Sequence[Detection]) -> Array:
     """Detections minus a mean (n,), of a moving goal too, headings on its branch: (k, 3)."""
     values = np.array([detection.value for detection in detections])
-    predicted = np.tile(mean[:3], (len(detections), 1))
+    predicted = mean[:3]
     if len(mean) > 3:
         seconds = np.array([detection.stamp for detection in detections]) - detections[-1].stamp
-        predicted += seconds[:, None] * mean[3:]
+        predicted = predicted + seconds[:, None] * mean[3:]
     innovations = values - predicted
     innovations[:, 2] = wrap(innovations[:, 2])
     return innovations

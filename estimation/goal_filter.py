@@ -63,6 +63,7 @@ class GoalPoseFilter:
         size = 6 if self.config.moving else 3
         self._kalman: Any = KalmanFilter(dim_x=size, dim_z=3)
         self._kalman.H = np.eye(3, size)
+        self._still, self._carried = np.eye(size), np.eye(size, k=3)
         self._gate = float(chdtri(3, 1.0 - self.config.gate))
         self._moved = float(chdtri(3, 1.0 - self.config.moved))
         self.reset()
@@ -232,7 +233,7 @@ class GoalPoseFilter:
                 rates, variances = belief.mean[3:], np.diagonal(belief.covariance)[3:]
             place, moved = np.concatenate([place, rates]), moved + variances * seconds**2
         spreads = np.array([one.covariance for one in recent]) + detection.covariance
-        spreads[:, range(3), range(3)] += moved
+        spreads += moved[:, :, None] * np.eye(3)
         apart = innovations(place, recent)
         distances = np.einsum("ki,ki->k", apart, np.linalg.solve(spreads, apart[:, :, None])[:, :, 0])
         return [one for one, gap in zip(belief.recent, distances, strict=True) if gap <= self._gate]
@@ -267,10 +268,9 @@ class GoalPoseFilter:
         assert belief.mean is not None
         assert belief.covariance is not None
         seconds = max(time - belief.time, 0.0)
-        kalman, size = self._kalman, len(belief.mean)
+        kalman = self._kalman
         kalman.x, kalman.P = belief.mean[:, None], belief.covariance
-        motion = np.eye(size) + seconds * np.eye(size, k=3)
-        kalman.predict(F=motion, Q=self._walk(seconds))
+        kalman.predict(F=self._still + seconds * self._carried, Q=self._walk(seconds))
         return kalman.x[:, 0].copy(), 0.5 * (kalman.P + kalman.P.T)
 
     def _walk(self, seconds: float) -> Array:

@@ -83,4 +83,5 @@ class GoalFilterConfig(Settings):
 
     def drift(self, seconds: float) -> NDArray[np.float64]:
         """Covariance (3, 3) of x, y, heading that a goal at rest gains in `seconds` without a detection."""
-        return np.diag(np.square([self.position_drift, self.position_drift, self.heading_drift])) * seconds
+        position, heading = self.position_drift**2 * seconds, self.heading_drift**2 * seconds
+        return np.diag([position, position, heading])

@@ -23,7 +23,7 @@ from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import STATES
 from rti_mpcc.planning import aim, intake, legs, route
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
 from rti_mpcc.planning.trust import by_commands, weighed
 from rti_mpcc.safety import gate, ladder
 from rti_mpcc.safety.act import Act, command, emergency
@@ -159,7 +159,7 @@ class DockingController(Driver):
             unreadable = memory.unreadable
         trust = weighed(memory.trust, state, memory.queue, memory.now, self.config)
         trust = trust.doubting(unreadable, memory.trust)
-        self._memory = replace(memory, trust=trust, unreadable=unreadable)
+        self._memory = renewed(memory, trust=trust, unreadable=unreadable)
         if surroundings is not self._surroundings:
             self._surroundings = surroundings
             self._mpcc.set_obstacles(surroundings.corridor)
@@ -208,9 +208,9 @@ class DockingController(Driver):
         sent = QueuedCommand(situation.begin, drive.acceleration, drive.steering_rate)
         queue = queued(self._memory.queue, sent, situation.now)
         waiting = act.status is Status.GOAL_LOST
-        self._memory = replace(self._memory, queue=queue, reached=situation.state, waiting=waiting)
+        self._memory = renewed(self._memory, queue=queue, reached=situation.state, waiting=waiting)
         if act.status is Status.BLOCKED and self._memory.stop is None:
             if route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
-                self._memory = replace(route.restart(self._memory), looked_at=situation.now)
+                self._memory = renewed(route.restart(self._memory), looked_at=situation.now)
         elif not self._memory.latched:
-            self._memory = replace(self._memory, looked_at=None)
+            self._memory = renewed(self._memory, looked_at=None)

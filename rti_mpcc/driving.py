@@ -12,7 +12,7 @@ from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, legs, route, search, sensing, stops
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, renewed
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.search import Attempt, Start
 from rti_mpcc.planning.surroundings import Surroundings
@@ -93,7 +93,7 @@ class Driver:
         return last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
 
     def _act(self, situation: Situation, clock: CycleClock) -> Act:
-        self._memory = replace(route.noticed(self._memory, situation), touched=self._touched(situation))
+        self._memory = renewed(route.noticed(self._memory, situation), touched=self._touched(situation))
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
         self._memory = route.decide(self._memory, situation, self.config)
@@ -117,7 +117,7 @@ class Driver:
             if act is not None:
                 return act
         if route.cartesian_due(self._memory, situation, self.config):
-            self._memory = replace(self._memory, cartesian=True, solution=None)
+            self._memory = renewed(self._memory, cartesian=True, solution=None)
         return self._iterate(situation, clock)
 
     def _doubt(self, situation: Situation, doubt: str) -> Act:
@@ -144,9 +144,9 @@ class Driver:
             return self._accept(attempt, situation)
         if not latched and route.stands(self._memory, situation, route.PATIENCE):
             latched = attempt.problem
-            self._memory = replace(self._memory, latched=latched)
+            self._memory = renewed(self._memory, latched=latched)
         if latched and stands:
-            self._memory = replace(self._memory, looked_at=situation.now)
+            self._memory = renewed(self._memory, looked_at=situation.now)
         status = Status.FAILED if latched else Status.STARTING
         return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
 
@@ -164,7 +164,7 @@ class Driver:
             return None
         if not attempt.problem and self._memory.phase is not Phase.HOLDING:
             return self._accept(attempt, other)
-        self._memory = replace(driving, unfinished=self._memory.unfinished)
+        self._memory = renewed(driving, unfinished=self._memory.unfinished)
         if not attempt.cut:
             self._memory = stops.still_filled(self._memory, situation)
         self._aim()
@@ -183,7 +183,7 @@ class Driver:
         memory, begun = self._memory, self._memory.unfinished
         left = inf
         if begun is not None and begun.stop is None and cut < inf:
-            guess = search.first_guess(self._mpcc, replace(memory, arrive_at=begun.arrive_at), situation)
+            guess = search.first_guess(self._mpcc, renewed(memory, arrive_at=begun.arrive_at), situation)
             way = self._way_to_contact(guess, inf)
             left = (way if way < inf else cut) - contact.stop_clearance(self.config)
         if stops.NEAR_STOP < left < inf:
@@ -216,7 +216,7 @@ class Driver:
         """Iterate, and keep the last iterate that was solved to go on from."""
         attempt = search.converge(self._mpcc, self._memory, situation, start, clock)
         if attempt.solved is not None:
-            self._memory = replace(self._memory, solution=attempt.solved)
+            self._memory = renewed(self._memory, solution=attempt.solved)
         return attempt
 
     def _begin(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
@@ -307,10 +307,9 @@ class Driver:
     def _accept(self, attempt: Attempt, situation: Situation) -> Act:
         """Drive the plan of this cycle, unless it must not be."""
         plan = attempt.solutions[-1].trajectory
-        self._memory = replace(self._memory, fit=plan)
         act = self._drive(plan, Source.SOLUTION, situation, "", attempt)
-        if act.drive.source is Source.SOLUTION:
-            self._memory = route.accepted(self._memory, plan, situation)
+        driven, memory = act.drive.source is Source.SOLUTION, self._memory
+        self._memory = route.accepted(memory, plan, situation) if driven else renewed(memory, fit=plan)
         return act
 
     def _go_on(
@@ -334,7 +333,7 @@ class Driver:
     def _give_up(self, situation: Situation, problem: str, attempt: Attempt | None = None) -> Act:
         """Brake to a standstill; what moved begins afresh once there is a reason to."""
         if self._memory.phase not in (Phase.HOLDING, Phase.STALLED):
-            self._memory = replace(route.restart(self._memory), latched=problem)
+            self._memory = renewed(route.restart(self._memory), latched=problem)
         return self._stop(situation, Status.FAILED, problem, ladder.braking(self.config), attempt)
 
     def _drive(
@@ -353,7 +352,7 @@ class Driver:
         """
         config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
         way = self._way_to_stop_in(plan, situation, anywhere=anywhere)
-        self._memory = replace(memory, blocked=way is not None)
+        self._memory = renewed(memory, blocked=way is not None)
         if way is not None:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)
             return self._stop(situation, Status.BLOCKED, f"contact in {way:.2f} m", wanted, attempt, rate)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import DELTA
 from rti_mpcc.types import Array
 
@@ -37,17 +37,17 @@ def roll_forward(
         wheelbase: [m]; steering: the mechanical stop of the steering [rad].
     """
     edges = [now, *(c.begins for c in queue if now < c.begins < until), until]
+    reached: tuple[float, ...] = tuple(state.tolist())
     for begin, end in pairwise(edges):
         acting = [c for c in queue if c.begins <= begin]
-        if end <= begin:
+        seconds = end - begin
+        if seconds <= 0.0:
             continue
         a, rate = (acting[-1].acceleration, acting[-1].steering_rate) if acting else (0.0, 0.0)
-        reach = np.clip(
-            state[DELTA] + rate * (end - begin), min(-steering, state[DELTA]), max(steering, state[DELTA])
-        )
-        control = np.array([[a, (reach - state[DELTA]) / (end - begin), 0.0]])
-        state = step(state[None, :], control, np.array([end - begin]), wheelbase)[0]
-    return state
+        delta = reached[DELTA]
+        turned = min(max(delta + rate * seconds, min(-steering, delta)), max(steering, delta))
+        reached = step_one(reached, (a, (turned - delta) / seconds, 0.0), seconds, wheelbase)
+    return np.array(reached)
 
 
 def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:

@@ -29,7 +29,12 @@ def cover(vehicle: Vehicle, count: int) -> Discs:
     """The smallest `count` equal discs on the body axis that cover the body rectangle."""
     length = vehicle.front + vehicle.rear
     offsets = -vehicle.rear + (np.arange(count) + 0.5) * length / count
-    return Discs(offsets=offsets, radius=0.5 * hypot(length / count, vehicle.width))
+    return Discs(offsets=offsets, radius=disc_radius(vehicle, count))
+
+
+def disc_radius(vehicle: Vehicle, count: int) -> float:
+    """Radius [m] of the discs of `cover`."""
+    return 0.5 * hypot((vehicle.front + vehicle.rear) / count, vehicle.width)
 
 
 def disc_centres(states: Array, discs: Discs) -> Array:

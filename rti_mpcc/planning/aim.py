@@ -15,7 +15,7 @@ from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStat
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
-from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
 from rti_mpcc.types import Array
 
 LONGEST_STEP = 0.5
@@ -30,7 +30,7 @@ def noted(memory: ControllerMemory, length: float) -> ControllerMemory:
     if trust.why or trust.state is None:
         return memory
     here = Pose2(float(trust.state[X]), float(trust.state[Y]), float(trust.state[PHI]))
-    return replace(memory, poses=memory.poses.noted(memory.now, here, length=length))
+    return renewed(memory, poses=memory.poses.noted(memory.now, here, length=length))
 
 
 def placed(
@@ -50,15 +50,13 @@ def aimed(
     Args:
         end: the path's last pose, what is made for without a planned goal.
     """
-    last = memory.estimated_at
-    memory = replace(memory, estimate=estimate, estimated_at=now)
-    if estimate.pose is None:
-        return replace(memory, goal=memory.planned)
-    seconds = config.cycle if last is None else min(max(now - last, 0.0), LONGEST_STEP)
-    tracking = config.goal_tracking
-    before = memory.goal or end
-    aim = _towards(before, estimate.pose, tracking.speed * seconds, tracking.turn_rate * seconds)
-    return replace(memory, goal=aim)
+    last, goal = memory.estimated_at, memory.planned
+    if estimate.pose is not None:
+        seconds = config.cycle if last is None else min(max(now - last, 0.0), LONGEST_STEP)
+        tracking = config.goal_tracking
+        before = memory.goal or end
+        goal = _towards(before, estimate.pose, tracking.speed * seconds, tracking.turn_rate * seconds)
+    return renewed(memory, estimate=estimate, estimated_at=now, goal=goal)
 
 
 def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str:
@@ -107,7 +105,7 @@ def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pos
     x, y = wanted.x - before.x, wanted.y - before.y
     far = hypot(x, y)
     share = 1.0 if far <= distance else distance / far
-    turn = float(np.clip(wrap(wanted.phi - before.phi), -angle, angle))
+    turn = max(min(wrap(wanted.phi - before.phi), angle), -angle)
     phi = before.phi + turn
     if abs(turn) < angle:
         phi = lift(wanted.phi, before.phi)

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.types import Array, Trajectory
@@ -130,20 +130,19 @@ def _lead_in(
     time is up before, the last stage is left to the fade.
     """
     d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
-    led = [state]
-    for k, length in enumerate(np.diff(times)[:-1]):  # the fade needs a stage of its own
+    led: list[tuple[float, ...]] = [tuple(state.tolist())]
+    for k, length in enumerate(np.diff(times)[:-1].tolist()):  # the fade needs a stage of its own
         now = led[-1]
-        here = Pose2(float(now[X]), float(now[Y]), float(now[PHI])).relative_to(part.pose(float(now[THETA])))
-        wanted = _fade_steering(part, target, float(now[THETA]), here, config)
-        gap = wanted - float(now[DELTA])
-        astray = abs(float(now[V])) * gap**2 / (2.0 * limits.steering_rate * wheelbase)
+        here = Pose2(now[X], now[Y], now[PHI]).relative_to(part.pose(now[THETA]))
+        gap = _fade_steering(part, target, now[THETA], here, config) - now[DELTA]
+        astray = abs(now[V]) * gap**2 / (2.0 * limits.steering_rate * wheelbase)
         if astray <= LOST and (k == 0 or abs(gap) <= limits.steering_rate * length):
             break
-        a = np.clip((d * rate[k + 1] - now[V]) / length, -limits.acceleration, limits.acceleration)
-        turn = np.clip(gap / length, -limits.steering_rate, limits.steering_rate)
-        along = max(d * float(now[V]) * cos(here.phi), 0.0)
-        control = np.array([[a, turn, along]])
-        led.append(step(now[None, :], control, np.array([length]), wheelbase)[0])
+        a = (d * float(rate[k + 1]) - now[V]) / length
+        a = max(min(a, limits.acceleration), -limits.acceleration)
+        turn = max(min(gap / length, limits.steering_rate), -limits.steering_rate)
+        along = max(d * now[V] * cos(here.phi), 0.0)
+        led.append(step_one(now, (a, turn, along), length, wheelbase))
     return np.array(led)
 
 

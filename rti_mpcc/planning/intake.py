@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from estimation import Frame, GoalMeasurement
 from estimation.measurement import is_time
 from geometry import Pose2, RtiMpccError
-from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.planning.memory import ControllerMemory, renewed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.trust import FAR, MANY_TURNS
 
@@ -96,18 +96,18 @@ def timed(memory: ControllerMemory, now: float, cycle: float) -> tuple[Controlle
     """
     last = memory.time
     if not _all_finite(now) or not is_time(now):
-        return replace(memory, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
+        return renewed(memory, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
     stood = memory.clock_stood + 1 if now == memory.clock_at else 0
-    memory = replace(memory, clock_at=float(now), clock_stood=stood)
-    own = now + memory.clock_offset
+    own, offset, word = now + memory.clock_offset, memory.clock_offset, ""
     if stood >= STILL:
         word = "the clock stands still"
-    elif last is None or last <= own <= last + LEAP:
-        return replace(memory, time=own), ""
-    else:
+    elif last is not None and not last <= own <= last + LEAP:
         word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
-    own = cycle if last is None else last + cycle
-    return replace(memory, time=own, clock_offset=own - now), word
+    if word:
+        own = cycle if last is None else last + cycle
+        offset = own - now
+    memory = renewed(memory, time=own, clock_offset=offset, clock_at=float(now), clock_stood=stood)
+    return memory, word
 
 
 def _all_finite(*values: float) -> bool:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import hypot
 
 from geometry import PathPart, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
 from rti_mpcc.planning.route import STANDSTILL_SPEED, STANDSTILL_TIME, restart, stands
 
 CUSP_REACH = 0.5
@@ -18,12 +17,12 @@ def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
     """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
     if memory.stop is not None:
         memory = released(memory)
-    return replace(memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None)
+    return renewed(memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None)
 
 
 def released(memory: ControllerMemory) -> ControllerMemory:
     """Make for the part's own target again."""
-    return replace(restart(memory), stop=None)
+    return renewed(restart(memory), stop=None)
 
 
 def may_change_direction(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:

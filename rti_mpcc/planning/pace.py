@@ -43,7 +43,8 @@ class Pace:
 
     def ahead(self, theta: float, way: float) -> Array:
         """Highest speeds (m,) [m/s] in the middles of m equal pieces of the `way` [m] from `theta` [m] on."""
-        pieces = int(np.clip(way / SPACING, *PIECES))
+        least, most = PIECES
+        pieces = int(min(max(way / SPACING, least), most))
         return self.at(theta + way * (np.arange(pieces) + 0.5) / pieces)
 
 

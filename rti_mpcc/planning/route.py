@@ -10,7 +10,7 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished, renewed
 from rti_mpcc.types import Trajectory
 
 STANDSTILL_SPEED = 0.02
@@ -58,23 +58,23 @@ def decide(memory: ControllerMemory, situation: Situation, config: ControllerCon
     decided = _phase(memory, situation, config)
     # A stalled vehicle remembers what it stalled before: a target that creeps away is noticed.
     stays = memory.phase is Phase.STALLED and decided.phase is Phase.STALLED
-    return replace(decided, target=memory.target if stays else situation.target)
+    return renewed(decided, target=memory.target if stays else situation.target)
 
 
 def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     if memory.phase is Phase.HOLDING:
         return _held(memory, situation)
     if memory.phase is Phase.STALLED:
-        return replace(restart(memory), restarts=0) if _elsewhere(memory, situation) else memory
+        return renewed(restart(memory), restarts=0) if _elsewhere(memory, situation) else memory
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
         there = situation.inside(situation.error) and stands(memory, situation)
-        return replace(memory, phase=Phase.HOLDING, outside_since=None) if there else memory
+        return renewed(memory, phase=Phase.HOLDING, outside_since=None) if there else memory
     stopping = situation.speed <= SETTLE_TIME * config.comfort_acceleration
     overdue = memory.overdue_since is not None and situation.now - memory.overdue_since >= OVERDUE
     if stopping and situation.inside(situation.stop_error, 1.0 if overdue else SETTLE_SHARE):
-        return replace(memory, phase=Phase.SETTLING)
+        return renewed(memory, phase=Phase.SETTLING)
     if overdue or _stuck(memory, situation):
         return _stalled(memory, situation, config)
     return _timed(memory, situation, config)
@@ -124,22 +124,22 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
             duration = _duration(situation, config)
             if begun.arrive_at - situation.begin < LEAST_SHARE * duration:
                 begun = replace(begun, arrive_at=situation.begin + duration)
-        return replace(
+        return renewed(
             memory,
             unfinished=begun,
             arrive_at=begun.arrive_at,
             timed_for=situation.target.pose,
             overdue_since=None,
         )
-    memory = replace(memory, unfinished=None)
+    memory = renewed(memory, unfinished=None)
     if not _arrives(memory, situation, config):
-        return replace(memory, arrive_at=None, overdue_since=None)
+        return renewed(memory, arrive_at=None, overdue_since=None)
     duration = _duration(situation, config)
     if _beside(memory, situation):
-        memory = replace(memory, restarts=max(memory.restarts, 1))
+        memory = renewed(memory, restarts=max(memory.restarts, 1))
     if memory.restarts > 0:
         duration = max(duration, RETRY_TIME)
-    return replace(
+    return renewed(
         memory,
         arrive_at=situation.begin + duration,
         timed_for=situation.target.pose,
@@ -155,7 +155,7 @@ def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0)
 
 def restart(memory: ControllerMemory) -> ControllerMemory:
     """Begin the active part again from where the vehicle is."""
-    return replace(
+    return renewed(
         memory,
         phase=Phase.STARTING,
         unfinished=None,
@@ -175,8 +175,8 @@ def found(memory: ControllerMemory) -> ControllerMemory:
     One that holds or brakes to rest at its target goes on with that while it is inside the tolerance.
     """
     if memory.phase in (Phase.HOLDING, Phase.SETTLING):
-        return replace(memory, reached=None)
-    return replace(restart(memory), reached=None)
+        return renewed(memory, reached=None)
+    return renewed(restart(memory), reached=None)
 
 
 def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
@@ -189,12 +189,12 @@ def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
 def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """A first plan was found: drive it."""
     phase = Phase.CONTOURING if memory.arrive_at is None else Phase.ARRIVING
-    return replace(memory, phase=phase, driving_since=situation.now, unfinished=None)
+    return renewed(memory, phase=phase, driving_since=situation.now, unfinished=None)
 
 
 def accepted(memory: ControllerMemory, plan: Trajectory, situation: Situation) -> ControllerMemory:
     """A plan was accepted for driving: nothing holds the vehicle any more."""
-    return replace(memory, driven=plan, accepted_at=situation.now, latched="", looked_at=None)
+    return renewed(memory, fit=plan, driven=plan, accepted_at=situation.now, latched="", looked_at=None)
 
 
 def braked(
@@ -203,7 +203,7 @@ def braked(
     """Nothing is kept of a cycle that went wrong but that the vehicle was braked in it."""
     sent = QueuedCommand(memory.now + config.dead_time, acceleration, 0.0)
     queue = queued(memory.queue, sent, memory.now)
-    return replace(restart(memory), queue=queue, latched=reason, reached=None)
+    return renewed(restart(memory), queue=queue, latched=reason, reached=None)
 
 
 def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
@@ -212,13 +212,13 @@ def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     stood = memory.standing_since
     standing = speed <= (STANDSTILL_SPEED if stood is None else MOVING_SPEED)
     since = situation.now if stood is None else stood
-    return replace(memory, standing_since=since if standing else None)
+    return renewed(memory, standing_since=since if standing else None)
 
 
 def _held(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """Hold on unless the target is clearly elsewhere."""
     if not situation.free or situation.inside(situation.error):
-        return replace(memory, outside_since=None)
+        return renewed(memory, outside_since=None)
     return _outside(memory, situation)
 
 
@@ -227,7 +227,7 @@ def _outside(memory: ControllerMemory, situation: Situation) -> ControllerMemory
     since = situation.now if memory.outside_since is None else memory.outside_since
     just_now = situation.now - since < DOUBT_TIME
     if just_now and situation.inside(situation.error, 2.0):
-        return replace(memory, outside_since=since)
+        return renewed(memory, outside_since=since)
     return restart(memory)
 
 
@@ -237,7 +237,7 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
         return memory if situation.inside(situation.stop_error) else restart(memory)
     if situation.free and not situation.inside(situation.error):
         return _outside(memory, situation)
-    return replace(memory, phase=Phase.HOLDING, restarts=0, outside_since=None)
+    return renewed(memory, phase=Phase.HOLDING, restarts=0, outside_since=None)
 
 
 def _arrives(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
@@ -270,11 +270,11 @@ def _stuck(memory: ControllerMemory, situation: Situation) -> bool:
 
 def _stalled(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
     if not situation.free or situation.inside(situation.error):
-        return replace(memory, phase=Phase.HOLDING, restarts=0)
+        return renewed(memory, phase=Phase.HOLDING, restarts=0)
     # Without a planned arrival another try is the same again: only an arrival backs off and comes back.
     if memory.restarts >= (RESTARTS if config.arrival else 0):
-        return replace(memory, phase=Phase.STALLED)
-    return replace(restart(memory), restarts=memory.restarts + 1)
+        return renewed(memory, phase=Phase.STALLED)
+    return renewed(restart(memory), restarts=memory.restarts + 1)
 
 
 def retreat(memory: ControllerMemory, situation: Situation) -> float:
@@ -295,11 +295,11 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
         due = begin + _duration(situation, config)
         arrive_at = due if moved else max(due, memory.arrive_at)
         timed_for = situation.target.pose if moved else memory.timed_for
-        return replace(memory, arrive_at=arrive_at, timed_for=timed_for, overdue_since=None)
+        return renewed(memory, arrive_at=arrive_at, timed_for=timed_for, overdue_since=None)
     if memory.arrive_at >= begin + FLOOR:
-        return replace(memory, overdue_since=None)
+        return renewed(memory, overdue_since=None)
     since = situation.now if memory.overdue_since is None else memory.overdue_since
-    return replace(memory, arrive_at=begin + FLOOR, overdue_since=since)
+    return renewed(memory, arrive_at=begin + FLOOR, overdue_since=since)
 
 
 def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:

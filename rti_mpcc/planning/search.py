@@ -10,13 +10,13 @@ import numpy as np
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
-from rti_mpcc.model.footprint import cover
+from rti_mpcc.model.footprint import disc_radius
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
-from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished, renewed
 from rti_mpcc.planning.route import retreat
 from rti_mpcc.types import Array, Objective, Trajectory
 
@@ -152,7 +152,7 @@ def converge(
             return Attempt(
                 solutions=tuple(solutions), problem=problem or NO_TIME, squeezed=squeezed, cut=True
             )
-        begin = replace(start, last=last, guess=guess, iterate=None if solutions else start.iterate)
+        begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
         solutions.append(_iterate(mpcc, memory, situation, begin, clock))
         if solutions[-1].solved:
             last, guess = solutions[-1], None
@@ -200,7 +200,7 @@ def _iterate(
 def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Attempt) -> ControllerMemory:
     """Keep a search that ran out of time, to go on with in the next cycle, and what it is for."""
     if not attempt.cut:
-        return replace(memory, unfinished=None)
+        return renewed(memory, unfinished=None)
     before = memory.unfinished
     if before is not None and not attempt.solutions:
         return memory
@@ -214,7 +214,7 @@ def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Att
         arrive_at=memory.arrive_at,
         begin=situation.begin,
     )
-    return replace(memory, unfinished=unfinished)
+    return renewed(memory, unfinished=unfinished)
 
 
 def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -> Trajectory:
@@ -257,7 +257,7 @@ def complaint(solution: Solution, config: ControllerConfig) -> str:
 
 def _most_slack(solution: Solution, config: ControllerConfig) -> float:
     """Slack [m] with which a disc's centre lies on a boundary, on top of what the vehicle begins with."""
-    radius = cover(config.vehicle, config.footprint.discs).radius
+    radius = disc_radius(config.vehicle, config.footprint.discs)
     return radius + config.footprint.margin + float(solution.slack[0])
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot
+from math import copysign, hypot
 
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.bicycle import step
-from rti_mpcc.model.layout import CONTROLS, PHI, THETA, A, V, X, Y
+from rti_mpcc.model.bicycle import step_one
+from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.pace import Pace
@@ -35,7 +35,7 @@ def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: 
     believed, first = memory.trust.state, part.first
     if believed is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
-    reached = by_commands(believed, memory.queue, now, now + config.dead_time, config).copy()
+    reached = by_commands(believed, memory.queue, now, now + config.dead_time, config)
     _place_on_route(reached, memory.reached, part)
     return reached
 
@@ -54,7 +54,7 @@ def situation_of(
     speed = 0.0 if believed is None else float(believed[V])
     reached = reached_state(memory.now, memory, part, config)
     situation = assess(reached, memory.now, speed, part, pace, target, config, last_part=last_part, free=free)
-    return replace(situation, doubt=memory.trust.why or situation.doubt)
+    return replace(situation, doubt=memory.trust.why) if memory.trust.why else situation
 
 
 def assess(
@@ -70,24 +70,24 @@ def assess(
     free: bool,
 ) -> Situation:
     """Set the state `reached` (6,) against the path and the target."""
-    here = Pose2(float(reached[X]), float(reached[Y]), float(reached[PHI]))
-    stopped = _stopped(reached, config)
+    x, y, phi, v, _, theta = reached.tolist()
+    here, on_path = Pose2(x, y, phi), part.pose(theta)
     tolerance = config.goal_tolerance if last_part else CUSP_TOLERANCE
     return Situation(
         now=now,
         begin=now + config.dead_time,
         state=reached,
         measured_speed=measured_speed,
-        doubt=_off_the_path(here, part.pose(float(reached[THETA]))),
+        doubt=_off_the_path(here, on_path),
         target=target,
         direction=part.direction,
         last_part=last_part,
         free=free,
-        way=way_between(here, float(reached[THETA]), part, target),
-        speed=max(part.direction * float(reached[V]), 0.0),
+        way=way_between(here, theta, on_path, part, target),
+        speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
-        stop_error=Pose2(float(stopped[X]), float(stopped[Y]), float(stopped[PHI])).relative_to(target.pose),
+        stop_error=_stopped(reached, config).relative_to(target.pose),
         tolerance=tolerance if free else STOP_TOLERANCE,
     )
 
@@ -103,7 +103,7 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
 
     Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
     """
-    x, y, phi = float(reached[X]), float(reached[Y]), float(reached[PHI])
+    x, y, phi, *_ = reached.tolist()
     if last is None:
         theta = part.project(x, y, heading=phi)
         heading = part.pose(theta).phi
@@ -117,25 +117,20 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
     reached[PHI] = lift(phi, heading)
 
 
-def way_between(here: Pose2, theta: float, part: PathPart, target: Target) -> float:
-    """Way left [m] from a pose with progress `theta` [m].
+def way_between(here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target) -> float:
+    """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
 
     Along the path, straight on behind its end, and across to the target's offset.
     """
-    on_path, at_target = part.pose(theta), part.pose(target.theta)
-    offset = here.relative_to(on_path)
+    at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
     return hypot(along, across) if along > 0.0 or hypot(along, across) < PASSED else 0.0
 
 
-def _stopped(state: Array, config: ControllerConfig) -> Array:
-    """Where the vehicle (6,) stands if it brakes at the comfort acceleration with its steering held."""
-    speed = float(state[V])
-    seconds = abs(speed) / config.comfort_acceleration
-    if seconds == 0.0:
-        return state
-    control = np.zeros((1, CONTROLS))
-    control[0, A] = -np.sign(speed) * config.comfort_acceleration
-    stopped: Array = step(state[None, :], control, np.array([seconds]), config.vehicle.wheelbase)[0]
-    return stopped
+def _stopped(state: Array, config: ControllerConfig) -> Pose2:
+    """Where the vehicle stands if it brakes from `state` (6,) at the comfort acceleration, steering held."""
+    most, speed = config.comfort_acceleration, float(state[V])
+    control = (-copysign(most, speed), 0.0, 0.0)
+    stopped = step_one(state.tolist(), control, abs(speed) / most, config.vehicle.wheelbase)
+    return Pose2(stopped[X], stopped[Y], stopped[PHI])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from rti_mpcc.model.layout import THETA
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, renewed
 from rti_mpcc.planning.route import LOOK_AGAIN, MOVED, apart, restart
 
 NEAR_STOP = 0.2
@@ -27,8 +27,8 @@ def stop_before(
         obstacles=obstacle_changes,
         since=situation.now,
     )
-    memory = replace(restart(memory), stop=stop)
-    return memory if way > NEAR_STOP else replace(memory, phase=Phase.HOLDING)
+    memory = renewed(restart(memory), stop=stop)
+    return memory if way > NEAR_STOP else renewed(memory, phase=Phase.HOLDING)
 
 
 def is_old(memory: ControllerMemory, situation: Situation) -> bool:
@@ -41,7 +41,7 @@ def is_old(memory: ControllerMemory, situation: Situation) -> bool:
 
 def seeking(memory: ControllerMemory, stop: PlannedStop | None) -> ControllerMemory:
     """Look for a first plan to another stop, or to the part's own target; a search for it goes on."""
-    return replace(restart(memory), stop=stop, unfinished=memory.unfinished)
+    return renewed(restart(memory), stop=stop, unfinished=memory.unfinished)
 
 
 def unconfirmed(memory: ControllerMemory) -> bool:
@@ -53,20 +53,20 @@ def confirmed(memory: ControllerMemory, situation: Situation, obstacle_changes: 
     """There is no way past the stop that is made for."""
     assert memory.stop is not None
     stop = replace(memory.stop, goal=memory.goal, obstacles=obstacle_changes, since=situation.now)
-    return replace(memory, stop=stop, unfinished=None)
+    return renewed(memory, stop=stop, unfinished=None)
 
 
 def still_filled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     """Another plan than the one to the stop was looked for in vain: not again at once."""
     stop = memory.stop
-    return memory if stop is None else replace(memory, stop=replace(stop, since=situation.now))
+    return memory if stop is None else renewed(memory, stop=replace(stop, since=situation.now))
 
 
 def found_clear(memory: ControllerMemory, obstacle_changes: int) -> ControllerMemory:
     """The driven plan is clear of what has changed: no way round that, or stop before it, is looked for."""
     begun = memory.unfinished
     for_arrival = begun is not None and begun.stop == memory.stop and memory.phase is Phase.CONTOURING
-    return replace(memory, clear_of=obstacle_changes, unfinished=begun if for_arrival else None)
+    return renewed(memory, clear_of=obstacle_changes, unfinished=begun if for_arrival else None)
 
 
 def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:

@@ -95,7 +95,7 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
     pace = pace_of(part, config)
-    left = way_between(part.first, part.start, part, target)
+    left = way_between(part.first, part.start, part.first, part, target)
     begin, time, speed = part.start, config.dead_time, 0.0
     while not within_reach(left, speed, config, pace, begin):
         gain = min(_rise(config) * (config.cruise_speed - speed), config.comfort_acceleration)

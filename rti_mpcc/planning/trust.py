@@ -14,14 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp, hypot
+from math import exp, hypot, isfinite
 
 import numpy as np
 
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand, roll_forward
-from rti_mpcc.model.layout import DELTA, PHI, STATES, V, X, Y
+from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
 FAR = 1e7
@@ -116,7 +116,7 @@ def weighed(
         return by_commands(state, queue, last.at, now, config)
 
     expected = rolled(last.state)
-    same = not problem and np.array_equal(measured, last.measured)
+    same = not problem and measured.tolist() == last.measured.tolist()
     reckoned = rolled(last.reckoned) if same else measured
     frozen = "" if problem else _frozen(measured, reckoned, config)
     problem = problem or frozen or _far(measured, expected, seconds, config)
@@ -124,7 +124,7 @@ def weighed(
     if not problem:
         gap += float(measured[DELTA] - expected[DELTA])
         problem = _obstinate(gap, last, config)
-    alike = _alike(measured, last.measured, rolled, seconds, config)
+    alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
     agrees = problem and alike and abs(float(measured[V])) <= SLOW
     if frozen:
         agrees = agrees and last.tries < FROZEN_TRIES and abs(float(reckoned[V])) <= SLOW
@@ -139,7 +139,7 @@ def weighed(
         since=last.since if problem and last.why else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
         found=False,
-        odd_since=None if alike or not problem else (now if last.odd_since is None else last.odd_since),
+        odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
         tries=last.tries if same else 0,
     )
     since = trust.agrees_since
@@ -200,13 +200,12 @@ def by_commands(
 def _unfit(state: Array, config: ControllerConfig) -> str:
     """Why this is no state of a vehicle, or ""."""
     x, y, phi, v, delta, _ = state.tolist()
+    finite = all(map(isfinite, (x, y, phi, v, delta)))
+    placed = max(abs(x), abs(y)) <= FAR and abs(phi) <= MANY_TURNS
+    if finite and placed and abs(v) <= MOST_SPEED * config.limits.speed and abs(delta) <= MOST_STEERING:
+        return ""
     told = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
-    if not np.isfinite(state).all():
-        return f"not a finite state {told}"
-    fits = max(abs(x), abs(y)) <= FAR and abs(phi) <= MANY_TURNS
-    if not fits or abs(v) > MOST_SPEED * config.limits.speed or abs(delta) > MOST_STEERING:
-        return f"not a state that the vehicle can have {told}"
-    return ""
+    return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {told}"
 
 
 def _frozen(measured: Array, reckoned: Array, config: ControllerConfig) -> str:
@@ -223,24 +222,15 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
     way = MISMATCH * speed * seconds
-    most = {
-        "position": allowed.position + way,
-        "heading": allowed.heading + way * config.max_curvature,
-        "speed": allowed.speed + MISMATCH * limits.acceleration * seconds,
-        "steering": allowed.steering + MISMATCH * limits.steering_rate * seconds,
-    }
-    change = measured - expected
-    jumps = {
-        "position": hypot(change[X], change[Y]),
-        "heading": abs(float(wrap(change[PHI]))),
-        "speed": abs(float(change[V])),
-        "steering": abs(float(change[DELTA])),
-    }
-    far = [f"{name} by {jumps[name]:.2f} {_UNITS[name]}" for name in most if jumps[name] > most[name]]
+    x, y, phi, v, delta, _ = (measured - expected).tolist()
+    jumps = (
+        ("position", "m", hypot(x, y), allowed.position + way),
+        ("heading", "rad", abs(wrap(phi)), allowed.heading + way * config.max_curvature),
+        ("speed", "m/s", abs(v), allowed.speed + MISMATCH * limits.acceleration * seconds),
+        ("steering", "rad", abs(delta), allowed.steering + MISMATCH * limits.steering_rate * seconds),
+    )
+    far = [f"{name} by {jump:.2f} {unit}" for name, unit, jump, most in jumps if jump > most]
     return f"the measured state has jumped: {', '.join(far)}" if far else ""
-
-
-_UNITS = {"position": "m", "heading": "rad", "speed": "m/s", "steering": "rad"}
 
 
 def _alike(

@@ -33,8 +33,8 @@ def _within(
     slope: float, value: float, measured: float, limit: float, most: float, config: ControllerConfig
 ) -> float:
     """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back."""
-    lowest = float(np.clip((-limit - value) / config.cycle, -most, most))
-    highest = float(np.clip((limit - value) / config.cycle, -most, most))
+    lowest = max(min((-limit - value) / config.cycle, most), -most)
+    highest = max(min((limit - value) / config.cycle, most), -most)
     slope = min(max(slope, lowest), highest)
     if not isfinite(measured) or abs(measured) <= limit:
         return slope

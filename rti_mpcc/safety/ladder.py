@@ -18,6 +18,7 @@ driven passes `safety.gate`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def driven_on(
     times = stage_times(situation.begin, np.diff(plan.times))
     shifted = resample(plan, times, config.vehicle.wheelbase)
     off = situation.state - shifted.states[0]
-    if np.hypot(off[X], off[Y]) > NEAR_PLAN[0] or abs(wrap(off[PHI])) > NEAR_PLAN[1]:
+    if hypot(off[X], off[Y]) > NEAR_PLAN[0] or abs(wrap(float(off[PHI]))) > NEAR_PLAN[1]:
         return None
     states = rollout(situation.state, shifted.controls, np.diff(times), config.vehicle.wheelbase)
     read_only(times, states, shifted.controls)
@@ -87,7 +88,8 @@ def driven_on(
 
 def hold(state: Array, config: ControllerConfig) -> Drive:
     """Stay at a standstill: what speed is left fades out gently, so that noise hardly shows."""
-    wanted = float(np.clip(-state[V] / HOLDING_TIME, -config.limits.acceleration, config.limits.acceleration))
+    most = config.limits.acceleration
+    wanted = max(min(-float(state[V]) / HOLDING_TIME, most), -most)
     return Drive(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
 
 
@@ -109,4 +111,4 @@ def landing(situation: Situation, config: ControllerConfig) -> float:
     if left <= 0.0:
         return min(2.0 * comfort, config.limits.acceleration)
     wanted = situation.speed**2 / (2.0 * left)
-    return float(np.clip(wanted, 0.5 * comfort, min(2.0 * comfort, config.limits.acceleration)))
+    return min(max(wanted, 0.5 * comfort), 2.0 * comfort, config.limits.acceleration)

@@ -5,7 +5,7 @@ from math import atan, cos, pi, sin
 import numpy as np
 import pytest
 
-from rti_mpcc.model.bicycle import linearised_step, rates, step
+from rti_mpcc.model.bicycle import linearised_step, rates, step, step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, V, X, Y
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
@@ -45,6 +45,16 @@ def test_the_step_is_the_classical_runge_kutta_step() -> None:
     reached = step(states, controls, lengths, WHEELBASE)
     for k in range(len(states)):
         np.testing.assert_allclose(reached[k], textbook(states[k], controls[k], lengths[k]), rtol=1e-12)
+
+
+def test_the_step_is_the_linearised_one_and_that_of_one_state() -> None:
+    states, controls, lengths = drawn(40, seed=5)
+    reached = step(states, controls, lengths, WHEELBASE)
+    linearised = linearised_step(states, controls, lengths, WHEELBASE).state
+    np.testing.assert_allclose(reached, linearised, rtol=1e-13, atol=1e-13)
+    for k, (a, rate, progress) in enumerate(controls.tolist()):
+        one = step_one(states[k].tolist(), (a, rate, progress), float(lengths[k]), WHEELBASE)
+        np.testing.assert_allclose(one, reached[k], rtol=1e-13, atol=1e-13)
 
 
 def test_sensitivities_for_differing_stage_lengths() -> None:

@@ -10,13 +10,13 @@ from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.model.layout import STATES, THETA
+from rti_mpcc.model.layout import CONTROLS, STATES, THETA
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import legs, route, stops
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.planning.trust import Trust
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig(dead_time=0.2)
 NEAR = Pose2(0.01, -0.01, 0.01)
@@ -44,6 +44,15 @@ def arriving(**changes: Any) -> ControllerMemory:
 
 def stop_at(theta: float) -> PlannedStop:
     return PlannedStop(at=theta, goal=None, obstacles=0, since=0.0)
+
+
+def test_an_accepted_plan_is_driven_and_lets_nothing_hold_the_vehicle(situations: Any) -> None:
+    plan = Trajectory(times=np.zeros(2), states=np.zeros((2, STATES)), controls=np.zeros((1, CONTROLS)))
+    memory = route.accepted(arriving(latched="why", looked_at=1.0), plan, situations())
+    assert memory.fit is plan
+    assert memory.driven is plan
+    assert memory.accepted_at == 10.0
+    assert (memory.latched, memory.looked_at) == ("", None)
 
 
 # -- phases ----------------------------------------------------------------------------------------------
