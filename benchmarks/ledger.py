@@ -146,8 +146,8 @@ def _cost(problem: QpProblem, primal: Array) -> float:
 
 
 def solved_by_piqp(problem: Problem) -> Array:
-    """The reference. Raises RuntimeError where it is not reached."""
-    solver = set_up(problem, REFERENCE)
+    """The reference; the variables do not come stage by stage. Raises RuntimeError where it is not reached."""
+    solver = set_up(problem, REFERENCE, piqp.KKTSolver.sparse_ldlt)
     status = solver.solve()
     if status != piqp.PIQP_SOLVED:
         raise RuntimeError(f"PIQP did not solve a QP to {REFERENCE}: {status}")

@@ -28,6 +28,8 @@ FILE = Path(__file__).with_name("qps.npz")
 EQUALITIES = 426
 """So many rows of A come first and are equations."""
 TOLERANCE = 1e-6
+MULTISTAGE = piqp.KKTSolver.sparse_multistage
+"""Fast where the variables come stage by stage, as in the fixed set."""
 INFINITE = 1e19
 """Beyond this a bound is none."""
 
@@ -73,10 +75,10 @@ def fixed_set(file: Path = FILE) -> list[Problem]:
     return problems
 
 
-def set_up(problem: Problem, tolerance: float = TOLERANCE) -> Any:
+def set_up(problem: Problem, tolerance: float = TOLERANCE, kkt_solver: Any = MULTISTAGE) -> Any:
     """PIQP with one problem. It warns of rows without bounds on stderr."""
     solver = piqp.SparseSolver()
-    solver.settings.kkt_solver = piqp.KKTSolver.sparse_multistage
+    solver.settings.kkt_solver = kkt_solver
     solver.settings.eps_abs = solver.settings.eps_rel = tolerance
     solver.settings.verbose = False
     solver.setup(*problem.split)
