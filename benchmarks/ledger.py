@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 from unittest.mock import patch
 
@@ -21,12 +20,12 @@ from scipy import sparse
 
 from benchmarks.figures import relative_change
 from benchmarks.phases import found
-from benchmarks.workload import Drive, feed, record
+from benchmarks.workload import Drive, feed
 from benchmarks.yardstick import Problem, quiet, set_up
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import QpProblem, RtiMpcc
 from rti_mpcc.docking import DockingController
-from rti_mpcc.qp.pattern import CONTROL_UNITS, build_pattern
+from rti_mpcc.qp.pattern import CONTROL_UNITS, Index, build_pattern
 from rti_mpcc.simulation import load_scenario, simulate, summary
 from rti_mpcc.types import Array, Command
 
@@ -39,7 +38,7 @@ TIGHT = SolverSettings(tolerance=1e-7, max_iterations=20_000)
 SOLVE = "rti_mpcc.qp.solver:QpSolver.solve"
 FEEDBACK = "rti_mpcc.controller:RtiMpcc.feedback"
 KINDS = ("cruise", "arrival", "final approach", "not the last of its cycle")
-"""Of QPs: by the objective of their cycle; those of a cycle but its last, whose control is not driven, apart."""
+"""Of QPs: by the objective of their cycle. Only the control of a cycle's last QP is driven."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,13 +127,13 @@ def kind_of(time_to_go: float | None) -> int:
     return 1 if time_to_go > FINAL_APPROACH else 2
 
 
-def _first_control(problem: QpProblem, config: ControllerConfig) -> Array:
+def _first_control(problem: QpProblem, config: ControllerConfig) -> Index:
     """Columns of a and delta_dot of the first stage. Raises LookupError if the QP has another pattern."""
     discs = config.footprint.discs if config.corridor_rows else 0
     for sides in (2, 3):
         pattern = build_pattern(config.stages, discs, sides)
         if pattern.constraints.shape == problem.constraints.shape:
-            columns: Array = pattern.control_columns[0, :2]
+            columns: Index = pattern.control_columns[0, :2]
             return columns
     raise LookupError(f"no pattern of {config.stages} stages has shape {problem.constraints.shape}")
 
@@ -146,7 +145,7 @@ def _cost(problem: QpProblem, primal: Array) -> float:
 
 
 def solved_by_piqp(problem: Problem) -> Array:
-    """The reference; the variables do not come stage by stage. Raises RuntimeError where it is not reached."""
+    """The reference; here variables do not come stage by stage. Raises RuntimeError if it is not reached."""
     solver = set_up(problem, REFERENCE, piqp.KKTSolver.sparse_ldlt)
     status = solver.solve()
     if status != piqp.PIQP_SOLVED:
@@ -175,14 +174,10 @@ def solved_by_osqp(problem: Problem) -> Array:
     return np.array(result.x)
 
 
-def ledger(names: Sequence[str], *, most: int | None, workers: int) -> list[Entry]:
-    """The ledgers of scenarios, recorded and solved anew in processes of their own: none of it is timed."""
+def ledger(drives: Sequence[Drive], *, workers: int) -> list[Entry]:
+    """The ledgers of drives, in processes of their own: none of it is timed."""
     with ProcessPoolExecutor(workers) as pool:
-        return [entry for part in pool.map(partial(_recorded_entries, most=most), names) for entry in part]
-
-
-def _recorded_entries(name: str, most: int | None) -> list[Entry]:
-    return entries_of(record(name, most))
+        return [entry for entries in pool.map(entries_of, drives) for entry in entries]
 
 
 # -- closed loop ------------------------------------------------------------------------------------
@@ -226,7 +221,10 @@ def compared(name: str, preset: str, shipped: dict[str, Any], tight: dict[str, A
         "preset": preset,
         "shipped": {key: shipped[key] for key in ("docked", time, "time_to_dock_s", clearance)},
         "tight": {key: tight[key] for key in ("docked", time, "time_to_dock_s", clearance)},
-        "iterations_p50": {"shipped": shipped["solver"]["iterations_p50"], "tight": tight["solver"]["iterations_p50"]},
+        "iterations_p50": {
+            "shipped": shipped["solver"]["iterations_p50"],
+            "tight": tight["solver"]["iterations_p50"],
+        },
         "failures": {"shipped": shipped["solver"]["failures"], "tight": tight["solver"]["failures"]},
         "time_apart": relative_change(shipped[time], tight[time]),
         "clearance_apart_m": apart,

@@ -1,8 +1,8 @@
 """Times of the phases of a cycle, measured from outside: named functions are wrapped with a stop watch.
 
-A wrapper costs about a microsecond a call, so phases are measured in rounds of their own. Times are exclusive:
-what a wrapped function spends in another wrapped one counts there only, so that all of them add up to the
-cycle.
+A wrapper costs about a microsecond a call, so phases are measured in a round of their own. Times are
+exclusive: what a wrapped function spends in another wrapped one counts there only, so that all of them add up
+to the cycle.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("account", ("rti_mpcc.docking:command",)),
     (STEP, ("rti_mpcc.docking:DockingController.step",)),
 )
-"""Phases in the order of a cycle, and the functions that they consist of: `module:name` as the caller looks it
-up. Where a function moves or gets another name, this is the place to say so."""
+"""Phases in the order of a cycle, and the functions that they consist of: `module:name` as the caller looks
+it up. Where a function moves or gets another name, this is the place to say so."""
 FEEDBACK = "rti_mpcc.controller:RtiMpcc.feedback"
 EXTENSION: Any = osqp.OSQP().ext.OSQPSolver
 """What all of OSQP goes through, whichever way it is called."""
@@ -141,7 +141,9 @@ class SolverCounts:
     def check(self) -> None:
         """Raise LookupError where nothing was counted: OSQP is called in another way."""
         if not (self.matrix_updates and self.iterations and sum(self.iterations)):
-            raise LookupError("OSQP was not seen at work: it is called in another way; see benchmarks/phases.py")
+            raise LookupError(
+                "OSQP was not seen at work: it is called in another way; see benchmarks/phases.py"
+            )
 
 
 @contextmanager

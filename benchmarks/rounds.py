@@ -1,4 +1,4 @@
-"""Rounds through the workload: the times of every cycle, with and without garbage collection, and by phase."""
+"""Rounds through the workload: times of every cycle, with and without garbage collection, and by phase."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.phases import PHASES, SolverCounts, counted, watched
 from benchmarks.workload import Drive, check_same, feed, step
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Command
 
 COLUMNS = ("step_ms", "prepare_ms", "feedback_ms", "solve_ms", "iterations", "collections")
 """What a round holds of every cycle: time of step() as its caller sees it, of the two phases and of OSQP's
@@ -111,10 +111,10 @@ class PhaseTimes:
     phases_ms: Array
     number: Array
 
-    def rows(self, chosen: Array) -> dict[str, Array]:
+    def rows(self, chosen: NDArray[np.bool_]) -> dict[str, Array]:
         """Name -> (n,) times of the cycles with `chosen` (cycles,) true; sums of the phases at the end."""
         names = [name for name, _ in PHASES]
-        times = self.phases_ms[chosen.astype(bool)]
+        times = self.phases_ms[chosen]
         found: dict[str, Array] = dict(zip(names, times.T, strict=True))
         found["prepare"] = times[:, names.index("shift of the last plan") : names.index("OSQP solve")].sum(1)
         found["feedback"] = times[:, names.index("OSQP solve") : names.index("check of the plan")].sum(1)
@@ -122,27 +122,20 @@ class PhaseTimes:
         return found
 
 
-def phase_round(drives: Sequence[Drive]) -> PhaseTimes:
-    """One round with stop watches around the phases."""
-    rows, numbers = [], []
-    with watched() as watches:
+def phase_round(drives: Sequence[Drive]) -> tuple[PhaseTimes, SolverCounts]:
+    """One round with stop watches around the phases, and OSQP's work counted."""
+    rows: list[list[float]] = []
+    numbers: list[int] = []
+
+    def note(number: int, _: Command) -> None:
+        rows.append(watches.read())
+        numbers.append(number)
+
+    with watched() as watches, counted() as counts:
         for drive in drives:
             controller = drive.controller()
             watches.read()
             with collecting(True):
-
-                def note(number: int, _: Any) -> None:
-                    rows.append(watches.read())
-                    numbers.append(number)
-
                 feed(drive, note, controller)
-    return PhaseTimes(phases_ms=1e3 * np.array(rows), number=np.array(numbers))
-
-
-def counting_round(drives: Sequence[Drive]) -> SolverCounts:
-    """One round that counts what OSQP is asked to do."""
-    with counted() as counts:
-        for drive in drives:
-            feed(drive)
     counts.check()
-    return counts
+    return PhaseTimes(phases_ms=1e3 * np.array(rows), number=np.array(numbers)), counts

@@ -33,7 +33,7 @@ LENGTHS = (30, 100, 300, 1000, 3000, 10_000)
 POINTS = (300, 1000, 3000, 10_000, 30_000, 100_000)
 """Of the boundaries of the shortest path, which run the same whatever their number."""
 WINDING = ((0.05, 2.5), (-0.05, 5.0), (0.05, 2.5))
-"""Curvature [1/m] and length [m] of the segments of every 10 m: the same all along, straight on in the end."""
+"""Curvature [1/m] and length [m] of the segments of every 10 m."""
 HALF_WIDTH = 2.5
 SPEED, ARRIVAL_HORIZON = 0.5, 3.0
 """Speed limit [m/s] and longest arrival [s] on the winding path: plans stay within 5 m, on the shortest one
@@ -136,9 +136,7 @@ def sparse_corridor(path: ReferencePath) -> Corridor:
 
 def winding_config() -> ControllerConfig:
     """A cruise that never comes to its arrival."""
-    return ControllerConfig(
-        dead_time=DEAD_TIME, arrival_horizon=ARRIVAL_HORIZON, limits=Limits(speed=SPEED)
-    )
+    return ControllerConfig(dead_time=DEAD_TIME, arrival_horizon=ARRIVAL_HORIZON, limits=Limits(speed=SPEED))
 
 
 def on_scenario(series: str, size: int, changes: dict[str, Any]) -> Variant:
@@ -191,7 +189,7 @@ def variants(*, quick: bool = False) -> list[Variant]:
 
 
 def sweep(rows: Sequence[Variant], *, passes: int, between: Callable[[], None]) -> None:
-    """Drive all variants in turn, so that a machine that slows down slows all of them; `between` after each."""
+    """Drive all variants in turn: a machine that slows down slows all of them. `between` comes after each."""
     for _ in range(passes):
         for variant in rows:
             variant.drive()
