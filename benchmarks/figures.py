@@ -52,14 +52,6 @@ def growth_exponent(sizes: ArrayLike, costs: ArrayLike) -> float:
     return float(np.polyfit(x, y, 1)[0])
 
 
-def growth_per_decade(sizes: ArrayLike, costs: ArrayLike) -> float:
-    """Slope of the cost over log10(size) by least squares, as a share of the first cost."""
-    x, y = np.log10(np.asarray(sizes, dtype=np.float64)), np.asarray(costs, dtype=np.float64)
-    if x.size != y.size or x.size < 2:
-        raise ValueError(f"{x.size} sizes and {y.size} costs: needs two or more pairs")
-    return float(np.polyfit(x, y, 1)[0] / y[0])
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
     """What was promised, and what was measured.

@@ -47,7 +47,7 @@ class Entry:
 
     Attributes:
         kind: index in `KINDS`.
-        acceleration, steering_rate: error of the first control [m/s²], [rad/s].
+        acceleration, steering_rate: error of the first control [m/s²], [rad/s]; nan: there is no reference.
         cost: error of the cost over its scale, which is the larger of 1 and the cost itself.
         iterations: of OSQP.
         spread: between the references of PIQP and OSQP, the largest of [m/s²], [rad/s]; nan: not sampled.
@@ -82,42 +82,56 @@ def entries_of(drive: Drive) -> list[Entry]:
 
 
 class _Ledger:
-    """Takes QPs as they are solved; their kind is known once the cycle is over."""
+    """Takes QPs as they are solved; they are judged, and their kind is known, once the cycle is over.
+
+    Not before: what is raised within a cycle the controller takes for its own mistake, and brakes.
+    """
 
     def __init__(self) -> None:
         self.entries: list[Entry] = []
         self.result: Any = None
-        self._fresh: list[dict[str, Any]] = []
-        self._taken = 0
+        self._fresh: list[tuple[QpProblem, ControllerConfig, Any]] = []
 
     def take(self, problem: QpProblem, config: ControllerConfig, result: Any) -> None:
-        split = Problem.of(problem.cost, problem.gradient, problem.constraints, problem.lower, problem.upper)
-        reference = solved_by_piqp(split)
-        first = _first_control(problem, config)
-        error = np.abs(result.primal - reference)[first] * CONTROL_UNITS[:2]
-        best, reached = _cost(problem, reference), _cost(problem, result.primal)
-        spread = float("nan")
-        if self._taken % SAMPLED == 0:
-            other = solved_by_osqp(split)
-            spread = float((np.abs(other - reference)[first] * CONTROL_UNITS[:2]).max())
-        self._taken += 1
-        self._fresh.append(
-            {
-                "acceleration": float(error[0]),
-                "steering_rate": float(error[1]),
-                "cost": abs(reached - best) / max(1.0, abs(best)),
-                "iterations": int(result.iterations),
-                "spread": spread,
-            }
-        )
+        """Keep one of the cycle's accepted QPs, and its solution."""
+        self._fresh.append((problem, config, result))
 
     def label(self, _: int, command: Command) -> None:
-        """Sort the QPs of the cycle that this command ends."""
+        """Judge the QPs of the cycle that this command ends."""
         kind = kind_of(command.diagnostics.time_to_go)
         for place, one in enumerate(self._fresh, start=1):
             last = place == len(self._fresh)
-            self.entries.append(Entry(kind=kind if last else len(KINDS) - 1, **one))
+            sampled = len(self.entries) % SAMPLED == 0
+            self.entries.append(judged(*one, kind=kind if last else len(KINDS) - 1, sampled=sampled))
         self._fresh = []
+
+
+def judged(problem: QpProblem, config: ControllerConfig, result: Any, *, kind: int, sampled: bool) -> Entry:
+    """One QP against its reference; `sampled`: and that against another one."""
+    whole = Problem.of(problem.cost, problem.gradient, problem.constraints, problem.lower, problem.upper)
+    first, nan = _first_control(problem, config), float("nan")
+    reference = solved_by_piqp(whole)
+    by_piqp = reference is not None
+    other = solved_by_osqp(whole) if sampled or not by_piqp else None
+    if reference is None:
+        reference = other
+    if reference is None:
+        return Entry(
+            kind=kind, acceleration=nan, steering_rate=nan, cost=nan, iterations=result.iterations, spread=nan
+        )
+    error = np.abs(result.primal - reference)[first] * CONTROL_UNITS[:2]
+    best, reached = _cost(problem, reference), _cost(problem, result.primal)
+    spread = nan
+    if by_piqp and other is not None:
+        spread = float((np.abs(other - reference)[first] * CONTROL_UNITS[:2]).max())
+    return Entry(
+        kind=kind,
+        acceleration=float(error[0]),
+        steering_rate=float(error[1]),
+        cost=abs(reached - best) / max(1.0, abs(best)),
+        iterations=int(result.iterations),
+        spread=spread,
+    )
 
 
 def kind_of(time_to_go: float | None) -> int:
@@ -144,17 +158,15 @@ def _cost(problem: QpProblem, primal: Array) -> float:
     return float(0.5 * curved + problem.gradient @ primal)
 
 
-def solved_by_piqp(problem: Problem) -> Array:
-    """The reference; here variables do not come stage by stage. Raises RuntimeError if it is not reached."""
+def solved_by_piqp(problem: Problem) -> Array | None:
+    """The reference, None where it is not reached; here variables do not come stage by stage."""
     solver = set_up(problem, REFERENCE, piqp.KKTSolver.sparse_ldlt)
     status = solver.solve()
-    if status != piqp.PIQP_SOLVED:
-        raise RuntimeError(f"PIQP did not solve a QP to {REFERENCE}: {status}")
-    return np.array(solver.result.x)
+    return np.array(solver.result.x) if status == piqp.PIQP_SOLVED else None
 
 
-def solved_by_osqp(problem: Problem) -> Array:
-    """The same by OSQP to the same tolerance. Raises RuntimeError where it is not reached."""
+def solved_by_osqp(problem: Problem) -> Array | None:
+    """The same by OSQP to the same tolerance, None where it is not reached."""
     solver = osqp.OSQP()
     solver.setup(
         P=sparse.triu(problem.cost, format="csc"),
@@ -164,14 +176,12 @@ def solved_by_osqp(problem: Problem) -> Array:
         u=problem.upper,
         eps_abs=REFERENCE,
         eps_rel=REFERENCE,
-        max_iter=1_000_000,
+        max_iter=200_000,
         polishing=True,
         verbose=False,
     )
     result = solver.solve(raise_error=False)
-    if result.info.status_val != osqp.SolverStatus.OSQP_SOLVED:
-        raise RuntimeError(f"OSQP did not solve a QP to {REFERENCE}: {result.info.status}")
-    return np.array(result.x)
+    return np.array(result.x) if result.info.status_val == osqp.SolverStatus.OSQP_SOLVED else None
 
 
 def ledger(drives: Sequence[Drive], *, workers: int) -> list[Entry]:

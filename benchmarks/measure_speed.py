@@ -37,7 +37,25 @@ def parsed() -> argparse.Namespace:
     parser.add_argument(
         "--presets", nargs="+", default=["default"], help="driven with tight settings as well"
     )
+    parser.add_argument("--rounds", type=int, default=3, help="that are judged; default: %(default)s")
+    parser.add_argument("--scenarios", nargs="+", choices=builtin_names(), default=builtin_names())
     return parser.parse_args()
+
+
+def extent_of(asked: argparse.Namespace) -> Extent:
+    """What to measure."""
+    if asked.quick:
+        return QUICK
+    return Extent(scenarios=tuple(asked.scenarios), rounds=max(asked.rounds, 1), presets=tuple(asked.presets))
+
+
+def command_of(asked: argparse.Namespace) -> str:
+    """The command that measures the same."""
+    if asked.quick:
+        return f"{COMMAND} --quick"
+    command = f"{COMMAND} --rounds {asked.rounds} --presets {' '.join(asked.presets)}"
+    some = tuple(asked.scenarios) != tuple(builtin_names())
+    return f"{command} --scenarios {' '.join(asked.scenarios)}" if some else command
 
 
 def written(found: Measured, judged: list[Target], asked: argparse.Namespace, source: dict[str, Any]) -> None:
@@ -62,10 +80,8 @@ def main() -> int:
             raise SystemExit(
                 f"{name} = {os.environ.get(name)}: must be 1, the figures are those of one thread"
             )
-    options = " --quick" if asked.quick else ""
-    source = {**origin(f"{COMMAND}{options}"), "piqp": version("piqp"), "scenarios": list(builtin_names())}
-    extent = QUICK if asked.quick else Extent(presets=tuple(asked.presets))
-    found = measure(extent)
+    source = {**origin(command_of(asked)), "piqp": version("piqp")}
+    found = measure(extent_of(asked))
     judged = targets(found)
     for name, text in blocks(found).items():
         print(f"\n{name}\n{text}")

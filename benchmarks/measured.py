@@ -17,7 +17,6 @@ from benchmarks.rounds import PhaseTimes, Rounds, phase_round, timed_round
 from benchmarks.sweeps import Variant, sweep, variants
 from benchmarks.workload import Drive, first_cycles, record
 from benchmarks.yardstick import Yardstick, fixed_set
-from rti_mpcc.simulation import builtin_names
 from rti_mpcc.types import Array
 
 LONGEST = 10_000
@@ -29,14 +28,14 @@ class Extent:
     """How much is measured.
 
     Attributes:
-        scenarios: how many of the built-in ones; cycles: of each at most, None for all.
+        scenarios: driven; cycles: of each at most, None for all.
         rounds: with garbage collection, besides the first one, and as many but one without.
         passes: of the sweeps; quick: only the ends of each series.
         processes: started for each figure of import and memory.
         presets: driven in closed loop.
     """
 
-    scenarios: int | None = None
+    scenarios: tuple[str, ...]
     cycles: int | None = None
     rounds: int = 3
     passes: int = 3
@@ -45,7 +44,7 @@ class Extent:
     presets: tuple[str, ...] = ("default",)
 
 
-QUICK = Extent(scenarios=1, cycles=60, rounds=2, passes=1, processes=1, quick=True)
+QUICK = Extent(scenarios=("docking_behind",), cycles=60, rounds=2, passes=1, processes=1, quick=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,8 +100,7 @@ def measure(extent: Extent) -> Measured:
     """What is timed runs alone and one after the other; what is not, in several processes at the end."""
     stages, problems = Stages(), fixed_set()
     stages.begin("recording the workload")
-    names = builtin_names()[: extent.scenarios]
-    drives = [record(name, extent.cycles) for name in names]
+    drives = [record(name, extent.cycles) for name in extent.scenarios]
     stages.begin("timing cycles")
     yardstick = Yardstick(problems=problems)
     warm_up, plain, uncollected = timed(drives, extent.rounds, yardstick)
@@ -119,7 +117,7 @@ def measure(extent: Extent) -> Measured:
     stages.begin("accuracy ledger")
     entries = ledger(drives, workers=workers)
     stages.begin("closed loop with tight settings")
-    loops = closed_loop(names, presets=extent.presets, workers=workers)
+    loops = closed_loop(extent.scenarios, presets=extent.presets, workers=workers)
     stages.begin("")
     return Measured(
         drives=drives,

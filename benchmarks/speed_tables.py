@@ -78,7 +78,7 @@ def phase_rows(found: Measured) -> dict[str, Distribution]:
 def ledger_rows(found: Measured) -> dict[str, dict[str, Distribution]]:
     """Kind of QP -> errors and iterations."""
     groups: dict[str, list[Entry]] = defaultdict(list)
-    for entry in found.entries:
+    for entry in referenced(found.entries):
         groups[KINDS[entry.kind]].append(entry)
         groups["all"].append(entry)
     names = ("acceleration", "steering_rate", "cost", "iterations")
@@ -87,6 +87,11 @@ def ledger_rows(found: Measured) -> dict[str, dict[str, Distribution]]:
         for kind in (*KINDS, "all")
         if groups[kind]
     }
+
+
+def referenced(entries: list[Entry]) -> list[Entry]:
+    """Those whose QP could be solved to the tolerance of the references."""
+    return [entry for entry in entries if np.isfinite(entry.acceleration)]
 
 
 def reference_spread(found: Measured) -> Array:
@@ -177,9 +182,11 @@ def _ledger(found: Measured) -> str:
         steps = [number(value, 0) for value in (iterations.p50, iterations.p95, iterations.max)]
         rows.append([kind, str(a.count), *controls, f"{cost.p50:.1e}", f"{cost.p95:.1e}", *steps])
     spread = reference_spread(found)
+    without = len(found.entries) - len(referenced(found.entries))
     return (
         f"{table(header, rows)}\n\nOn {spread.size} of them OSQP was asked for 1e-9 too: its first "
-        f"controls are within {spread.max():.1e} (m/s² or rad/s) of PIQP's."
+        f"controls are within {spread.max():.1e} (m/s² or rad/s) of PIQP's. Left out, as neither "
+        f"solved them to 1e-9: {without} QPs."
     )
 
 
@@ -277,6 +284,7 @@ def numbers(found: Measured) -> dict[str, Any]:
         "ledger": {
             kind: {name: asdict(one) for name, one in row.items()} for kind, row in ledger_rows(found).items()
         },
+        "qps_without_a_reference": len(found.entries) - len(referenced(found.entries)),
         "reference_spread": float(reference_spread(found).max()),
         "closed_loop": found.loops,
         "sweeps": [

@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.figures import Target, distribution
 from benchmarks.measured import Measured
+from benchmarks.speed_tables import referenced
 from benchmarks.sweeps import LENGTHS, POINTS, cost_at
 
 
@@ -44,8 +45,9 @@ def _speed(found: Measured) -> list[Target]:
 
 
 def _accuracy(found: Measured) -> list[Target]:
-    acceleration = distribution([one.acceleration for one in found.entries]).p95
-    rate = distribution([one.steering_rate for one in found.entries]).p95
+    entries = referenced(found.entries)
+    acceleration = distribution([one.acceleration for one in entries]).p95
+    rate = distribution([one.steering_rate for one in entries]).p95
     slow = max(found.loops, key=lambda run: run["time_apart"])
     near = max(found.loops, key=lambda run: run["clearance_apart_m"])
     return [

@@ -7,7 +7,6 @@ from benchmarks.figures import (
     Target,
     distribution,
     growth_exponent,
-    growth_per_decade,
     ratio_row,
     relative_change,
     target_table,
@@ -36,15 +35,11 @@ def test_growth_exponent_is_the_power(power: float) -> None:
     assert growth_exponent(sizes, 3.0 * sizes**power) == pytest.approx(power, abs=1e-12)
 
 
-def test_growth_per_decade_is_a_share_of_the_first_cost() -> None:
-    assert growth_per_decade([10.0, 100.0, 1000.0], [2.0, 3.0, 4.0]) == pytest.approx(0.5)
-
-
 def test_growth_needs_pairs() -> None:
     with pytest.raises(ValueError, match="pairs"):
         growth_exponent([1.0], [1.0])
     with pytest.raises(ValueError, match="pairs"):
-        growth_per_decade([1.0, 2.0], [1.0])
+        growth_exponent([1.0, 2.0], [1.0])
 
 
 def test_a_target_is_met_up_to_its_bound_and_never_by_what_is_no_number() -> None:
