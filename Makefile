@@ -17,13 +17,14 @@ export MKL_NUM_THREADS = 1
 export MPLBACKEND = Agg
 
 .DEFAULT_GOAL := help
-.PHONY: help test lint types unit demo acceptance soak clean
+.PHONY: help test lint types unit demo acceptance soak bench clean
 
 help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
 	@echo "make test        set up $(VENV) and run lint, types and tests (lint, types, unit: one of them)"
 	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
 	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
+	@echo "make bench       time the cycles of all scenarios against a yardstick; figures: runs/bench.json"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
 
 test: lint types unit
@@ -48,6 +49,10 @@ acceptance: $(TEST)
 
 soak: $(TEST)
 	$(PY) -m benchmarks.soak
+
+# One after the other and alone: other work on the machine shows in the figures.
+bench: $(TEST)
+	$(PY) -m benchmarks.measure_speed $(BENCH)
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,95 @@
+"""How fast a cycle is, by what it grows, and how exact its first control is; `make bench`.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.measure_speed [--quick] [--docs]
+
+Feeds fresh controllers with the recorded inputs of all built-in scenarios, round after round, and measures a
+yardstick between them that tells how fast this machine is just then. Prints the tables and writes
+runs/bench.json; with `--docs` also the tables and the picture of docs/performance.md. `--quick` tries out all
+of it on a little of the workload: its figures mean nothing. Exit status 1 if a target is not met.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from importlib.metadata import version
+from typing import Any
+
+from benchmarks.figures import Target, target_table
+from benchmarks.measured import QUICK, Extent, Measured, measure
+from benchmarks.performance_picture import draw
+from benchmarks.speed_tables import blocks, numbers
+from benchmarks.speed_targets import targets
+from benchmarks.tables import ROOT, origin, replace_block, told, write_json
+from rti_mpcc.simulation import builtin_names
+
+COMMAND = "python -m benchmarks.measure_speed"
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+
+
+def parsed() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog=COMMAND, description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--quick", action="store_true", help="try out all of it on a little of the workload")
+    parser.add_argument("--docs", action="store_true", help="write docs/performance.md and its picture")
+    parser.add_argument(
+        "--presets", nargs="+", default=["default"], help="driven with tight settings as well"
+    )
+    parser.add_argument("--rounds", type=int, default=3, help="that are judged; default: %(default)s")
+    parser.add_argument("--scenarios", nargs="+", choices=builtin_names(), default=builtin_names())
+    return parser.parse_args()
+
+
+def extent_of(asked: argparse.Namespace) -> Extent:
+    """What to measure."""
+    if asked.quick:
+        return QUICK
+    return Extent(scenarios=tuple(asked.scenarios), rounds=max(asked.rounds, 1), presets=tuple(asked.presets))
+
+
+def command_of(asked: argparse.Namespace) -> str:
+    """The command that measures the same."""
+    if asked.quick:
+        return f"{COMMAND} --quick"
+    command = f"{COMMAND} --rounds {asked.rounds} --presets {' '.join(asked.presets)}"
+    some = tuple(asked.scenarios) != tuple(builtin_names())
+    return f"{command} --scenarios {' '.join(asked.scenarios)}" if some else command
+
+
+def written(found: Measured, judged: list[Target], asked: argparse.Namespace, source: dict[str, Any]) -> None:
+    """The figures in JSON, and with `--docs` in the document."""
+    content = {"origin": source, "targets": [one.told() for one in judged], **numbers(found)}
+    (ROOT / "runs").mkdir(exist_ok=True)
+    write_json(ROOT / "runs" / "bench.json", content)
+    if not asked.docs:
+        return
+    write_json(ROOT / "docs" / "performance.json", content)
+    draw(found.sweeps, found.sweep_yardstick.p50, ROOT / "docs" / "pictures" / "performance.png")
+    document = ROOT / "docs" / "performance.md"
+    replace_block(document, "targets", f"{target_table(judged)}\n\n{told(source)}")
+    for name, text in blocks(found).items():
+        replace_block(document, name, text)
+
+
+def main() -> int:
+    asked = parsed()
+    for name in ONE_THREAD:
+        if os.environ.get(name) != "1":
+            raise SystemExit(
+                f"{name} = {os.environ.get(name)}: must be 1, the figures are those of one thread"
+            )
+    source = {**origin(command_of(asked)), "piqp": version("piqp")}
+    found = measure(extent_of(asked))
+    judged = targets(found)
+    for name, text in blocks(found).items():
+        print(f"\n{name}\n{text}")
+    print(f"\ntargets\n{target_table(judged)}\n\n{told(source)}")
+    print("took", ", ".join(f"{name} {seconds:.0f} s" for name, seconds in found.seconds.items()))
+    written(found, judged, asked, source)
+    return int(not all(one.met for one in judged))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

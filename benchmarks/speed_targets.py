@@ -1,0 +1,123 @@
+"""What was promised about speed (issue 6), set against what was measured."""
+
+from __future__ import annotations
+
+from math import log
+
+import numpy as np
+
+from benchmarks.figures import Target, distribution
+from benchmarks.measured import Measured
+from benchmarks.speed_tables import referenced
+from benchmarks.sweeps import LENGTHS, POINTS, cost_at
+
+
+def targets(found: Measured) -> list[Target]:
+    """All of them, in the order in which they were promised."""
+    return [*_speed(found), *_accuracy(found), *_growth(found), *_standing(found)]
+
+
+def _speed(found: Measured) -> list[Target]:
+    yardstick = found.yardstick.p50
+    cycle, feedback = (
+        distribution(found.plain.of("step_ms")),
+        distribution(found.plain.solving("feedback_ms")),
+    )
+    rows = [
+        ("cycle p50", cycle.p50, 0.50),
+        ("cycle p95", cycle.p95, 1.05),
+        ("cycle p99", cycle.p99, 1.40),
+        ("feedback phase p50", feedback.p50, 0.25),
+        ("feedback phase p99", feedback.p99, 0.80),
+    ]
+    timed = [
+        Target(name=f"{name} / yardstick", value=value / yardstick, bound=bound, note=f"{value:.2f} ms")
+        for name, value, bound in rows
+    ]
+    late = Target(
+        name="updates of P or A after the measurement",
+        value=float(found.counts.late_matrix_updates),
+        bound=0.0,
+        digits=0,
+        note=f"of {found.counts.matrix_updates}",
+    )
+    return [*timed, late]
+
+
+def _accuracy(found: Measured) -> list[Target]:
+    entries = referenced(found.entries)
+    acceleration = distribution([one.acceleration for one in entries]).p95
+    rate = distribution([one.steering_rate for one in entries]).p95
+    slow = max(found.loops, key=lambda run: run["time_apart"])
+    near = max(found.loops, key=lambda run: run["clearance_apart_m"])
+    return [
+        Target(name="error of the first acceleration, p95 [m/s²]", value=acceleration, bound=0.05, digits=4),
+        Target(name="error of the first steering rate, p95 [rad/s]", value=rate, bound=0.05, digits=4),
+        Target(
+            name="T, shipped against tight settings [%]",
+            value=100.0 * slow["time_apart"],
+            bound=2.0,
+            note=f"{slow['scenario']}, {slow['preset']}",
+        ),
+        Target(
+            name="clearance, shipped against tight settings [m]",
+            value=near["clearance_apart_m"],
+            bound=0.02,
+            digits=3,
+            note=f"{near['scenario']}, {near['preset']}",
+        ),
+    ]
+
+
+def _growth(found: Measured) -> list[Target]:
+    rows = found.sweeps
+    stages = cost_at(rows, "stages", 200) / cost_at(rows, "stages", 70)
+    length = cost_at(rows, "path length", LENGTHS[-1]) / cost_at(rows, "path length", LENGTHS[0])
+    points = cost_at(rows, "boundary points", POINTS[-1]) / cost_at(rows, "boundary points", POINTS[0])
+    return [
+        Target(name="cost at N = 200 / at N = 70", value=stages, bound=3.2),
+        Target(name="cost on 10 km / on 30 m", value=length, bound=1.10),
+        Target(
+            name="cost with 100,000 boundary points / with 300",
+            value=points,
+            bound=log(POINTS[-1]) / log(POINTS[0]),
+            note="the bound is the ratio of the logarithms",
+        ),
+    ]
+
+
+def _standing(found: Measured) -> list[Target]:
+    longest = found.standing[max(found.standing)]
+    short = found.standing[min(found.standing)]
+    built = np.sum([longest[name] for name in ("path_s", "corridor_s", "controller_s")], axis=0)
+    own = [np.subtract(one["running_mb"], one["route_mb"]) for one in found.standing.values()]
+    loaded = found.imported["loaded"]
+    return [
+        Target(name="import [s]", value=float(np.median(found.imported["seconds"])), bound=0.5),
+        Target(
+            name="unwanted libraries that the import loads",
+            value=float(len(loaded)),
+            bound=0.0,
+            digits=0,
+            note=", ".join(loaded),
+        ),
+        Target(
+            name="construction of a controller on a 10 km route [s]",
+            value=float(np.median(longest["controller_s"])),
+            bound=0.5,
+            digits=3,
+        ),
+        Target(
+            name="construction of path, corridor and controller of 10 km [s]",
+            value=float(np.median(built)),
+            bound=0.5,
+        ),
+        Target(name="memory, running on 30 m [MB]", value=max(short["running_mb"]), bound=150.0, digits=0),
+        Target(name="memory, running on 10 km [MB]", value=max(longest["running_mb"]), bound=150.0, digits=0),
+        Target(
+            name="memory of the controller itself [MB]",
+            value=float(max(each.max() for each in own)),
+            bound=20.0,
+            digits=1,
+        ),
+    ]

@@ -1,0 +1,95 @@
+"""What the speed benchmark makes of its measurements; nothing here is timed."""
+
+from __future__ import annotations
+
+import gc
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from benchmarks.ledger import KINDS, compared, kind_of, solved_by_osqp, solved_by_piqp
+from benchmarks.rounds import COLUMNS, Rounds, collecting
+from benchmarks.sweeps import POINTS, denser, middle, sparse_corridor, winding, with_points
+from benchmarks.yardstick import EQUALITIES, Problem, fixed_set, quiet
+
+
+def test_the_fixed_set_is_the_one_that_the_targets_were_set_with() -> None:
+    problems = fixed_set()
+    assert len(problems) == 39
+    assert {problem.split[2].shape for problem in problems} == {(EQUALITIES, 707)}
+    assert {problem.split[4].shape for problem in problems} == {(1337 - EQUALITIES, 707)}
+
+
+def test_both_references_solve_a_small_qp() -> None:
+    # min x² + y² - 2x with x + y = 0.5, x <= 0.25
+    problem = Problem.of(
+        sparse.csc_matrix(np.diag([2.0, 2.0])),
+        np.array([-2.0, 0.0]),
+        sparse.csc_matrix([[1.0, 1.0], [1.0, 0.0]]),
+        np.array([0.5, -np.inf]),
+        np.array([0.5, 0.25]),
+    )
+    with quiet():
+        assert solved_by_piqp(problem) == pytest.approx([0.25, 0.25], abs=1e-8)
+    assert solved_by_osqp(problem) == pytest.approx([0.25, 0.25], abs=1e-8)
+
+
+def test_rounds_leave_first_cycles_and_those_without_a_qp_apart() -> None:
+    values = np.zeros((2, 5, len(COLUMNS)))
+    values[:, :, COLUMNS.index("step_ms")] = [[9.0, 1.0, 2.0, 8.0, 3.0]] * 2
+    values[:, :, COLUMNS.index("iterations")] = [[50.0, 25.0, 0.0, 50.0, 25.0]] * 2
+    rounds = Rounds(values=values, number=np.array([0, 1, 2, 0, 1]))
+    assert rounds.of("step_ms").tolist() == [[1.0, 2.0, 3.0]] * 2
+    assert rounds.of("step_ms", first=True).tolist() == [[9.0, 8.0]] * 2
+    assert rounds.solving("step_ms").tolist() == [[1.0, 3.0]] * 2
+
+
+def test_collections_are_counted_and_the_collector_is_left_as_it_was() -> None:
+    was = gc.isenabled()
+    with collecting(False) as collections:
+        assert not gc.isenabled()
+        gc.collect()
+        assert collections() == 1
+    assert gc.isenabled() == was
+
+
+@pytest.mark.parametrize(
+    ("time_to_go", "kind"), [(None, "cruise"), (20.0, "arrival"), (4.9, "final approach")]
+)
+def test_kinds_of_qps(time_to_go: float | None, kind: str) -> None:
+    assert KINDS[kind_of(time_to_go)] == kind
+
+
+def test_runs_with_both_settings_are_compared() -> None:
+    def run(time: float | None, clearance: float | None) -> dict[str, object]:
+        solver = {"iterations_p50": 25.0, "failures": 0}
+        times = {"docked": True, "time_to_tolerance_s": time, "time_to_dock_s": time}
+        return {**times, "min_clearance_m": clearance, "solver": solver}
+
+    row = compared("one", "default", run(20.2, 0.11), run(20.0, 0.10))
+    assert row["time_apart"] == pytest.approx(0.01)
+    assert row["clearance_apart_m"] == pytest.approx(0.01)
+    assert compared("one", "default", run(20.2, None), run(None, None))["time_apart"] == float("inf")
+
+
+def test_a_denser_line_runs_the_same() -> None:
+    line = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0]])
+    more = denser(line, 9)
+    assert len(more) == 9
+    assert all((more == corner).all(axis=1).any() for corner in line)
+    assert np.hypot(*np.diff(more, axis=0).T).sum() == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("points", POINTS[:3])
+def test_boundaries_get_so_many_points(points: int) -> None:
+    lines = with_points(sparse_corridor(winding(30)), points).to_lines()
+    assert sum(len(line) for part in lines.parts for line in (*part.left, *part.right)) == points
+
+
+def test_every_winding_path_is_the_same_around_its_middle() -> None:
+    for length in (30, 100, 300):
+        path = winding(length)
+        assert path.length == pytest.approx(length)
+        pose = middle(path)
+        assert (pose.y, pose.phi) == pytest.approx((0.0, 0.0), abs=1e-9)
