@@ -11,68 +11,98 @@ point.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import blake2b
-from itertools import accumulate
+from itertools import accumulate, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from geometry.sampling import as_complex, as_pairs, chain, ring
+from geometry.sampling import SPACING, as_complex, as_pairs, chain, ring
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-STRIDE = 4  # samples between those of the coarse tree
-_NEAR = 0.3  # [m] nearer than this the coarse tree is not trusted
+STRIDE = 4  # samples between coarse ones
+_GROUP = 16  # coarse samples in a group
+_GROUPS = 500  # groups that are looked at together when a boundary is built
+_NEAR = 0.3  # [m] nearer than this the coarse samples are not trusted
 _FEW = 32  # points up to which asking all samples is as fast
-_MANY = 30  # points from which on a matrix product may be faster than the tree
-_SCANNED = 1000  # coarse samples that are looked at faster all than by the tree
-_BLOCK = 30_000  # of them at a time
+_SCANNED = 1000  # coarse samples that are looked at faster all than by groups
+_BLOCK = 30_000  # numbers of a matrix product at a time
 _PRODUCT = 500_000  # numbers in a matrix product, at most
 _NEIGHBOURS = np.arange(1 - STRIDE, STRIDE)
+_BESIDE = np.arange(-1, 2)[:, None]
+_IN_GROUP = np.arange(_GROUP)
 _TINY = 1e-6  # [m]
-_TANGENTS = ("tangent_in", "tangent_out")
-_FEATURES = ("feature_in", "feature_out")
+
+
+class Beside(NamedTuple):
+    """n samples, and the segments before and behind them.
+
+    At an open end the segment that is missing has length 0 and the tangent of the other; on a ring none is.
+
+    Attributes:
+        segments: (4, n) samples x + iy, unit tangents of both segments, their lengths as the real and the
+            imaginary part of one number [m].
+        features: (3, n) those that the segments belong to, and whether a polyline begins or ends there.
+    """
+
+    segments: Complex
+    features: Index
+
+    def take(self, rows: Index) -> Beside:
+        """Some of them."""
+        return Beside(self.segments.take(rows, axis=1), self.features.take(rows, axis=1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Boundary:
     """Sampled polylines with their allowed side on the left; `from_polylines` builds it.
 
-    A sample of a ring knows the segments to both sides; at an open end the one that is missing has length 0
-    and the tangent of the other.
+    A route of many kilometres has half a million samples, so a sample is no more than its place and its entry
+    in the tree; `beside` derives tangents and features for the few that are asked for. `with_table` has those
+    of all samples, which is faster.
 
     Attributes, for k samples in the order of the polylines:
         vertex: (k,) samples x + iy [m].
-        segments: (k, 3) unit tangents of the segments before and behind a sample, and their lengths as the
-            real and the imaginary part of one number [m].
-        features: (k, 2) of those segments.
+        begins: (p + 1,) first sample of each polyline, and k.
         is_end: (k,) whether a polyline begins or ends there.
+        ends: (e,) the samples where one does; at_ends: what is beside these.
+        table: what is beside all samples, if it is kept.
+        added: (i,) samples between the points that the polylines were given by.
         first, last: (F,) first and last sample of each feature.
         is_loop: (F,) whether the feature closes on itself.
-        is_open: the polylines have ends, so what is beyond them need not be outside.
-        tree: of the samples.
+        is_closed: the polylines are rings; the first sample is there again as the last one.
+        leads: unit tangents with which another boundary leads to the start and on from the end.
         mark: a number that tells this boundary from others.
-        coarse, coarse_tree: every STRIDE-th sample, all ends of features and all sharp turns (j,), and their
-            tree.
+        tree: of the samples.
+        coarse: (j,) every STRIDE-th sample, all ends of features and all sharp turns.
+        middle, reach: (g,) for each _GROUP coarse samples one of them x + iy, and within what distance of it
+            all samples from the first of them to the first of the next group are [m].
     """
 
     vertex: Complex
-    segments: Complex
-    features: Index
+    begins: Index
     is_end: Mask
+    ends: Index
+    at_ends: Beside
+    table: Beside | None
+    added: NDArray[np.int32]
     first: Index
     last: Index
     is_loop: Mask
-    is_open: bool
+    is_closed: bool
+    leads: tuple[complex, complex] | None
     mark: int
     tree: cKDTree[None]
-    coarse: Index
-    coarse_tree: cKDTree[None]
+    coarse: NDArray[np.int32]
+    middle: Complex
+    reach: Array
 
     @classmethod
     def from_polylines(
@@ -90,37 +120,87 @@ class Boundary:
             leads: unit tangents with which another boundary leads to their start and on from their end, so
                 that these are not open.
         """
-        chains = [ring(line) if closed else chain(line, leads=leads) for line in map(as_complex, polylines)]
+        chains = [ring(line) if closed else chain(line) for line in map(as_complex, polylines)]
         if not chains:
             return None
-        samples = list(accumulate((each.vertex.size for each in chains), initial=0))
-        features = list(accumulate((each.first.size for each in chains), initial=0))
-        shifts = list(zip(chains, samples[:-1], features[:-1], strict=True))
-        vertex = np.concatenate([each.vertex for each in chains])
-        first = np.concatenate([each.first + s for each, s, _ in shifts])
-        last = np.concatenate([each.last + s for each, s, _ in shifts])
-        sharp = np.concatenate([each.sharp + s for each, s, _ in shifts])
-        coarse = np.unique(np.concatenate((np.arange(0, vertex.size, STRIDE), first, last, sharp)))
-        is_end = np.concatenate([each.is_end for each in chains])
-        lengths = np.concatenate([each.length_in + 1j * each.length_out for each in chains])
-        tangents = [np.concatenate([getattr(each, name) for each in chains]) for name in _TANGENTS]
-        features_of = [
-            np.concatenate([getattr(each, name) + f for each, _, f in shifts]) for name in _FEATURES
-        ]
+        begins = np.array(list(accumulate((each.vertex.size for each in chains), initial=0)))
+        # The samples of a single polyline may be its own points.
+        vertex = np.concatenate([each.vertex for each in chains]) if len(chains) > 1 else chains[0].vertex
+        first, last, sharp, added = (
+            np.concatenate([getattr(each, name) + at for each, at in zip(chains, begins[:-1], strict=True)])
+            for name in ("first", "last", "sharp", "added")
+        )
+        even = np.arange(0, vertex.size, STRIDE, dtype=np.int32)
+        coarse = np.unique(np.concatenate((even, first, last, sharp), dtype=np.int32, casting="same_kind"))
+        middle, reach = _groups(vertex, coarse)
+        is_end = np.zeros(vertex.size, dtype=np.bool_)
+        is_end[begins[:-1]] = is_end[begins[1:] - 1] = True
+        ends = np.flatnonzero(is_end)
         return cls(
             vertex=vertex,
-            segments=np.stack([*tangents, lengths], axis=1),
-            features=np.stack(features_of, axis=1),
+            begins=begins,
             is_end=is_end,
+            ends=ends,
+            at_ends=_at_ends(vertex, begins, first, ends, closed, leads),
+            table=None,
+            added=added.astype(np.int32),
             first=first,
             last=last,
             is_loop=np.concatenate([each.is_loop for each in chains]),
-            is_open=not closed and leads is None,
-            mark=_mark(vertex, is_end, bytes((closed, leads is not None))),
-            tree=cKDTree(as_pairs(vertex), leafsize=32),
+            is_closed=closed,
+            leads=leads,
+            mark=_mark(vertex, begins, bytes((closed, leads is not None))),
+            # On the same numbers as the vertices.
+            tree=cKDTree(as_pairs(vertex), leafsize=64, copy_data=False),
             coarse=coarse,
-            coarse_tree=cKDTree(as_pairs(vertex[coarse]), leafsize=16),
+            middle=middle,
+            reach=reach,
         )
+
+    def with_table(self) -> Boundary:
+        """Return the same boundary with a table of what is beside all samples, 88 bytes for each."""
+        return replace(self, table=self.beside(np.arange(self.vertex.size)))
+
+    def beside(self, at: Index) -> Beside:
+        """What is beside some samples (n,)."""
+        if self.table is not None:
+            return self.table.take(at)
+        places = self.vertex.take(at + _BESIDE, mode="clip")
+        rows = self.is_end.take(at).nonzero()[0]
+        ways = places[1:] - places[:-1]
+        if rows.size:
+            # There, one of both leads to another polyline.
+            ways[:, rows] = 1.0
+        lengths = np.abs(ways)
+        segments = np.empty((4, at.size), dtype=np.complex128)
+        segments[0] = places[1]
+        np.divide(ways, lengths, out=segments[1:3])
+        segments[3].real, segments[3].imag = lengths
+        features = np.zeros((3, at.size), dtype=np.int64)
+        features[0] = self.first.searchsorted(at)
+        features[1] = self.first.searchsorted(at, side="right")
+        features[:2] -= 1
+        if rows.size:
+            which = self.ends.searchsorted(at[rows])
+            segments[:, rows] = self.at_ends.segments[:, which]
+            features[:, rows] = self.at_ends.features[:, which]
+        return Beside(segments, features)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the polylines have ends, so that what is beyond them need not be outside."""
+        return not self.is_closed and self.leads is None
+
+    @property
+    def polylines(self) -> tuple[Array, ...]:
+        """What it was built from but for repeated points (m, 2) [m]; a ring from a corner on."""
+        points, begins = self.vertex, self.begins
+        if self.added.size:
+            points, begins = np.delete(points, self.added), begins - np.searchsorted(self.added, begins)
+        lines = tuple(as_pairs(points[a:b]) for a, b in pairwise(begins))
+        for line in lines:
+            line.setflags(write=False)
+        return lines
 
     def nearest_sample(self, c: Complex) -> Index:
         """Index (n,) of the sample nearest to c (n,) [m]: of the coarse ones first, then of their neighbours.
@@ -132,7 +212,10 @@ class Boundary:
         pairs = as_pairs(c)
         if c.size <= _FEW:
             return np.asarray(self.tree.query(pairs)[1], dtype=np.int64)
-        around = self.coarse[self._nearest_coarse(c, pairs)][:, None] + _NEIGHBOURS
+        coarse = self._nearest_coarse(c, pairs)
+        if coarse is None:
+            return np.asarray(self.tree.query(pairs)[1], dtype=np.int64)
+        around = coarse[:, None] + _NEIGHBOURS
         r = self.vertex.take(around, mode="clip")
         r -= c[:, None]
         squared = r.real**2 + r.imag**2
@@ -144,44 +227,112 @@ class Boundary:
             at[near] = self.tree.query(pairs[near])[1]
         return at
 
-    def _nearest_coarse(self, c: Complex, pairs: Array) -> Index:
-        """Index (n,) of the nearest coarse sample.
+    def _nearest_coarse(self, c: Complex, pairs: Array) -> Index | None:
+        """The nearest coarse samples (n,), None if too many can be the nearest one of any point.
 
-        Where not too many samples can be the nearest one of any point, one matrix product
-        |v - m|² - 2 (v - m).(c - m) is faster than the tree.
+        Else one matrix product |v - m|² - 2 (v - m).(c - m) is faster than the tree.
         """
-        if c.size >= _MANY:
-            middle = complex(c.mean())
-            offsets = pairs - (middle.real, middle.imag)
-            few = self._within_reach(middle, float(np.sqrt((offsets**2).sum(axis=1).max())))
-            if few.size * c.size <= _PRODUCT:
-                v = self.vertex[self.coarse[few]] - middle
-                # Half the digits halve the time; they err by less than the coarse samples do.
-                factors = np.array((-2.0 * v.real, -2.0 * v.imag, v.real**2 + v.imag**2), dtype=np.float32)
-                rows = np.ones((c.size, 3), dtype=np.float32)
-                rows[:, :2] = offsets
-                # In blocks that stay in the cache.
-                step = max(_BLOCK // few.size, 1)
-                found = [(rows[i : i + step] @ factors).argmin(axis=1) for i in range(0, c.size, step)]
-                return np.asarray(few[np.concatenate(found)], dtype=np.int64)
-        return np.asarray(self.coarse_tree.query(pairs)[1], dtype=np.int64)
+        middle = complex(c.mean())
+        offsets = pairs - (middle.real, middle.imag)
+        few = self._within_reach(middle, float(np.sqrt((offsets**2).sum(axis=1).max())))
+        if few.size * c.size > _PRODUCT:
+            return None
+        v = self.vertex[few] - middle
+        # Half the digits halve the time; they err by less than the coarse samples do.
+        factors = np.array((-2.0 * v.real, -2.0 * v.imag, v.real**2 + v.imag**2), dtype=np.float32)
+        rows = np.ones((c.size, 3), dtype=np.float32)
+        rows[:, :2] = offsets
+        # In blocks that stay in the cache.
+        step = max(_BLOCK // few.size, 1)
+        found = [(rows[i : i + step] @ factors).argmin(axis=1) for i in range(0, c.size, step)]
+        return np.asarray(few[np.concatenate(found)], dtype=np.int64)
 
     def _within_reach(self, middle: complex, radius: float) -> Index:
         """Coarse samples v (j,) that may be the nearest of any point within `radius` [m] of the middle m.
 
-        These are no farther from it than min |v - m| + 2 radius.
+        These are no farther from it than min |v - m| + 2 radius. The middles of groups are samples as well.
         """
-        if self.coarse.size <= _SCANNED:
-            v = self.vertex[self.coarse] - middle
-            squared = v.real**2 + v.imag**2
-            reach = np.sqrt(squared.min()) + 2.0 * radius
-            return np.flatnonzero(squared <= (reach + _TINY) ** 2)
-        place = (middle.real, middle.imag)
-        reach = float(self.coarse_tree.query(place)[0]) + 2.0 * radius + _TINY
-        return np.array(self.coarse_tree.query_ball_point(place, reach, return_sorted=True), dtype=np.int64)
+        samples = self.coarse
+        if samples.size > _SCANNED:
+            away = np.abs(self.middle - middle)
+            groups = np.flatnonzero(away <= away.min() + self.reach + (2.0 * radius + _TINY))
+            among = np.minimum(groups[:, None] * _GROUP + _IN_GROUP, samples.size - 1)
+            samples = samples[among.reshape(-1)]
+        v = self.vertex[samples] - middle
+        squared = v.real**2 + v.imag**2
+        reach = np.sqrt(squared.min()) + 2.0 * radius + _TINY
+        return np.asarray(samples[squared <= reach**2], dtype=np.int64)
+
+    def pieces_near(self, middle: complex, radius: float) -> list[Complex]:
+        """The pieces of the polylines (m_i,) [m] that have all of them within `radius` of a place [m]."""
+        groups = (np.abs(self.middle - middle) <= self.reach + radius).nonzero()[0]
+        if groups.size == 0:
+            return []
+        runs = [groups]
+        if groups[-1] - groups[0] >= groups.size:
+            runs = np.split(groups, np.flatnonzero(np.diff(groups) > 1) + 1)
+        begins = self.begins[1:-1]
+        pieces = []
+        for run in runs:
+            # Up to where the following group begins.
+            behind = min((int(run[-1]) + 1) * _GROUP, self.coarse.size - 1)
+            start, end = int(self.coarse[run[0] * _GROUP]), int(self.coarse[behind]) + 1
+            inner = begins[(begins > start) & (begins < end)].tolist() if begins.size else []
+            pieces += [self.vertex[a:b] for a, b in pairwise((start, *inner, end))]
+        # Groups are larger than bodies.
+        reach = radius + 0.5 * SPACING + _TINY
+        return [piece for piece in pieces if np.abs(piece - middle).min() <= reach]
 
 
-def _mark(vertex: Complex, is_end: Mask, kind: bytes) -> int:
+def _at_ends(
+    vertex: Complex,
+    begins: Index,
+    first: Index,
+    at: Index,
+    closed: bool,
+    leads: tuple[complex, complex] | None,
+) -> Beside:
+    """What is beside the first and last samples `at` of polylines; see Boundary."""
+    line = np.searchsorted(begins, at, side="right")
+    start, end = begins[line - 1], begins[line] - 1
+    alone, missing = start == end, np.stack((at == start, at == end))
+    before = np.maximum(end - 1, start)
+    others = np.stack((before, start) if closed else (start, before))
+    # The samples that the segments begin with.
+    begin = np.where(missing, others, np.stack((at - 1, at)))
+    ways = vertex.take(begin + 1, mode="clip") - vertex[begin]
+    ways[:, alone] = 1.0
+    lengths = np.abs(ways)
+    ways /= lengths
+    lengths[:, alone] = 0.0
+    if not closed:
+        lengths[missing] = 0.0
+    if leads is not None:
+        ways = np.where(missing & ~alone, np.array(leads)[:, None], ways)
+    is_end = alone | (not closed and leads is None)
+    features = np.searchsorted(first, begin, side="right") - 1
+    return Beside(
+        np.vstack((vertex[at], ways, lengths[0] + 1j * lengths[1])),
+        np.vstack((features, is_end)),
+    )
+
+
+def _groups(vertex: Complex, coarse: NDArray[np.int32]) -> tuple[Complex, Array]:
+    """Middle and reach of the groups of coarse samples, see Boundary."""
+    starts = np.arange(0, coarse.size, _GROUP)
+    middle, reach = np.empty(starts.size, dtype=np.complex128), np.empty(starts.size)
+    for i in range(0, starts.size, _GROUPS):
+        some = slice(i, i + _GROUPS)
+        members = np.minimum(starts[some, None] + np.arange(_GROUP + 1), coarse.size - 1)
+        places = vertex[coarse[members]]
+        middle[some] = places[:, _GROUP // 2]
+        reach[some] = np.abs(places - middle[some, None]).max(axis=1)
+    # Others are half the way between two coarse ones from the nearer of these, at most.
+    return middle, reach + 0.5 * STRIDE * SPACING
+
+
+def _mark(vertex: Complex, begins: Index, kind: bytes) -> int:
     """A number of 48 bits that hardly any two boundaries share; any float64 holds it."""
-    digest = blake2b(vertex.tobytes() + is_end.tobytes() + kind, digest_size=6).digest()
-    return int.from_bytes(digest, "little")
+    digest = blake2b(as_pairs(vertex).data, digest_size=6)
+    digest.update(begins.tobytes() + kind)
+    return int.from_bytes(digest.digest(), "little")

@@ -27,13 +27,20 @@ def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: 
     corners, shapes = _bodies(bodies)
     if not margin >= 0.0:
         raise InputError(f"margin = {margin}: must be >= 0 m.")
-    hit = _near(walls.lines, shapes, margin)
-    for obstacle in obstacles.shapes:
-        hit |= _near(obstacle, shapes, margin)
+    hit = _touch(walls, obstacles, corners, shapes, margin)
     free = np.flatnonzero(~hit)
-    sides = [side for side in (walls.left, walls.right) if side is not None]
-    hit[free] = _all_beyond(sides, corners[free])
+    hit[free] = _all_beyond(walls.sides, corners[free])
     return hit
+
+
+def touches(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Mask:
+    """Return (n,) whether bodies (n, m, 2) [m] touch something.
+
+    Raises:
+        InputError: wrong shape, numbers that are not finite.
+    """
+    corners, shapes = _bodies(bodies)
+    return _touch(walls, obstacles, corners, shapes, 0.0)
 
 
 def clearance(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Array:
@@ -46,12 +53,14 @@ def clearance(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Arra
         InputError: wrong shape, numbers that are not finite.
     """
     corners, shapes = _bodies(bodies)
-    things = [walls.lines, *obstacles.shapes]
     distance = np.full(len(shapes), np.inf)
-    for thing in things:
+    if len(shapes) == 0:
+        return distance
+    apart = 0.0 if walls.every is not None else _apart(walls.sides, corners)
+    for thing in (_lines(walls, corners, apart), *obstacles.shapes):
         # The distance to nothing is nan.
         distance = np.fmin(distance, shapely.distance(shapes, thing))
-    sides = [side for side in (walls.left, walls.right) if side is not None]
+    sides = list(walls.sides)
     beyond = _beyond(sides, corners)
     outside = (beyond > 0.0).all(axis=1)
     if obstacles.boundary is not None:
@@ -72,8 +81,35 @@ def _bodies(bodies: ArrayLike) -> tuple[Array, NDArray[np.object_]]:
     return corners, np.asarray(shapely.polygons(corners), dtype=np.object_)
 
 
+def _touch(
+    walls: PartWalls, obstacles: Obstacles, corners: Array, shapes: NDArray[np.object_], margin: float
+) -> Mask:
+    """Whether bodies (n, m, 2) [m], whose shapes these are, come within `margin` of something (n,)."""
+    if len(shapes) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    hit = _near(_lines(walls, corners, margin), shapes, margin)
+    for obstacle in obstacles.shapes:
+        hit |= _near(obstacle, shapes, margin)
+    return hit
+
+
+def _lines(walls: PartWalls, corners: Array, apart: float) -> shapely.MultiLineString:
+    """The walls, at least what of them is within `apart` [m] of bodies (n, m, 2) [m]."""
+    if walls.every is not None:
+        return walls.every
+    points = as_complex(corners).reshape(-1)
+    middle = complex(points.mean())
+    return walls.near(middle, float(np.abs(points - middle).max()) + apart)
+
+
+def _apart(sides: Sequence[Boundary], corners: Array) -> float:
+    """No body (n, m, 2) is farther than this from the nearest boundary [m]; 0 without any."""
+    apart = np.array([side.tree.query(corners[:, 0])[0] for side in sides])
+    return float(apart.min(axis=0).max()) if sides else 0.0
+
+
 def _near(thing: shapely.Geometry, shapes: NDArray[np.object_], margin: float) -> Mask:
-    shapely.prepare(thing)  # nothing to do but for the first time, or after unpickling
+    shapely.prepare(thing)
     near = shapely.dwithin(thing, shapes, margin) if margin > 0.0 else shapely.intersects(thing, shapes)
     return np.asarray(near, dtype=np.bool_)
 

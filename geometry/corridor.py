@@ -19,10 +19,11 @@ from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.sampling import as_complex
-from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, marks_of
+from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, marks_of, with_tables
 
 Array = NDArray[np.float64]
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
+_LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +93,8 @@ class Corridor:
             for row in narrowings
         ]
         kept_out = Obstacles.from_polygons(obstacles)
-        walls = tuple(_walls(i, part, left, right, rows) for i, part in enumerate(path.parts))
-        return cls(walls=walls, kept_out=kept_out)
+        walls = [_walls(i, part, left, right, rows) for i, part in enumerate(path.parts)]
+        return cls(walls=with_tables(walls), kept_out=kept_out)
 
     @classmethod
     def from_polygon(
@@ -113,7 +114,7 @@ class Corridor:
             if not shape.covers(path_line(part, _CHECKED)):
                 raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
             walls.append(PartWalls.from_lines(*split(part, shape), narrowest_in(part, shape), joined=True))
-        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
+        return cls(walls=with_tables(walls), kept_out=Obstacles.from_polygons(obstacles))
 
     @classmethod
     def from_lines(cls, lines: CorridorLines) -> Corridor:
@@ -122,11 +123,11 @@ class Corridor:
         Raises:
             CorridorError: a bad obstacle.
         """
-        walls = (
+        walls = [
             PartWalls.from_lines(part.left, part.right, part.narrowest, joined=part.joined)
             for part in lines.parts
-        )
-        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(lines.obstacles))
+        ]
+        return cls(walls=with_tables(walls), kept_out=Obstacles.from_polygons(lines.obstacles))
 
     def to_lines(self) -> CorridorLines:
         """Return all that defines this corridor, as plain arrays."""
@@ -209,6 +210,11 @@ class Corridor:
         """
         return bodies_against.collides(self._part(part), self.kept_out, bodies, margin)
 
+    def touches(self, part: int, bodies: ArrayLike) -> NDArray[np.bool_]:
+        """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle. Raises as
+        `half_planes`."""
+        return bodies_against.touches(self._part(part), self.kept_out, bodies)
+
     def narrowest(self, part: int | None = None) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
 
@@ -220,8 +226,7 @@ class Corridor:
 
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
-        walls = self._part(part)
-        return walls.left_lines, walls.right_lines
+        return self._part(part).lines
 
     def _sides(self, part: int) -> list[Boundary | None]:
         walls = self._part(part)
@@ -249,9 +254,20 @@ def _walls(
     width = sections.left - sections.right
     i = int(np.argmin(width))
     walls = PartWalls.from_lines(left_lines, right_lines, (float(width[i]), float(sections.breaks[i])))
-    if shapely.intersects(walls.lines, path_line(part, _CHECKED)):
+    if _crosses(walls, part):
         raise CorridorError(f"part {index}: a boundary crosses the path, offsets must leave the path inside.")
     return walls
+
+
+def _crosses(walls: PartWalls, part: PathPart) -> bool:
+    """Whether a boundary crosses the path; most have no sample within twice the way between some places."""
+    theta = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _LOOKED)) + 1)
+    at = part.reference(theta)
+    places = np.column_stack([at.x, at.y])
+    apart = (side.tree.query(places, distance_upper_bound=2.0 * _LOOKED)[0] for side in walls.sides)
+    if all(np.isinf(each).all() for each in apart):
+        return False
+    return bool(shapely.intersects(walls.near(0j, inf), path_line(part, _CHECKED)))
 
 
 def _check_offsets(where: str, left: float, right: float) -> None:

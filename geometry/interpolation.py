@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from geometry.angles import wrap
 from geometry.errors import PathError
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 Directions = NDArray[np.int64]
@@ -145,6 +147,8 @@ def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Dire
 
 def _spline(points: Array, first: Array | None, last: Array | None) -> CubicSpline[np.float64]:
     """Chord-length spline through (k, 2), unit tangents given or free at its ends."""
+    from scipy.interpolate import CubicSpline  # here: a tenth of a second to import, and seldom needed
+
     lengths = np.hypot(*np.diff(points, axis=0).T)
     ends: list[tuple[Literal[1], Array] | Literal["not-a-knot"]] = [
         "not-a-knot" if tangent is None else (1, tangent) for tangent in (first, last)

@@ -49,22 +49,31 @@ class Nearest:
 
 
 class Samples(NamedTuple):
-    """What boundaries know of the samples that are nearest to n points; see Boundary."""
+    """The samples that are nearest to n points, and the segments before and behind them.
+
+    Attributes:
+        vertex: (n,) samples x + iy [m].
+        tangents: (2, n) unit tangents of both segments; at an open end the one that is missing has that of
+            the other.
+        lengths: (2, n) [m]; 0 if missing.
+        features: (2, n) that they belong to.
+        is_end: (n,) whether a polyline begins or ends there.
+    """
 
     vertex: Complex
-    segments: Complex
+    tangents: Complex
+    lengths: Array
     features: Index
     is_end: Mask
 
     @classmethod
-    def of(cls, boundary: Boundary, at: Index) -> Samples:
-        """Those of the samples `at` (n,) of a boundary."""
-        return cls(
-            boundary.vertex[at],
-            boundary.segments.take(at, axis=0),
-            boundary.features.take(at, axis=0),
-            boundary.is_end[at],
-        )
+    def of(cls, asked: Sequence[tuple[Boundary, Index]]) -> Samples:
+        """Those of the samples `at` (n_i,) of each boundary, one boundary after the other."""
+        found = [boundary.beside(at) for boundary, at in asked]
+        segments = np.concatenate([each.segments for each in found], axis=1)
+        features = np.concatenate([each.features for each in found], axis=1)
+        lengths = segments[3].view(np.float64).reshape(-1, 2).T
+        return cls(segments[0], segments[1:3], lengths, features[:2], features[2] != 0)
 
 
 class Last(NamedTuple):
@@ -100,26 +109,19 @@ def nearest(asked: Sequence[tuple[Boundary, Complex]]) -> Nearest:
 
     All of them pass through the same few array operations, whose number is what costs time.
     """
-    found = [boundary.nearest_sample(c) for boundary, c in asked]
-    samples = [Samples.of(boundary, at) for (boundary, _), at in zip(asked, found, strict=True)]
-    return _on_segments(np.concatenate([c for _, c in asked]), np.concatenate(found), _merged(samples))
+    found = [(boundary, boundary.nearest_sample(c)) for boundary, c in asked]
+    at = np.concatenate([samples for _, samples in found])
+    return _on_segments(np.concatenate([c for _, c in asked]), at, Samples.of(found))
 
 
 def is_allowed(sides: Sequence[Boundary], c: Complex) -> Mask:
     """Return (n,) whether the signed distances of c (n,) [m] to all sides are >= 0."""
     if not sides:
         return np.ones(c.size, dtype=np.bool_)
-    samples = _merged([Samples.of(side, side.nearest_sample(c)) for side in sides])
+    samples = Samples.of([(side, side.nearest_sample(c)) for side in sides])
     r = np.concatenate([c] * len(sides)) - samples.vertex
-    allowed = _foot(r, samples, samples.segments[:, 2]).side >= 0.0
+    allowed = _foot(r, samples, samples.lengths).side >= 0.0
     return np.asarray(allowed.reshape(len(sides), -1).all(axis=0))
-
-
-def _merged(samples: Sequence[Samples]) -> Samples:
-    """Those of one boundary after the other."""
-    if len(samples) == 1:
-        return samples[0]
-    return Samples(*(np.concatenate(values) for values in zip(*samples, strict=True)))
 
 
 def keep(best: Nearest, last: Sequence[Last], hysteresis: float) -> None:
@@ -147,7 +149,8 @@ def keep(best: Nearest, last: Sequence[Last], hysteresis: float) -> None:
     ask = np.concatenate(asked)
     c = np.concatenate([each.c for each in last])[ask]
     at, lost = (np.concatenate([each[i] for each in found]) for i in (1, 2))
-    kept = _on_segments(c, at, _merged([each[0] for each in found]), only=feature[ask])
+    samples = Samples.of([(boundary, its) for boundary, its, _ in found])
+    kept = _on_segments(c, at, samples, only=feature[ask])
     stays = np.abs(kept.distance) <= np.abs(best.distance[ask]) + hysteresis
     stays &= ~(lost & same[ask])
     to = ask[stays]
@@ -155,8 +158,9 @@ def keep(best: Nearest, last: Sequence[Last], hysteresis: float) -> None:
         values[to] = others[stays]
 
 
-def _on_last(last: Last, rows: Index) -> tuple[Samples, Index, Mask]:
-    """Samples nearest to some points on their last features, near their last samples; whether lost there.
+def _on_last(last: Last, rows: Index) -> tuple[Boundary, Index, Mask]:
+    """The boundary and its samples nearest to some points on their last features, near their last samples;
+    whether lost there.
 
     Lost is a search at the rim of its window: it has not arrived. The nearest point overall has, if it is on
     the same feature.
@@ -168,22 +172,19 @@ def _on_last(last: Last, rows: Index) -> tuple[Samples, Index, Mask]:
     at = window[np.arange(rows.size), np.argmin(r.real**2 + r.imag**2, axis=1)]
     lost = ((at == sample - WINDOW) & (at > low)) | ((at == sample + WINDOW) & (at < high))
     lost |= boundary.is_loop[feature] & ((at == low) | (at == high))
-    return Samples.of(boundary, at), at, lost
+    return boundary, at, lost
 
 
 def _on_segments(c: Complex, at: Index, samples: Samples, only: Index | None = None) -> Nearest:
     """Nearest points (n,) on the segments beside samples `at`, on one feature if `only` is given."""
-    lengths, features = samples.segments[:, 2], samples.features
+    lengths, tangents, features = samples.lengths, samples.tangents, samples.features
     if only is not None:
-        length_in = np.where(features[:, 0] == only, lengths.real, 0.0)
-        length_out = np.where(features[:, 1] == only, lengths.imag, 0.0)
-        lengths = length_in + 1j * length_out
+        lengths = np.where(features == only, lengths, 0.0)
     foot = _foot(c - samples.vertex, samples, lengths)
-    tangent = np.where(foot.inward, samples.segments[:, 0], samples.segments[:, 1])
+    tangent = np.where(foot.inward, tangents[0], tangents[1])
     on_vertex = (foot.along == 0.0).nonzero()[0]
     if on_vertex.size:
-        segments = samples.segments[on_vertex]
-        tangent[on_vertex] = _mean_tangent(segments[:, 0], segments[:, 1])
+        tangent[on_vertex] = _mean_tangent(*tangents[:, on_vertex])
     point = samples.vertex + foot.along * tangent
     signed = np.where(foot.side >= 0.0, foot.distance, -foot.distance)
     apart = foot.distance > _TINY
@@ -191,20 +192,18 @@ def _on_segments(c: Complex, at: Index, samples: Samples, only: Index | None = N
         normal = (c - point) / signed
     else:
         normal = np.where(apart, (c - point) / np.where(apart, signed, 1.0), 1j * tangent)
-    feature = np.where(foot.inward, features[:, 0], features[:, 1]) if only is None else only
+    feature = np.where(foot.inward, features[0], features[1]) if only is None else only
     return Nearest(point=point, normal=normal, distance=signed, feature=feature, sample=at)
 
 
-def _foot(r: Complex, samples: Samples, lengths: Complex) -> _Foot:
+def _foot(r: Complex, samples: Samples, lengths: Array) -> _Foot:
     """Where the nearest points are, for r (n,) from the sample to the point [m].
 
     The sign is that of the segment, at a vertex that of both tangents together (the pseudo-normal).
     Beyond an open end nothing is forbidden: positive.
     """
-    z = samples.segments[:, :2].conj()
-    z *= r[:, None]
-    z_in, z_out = z[:, 0], z[:, 1]
-    length_in, length_out = lengths.real, lengths.imag
+    z_in, z_out = samples.tangents.conj() * r
+    length_in, length_out = lengths
     along_in = np.minimum(np.maximum(z_in.real, -length_in), 0.0)
     along_out = np.maximum(np.minimum(z_out.real, length_out), 0.0)
     d_in = (z_in.real - along_in) ** 2 + z_in.imag**2

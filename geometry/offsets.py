@@ -32,6 +32,8 @@ Mask = NDArray[np.bool_]
 
 _PROBE = 1e-3  # [m]
 _BLOCK = 20  # points of a boundary that are looked at together
+_AT_A_TIME = 8_000  # points that are computed together: a long route takes little memory meanwhile
+_PIECES = 30  # pieces of path, likewise
 _STEP = 1.0  # [m] of path that is
 _GAP = 3.0 * SPACING  # [m] between the ends of a fold, at most
 _OVERLAP = 10  # samples behind the ends of a fold in which its crossing is sought
@@ -58,12 +60,20 @@ class Sections:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Raw:
-    """An untrimmed boundary of k points x + iy, `folded` where it runs backwards."""
+    """An untrimmed boundary of k points beside a part of a path, `folded` where it runs backwards."""
 
+    part: PathPart
     theta: Array
     offset: Array
     folded: Mask
-    point: Complex
+
+    def points(self, start: int, stop: int) -> Complex:
+        """Those from one to before another, x + iy [m]."""
+        return _points(self.part, self.theta[start:stop], self.offset[start:stop])
+
+    def point(self, i: int) -> complex:
+        """One of them [m]."""
+        return complex(self.points(i, i + 1)[0])
 
 
 def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
@@ -74,6 +84,16 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
         sections: the offsets of both sides.
         values: (b,) those of this side, sections.left or sections.right.
     """
+    lines = []
+    for pieces in _pieces(part, sections, values):
+        line = np.concatenate(pieces)
+        pieces.clear()  # those of a long route are large
+        lines.append(as_pairs(merged(line)))
+    return lines
+
+
+def _pieces(part: PathPart, sections: Sections, values: Array) -> list[list[Complex]]:
+    """Of each polyline of `trimmed` the pieces (k,), end to end [m]."""
     distance = _PathDistance(part)
     raw = _untrimmed(part, sections.breaks, values)
     kept = ~raw.folded & ~_is_inside(part, sections, distance, raw.theta, raw.offset)
@@ -82,10 +102,10 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
     if not runs:
         return []
     lines: list[list[Complex]] = [[_opened(part, sections, distance, raw, runs[0][0], -1)]]
-    body = raw.point[runs[0][0] : runs[0][1]]
+    body = raw.points(*runs[0])
     for before, after in pairwise(runs):
         joint = _crossing(raw, before, after)
-        following = raw.point[after[0] : after[1]]
+        following = raw.points(*after)
         if joint is not None:
             body, following = _cut(body, joint), _cut(following[::-1], joint)[::-1]
             lines[-1].append(body)
@@ -96,7 +116,7 @@ def trimmed(part: PathPart, sections: Sections, values: Array) -> list[Array]:
             lines.append([_opened(part, sections, distance, raw, after[0], -1)])
         body = following
     lines[-1] += [body, _opened(part, sections, distance, raw, runs[-1][1] - 1, 1)]
-    return [as_pairs(merged(np.concatenate(pieces))) for pieces in lines]
+    return lines
 
 
 def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
@@ -113,18 +133,26 @@ def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
         stretch = 1.0 - values[i] * part.curvature(0.5 * (ends[1:] + ends[:-1]))
         counts = np.ceil(np.diff(ends) * np.maximum(np.abs(stretch), 1.0) / SPACING - 1e-9).astype(np.int64)
         counts = np.maximum(counts, 1) + 1
-        piece = np.repeat(np.arange(counts.size), counts)
-        step = np.arange(piece.size) - np.repeat(np.cumsum(counts) - counts, counts)
-        thetas.append(ends[piece] + (ends[piece + 1] - ends[piece]) * step / (counts[piece] - 1))
-        offsets.append(np.full(piece.size, values[i]))
-        folded.append(stretch[piece] < -1e-9)
-    theta, offset = np.concatenate(thetas), np.concatenate(offsets)
-    return _Raw(theta=theta, offset=offset, folded=np.concatenate(folded), point=_points(part, theta, offset))
+        for k in range(0, counts.size, _PIECES):
+            count, begin, length = (each[k : k + _PIECES] for each in (counts, ends[:-1], np.diff(ends)))
+            piece = np.repeat(np.arange(count.size), count)
+            step = np.arange(piece.size) - np.repeat(np.cumsum(count) - count, count)
+            thetas.append(begin[piece] + length[piece] * step / (count[piece] - 1))
+            offsets.append(np.broadcast_to(values[i], piece.shape))
+            folded.append(stretch[k + piece] < -1e-9)
+    return _Raw(
+        part=part, theta=np.concatenate(thetas), offset=np.concatenate(offsets), folded=np.concatenate(folded)
+    )
 
 
 def _points(part: PathPart, theta: Array, offset: Array) -> Complex:
-    at = part.reference(theta)
-    return as_complex(np.column_stack([at.x - offset * np.sin(at.phi), at.y + offset * np.cos(at.phi)]))
+    points = np.empty(theta.size, dtype=np.complex128)
+    for i in range(0, theta.size, _AT_A_TIME):
+        some = slice(i, i + _AT_A_TIME)
+        at = part.reference(theta[some])
+        points.real[some] = at.x - offset[some] * np.sin(at.phi)
+        points.imag[some] = at.y + offset[some] * np.cos(at.phi)
+    return points
 
 
 class _PathDistance:
@@ -165,42 +193,55 @@ def _is_inside(
     part: PathPart, sections: Sections, distance: _PathDistance, theta: Array, offset: Array
 ) -> Mask:
     """Equation (1)."""
-    behind = _points(part, theta, offset + np.copysign(_PROBE, offset))
-    inside = _may_be_inside(part, theta, np.abs(offset) + _PROBE, behind)
-    asked = np.flatnonzero(inside)
-    if asked.size == 0:
-        return inside
-    d, at, lateral = distance(behind[asked])
-    inside[asked] = (d < np.abs(offset[asked]) - 1e-9) & (d < sections.bound(at, lateral))
-    return inside
+    near = _Nearby(part) if theta.size >= 10 * _BLOCK else None
+    found = [np.zeros(0, dtype=np.bool_)]
+    for i in range(0, theta.size, _AT_A_TIME):
+        at, off = theta[i : i + _AT_A_TIME], offset[i : i + _AT_A_TIME]
+        behind = _points(part, at, off + np.copysign(_PROBE, off))
+        inside = np.ones(at.size, dtype=np.bool_)
+        if near is not None:
+            inside = near.may_come_to(behind, at, np.abs(off) + _PROBE)
+        asked = np.flatnonzero(inside)
+        if asked.size:
+            d, to, lateral = distance(behind[asked])
+            inside[asked] = (d < np.abs(off[asked]) - 1e-9) & (d < sections.bound(to, lateral))
+        found.append(inside)
+    return np.concatenate(found)
 
 
-def _may_be_inside(part: PathPart, theta: Array, reach: Array, points: Complex) -> Mask:
-    """Which points (n,), on the path's normals at theta and `reach` (n,) [m] away, the path may come nearer.
+class _Nearby:
+    """Where a part of a path may come near to points beside it, looked at in blocks of both."""
 
-    Where |kappa| reach <= 1 a circle of that radius round the point touches the path at theta, and what the
-    path is within pi reach before and behind that stays out of it (Blaschke). So only pieces of path that are
-    farther along than that count, and few boundaries have any of them near. Points and path are looked at
-    in blocks.
-    """
-    result = np.abs(part.curvatures).max() * reach > 1.0
-    if result.all() or theta.size < 10 * _BLOCK:
-        return np.ones(theta.size, dtype=np.bool_)
-    along = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _STEP)) + 1)
-    path = cKDTree(as_pairs(_points(part, along, np.zeros(along.size))))
-    starts = np.arange(0, theta.size, _BLOCK)
-    sizes = np.diff(np.append(starts, theta.size))
-    middle = points[starts]
-    radius = np.maximum.reduceat(np.abs(points - np.repeat(middle, sizes)), starts)
-    most, least = np.maximum.reduceat(reach, starts), np.minimum.reduceat(reach, starts)
-    near = most + radius + 0.5 * _STEP
-    pairs = cKDTree(as_pairs(middle)).sparse_distance_matrix(path, float(near.max()), output_type="ndarray")
-    block, other = pairs["i"], along[pairs["j"]]
-    low, high = np.minimum.reduceat(theta, starts), np.maximum.reduceat(theta, starts)
-    apart = np.maximum(low[block] - other, other - high[block])
-    found = (apart > pi * least[block] - _STEP) & (pairs["v"] <= near[block])
-    counts = np.bincount(block[found], minlength=starts.size)
-    return np.asarray(result | np.repeat(counts > 0, sizes))
+    def __init__(self, part: PathPart) -> None:
+        self._along = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _STEP)) + 1)
+        self._path = cKDTree(as_pairs(_points(part, self._along, np.zeros(self._along.size))))
+        self._sharpest = np.abs(part.curvatures).max()
+
+    def may_come_to(self, points: Complex, theta: Array, reach: Array) -> Mask:
+        """Which points (n,), on the path's normals at theta and `reach` (n,) [m] away, it may come nearer to.
+
+        Where |kappa| reach <= 1 a circle of that radius round the point touches the path at theta, and what
+        the path is within pi reach before and behind that stays out of it (Blaschke). So only pieces of path
+        that are farther along than that count, and few boundaries have any of them near.
+        """
+        result = self._sharpest * reach > 1.0
+        if result.all():
+            return np.asarray(result)
+        starts = np.arange(0, theta.size, _BLOCK)
+        sizes = np.diff(np.append(starts, theta.size))
+        middle = points[starts]
+        radius = np.maximum.reduceat(np.abs(points - np.repeat(middle, sizes)), starts)
+        most, least = np.maximum.reduceat(reach, starts), np.minimum.reduceat(reach, starts)
+        near = most + radius + 0.5 * _STEP
+        pairs = cKDTree(as_pairs(middle)).sparse_distance_matrix(
+            self._path, float(near.max()), output_type="ndarray"
+        )
+        block, other = pairs["i"], self._along[pairs["j"]]
+        low, high = np.minimum.reduceat(theta, starts), np.maximum.reduceat(theta, starts)
+        apart = np.maximum(low[block] - other, other - high[block])
+        found = (apart > pi * least[block] - _STEP) & (pairs["v"] <= near[block])
+        counts = np.bincount(block[found], minlength=starts.size)
+        return np.asarray(result | np.repeat(counts > 0, sizes))
 
 
 def _opened(
@@ -209,7 +250,7 @@ def _opened(
     """The point between the last kept sample of a run and the first dropped one where the boundary ends."""
     out = end + way
     if not 0 <= out < raw.theta.size or raw.folded[out]:
-        return raw.point[end : end + 1]
+        return raw.points(end, end + 1)
     low, high = 0.0, 1.0
     for _ in range(20):
         share = np.array([0.5 * (low + high)])
@@ -229,8 +270,8 @@ def _crossing(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> com
         stop += 1
     while start > max(after[0] - _OVERLAP, middle + 1) and not raw.folded[start - 1]:
         start -= 1
-    first = raw.point[max(before[0], before[1] - _OVERLAP) : stop]
-    second = raw.point[start : min(after[1], after[0] + _OVERLAP)]
+    first = raw.points(max(before[0], before[1] - _OVERLAP), stop)
+    second = raw.points(start, min(after[1], after[0] + _OVERLAP))
     if first.size < 2 or second.size < 2:
         return None
     common = shapely.intersection(shapely.linestrings(as_pairs(first)), shapely.linestrings(as_pairs(second)))
@@ -238,7 +279,7 @@ def _crossing(raw: _Raw, before: tuple[int, int], after: tuple[int, int]) -> com
     if len(points) == 0:
         return None
     candidates = as_complex(points)
-    return complex(candidates[np.argmin(np.abs(candidates - raw.point[before[1] - 1]))])
+    return complex(candidates[np.argmin(np.abs(candidates - raw.point(before[1] - 1)))])
 
 
 def _cut(line: Complex, joint: complex) -> Complex:
@@ -260,11 +301,12 @@ def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], afte
     so that no gap is left in the wall.
     """
     i, j = before[1] - 1, after[0]
-    way = raw.point[j] - raw.point[i]
+    begin = raw.point(i)
+    way = raw.point(j) - begin
     if abs(way) <= _GAP:
         return True
     n = int(np.ceil(abs(way) / SPACING)) + 1
-    d, _, _ = distance(raw.point[i] + way * np.linspace(0.0, 1.0, n))
+    d, _, _ = distance(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
     free = min(abs(raw.offset[i]), abs(raw.offset[j]))
     return bool((d >= (0.5 * free if raw.folded[i:j].any() else free - 2.0 * _PROBE)).all())
 

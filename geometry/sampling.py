@@ -1,4 +1,4 @@
-"""Polylines sampled densely, with all that a search on them needs to know of each sample."""
+"""Polylines sampled densely, with all that a search on them needs to know."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
+Index = NDArray[np.integer]
 Mask = NDArray[np.bool_]
 
 SPACING = 0.05  # [m] at most, between samples
@@ -18,6 +18,7 @@ CORNER = pi / 9.0  # [rad]
 _REVERSAL = (
     pi - 1e-6
 )  # [rad] a turn back on itself juts into the allowed side, whatever sign rounding gives it
+_BLOCK = 10_000  # points at a time: what a route of many kilometres takes meanwhile stays small
 _MERGED = 1e-6  # [m] samples nearer to each other are one
 
 
@@ -29,13 +30,7 @@ class Chain:
     """
 
     vertex: Complex
-    tangent_in: Complex
-    tangent_out: Complex
-    length_in: Array
-    length_out: Array
-    feature_in: Index
-    feature_out: Index
-    is_end: Mask
+    added: Index
     first: Index
     last: Index
     is_loop: Mask
@@ -53,42 +48,50 @@ def ring(line: Complex) -> Chain:
     return chain(np.append(line, line[0]), is_ring=True)
 
 
-def chain(line: Complex, *, is_ring: bool = False, leads: tuple[complex, complex] | None = None) -> Chain:
-    """Sample a polyline (m,); a ring repeats its first point at its end. For `leads` see Boundary."""
+def chain(line: Complex, *, is_ring: bool = False) -> Chain:
+    """Sample a polyline (m,); a ring repeats its first point at its end. One that is dense is not copied."""
     line = merged(line)
-    if line.size == 1:
-        return _point(line)
-    way = np.diff(line)
-    counts = np.maximum(np.ceil(np.abs(way) / SPACING - 1e-9), 1.0).astype(np.int64)
-    step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    share = np.repeat(way / counts, counts)
-    vertex = np.append(np.repeat(line[:-1], counts) + step * share, line[-1])
-    length = np.repeat(np.abs(way) / counts, counts)
-    tangent = np.repeat(way / np.abs(way), counts)
-    turn = tangent[1:] * tangent[:-1].conj()
-    corner = recedes(turn)
-    feature = np.concatenate(([0], np.cumsum(corner)))
-    before, after = (-1, 0) if is_ring else (0, -1)
-    starts = np.concatenate(([0], np.flatnonzero(corner) + 1))
-    smooth_seam = not bool(recedes(tangent[0] * tangent[-1].conj()))
-    ends = np.zeros(vertex.size, dtype=np.bool_)
-    ends[[0, -1]] = not is_ring and leads is None
-    lead_in = tangent[before] if leads is None else leads[0]
-    lead_out = tangent[after] if leads is None else leads[1]
+    vertex, given = _dense(line)
+    receding, sharp = _corners(line)
+    starts = np.append(0, given[receding])
+    smooth_seam = line.size > 1 and not bool(recedes((line[1] - line[0]) * (line[-1] - line[-2]).conj()))
     return Chain(
         vertex=vertex,
-        tangent_in=np.concatenate(([lead_in], tangent)),
-        tangent_out=np.concatenate((tangent, [lead_out])),
-        length_in=np.concatenate(([length[-1] if is_ring else 0.0], length)),
-        length_out=np.concatenate((length, [length[0] if is_ring else 0.0])),
-        feature_in=np.concatenate((feature[[before]], feature)),
-        feature_out=np.concatenate((feature, feature[[after]])),
-        is_end=ends,
+        added=given[:0] if given.size == vertex.size else np.delete(np.arange(vertex.size), given),
         first=starts,
         last=np.append(starts[1:], vertex.size - 1),
         is_loop=np.full(starts.size, is_ring and smooth_seam and starts.size == 1),
-        sharp=np.flatnonzero(np.abs(np.angle(turn)) > CORNER) + 1,
+        sharp=given[sharp],
     )
+
+
+def _dense(line: Complex) -> tuple[Complex, Index]:
+    """Points at most SPACING apart, the line itself if its are; which of them are those of the line (m,)."""
+    pieces, given = [], [np.zeros(1, dtype=np.int32)]
+    for i in range(0, line.size - 1, _BLOCK):
+        some = line[i : i + _BLOCK + 1]
+        way = np.diff(some)
+        counts = np.maximum(np.ceil(np.abs(way) / SPACING - 1e-9), 1.0).astype(np.int32)
+        given.append(given[-1][-1] + np.cumsum(counts, dtype=np.int32))
+        if counts.max() == 1:
+            pieces.append(some[:-1])
+            continue
+        step = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        pieces.append(np.repeat(some[:-1], counts) + step * np.repeat(way / counts, counts))
+    index = np.concatenate(given)
+    dense = index[-1] == line.size - 1
+    return line if dense else np.concatenate([*pieces, line[-1:]]), index
+
+
+def _corners(line: Complex) -> tuple[Index, Index]:
+    """The points of a polyline (m,) at which it recedes, and at which it turns more than CORNER."""
+    receding, sharp = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for i in range(0, line.size - 2, _BLOCK):
+        way = np.diff(line[i : i + _BLOCK + 2])
+        turn = way[1:] * way[:-1].conj()
+        receding.append(np.flatnonzero(recedes(turn)) + i + 1)
+        sharp.append(np.flatnonzero(np.abs(np.angle(turn)) > CORNER) + i + 1)
+    return np.concatenate(receding), np.concatenate(sharp)
 
 
 def recedes(turn: Complex) -> Mask:
@@ -101,28 +104,11 @@ def recedes(turn: Complex) -> Mask:
     return np.asarray((angle > CORNER) & (angle < _REVERSAL))
 
 
-def _point(line: Complex) -> Chain:
-    """A boundary that is one point: without extent and without a forbidden side."""
-    one, zero, index = np.ones(1, dtype=np.complex128), np.zeros(1), np.zeros(1, dtype=np.int64)
-    return Chain(
-        vertex=line,
-        tangent_in=one,
-        tangent_out=one,
-        length_in=zero,
-        length_out=zero,
-        feature_in=index,
-        feature_out=index,
-        is_end=np.ones(1, dtype=np.bool_),
-        first=index,
-        last=index,
-        is_loop=np.zeros(1, dtype=np.bool_),
-        sharp=index[:0],
-    )
-
-
 def merged(line: Complex) -> Complex:
     """Drop points that repeat the one before."""
-    return line[np.concatenate(([True], np.abs(np.diff(line)) > _MERGED))]
+    blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
+    kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])
+    return line if kept.all() else line[kept]
 
 
 def as_complex(points: Array) -> Complex:

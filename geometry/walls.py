@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import NamedTuple
 
@@ -16,13 +16,15 @@ from geometry.errors import InputError
 from geometry.lines import PartLines
 from geometry.nearest import Last, Nearest, keep, nearest
 from geometry.outline import checked_polygon
-from geometry.sampling import as_complex
+from geometry.sampling import as_complex, as_pairs
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+TABLED = 50_000  # samples of all walls up to which more is kept of each, for speed: 1.2 km of both sides
+_NO_LINES = shapely.MultiLineString()
 BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but behind it, on another way
 
 
@@ -78,18 +80,15 @@ class PartWalls:
     """The boundaries of one part of a route.
 
     Attributes:
-        left_lines, right_lines: polylines (k, 2), each with its allowed side on the left [m].
-        left, right: the same, sampled; None without any.
-        lines: all of them as one shapely geometry.
+        left, right: None without any.
         narrowest: smallest width [m] and its theta [m].
+        every: both as lines, if these are kept.
     """
 
-    left_lines: tuple[Array, ...]
-    right_lines: tuple[Array, ...]
     left: Boundary | None
     right: Boundary | None
-    lines: shapely.MultiLineString
     narrowest: tuple[float, float]
+    every: shapely.MultiLineString | None = None
 
     @classmethod
     def from_lines(
@@ -106,24 +105,49 @@ class PartWalls:
             left, right: the polylines; joined: one of each, and either begins where the other ends.
             narrowest: smallest width [m] and its theta [m].
         """
+        # Boundaries go on with the same numbers.
         for line in (*left, *right):
             line.setflags(write=False)
-        # One point is a boundary too (an arc's collapsed inside), but a line needs two.
-        lines = [line if len(line) > 1 else np.repeat(line, 2, axis=0) for line in (*left, *right)]
         return cls(
-            left_lines=tuple(left),
-            right_lines=tuple(right),
             left=Boundary.from_polylines(left, leads=_leads(right[0]) if joined else None),
             right=Boundary.from_polylines(right, leads=_leads(left[0]) if joined else None),
-            lines=shapely.multilinestrings([shapely.linestrings(line) for line in lines]),
             narrowest=narrowest,
         )
 
+    def with_tables(self) -> PartWalls:
+        """Return the same walls with more kept of them, so that looking at them is faster."""
+        left, right = (None if side is None else side.with_table() for side in (self.left, self.right))
+        return replace(self, left=left, right=right, every=self.near(0j, inf))
+
+    @property
+    def sides(self) -> tuple[Boundary, ...]:
+        """The boundaries that there are."""
+        return tuple(side for side in (self.left, self.right) if side is not None)
+
+    @property
+    def lines(self) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        """Polylines (k, 2) of the left and the right boundary, with their allowed side on the left [m]."""
+        left, right = (() if side is None else side.polylines for side in (self.left, self.right))
+        return left, right
+
+    def near(self, middle: complex, radius: float) -> shapely.MultiLineString:
+        """The boundaries, at least what of them is within `radius` of a place [m]."""
+        if self.every is not None:
+            return self.every
+        pieces = [piece for side in self.sides for piece in side.pieces_near(middle, radius)]
+        if not pieces:
+            return _NO_LINES
+        # One point is a boundary too (an arc's collapsed inside), but a line needs two.
+        pieces = [piece if piece.size > 1 else np.repeat(piece, 2) for piece in pieces]
+        line = np.repeat(np.arange(len(pieces)), [piece.size for piece in pieces])
+        return shapely.multilinestrings(shapely.linestrings(as_pairs(np.concatenate(pieces)), indices=line))
+
     def to_lines(self) -> PartLines:
         """Return what `from_lines` builds the same from."""
+        left, right = self.lines
         return PartLines(
-            left=self.left_lines,
-            right=self.right_lines,
+            left=left,
+            right=right,
             joined=self.left is not None and not self.left.is_open,
             narrowest=self.narrowest,
         )
@@ -151,15 +175,24 @@ class Obstacles:
         corners = tuple(np.ascontiguousarray(ring[::-1]) for ring in rings)
         for ring in corners:
             ring.setflags(write=False)
+        boundary = Boundary.from_polylines(rings, closed=True)
+        if boundary is not None and boundary.vertex.size <= TABLED:
+            boundary = boundary.with_table()
         return cls(
             corners=corners,
-            boundary=Boundary.from_polylines(rings, closed=True),
+            boundary=boundary,
             shapes=np.array(shapes, dtype=np.object_),
         )
 
     def to_polygons(self) -> tuple[Array, ...]:
         """Return what `from_polygons` builds the same from; `corners` begin one corner later."""
         return tuple(shapely.get_coordinates(shape)[:-1] for shape in self.shapes)
+
+
+def with_tables(walls: Sequence[PartWalls]) -> tuple[PartWalls, ...]:
+    """Return the walls of all parts with more kept of them unless they are too long for that."""
+    samples = sum(side.vertex.size for each in walls for side in each.sides)
+    return tuple(walls) if samples > TABLED else tuple(each.with_tables() for each in walls)
 
 
 def half_planes(

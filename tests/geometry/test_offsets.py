@@ -8,7 +8,7 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
-from geometry import Corridor, Narrowing, PathPart, Pose2, ReferencePath, offsets
+from geometry import Corridor, Narrowing, Pose2, ReferencePath, offsets
 
 SEGMENTS = {
     "reversing": (
@@ -267,19 +267,19 @@ def test_asking_only_where_the_path_comes_back_changes_nothing(
     rows = [(20.0, 24.0, 1.5, np.nan), (50.0, 53.0, np.nan, -1.0)]
     sections = offsets.sections_of(part, 4.0, -4.0, rows)
     asked: list[float] = []
-    choose = offsets._may_be_inside
+    choose = offsets._Nearby.may_come_to
 
     def some(*arguments: Any) -> NDArray[np.bool_]:
         asked.append(float(choose(*arguments).mean()))
         return choose(*arguments)
 
-    def everything(part: PathPart, theta: NDArray[np.float64], *_: Any) -> NDArray[np.bool_]:
-        return np.ones(theta.size, dtype=np.bool_)
+    def everything(nearby: Any, points: NDArray[np.complex128], *_: Any) -> NDArray[np.bool_]:
+        return np.ones(points.size, dtype=np.bool_)
 
     for values in (sections.left, sections.right):
-        monkeypatch.setattr(offsets, "_may_be_inside", some)
+        monkeypatch.setattr(offsets._Nearby, "may_come_to", some)
         few = offsets.trimmed(part, sections, values)
-        monkeypatch.setattr(offsets, "_may_be_inside", everything)
+        monkeypatch.setattr(offsets._Nearby, "may_come_to", everything)
         every = offsets.trimmed(part, sections, values)
         assert len(few) == len(every)
         assert all(map(np.array_equal, few, every))
