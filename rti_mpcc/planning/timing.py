@@ -13,7 +13,6 @@ from __future__ import annotations
 from math import sqrt, tanh
 
 import numpy as np
-from scipy.optimize import brentq
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
@@ -41,7 +40,10 @@ def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: P
         ConfigError: the settings plan no arrival, or no cruise by (T4), so nothing says how long they take.
     """
     if not config.arrival:
-        raise ConfigError("arrival = False: only planned arrivals have a time that is known before")
+        raise ConfigError(
+            "arrival = False: only planned arrivals have a time that is known before; preset 'default' plans "
+            "them, 'paper' and 'paper_printed' do not"
+        )
     if config.method is not Method.DYNAMIC:
         raise ConfigError(f"method = {config.method.value!r}: only of 'dynamic' the time is known before")
     total = 0.0
@@ -76,6 +78,8 @@ def config_for_docking_time(
             f"docking_time = {seconds!r} s: within the limits docking here takes {min(takes):.4g} to "
             f"{max(takes):.4g} s"
         )
+    from scipy.optimize import brentq  # here: a tenth of a second to import, and seldom needed
+
     found = brentq(lambda factor: time(factor) - seconds, least, most, xtol=1e-4)
     return scaled(config, float(found))
 

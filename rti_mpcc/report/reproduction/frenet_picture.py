@@ -86,7 +86,10 @@ def paired(lag_weight: float) -> Paired:
 
 def frenet_figure(plans: list[Paired]) -> Figure:
     """A panel a plan, on the same part of the plane."""
-    figure = Figure(figsize=(5.1 * len(plans), 5.9), layout="constrained")
+    shown = np.concatenate([np.concatenate((plan.states[:, X : Y + 1], plan.feet[:, :2])) for plan in plans])
+    width, height = np.ptp(shown, axis=0)
+    # Panels as high as the plane on them, and room for titles, labels and the legend.
+    figure = Figure(figsize=(5.1 * len(plans), 4.4 * height / width + 1.6), layout="constrained")
     axes = np.atleast_1d(figure.subplots(1, len(plans), sharex=True, sharey=True))
     for one, plan in zip(axes, plans, strict=True):
         _draw(one, plan)
