@@ -167,14 +167,19 @@ class SolverSettings(Settings):
 
     Attributes:
         tolerance: absolute and relative termination tolerance, on the scaled problem.
+        fine_tolerance: the same for the first `fine_iterations` of a QP that goes on from the one before: a
+            shape that costs little changes by little from cycle to cycle, and never comes to its best where
+            that is within the tolerance. What is not that good by then has to reach `tolerance`.
         max_iterations: of one QP; a QP that needs more is not accepted.
         check_interval: iterations between two termination checks.
         polish: refine the active set's solution (off on the vehicle, on for reference solutions).
     """
 
     tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
+    fine_tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-6
+    fine_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 6
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
-    check_interval: Annotated[int, Field(ge=1, le=1000)] = 5
+    check_interval: Annotated[int, Field(ge=1, le=1000)] = 3
     polish: bool = False
 
 

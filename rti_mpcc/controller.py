@@ -13,7 +13,7 @@ from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
+from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows, admitted, corridor_rows, lacking
 from rti_mpcc.ocp.frame import LocalFrame
@@ -32,13 +32,14 @@ from rti_mpcc.qp.filling import (
     empty_values,
     fill_bounds,
     fill_corridor,
+    fill_corridor_bounds,
     fill_cost,
     fill_curvature,
     fill_dynamics,
     fill_initial,
 )
-from rti_mpcc.qp.pattern import build_pattern
-from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver, Stop
+from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
+from rti_mpcc.qp.solver import FAR, NEAR, Ends, QpSolution, QpSolver, Stop
 from rti_mpcc.types import Array, Trajectory
 
 RETURN_SHARE = 0.9
@@ -60,7 +61,9 @@ class Linearisation:
     Attributes:
         trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
         lengths: (N,) of the stages [s].
-        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them.
+        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them,
+            None where none acts.
+        bounds: (2, 2) what v and delta may be at every stage, lower and upper.
         refused: "" or why the solver refused the numbers.
         seconds: time that the preparation took.
     """
@@ -72,6 +75,7 @@ class Linearisation:
     weights: StageWeights
     planes: HalfPlanes | None
     rows: CorridorRows | None
+    bounds: Array
     refused: str
     seconds: float
 
@@ -85,7 +89,7 @@ class Solution:
         trajectory: the plan in the world, headings on the route's branch.
         slack: (N,) corridor slack of stages 1..N [m].
         weights: that acted; planes: that acted, memory of their features.
-        dual: multipliers, the next QP's guess.
+        dual: multipliers in scaled units of rows that are not eased, the next QP's guess.
         status, iterations, refactorisations, residuals: of OSQP, see `QpSolution`.
         stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
         prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
@@ -199,6 +203,7 @@ class RtiMpcc:
         cartesian: bool = False,
         retreat: float = 0.0,
         damping: float = 0.0,
+        eased: bool = True,
         again: bool = False,
     ) -> Linearisation:
         """Preparation phase: everything about the QP that needs no measurement.
@@ -212,6 +217,8 @@ class RtiMpcc:
                 corridor are.
             retreat: speed allowed against the part's direction [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
+            eased: the plan is near its optimum, bounds that are far off count less in the solver. Never so
+                after `plan`.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
         """
         begun = perf_counter()
@@ -223,6 +230,7 @@ class RtiMpcc:
         else:
             last = last or self._last
             plan = last.trajectory if last else None
+        eased = eased and last is not None
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
@@ -234,8 +242,10 @@ class RtiMpcc:
         theta = states[:, THETA]
 
         weights = self._weights(theta, lengths, arriving=arrive_at is not None, cartesian=cartesian)
-        reference = frame.reference_in(self.part.reference(theta))
-        errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
+        errors = None
+        if weights.follows_path:
+            reference = frame.reference_in(self.part.reference(theta))
+            errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
         walls = self._walls(shifted.states, frame, weights)
         goal = frame.pose_in(target.pose)
         cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
@@ -245,12 +255,13 @@ class RtiMpcc:
         bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat, ends=ends)
 
         values, pattern = self._values, self._pattern
+        self._solver.pace(NEAR if eased else FAR)
         fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
         if last is not None and len(last.dual) == len(values.lower):
             change_of_scale = weights.scale / last.weights.scale
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, bounds, states, controls)
+        fill_bounds(values, pattern, bounds, states, controls, eased=eased)
         planes = None if cartesian else self._planes(shifted.states, last)
         rows = None
         if planes is not None:
@@ -258,8 +269,7 @@ class RtiMpcc:
             rows = corridor_rows(
                 states[1:], frame.planes_in(planes), self._discs, footprint.margin, footprint.near
             )
-        if pattern.discs:
-            fill_corridor(values, pattern, rows)
+        fill_corridor(values, pattern, rows, eased=eased)
         fill_initial(values, pattern, np.zeros_like(states[0]))
         self._last = last
         self._linearisation = Linearisation(
@@ -270,6 +280,7 @@ class RtiMpcc:
             weights=weights,
             planes=planes,
             rows=rows,
+            bounds=np.array([bounds.states[:, 0, :2].max(axis=0), bounds.states[:, 1, :2].min(axis=0)]).T,
             refused=self._solver.update(values),
             seconds=perf_counter() - begun,
         )
@@ -353,8 +364,10 @@ class RtiMpcc:
         if not self._pattern.discs:
             return None
         centres = disc_centres(states[1:], self._discs).reshape(-1, 2)
+        footprint = self.config.footprint
+        within = self._discs.radius + footprint.margin + footprint.near
         previous = last.planes if last else None
-        return self._corridor.half_planes(self.index, centres, previous)
+        return self._corridor.half_planes(self.index, centres, previous, within=within)
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
@@ -362,26 +375,39 @@ class RtiMpcc:
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `SHORT` of it.
         """
-        values, pattern, limits = self._values, self._pattern, self.config.limits
-        elapsed, far_out = np.cumsum(linear.lengths), False
-        for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
-            rows = pattern.state_rows[:, column]
-            unit = pattern.row_units[rows]
-            shift = linear.states[1:, quantity]
-            drop = RETURN_SHARE * rate * elapsed
-            low, high = values.lower[rows[0]], values.upper[rows[0]]
-            values.upper[rows] = np.maximum(values.upper[rows], (measured[quantity] - drop - shift) / unit)
-            values.lower[rows] = np.minimum(values.lower[rows], (measured[quantity] + drop - shift) / unit)
-            far_out |= bool(values.lower[rows[0]] < low or values.upper[rows[0]] > high)
+        far_out = self._admit_motion(measured, linear)
         if linear.rows is None:
             return far_out
-        margin = self.config.footprint.margin
-        change = (measured - linear.states[0])[[X, Y, PHI]]
-        lack = lacking(linear.rows, change)
+        change, margin = (measured - linear.states[0])[:POSE], self.config.footprint.margin
+        missing = lacking(linear.rows, change)
+        if missing is None:
+            return far_out
+        lack = missing[0].max(axis=0)
         over = np.maximum(lack - margin, 0.0)
-        rows = pattern.corridor_rows[:, :, : linear.rows.lower.shape[2]]
-        values.lower[rows] = admitted(linear.rows, change, elapsed, self._turned(linear.states), margin, over)
+        elapsed = np.add.accumulate(linear.lengths)
+        bounds = admitted(linear.rows, missing, elapsed, self._turned(linear.states), margin, over)
+        fill_corridor_bounds(self._values, self._pattern, bounds)
         return far_out or float(lack.max()) > SHORT * margin
+
+    def _admit_motion(self, measured: Array, linear: Linearisation) -> bool:
+        """Widen bounds on v and delta; whether by more than the first stage can give back."""
+        pattern, values, limits = self._pattern, self._values, self.config.limits
+        elapsed, far_out = None, False
+        lower, upper = block(values.lower, pattern.state_rows), block(values.upper, pattern.state_rows)
+        for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
+            value = float(measured[quantity])
+            if linear.bounds[column, 0] <= value <= linear.bounds[column, 1]:
+                continue
+            if elapsed is None:
+                elapsed = np.add.accumulate(linear.lengths)
+                units = block(pattern.row_units, pattern.state_rows) * block(values.ease, pattern.state_rows)
+            shift, drop = linear.states[1:, quantity], RETURN_SHARE * rate * elapsed
+            low, high = lower[0, column], upper[0, column]
+            top, bottom = upper[:, column], lower[:, column]
+            np.maximum(top, (value - drop - shift) / units[:, column], out=top)
+            np.minimum(bottom, (value + drop - shift) / units[:, column], out=bottom)
+            far_out |= bool(bottom[0] < low or top[0] > high)
+        return far_out
 
     def _turned(self, states: Array) -> Array:
         """Way (N,) driven by stages 1..N since the trailing end is back where it was, if the body turns [m].
@@ -402,13 +428,13 @@ class RtiMpcc:
         iterate: tuple[Array, Array] | None,
     ) -> QpSolution:
         pattern = self._pattern
-        primal = np.zeros(pattern.constraints.shape[1])
-        primal[pattern.state_columns[0]] = change / pattern.column_units[pattern.state_columns[0]]
-        dual = np.zeros(pattern.constraints.shape[0])
+        rows, columns = pattern.constraints.shape
+        primal, dual = np.zeros(columns), np.zeros(rows)
+        block(primal, pattern.state_columns)[0] = change / STATE_UNITS
         if self._last is not None:
-            primal[pattern.slack_columns] = self._last.slack / pattern.column_units[pattern.slack_columns]
-            if len(self._last.dual) == len(dual):
-                dual = self._last.dual
+            block(primal, pattern.slack_columns)[...] = self._last.slack / SLACK_UNIT
+            if len(self._last.dual) == rows:
+                dual = self._last.dual * self._values.ease
         if iterate is not None and len(iterate[1]) == len(dual):
             primal, dual = iterate
         self._guess = (primal, dual)
@@ -418,17 +444,19 @@ class RtiMpcc:
 
     def _read(self, linear: Linearisation, result: QpSolution, begun: float) -> Solution:
         pattern, shifted = self._pattern, linear.trajectory
-        change = result.primal * pattern.column_units if result.solved else np.zeros(len(result.primal))
-        states = linear.frame.states_out(linear.states + change[pattern.state_columns])
-        controls = shifted.controls + change[pattern.control_columns]
+        change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
+        if result.solved:
+            change, dual = result.primal * pattern.column_units, result.dual / self._values.ease
+        states = linear.frame.states_out(linear.states + block(change, pattern.state_columns))
+        controls = shifted.controls + block(change, pattern.control_columns)
         read_only(states, controls, shifted.times)
         return Solution(
             solved=result.solved,
             trajectory=Trajectory(times=shifted.times, states=states, controls=controls),
-            slack=np.maximum(change[pattern.slack_columns], 0.0),
+            slack=np.maximum(block(change, pattern.slack_columns), 0.0),
             weights=linear.weights,
             planes=linear.planes,
-            dual=result.dual if result.solved else np.zeros(len(result.dual)),
+            dual=dual,
             status=result.status,
             iterations=result.iterations,
             refactorisations=result.refactorisations,

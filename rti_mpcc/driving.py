@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 
-from geometry import Corridor, ReferencePath
+from geometry import Corridor, HalfPlanes, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
@@ -293,13 +293,23 @@ class Driver:
             return False
         return self._may_be_free() or route.arrival_due(self._memory, situation, self.config)
 
-    def _way_to_contact(self, plan: Trajectory, reach: float) -> float:
-        corridor = self._surroundings.corridor
-        memory = self._memory
-        return contact.way_to_contact(plan, corridor, memory.part, self.config, reach, memory.touched)
+    def _way_to_contact(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
+        """Way along a plan to a contact [m], or inf. Args: planes of its solution, if it is one's."""
+        corridor, part, touched = self._surroundings.corridor, self._memory.part, self._memory.touched
+        if touched is None and contact.surely_clear(plan, planes, corridor, part, self.config, reach):
+            return inf
+        begins_free = touched is None and planes is not None
+        return contact.way_to_contact(
+            plan, corridor, part, self.config, reach, touched, begins_free=begins_free
+        )
 
     def _touched(self, situation: Situation) -> float | None:
         memory, corridor = self._memory, self._surroundings.corridor
+        planes = None if memory.solution is None else memory.solution.planes
+        if memory.touched is None and contact.body_surely_clear(
+            situation.state, planes, corridor, memory.part, self.config
+        ):
+            return None
         return contact.touched(memory.touched, situation.state, corridor, memory.part, self.config)
 
     # -- the rungs of the ladder --------------------------------------------------------------------
@@ -351,7 +361,8 @@ class Driver:
         `anywhere`: however far ahead that is.
         """
         config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
-        way = self._way_to_stop_in(plan, situation, anywhere=anywhere)
+        planes = attempt.solutions[-1].planes if attempt and source is Source.SOLUTION else None
+        way = self._way_to_stop_in(plan, situation, planes, anywhere=anywhere)
         self._memory = renewed(memory, blocked=way is not None)
         if way is not None:
             wanted = ladder.before_contact(float(situation.state[V]), way, config)
@@ -369,11 +380,13 @@ class Driver:
             attempt=attempt,
         )
 
-    def _way_to_stop_in(self, plan: Trajectory, situation: Situation, *, anywhere: bool) -> float | None:
+    def _way_to_stop_in(
+        self, plan: Trajectory, situation: Situation, planes: HalfPlanes | None, *, anywhere: bool
+    ) -> float | None:
         """Way to a contact that the vehicle must brake for now [m], or None."""
         need = contact.stopping_distance(float(situation.state[V]), self.config)
         reach = inf if anywhere else need + contact.CHECKED
-        way = self._way_to_contact(plan, reach)
+        way = self._way_to_contact(plan, reach, planes)
         must_stop = way < inf if anywhere or self._memory.blocked else way <= need
         return way if must_stop else None
 

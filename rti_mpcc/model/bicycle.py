@@ -16,31 +16,63 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from types import ModuleType
-from typing import NamedTuple, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.types import Array
 
 Real = TypeVar("Real", float, Array)
 
 
 class Step(NamedTuple):
-    """One step of n stages: the states reached (n, 6) and their sensitivities to state and control."""
+    """One step of n stages: the states reached (n, 6) and what their poses gain by what they began with.
+
+    Attributes:
+        state: (n, 6).
+        pose_by: (n, 3, 5) slopes of x, y, phi reached to `SLOPES`: phi, v, delta, a, delta_dot.
+        lengths: (n,) h [s], the slopes of v, delta and theta to their controls.
+    """
 
     state: Array
-    by_state: Array  # (n, 6, 6)
-    by_control: Array  # (n, 6, 3)
+    pose_by: Array
+    lengths: Array
+
+    @property
+    def by_state(self) -> Array:
+        """Sensitivity (n, 6, 6) to the state."""
+        by = np.tile(np.eye(STATES), (len(self.state), 1, 1))
+        by[:, :POSE, PHI : DELTA + 1] = self.pose_by[:, :, :3]
+        return by
+
+    @property
+    def by_control(self) -> Array:
+        """Sensitivity (n, 6, 3) to the control."""
+        by = np.zeros((len(self.state), STATES, CONTROLS))
+        by[:, :POSE, : DELTA_DOT + 1] = self.pose_by[:, :, 3:]
+        by[:, V, A] = by[:, DELTA, DELTA_DOT] = by[:, THETA, THETA_DOT] = self.lengths
+        return by
+
+
+SLOPES: Final = ("phi", "v", "delta", "a", "delta_dot")
+"""What the pose that a step reaches depends on besides the pose that it begins at."""
+
+
+def pose_rates(states: Array, wheelbase: float) -> Array:
+    """Time derivative (n, 3) of x, y, phi in states (n, 6): the part of Eq. (M1) that no control enters."""
+    phi, v = states[:, PHI], states[:, V]
+    out = np.empty((len(states), POSE))
+    np.multiply(v, np.cos(phi), out=out[:, X])
+    np.multiply(v, np.sin(phi), out=out[:, Y])
+    np.multiply(v / wheelbase, np.tan(states[:, DELTA]), out=out[:, PHI])
+    return out
 
 
 def rates(states: Array, controls: Array, wheelbase: float) -> Array:
     """Time derivative (n, 6) of states (n, 6) under controls (n, 3), Eq. (M1)."""
-    phi, v, delta = states[:, PHI], states[:, V], states[:, DELTA]
     out = np.empty_like(states)
-    out[:, X] = v * np.cos(phi)
-    out[:, Y] = v * np.sin(phi)
-    out[:, PHI] = v * np.tan(delta) / wheelbase
+    out[:, :POSE] = pose_rates(states, wheelbase)
     out[:, V] = controls[:, A]
     out[:, DELTA] = controls[:, DELTA_DOT]
     out[:, THETA] = controls[:, THETA_DOT]
@@ -60,13 +92,6 @@ def step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Ar
     reached[:, DELTA] += lengths * rate
     reached[:, THETA] += lengths * controls[:, THETA_DOT]
     return reached
-
-
-# Columns of the sensitivities below: to phi, v, delta, a and delta_dot.
-_P_PHI, _P_V, _P_DELTA, _P_A, _P_RATE = range(5)
-_POSE = np.array([X, Y, PHI])
-_STATE_COLUMNS = np.array([PHI, V, DELTA])
-_CONTROL_COLUMNS = np.array([A, DELTA_DOT])
 
 
 def rollout(state: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
@@ -110,62 +135,65 @@ def _change(
     return x, y, sixth * (w + 4.0 * w_m + w_1)
 
 
+# Of the times 0, h/2, h in a step, and of the four parts of its way (M3).
+_TIMES = np.array([0.0, 0.5, 1.0])[:, None]
+_SIMPSON = np.array([1.0, 4.0, 1.0])[:, None] / 6.0
+_PARTS = np.array([1.0, 2.0, 2.0, 1.0])[:, None] / 6.0
+_TURNED_FOR = np.array([0.0, 0.5, 0.5, 1.0])[:, None]
+_TURNED_AT = np.array([0, 0, 1, 1])
+_DRIVEN_AT = np.array([0, 1, 1, 2])
+
+
 def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Step:
     """One Runge-Kutta step per stage with exact sensitivities, Eq. (M2), (M3).
+
+    With x + iy for the position, and e_j = g_j exp(i phi_j) with the weights g_j = h/6 (1, 2, 2, 1) of (M3),
+
+    (M4)  d(x_1 + i y_1) = sum_j e_j (dv_j + i v_j dphi_j),   dv_j = dv + t_j da,
+          dphi_b = dphi + h/2 dw_0,  dphi_c = dphi + h/2 dw_m,  dphi_d = dphi + h dw_m;   dphi_1 by (M2),
+          dw(t) = tan(delta)/L (dv + t da) + v (1 + tan²)/L (ddelta + t ddelta_dot)
 
     Args:
         states: (n, 6); controls: (n, 3), constant over the step; lengths: (n,) [s]; wheelbase: [m].
     """
-    n, h = len(states), lengths
-    phi, v_0, delta_0 = states[:, PHI], states[:, V], states[:, DELTA]
-    a, rate = controls[:, A], controls[:, DELTA_DOT]
+    h, count = lengths, len(lengths)
+    # v and delta along axis 0, the three times along axis 1.
+    t = h * _TIMES
+    motion = states[:, V : DELTA + 1].T[:, None] + controls[:, A : DELTA_DOT + 1].T[:, None] * t
+    v, tangent = motion[0], np.tan(motion[1])
+    by = np.empty((2, 3, count))  # slopes of phi' to v and delta
+    np.divide(tangent, wheelbase, out=by[0])
+    np.multiply(by[0] * tangent + 1.0 / wheelbase, v, out=by[1])
+    w = v * by[0]
 
-    # v, delta and phi' at 0, h/2, h, axis 1; then their sensitivities, axis 2 the five parameters.
-    time = h[:, None] * np.array([0.0, 0.5, 1.0])
-    v = v_0[:, None] + a[:, None] * time
-    tangent = np.tan(delta_0[:, None] + rate[:, None] * time)
-    w = v * tangent / wheelbase
-    w_by = np.zeros((n, 3, 5))
-    w_by[:, :, _P_V] = tangent / wheelbase
-    w_by[:, :, _P_DELTA] = v * (1.0 + tangent**2) / wheelbase
-    w_by[:, :, _P_A] = w_by[:, :, _P_V] * time
-    w_by[:, :, _P_RATE] = w_by[:, :, _P_DELTA] * time
+    heading = states[:, PHI] + h * _TURNED_FOR * w[_TURNED_AT]
+    e = np.empty((4, count), dtype=np.complex128)
+    np.cos(heading, out=e.real)
+    np.sin(heading, out=e.imag)
+    e *= h * _PARTS
+    way = e * v[_DRIVEN_AT]
+    moved = way.sum(axis=0)
 
-    # The four headings, speeds and weights of (M3), axis 1.
-    weight = h[:, None] / 6.0 * np.array([1.0, 2.0, 2.0, 1.0])
-    advance = h[:, None] * np.array([0.0, 0.5, 0.5, 1.0])
-    source = np.array([0, 0, 1, 1])  # which of w_0, w_m turns the heading
-    heading = phi[:, None] + advance * w[:, source]
-    heading_by = advance[:, :, None] * w_by[:, source]
-    heading_by[:, :, _P_PHI] = 1.0
-    speed = v[:, [0, 1, 1, 2]]
-    speed_time = time[:, [0, 1, 1, 2]]
-    cos, sin = weight * np.cos(heading), weight * np.sin(heading)
+    # The slopes of position and heading to `SLOPES` along axis 0.
+    by_w = 1j * way * (h * _TURNED_FOR)
+    by_w0, by_wm = by_w[1], by_w[2] + by_w[3]
+    position = np.empty((5, count), dtype=np.complex128)
+    position[0] = 1j * moved
+    later = by_wm * by[:, 1]
+    position[1:3] = by_w0 * by[:, 0] + later
+    position[1] += e.sum(axis=0)
+    position[3:5] = later * t[1]
+    position[3] += (e * t[_DRIVEN_AT]).sum(axis=0)
+    simpson = h * _SIMPSON
+    pose_by = np.empty((POSE, 5, count))
+    pose_by[X], pose_by[Y] = position.real, position.imag
+    pose_by[PHI, 0] = 1.0
+    pose_by[PHI, 1:3] = (simpson * by).sum(axis=1)
+    pose_by[PHI, 3:5] = (simpson * t * by).sum(axis=1)
 
     reached = states.copy()
-    reached[:, X] += (cos * speed).sum(axis=1)
-    reached[:, Y] += (sin * speed).sum(axis=1)
-    simpson = h[:, None] / 6.0 * np.array([1.0, 4.0, 1.0])
-    reached[:, PHI] += (simpson * w).sum(axis=1)
-    reached[:, V] += h * a
-    reached[:, DELTA] += h * rate
+    reached[:, : Y + 1].view(np.complex128)[:, 0] += moved
+    reached[:, PHI] += (simpson * w).sum(axis=0)
+    reached[:, V : DELTA + 1] = motion[:, 2].T
     reached[:, THETA] += h * controls[:, THETA_DOT]
-
-    pose_by = np.empty((n, 3, 5))
-    pose_by[:, 0] = np.matmul((-sin * speed)[:, None, :], heading_by)[:, 0]
-    pose_by[:, 1] = np.matmul((cos * speed)[:, None, :], heading_by)[:, 0]
-    pose_by[:, 2] = np.matmul(simpson[:, None, :], w_by)[:, 0]
-    pose_by[:, 2, _P_PHI] = 1.0
-    for row, along in ((0, cos), (1, sin)):
-        pose_by[:, row, _P_V] += along.sum(axis=1)
-        pose_by[:, row, _P_A] += (along * speed_time).sum(axis=1)
-
-    by_state = np.zeros((n, STATES, STATES))
-    by_state[:, np.arange(STATES), np.arange(STATES)] = 1.0
-    by_state[:, _POSE[:, None], _STATE_COLUMNS] = pose_by[:, :, :3]
-    by_control = np.zeros((n, STATES, CONTROLS))
-    by_control[:, _POSE[:, None], _CONTROL_COLUMNS] = pose_by[:, :, 3:]
-    by_control[:, V, A] = h
-    by_control[:, DELTA, DELTA_DOT] = h
-    by_control[:, THETA, THETA_DOT] = h
-    return Step(reached, by_state, by_control)
+    return Step(reached, pose_by.transpose(2, 0, 1), lengths)

@@ -10,6 +10,8 @@ Y: Final = 1
 """y of the rear axle [m]."""
 PHI: Final = 2
 """heading [rad]."""
+POSE: Final = 3
+"""So many of the first quantities are the pose."""
 V: Final = 3
 """speed [m/s]."""
 DELTA: Final = 4

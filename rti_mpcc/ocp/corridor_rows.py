@@ -35,40 +35,42 @@ class CorridorRows(NamedTuple):
 
 def corridor_rows(
     states: Array, planes: HalfPlanes, discs: Discs, margin: float, near: float
-) -> CorridorRows:
-    """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage).
+) -> CorridorRows | None:
+    """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage); None if none
+    acts.
 
     Args:
         margin: kept between disc and boundary [m]; near: farther boundaries do not act [m].
     """
     stages, count = len(states), len(discs.offsets)
+    gap = discs.radius + margin - planes.distance.reshape(stages, count, -1)
+    acts = gap > -near
+    if not acts.any():
+        return None
     normal = planes.normal.reshape(stages, count, -1, 2)
-    distance = planes.distance.reshape(stages, count, -1)
     c, s = np.cos(states[:, PHI])[:, None, None], np.sin(states[:, PHI])[:, None, None]
     slopes = np.empty((*normal.shape[:3], 3))
     slopes[..., :2] = normal
     slopes[..., 2] = discs.offsets[None, :, None] * (normal[..., 1] * c - normal[..., 0] * s)
-    gap = discs.radius + margin - distance
-    acts = gap > -near
     slopes *= acts[..., None]
     return CorridorRows(slopes, np.where(acts, gap, LOOSE))
 
 
-def lacking(rows: CorridorRows, change: Array) -> Array:
-    """What the vehicle lacks of the corridor and its margin (sides,) [m] where the plan begins, 0 if nothing.
+def lacking(rows: CorridorRows, change: Array) -> Array | None:
+    """What of the corridor and its margin is missing (N, discs, sides) [m], or None if nothing is.
 
-    The plan begins `change` (3,) in x, y, phi beside the one linearised about.
+    The plan begins `change` (3,) in x, y, phi beside the one linearised about, and goes on beside it.
     """
-    lack: Array = np.maximum((rows.lower[0] - rows.slopes[0] @ change).max(axis=0), 0.0)
-    return lack
+    missing = rows.lower - rows.slopes @ change
+    return np.maximum(missing, 0.0) if float(missing.max()) > 0.0 else None
 
 
 def admitted(
-    rows: CorridorRows, change: Array, elapsed: Array, turned: Array, margin: float, over: Array
+    rows: CorridorRows, missing: Array, elapsed: Array, turned: Array, margin: float, over: Array
 ) -> Array:
     """Lower bounds (N, discs, sides) that give back step by step what is missing.
 
-    What is missing of the margin a moment ahead, by this `change` or before, is out of reach by then: the
+    What is `missing` of the margin a moment ahead (see `lacking`) is out of reach by then: the
     exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
     there is. A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
     one that turns away swings its other end out before. A slack that nothing can make smaller would
@@ -78,14 +80,13 @@ def admitted(
     stay.
 
     (H4)  lower - r - (1 - s / WAY_BACK) (over + min(over, margin - r)),
-          r = (1 - t / RETURN_TIME) min(m, margin),   m = max(0, lower - slopes change)
+          r = (1 - t / RETURN_TIME) min(m, margin),   m = missing = max(0, lower - slopes change)
 
     Args:
         elapsed: (N,) time t of stages 1..N [s].
         turned: (N,) way s that the plan has driven by then since its body can have turned away [m].
         over: (sides,) what the vehicle lacks beyond the margin [m].
     """
-    missing = np.maximum(rows.lower - rows.slopes @ change, 0.0)
     share = np.clip(1.0 - elapsed / RETURN_TIME, 0.0, 1.0)
     relief = share[:, None, None] * np.minimum(missing, margin)
     if over.any():

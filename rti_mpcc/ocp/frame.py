@@ -25,36 +25,40 @@ class LocalFrame:
         """The frame in which `state` (>= 3,) has pose 0."""
         return cls(x=float(state[X]), y=float(state[Y]), phi=float(state[PHI]))
 
+    @property
+    def _turn(self) -> complex:
+        return complex(cos(self.phi), sin(self.phi))
+
     def states_in(self, states: Array) -> Array:
         """World states (..., >= 3) in this frame."""
         out = states.copy()
-        c, s = cos(self.phi), sin(self.phi)
-        dx, dy = states[..., X] - self.x, states[..., Y] - self.y
-        out[..., X], out[..., Y] = c * dx + s * dy, -s * dx + c * dy
+        place = out[..., : Y + 1].view(np.complex128)
+        place -= complex(self.x, self.y)
+        place *= self._turn.conjugate()
         out[..., PHI] -= self.phi
         return out
 
     def states_out(self, states: Array) -> Array:
         """Local states (..., >= 3) in the world."""
         out = states.copy()
-        c, s = cos(self.phi), sin(self.phi)
-        out[..., X] = self.x + c * states[..., X] - s * states[..., Y]
-        out[..., Y] = self.y + s * states[..., X] + c * states[..., Y]
+        place = out[..., : Y + 1].view(np.complex128)
+        place *= self._turn
+        place += complex(self.x, self.y)
         out[..., PHI] += self.phi
         return out
 
     def reference_in(self, reference: PathReference) -> PathReference:
         """References in this frame."""
-        pose = self.states_in(np.stack([reference.x, reference.y, reference.phi], axis=-1))
-        return replace(reference, x=pose[:, X], y=pose[:, Y], phi=pose[:, PHI])
+        place = (reference.x - self.x) + 1j * (reference.y - self.y)
+        place *= self._turn.conjugate()
+        return PathReference(x=place.real, y=place.imag, phi=reference.phi - self.phi, slope=reference.slope)
 
     def pose_in(self, pose: Pose2) -> Pose2:
         """A pose in this frame, heading not wrapped."""
-        local = self.states_in(np.array([pose.x, pose.y, pose.phi]))
-        return Pose2(float(local[X]), float(local[Y]), float(local[PHI]))
+        place = complex(pose.x - self.x, pose.y - self.y) * self._turn.conjugate()
+        return Pose2(place.real, place.imag, pose.phi - self.phi)
 
     def planes_in(self, planes: HalfPlanes) -> HalfPlanes:
         """Half-planes with normals turned into this frame (points stay in the world, nothing reads them)."""
-        c, s = cos(self.phi), sin(self.phi)
-        turn = np.array([[c, -s], [s, c]])
-        return replace(planes, normal=planes.normal @ turn)
+        normal = planes.normal.view(np.complex128) * self._turn.conjugate()
+        return replace(planes, normal=normal.view(np.float64))

@@ -20,16 +20,30 @@ from geometry import PathReference
 from rti_mpcc.model.layout import PHI, STATES, THETA, X, Y
 from rti_mpcc.types import Array
 
+LAG, CONTOURING, HEADING = range(3)
+"""Where each error stands in `FrenetErrors`."""
+
 
 class FrenetErrors(NamedTuple):
-    """Errors (n,) and their slopes (n, 6) with respect to the state."""
+    """Errors (n, 3), lag, contouring and heading, and their slopes (n, 3, 6) with respect to the state."""
 
-    lag: Array
-    contouring: Array
-    heading: Array
-    lag_by: Array
-    contouring_by: Array
-    heading_by: Array
+    values: Array
+    slopes: Array
+
+    @property
+    def lag(self) -> Array:
+        """e_l (n,) [m]."""
+        return self.values[:, LAG]
+
+    @property
+    def contouring(self) -> Array:
+        """e_c (n,) [m]."""
+        return self.values[:, CONTOURING]
+
+    @property
+    def heading(self) -> Array:
+        """e_phi (n,) [rad]."""
+        return self.values[:, HEADING]
 
 
 def frenet_errors(
@@ -40,12 +54,19 @@ def frenet_errors(
     Args:
         turns: whether the slopes know that the reference turns with theta; False takes phi_r' for 0 in (F2).
     """
-    turn = reference.slope if turns else np.zeros_like(reference.slope)
+    values, slopes = np.empty((len(states), 3)), np.zeros((len(states), 3, STATES))
     c, s = np.cos(reference.phi), np.sin(reference.phi)
     dx, dy = states[:, X] - reference.x, states[:, Y] - reference.y
-    lag, contouring = c * dx + s * dy, -s * dx + c * dy
-    lag_by, contouring_by, heading_by = (np.zeros((len(states), STATES)) for _ in range(3))
-    lag_by[:, X], lag_by[:, Y], lag_by[:, THETA] = c, s, -direction + contouring * turn
-    contouring_by[:, X], contouring_by[:, Y], contouring_by[:, THETA] = -s, c, -lag * turn
-    heading_by[:, PHI], heading_by[:, THETA] = 1.0, -turn
-    return FrenetErrors(lag, contouring, states[:, PHI] - reference.phi, lag_by, contouring_by, heading_by)
+    values[:, LAG] = c * dx + s * dy
+    values[:, CONTOURING] = c * dy - s * dx
+    values[:, HEADING] = states[:, PHI] - reference.phi
+    slopes[:, LAG, X] = slopes[:, CONTOURING, Y] = c
+    slopes[:, LAG, Y] = s
+    slopes[:, CONTOURING, X] = -s
+    slopes[:, HEADING, PHI] = 1.0
+    slopes[:, LAG, THETA] = -direction
+    if turns and reference.slope.any():
+        slopes[:, LAG, THETA] += values[:, CONTOURING] * reference.slope
+        slopes[:, CONTOURING, THETA] = -values[:, LAG] * reference.slope
+        slopes[:, HEADING, THETA] = -reference.slope
+    return FrenetErrors(values, slopes)

@@ -7,15 +7,21 @@ geometrically, fine where the vehicle is about to be and coarse far ahead.
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.optimize import brentq
+from math import expm1, log1p
+from typing import NamedTuple
 
-from rti_mpcc.model.bicycle import rates
-from rti_mpcc.model.layout import DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
+import numpy as np
+from numpy.typing import NDArray
+
+from rti_mpcc.model.bicycle import pose_rates
+from rti_mpcc.model.layout import PHI, POSE, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.types import Array, Trajectory
 
 SHORTEST = 0.1
 """Length of the second stage [s] where stages grow; also the longest equal stage."""
+
+MOST_STEPS = 100
+"""Of Newton's method for the growth of stages; some 10 are needed."""
 
 
 def stage_lengths(duration: float, first: float, stages: int) -> Array:
@@ -31,11 +37,25 @@ def stage_lengths(duration: float, first: float, stages: int) -> Array:
     if target <= count * (1.0 + 1e-6):  # a growth too small to be told from rounding is none
         lengths[1:] = rest / count
         return lengths
-    most = max(1.0, target ** (1.0 / (count - 1)) - 1.0)
-    growth = brentq(lambda g: np.expm1(count * np.log1p(g)) / g - target, 1e-9, most, xtol=1e-15)
-    lengths[1:] = SHORTEST * np.exp(np.log1p(growth) * np.arange(count))
+    lengths[1:] = np.exp(log1p(_growth(target, count)) * np.arange(count))
     lengths[1:] *= rest / lengths[1:].sum()
     return lengths
+
+
+def _growth(total: float, count: int) -> float:
+    """The g > 0 with 1 + (1 + g) + ... + (1 + g)^(count - 1) = `total` > count.
+
+    Newton's steps from beyond come down to it one by one, as the sum is convex in g.
+    """
+    g = float(total ** (1.0 / (count - 1)) - 1.0)  # the last term alone
+    for _ in range(MOST_STEPS):
+        grown = expm1(count * log1p(g))
+        slope = (count * (grown + 1.0) / (1.0 + g) - grown / g) / g
+        step = (grown / g - total) / slope
+        g -= step
+        if step <= 1e-15 * g:
+            break
+    return g
 
 
 def stage_times(begin: float, lengths: Array) -> Array:
@@ -47,30 +67,50 @@ def stage_times(begin: float, lengths: Array) -> Array:
     return times
 
 
+class Marks(NamedTuple):
+    """Where times (n,) lie in a plan: stage (n,), share of it that is over (n,), and time after its end."""
+
+    stage: NDArray[np.int64]
+    share: Array
+    lengths: Array  # (N,) of the plan's stages [s]
+    beyond: Array | None  # (n,) [s]; None: at no time
+
+    @classmethod
+    def of(cls, plan: Trajectory, times: Array) -> Marks:
+        """Marks of `times`; before its begin and behind its end a plan is held where it is."""
+        own = plan.times
+        late = times[-1] > own[-1] or times[0] < own[0]
+        inside = np.minimum(np.maximum(times, own[0]), own[-1]) if late else times
+        stage = own[1:-1].searchsorted(inside, side="right")
+        lengths = own[1:] - own[:-1]
+        share = (inside - own[stage]) / lengths[stage]
+        beyond = np.maximum(times - own[-1], 0.0) if times[-1] > own[-1] else None
+        return cls(stage, share, lengths, beyond)
+
+
 def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
-    """States (n, 6) of a plan at `times` (n,).
+    """States (n, 6) of a plan at `times` (n,), which do not fall.
 
     Within a stage the speed, steering and progress are linear, as they are planned, and the pose is
     the cubic that has the rates of both ends. Behind the plan's end it keeps its last speed and
     heading; before its begin it is held.
     """
-    begin, end = plan.times[0], plan.times[-1]
-    inside = np.clip(times, begin, end)
-    k = np.clip(np.searchsorted(plan.times, inside, side="right") - 1, 0, len(plan.controls) - 1)
-    h = plan.times[k + 1] - plan.times[k]
-    s = ((inside - plan.times[k]) / h)[:, None]
-    left, right = plan.states[k], plan.states[k + 1]
-    states = left + s * (right - left)
-    pose = [X, Y, PHI]
-    slope_left = h[:, None] * rates(left, plan.controls[k], wheelbase)[:, pose]
-    slope_right = h[:, None] * rates(right, plan.controls[k], wheelbase)[:, pose]
-    rise = (right - left)[:, pose]
-    states[:, pose] += s * (1.0 - s) * ((1.0 - s) * (slope_left - rise) - s * (slope_right - rise))
-    beyond = np.maximum(times - end, 0.0)
-    if beyond.any():
-        states[:, X] += beyond * states[:, V] * np.cos(states[:, PHI])
-        states[:, Y] += beyond * states[:, V] * np.sin(states[:, PHI])
-        states[:, THETA] += beyond * plan.controls[-1, THETA_DOT]
+    return _states(plan, Marks.of(plan, times), wheelbase)
+
+
+def _states(plan: Trajectory, marks: Marks, wheelbase: float) -> Array:
+    k, s = marks.stage, marks.share[:, None]
+    rise = (plan.states[1:] - plan.states[:-1])[k]
+    states: Array = plan.states[k] + s * rise
+    # Hermite's cubic: what it has beyond the straight line.
+    slopes, h = pose_rates(plan.states, wheelbase), marks.lengths[:, None]
+    left, right = slopes[:-1] * h, slopes[1:] * h
+    pose = rise[:, :POSE]
+    states[:, :POSE] += s * (1.0 - s) * ((1.0 - s) * (left[k] - pose) - s * (right[k] - pose))
+    if marks.beyond is not None:
+        states[:, X] += marks.beyond * states[:, V] * np.cos(states[:, PHI])
+        states[:, Y] += marks.beyond * states[:, V] * np.sin(states[:, PHI])
+        states[:, THETA] += marks.beyond * plan.controls[-1, THETA_DOT]
     return states
 
 
@@ -80,18 +120,25 @@ def controls_over(plan: Trajectory, times: Array) -> Array:
     The means keep the integrals, so that speed, steering and progress agree with `states_at`.
     Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
     """
-    lengths = np.diff(plan.times)
-    grown = np.zeros((len(plan.times), plan.controls.shape[1]))
-    np.cumsum(plan.controls * lengths[:, None], axis=0, out=grown[1:])
-    sums = np.stack([np.interp(times, plan.times, grown[:, j]) for j in (A, DELTA_DOT, THETA_DOT)], axis=-1)
-    sums[:, THETA_DOT] += np.maximum(times - plan.times[-1], 0.0) * plan.controls[-1, THETA_DOT]
-    return np.diff(sums, axis=0) / np.diff(times)[:, None]
+    return _controls(plan, Marks.of(plan, times), times)
+
+
+def _controls(plan: Trajectory, marks: Marks, times: Array) -> Array:
+    gains = plan.controls * marks.lengths[:, None]
+    sums = np.add.accumulate(gains, axis=0)
+    sums -= gains
+    grown = sums[marks.stage] + marks.share[:, None] * gains[marks.stage]
+    if marks.beyond is not None:
+        grown[:, THETA_DOT] += marks.beyond * plan.controls[-1, THETA_DOT]
+    controls: Array = (grown[1:] - grown[:-1]) / (times[1:] - times[:-1])[:, None]
+    return controls
 
 
 def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
     """The same motion on another grid `times` (n+1,); the shift of the real-time iteration."""
+    marks = Marks.of(plan, times)
     return Trajectory(
-        times=times, states=states_at(plan, times, wheelbase), controls=controls_over(plan, times)
+        times=times, states=_states(plan, marks, wheelbase), controls=_controls(plan, marks, times)
     )
 
 

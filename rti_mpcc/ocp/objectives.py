@@ -119,6 +119,11 @@ class StageWeights:
     scale: float
     by_progress: WeightSlopes | None = None
 
+    @property
+    def follows_path(self) -> bool:
+        """Whether any stage counts its Frenet errors."""
+        return bool(self.lag.any() or self.contouring.any() or self.heading.any())
+
 
 def sigma(distance: Array | float, weights: Weights) -> Array:
     """Paper Eq. 8: near 1 closer than beta [m], near 0 beyond."""
@@ -213,12 +218,15 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
     none = np.zeros_like(share)
     firm = min(1.0, float(lengths.sum()) / FIRM) ** 3
     effort = share[:-1] * firm
-    on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)
-    contouring = weights.arrival_contouring * on_path * share
+    lag = contouring = none
+    if weights.arrival_contouring > 0.0:
+        on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)
+        contouring = weights.arrival_contouring * on_path * share
+        lag = weights.lag * (contouring > 0.0) * share
     return StageWeights(
-        lag=weights.lag * (contouring > 0.0) * share,
+        lag=lag,
         contouring=contouring,
-        heading=none.copy(),
+        heading=none,
         lateral_acceleration=weights.lateral_acceleration * share,
         bound_distance=none,
         bound_speed=none,

@@ -12,6 +12,7 @@ them; their slopes are in the gradient.
 
 from __future__ import annotations
 
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,10 @@ NOTHING_LEFT = -6.0
 """So many c of (C4) below comfort its residual is a quarter of a percent of c, and left out."""
 
 
+Residual = tuple[Array, Array, Array]
+"""Weights (n,), values (n,) and slopes (n, ...) of one squared term."""
+
+
 class QuadraticCost(NamedTuple):
     """Hessian and gradient of the cost in the change of states and controls (there diagonal)."""
 
@@ -47,7 +52,7 @@ def quadratic_cost(
     states: Array,
     controls: Array,
     weights: StageWeights,
-    errors: FrenetErrors,
+    errors: FrenetErrors | None,
     walls: HalfPlanes | None,
     goal: Pose2,
     wheelbase: float,
@@ -56,33 +61,23 @@ def quadratic_cost(
     """The model about `states` (N+1, 6) and `controls` (N, 3), Eq. (C1)-(C4).
 
     Args:
+        errors: at `states`; None where no weight is on them.
         walls: nearest boundaries of the rear axle (N+1 points), where the soft distance acts.
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
     """
-    lateral, lateral_by = _lateral_acceleration(states, wheelbase)
-    discomfort, excess, slope = _discomfort(
-        lateral, comfort.lateral_acceleration, weights.comfort.lateral_acceleration
-    )
-    rows = [
-        (weights.lag, errors.lag, errors.lag_by),
-        (weights.contouring, errors.contouring, errors.contouring_by),
-        (weights.heading, errors.heading, errors.heading_by),
-        (weights.lateral_acceleration, lateral, lateral_by),
-        (discomfort, excess, slope[:, None] * lateral_by),
-    ]
+    hessian = np.zeros((len(states), STATES, STATES))
+    gradient = np.zeros((len(states), STATES))
+    if errors is not None:
+        frenet = np.stack((weights.lag, weights.contouring, weights.heading), axis=1)
+        _add_squares(hessian, gradient, frenet, errors.values, errors.slopes)
+    rows = _lateral(states, weights, wheelbase, comfort.lateral_acceleration)
     if walls is not None:
         for side in range(2):
             rows += _soft_walls(states, walls, side, weights)
-    rows = [row for row in rows if row[0].any()]
-    hessian = np.zeros((len(states), STATES, STATES))
-    gradient = np.zeros((len(states), STATES))
     if rows:
-        by = np.stack([row[2] for row in rows], axis=1)
-        weighted = 2.0 * np.stack([row[0] for row in rows], axis=1)[:, :, None] * by
-        residual = np.stack([row[1] for row in rows], axis=1)
-        hessian += np.matmul(weighted.transpose(0, 2, 1), by)
-        gradient += np.matmul(residual[:, None, :], weighted)[:, 0]
-    if weights.by_progress is not None:
+        columns = ([row[i] for row in rows] for i in range(3))
+        _add_squares(hessian, gradient, *(np.stack(column, axis=1) for column in columns))
+    if weights.by_progress is not None and errors is not None:
         gradient[:, THETA] += _blending(weights.by_progress, controls, errors, walls)
     _add_goal(hessian, gradient, states[-1], weights, goal)
     return QuadraticCost(hessian, gradient, *_control_cost(controls, weights, comfort))
@@ -98,27 +93,44 @@ def _blending(slopes: WeightSlopes, controls: Array, errors: FrenetErrors, walls
     return gain
 
 
-def _lateral_acceleration(states: Array, wheelbase: float) -> tuple[Array, Array]:
+def _add_squares(hessian: Array, gradient: Array, weights: Array, residuals: Array, slopes: Array) -> None:
+    """Add w e² for each of r residuals: weights and residuals (N+1, r), slopes (N+1, r, 6)."""
+    weighted = 2.0 * weights[:, :, None] * slopes
+    hessian += np.matmul(weighted.transpose(0, 2, 1), slopes)
+    gradient += np.matmul(residuals[:, None, :], weighted)[:, 0]
+
+
+def _lateral(states: Array, weights: StageWeights, wheelbase: float, most: float) -> list[Residual]:
+    """Residuals of the lateral acceleration and of its excess over `most`, as far as they count."""
+    weighs, comfortable = weights.lateral_acceleration.any(), weights.comfort.lateral_acceleration
     v, tangent = states[:, V], np.tan(states[:, DELTA])
+    lateral = v * v * tangent / wheelbase
+    excess = _discomfort(lateral, most, comfortable)
+    if not weighs and excess is None:
+        return []
     by = np.zeros((len(states), STATES))
     by[:, V] = 2.0 * v * tangent / wheelbase
     by[:, DELTA] = v**2 * (1.0 + tangent**2) / wheelbase
-    return v**2 * tangent / wheelbase, by
+    rows = [(weights.lateral_acceleration, lateral, by)] if weighs else []
+    if excess is not None:
+        rows.append((excess[0], excess[1], excess[2][:, None] * by))
+    return rows
 
 
-def _discomfort(values: Array, most: float, weights: Array) -> tuple[Array, Array, Array]:
+def _discomfort(values: Array, most: float, weights: Array) -> Residual | None:
     """Weights, residuals and their slopes of (C4) at `values` (n,); weights that fall off beyond the clip
-    make its square linear there."""
+    make its square linear there. None if nothing comes near `most`."""
     ease = COMFORT_EASE * most
-    beyond = (np.abs(values) - most) / ease
+    size = np.abs(values)
+    if float(size.max(initial=0.0)) <= most + NOTHING_LEFT * ease:
+        return None
+    beyond = (size - most) / ease
     excess = ease * np.logaddexp(0.0, beyond)
     acting = weights * (beyond > NOTHING_LEFT) * COMFORT_CLIP / np.maximum(excess, COMFORT_CLIP)
-    return acting, excess, np.sign(values) * expit(beyond)
+    return (acting, excess, np.sign(values) * expit(beyond)) if acting.any() else None
 
 
-def _soft_walls(
-    states: Array, walls: HalfPlanes, side: int, weights: StageWeights
-) -> list[tuple[Array, Array, Array]]:
+def _soft_walls(states: Array, walls: HalfPlanes, side: int, weights: StageWeights) -> list[Residual]:
     """Residuals max(0, 2 m - distance) and v max(0, 2.5 m - distance) of the rear axle to one side."""
     distance, normal = walls.distance[:, side], walls.normal[:, side]
     near, slow = np.maximum(BOUND_DISTANCE - distance, 0.0), np.maximum(BOUND_SPEED - distance, 0.0)
@@ -126,19 +138,22 @@ def _soft_walls(
     near_by[:, [X, Y]] = -normal * (near > 0.0)[:, None]
     slow_by[:, [X, Y]] = -normal * (states[:, V] * (slow > 0.0))[:, None]
     slow_by[:, V] = slow
-    return [(weights.bound_distance, near, near_by), (weights.bound_speed, states[:, V] * slow, slow_by)]
+    rows = [(weights.bound_distance, near, near_by), (weights.bound_speed, states[:, V] * slow, slow_by)]
+    return [row for row in rows if row[0].any()]
 
 
 def _add_goal(hessian: Array, gradient: Array, last: Array, weights: StageWeights, goal: Pose2) -> None:
-    error = np.array([last[X] - goal.x, last[Y] - goal.y, last[PHI] - goal.phi])
+    x, y, phi, v = (float(last[i]) for i in (X, Y, PHI, V))
+    dx, dy, turn = x - goal.x, y - goal.y, phi - goal.phi
     if weights.goal_clipped:
-        error[:2] *= min(1.0, GOAL_CLIP[0] / max(float(np.hypot(error[0], error[1])), 1e-12))
-        error[2] = np.clip(error[2], -GOAL_CLIP[1], GOAL_CLIP[1])
-    pose = [X, Y, PHI]
-    hessian[-1, pose, pose] += 2.0 * weights.goal
-    gradient[-1, pose] += 2.0 * weights.goal * error
-    hessian[-1, V, V] += 2.0 * weights.goal_speed
-    gradient[-1, V] += 2.0 * weights.goal_speed * last[V]
+        share = min(1.0, GOAL_CLIP[0] / max(hypot(dx, dy), 1e-12))
+        dx, dy, turn = share * dx, share * dy, min(max(turn, -GOAL_CLIP[1]), GOAL_CLIP[1])
+    on_pose = weights.goal.tolist()
+    for i, weight, error in zip(
+        (X, Y, PHI, V), (*on_pose, weights.goal_speed), (dx, dy, turn, v), strict=True
+    ):
+        hessian[-1, i, i] += 2.0 * weight
+        gradient[-1, i] += 2.0 * weight * error
 
 
 def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> tuple[Array, Array]:
@@ -152,7 +167,9 @@ def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> t
         (A, comfort.acceleration, weights.comfort.acceleration),
         (DELTA_DOT, comfort.steering_rate, weights.comfort.steering_rate),
     ):
-        weight, excess, slope = _discomfort(controls[:, column], most, on_excess)
-        gradient[:, column] += 2.0 * weight * excess * slope
-        squares[:, column] += weight * slope**2
+        residual = _discomfort(controls[:, column], most, on_excess)
+        if residual is not None:
+            weight, excess, slope = residual
+            gradient[:, column] += 2.0 * weight * excess * slope
+            squares[:, column] += weight * slope**2
     return 2.0 * squares, gradient

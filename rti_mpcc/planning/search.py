@@ -86,7 +86,7 @@ class Start:
         last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
         iterate: how far the first QP had come in an earlier cycle.
         least: so many iterations at least; most: at most.
-        damping: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
+        damping, eased: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
         unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
     """
 
@@ -96,6 +96,7 @@ class Start:
     least: int = 1
     most: int = ITERATIONS
     damping: float = DAMPING
+    eased: bool = True
     patience: int = 1
     unsolved: int = 1
 
@@ -107,7 +108,7 @@ def going_on(solution: Solution | None) -> Start:
 
 def clean(plan: Trajectory) -> Start:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return Start(guess=plan, patience=CLEAN_PATIENCE)
+    return Start(guess=plan, eased=False, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> Start:
@@ -116,6 +117,7 @@ def from_guess(guess: Trajectory) -> Start:
         guess=guess,
         least=FIRST_ITERATIONS,
         damping=START_DAMPING,
+        eased=False,
         patience=PATIENCE,
         unsolved=UNSOLVED,
     )
@@ -184,6 +186,7 @@ def _iterate(
         cartesian=memory.cartesian,
         retreat=retreat(memory, situation),
         damping=start.damping,
+        eased=start.eased,
         again=start.iterate is not None,
     )
     solution = mpcc.feedback(

@@ -12,11 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from rti_mpcc.model.bicycle import Step
-from rti_mpcc.model.layout import DELTA, PHI, THETA, THETA_DOT, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
-from rti_mpcc.qp.pattern import BOUNDED, CONTROL_SLOPES, HESSIAN_PAIRS, STATE_SLOPES, STATE_UNITS, QpPattern
+from rti_mpcc.qp.pattern import (
+    BOUNDED,
+    HESSIAN_PAIRS,
+    STATE_UNITS,
+    QpPattern,
+    block,
+)
 from rti_mpcc.types import Array
 
 CHANGE_WEIGHT = 1e-6
@@ -24,10 +30,19 @@ CHANGE_WEIGHT = 1e-6
 IDLE_WEIGHT = 1e-2
 """Weight on the change of progress where no Frenet cost acts on it: it just goes on as planned."""
 
-_DIAGONAL = HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]
-_DAMPED = _DIAGONAL & np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
+EASE_FROM = 0.02
+"""An inequality farther from its bound than this, in units of its row, counts in proportion to that: `ease`
+times less at a distance of `ease` times this. Every row drags on the solver's steps like a proximal term,
+active or not, and a plan whose shape costs little would be held by bounds that are far off for hundreds of
+iterations (docs/performance.md). A row that does come to act from afar takes long: with a first guess none is
+eased."""
+MOST_EASE = 1e4
+"""For bounds at infinity."""
+
+_DIAGONAL = (HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]).astype(np.float64)
+_DAMPED = _DIAGONAL * np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
+_IDLE = _DIAGONAL * (HESSIAN_PAIRS[:, 0] == THETA)
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
-_PROGRESS = int(np.flatnonzero((HESSIAN_PAIRS == THETA).all(axis=1))[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +51,7 @@ class QpValues:
 
     Attributes:
         cost: (nnz P,); gradient: (n,); constraints: (nnz A,); lower, upper: (m,).
+        ease: (m,) so many of its units a row counts in, see `EASE_FROM`.
     """
 
     cost: Array
@@ -43,6 +59,7 @@ class QpValues:
     constraints: Array
     lower: Array
     upper: Array
+    ease: Array
 
 
 def empty_values(pattern: QpPattern) -> QpValues:
@@ -54,8 +71,11 @@ def empty_values(pattern: QpPattern) -> QpValues:
         constraints=pattern.constraints.constant.copy(),
         lower=np.full(rows, -np.inf),
         upper=np.full(rows, np.inf),
+        ease=np.ones(rows),
     )
+    values.cost[pattern.cost.groups["slacks"]] = CHANGE_WEIGHT
     values.lower[pattern.slack_rows] = 0.0
+    _loosen(values, pattern)
     return values
 
 
@@ -74,24 +94,21 @@ def fill_cost(
         damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
             one iteration trusts its linearisation (Levenberg and Marquardt).
     """
-    slots = pattern.cost
-    states = cost.state_hessian[:, HESSIAN_PAIRS[:, 0], HESSIAN_PAIRS[:, 1]]
-    slots.write(values.cost, "states", scale * states)
-    slots.write(values.cost, "controls", scale * cost.control_hessian)
-    values.cost[slots.groups["states"][:, _DIAGONAL]] += CHANGE_WEIGHT
-    values.cost[slots.groups["states"][:, _DAMPED]] += damping
-    values.cost[slots.groups["controls"]] += CHANGE_WEIGHT
+    slots, units = pattern.cost, pattern.column_units
+    on_states = CHANGE_WEIGHT * _DIAGONAL + damping * _DAMPED
+    on_controls = np.full(CONTROLS, CHANGE_WEIGHT)
     if not cost.state_hessian[:, THETA, THETA].any():
-        values.cost[slots.groups["states"][:, _PROGRESS]] += IDLE_WEIGHT
-        values.cost[slots.groups["controls"][:, THETA_DOT]] += IDLE_WEIGHT
-    values.cost[slots.groups["slacks"]] = CHANGE_WEIGHT
-    units = pattern.column_units
-    columns = pattern.state_columns
-    values.gradient[columns] = scale * cost.state_gradient * units[columns]
-    columns = pattern.control_columns
-    values.gradient[columns] = scale * cost.control_gradient * units[columns]
-    columns = pattern.slack_columns
-    values.gradient[columns] = scale * slack * units[columns]
+        on_states += IDLE_WEIGHT * _IDLE
+        on_controls[THETA_DOT] += IDLE_WEIGHT
+    states = cost.state_hessian[:, HESSIAN_PAIRS[:, 0], HESSIAN_PAIRS[:, 1]]
+    slots.write(values.cost, "states", scale * states, on_states)
+    slots.write(values.cost, "controls", scale * cost.control_hessian, on_controls)
+    for columns, gradient in (
+        (pattern.state_columns, cost.state_gradient),
+        (pattern.control_columns, cost.control_gradient),
+        (pattern.slack_columns, slack),
+    ):
+        block(values.gradient, columns)[...] = scale * gradient * block(units, columns)
 
 
 def fill_curvature(
@@ -112,47 +129,110 @@ def fill_curvature(
         dual: (m,) multipliers of the last QP, scaled units.
         scale: cost scale of this QP over that of the last.
     """
-    force = dual[pattern.dynamics_rows[1:]][:, [X, Y]] / STATE_UNITS[[X, Y]]
-    bulge = -(force * (reached - states)[:, [X, Y]]).sum(axis=1)
+    force = block(dual, pattern.dynamics_rows[1:])
+    bulge = force[:, X] * (states[:, X] - reached[:, X]) / STATE_UNITS[X]
+    bulge += force[:, Y] * (states[:, Y] - reached[:, Y]) / STATE_UNITS[Y]
     slots = pattern.cost.groups["states"][:-1, _HEADING]
-    values.cost[slots] += scale * np.maximum(bulge, 0.0) * STATE_UNITS[PHI] ** 2
+    values.cost[slots] += scale * STATE_UNITS[PHI] ** 2 * np.maximum(bulge, 0.0)
 
 
 def fill_dynamics(values: QpValues, pattern: QpPattern, step: Step, states: Array) -> None:
     """dF/dz, dF/du and the defects of `states` (N+1, 6)."""
     slots = pattern.constraints
-    slots.write(values.constraints, "by state", step.by_state[:, STATE_SLOPES[:, 0], STATE_SLOPES[:, 1]])
-    slots.write(
-        values.constraints, "by control", step.by_control[:, CONTROL_SLOPES[:, 0], CONTROL_SLOPES[:, 1]]
-    )
+    slots.write(values.constraints, "pose", step.pose_by)
+    slots.write(values.constraints, "driven", step.lengths[:, None])
     rows = pattern.dynamics_rows[1:]
-    values.lower[rows] = values.upper[rows] = (states[1:] - step.state) / pattern.row_units[rows]
+    defects = (states[1:] - step.state) / STATE_UNITS
+    block(values.lower, rows)[...] = defects
+    block(values.upper, rows)[...] = defects
 
 
 def fill_bounds(
-    values: QpValues, pattern: QpPattern, bounds: StageBounds, states: Array, controls: Array
+    values: QpValues,
+    pattern: QpPattern,
+    bounds: StageBounds,
+    states: Array,
+    controls: Array,
+    *,
+    eased: bool = True,
 ) -> None:
-    """Bounds on the changes of `states` (N+1, 6) and `controls` (N, 3)."""
-    rows, bounded = pattern.state_rows, states[1:, BOUNDED]
-    values.lower[rows] = (bounds.states[:, 0] - bounded) / pattern.row_units[rows]
-    values.upper[rows] = (bounds.states[:, 1] - bounded) / pattern.row_units[rows]
-    rows = pattern.control_rows
-    values.lower[rows] = (bounds.controls[:, 0] - controls) / pattern.row_units[rows]
-    values.upper[rows] = (bounds.controls[:, 1] - controls) / pattern.row_units[rows]
+    """Bounds on the changes of `states` (N+1, 6) and `controls` (N, 3).
+
+    Args:
+        eased: bounds that are far off count less, see `EASE_FROM`.
+    """
+    # Rows on states and on controls follow each other: both in one go, along axis 0.
+    rows = pattern.bound_rows
+    scaled = np.empty((2, 2, *rows.shape[1:]))
+    for kind, (limits, about) in enumerate(
+        ((bounds.states, states[1:, BOUNDED]), (bounds.controls, controls))
+    ):
+        np.subtract(limits.transpose(1, 0, 2), about, out=scaled[:, kind])
+    scaled /= block(pattern.row_units, rows)
+    lower, upper = scaled
+    ease = _ease(np.minimum(upper, -lower), eased)
+    scaled /= ease
+    pattern.constraints.write(values.constraints, "bounds", 1.0 / ease)
+    block(values.ease, rows)[...] = ease
+    block(values.lower, rows)[...] = lower
+    block(values.upper, rows)[...] = upper
 
 
-def fill_corridor(values: QpValues, pattern: QpPattern, rows: CorridorRows | None) -> None:
-    """The half-planes of all discs; those of sides that the corridor no longer has, or all, are loose."""
-    slopes = np.zeros((*pattern.corridor_rows.shape, 3))
-    lower = np.full(pattern.corridor_rows.shape, LOOSE)
-    if rows is not None:
-        sides = rows.lower.shape[2]
-        slopes[:, :, :sides], lower[:, :, :sides] = rows.slopes, rows.lower
-    pattern.constraints.write(values.constraints, "half-planes", slopes)
-    values.lower[pattern.corridor_rows] = lower
+def fill_corridor(
+    values: QpValues, pattern: QpPattern, rows: CorridorRows | None, *, eased: bool = True
+) -> None:
+    """The half-planes of all discs; those of sides that the corridor no longer has, or all, are loose.
+
+    Args:
+        eased: as in `fill_bounds`.
+    """
+    lower = block(values.lower, pattern.corridor_rows)
+    if rows is None or rows.lower.shape[2] < lower.shape[2]:
+        _loosen(values, pattern)
+    if rows is None:
+        return
+    sides = rows.lower.shape[2]
+    ease = _ease(-rows.lower, eased)
+    by = np.empty((*rows.lower.shape, 4))
+    np.divide(rows.slopes, ease[..., None], out=by[..., :3])
+    np.divide(1.0, ease, out=by[..., 3])
+    slots = pattern.constraints
+    groups, scales = slots.groups["half-planes"][:, :, :sides], slots.scales["half-planes"][:, :, :sides]
+    values.constraints[groups] = by * scales
+    block(values.ease, pattern.corridor_rows)[:, :, :sides] = ease
+    lower[:, :, :sides] = rows.lower / ease
+
+
+def _loosen(values: QpValues, pattern: QpPattern) -> None:
+    """No half-plane acts: no slopes, but still a relief, which keeps the pattern."""
+    lower = block(values.lower, pattern.corridor_rows)
+    ease = float(_ease(np.array(-LOOSE), eased=True))
+    if (lower == LOOSE / ease).all():
+        return
+    by = np.zeros((*lower.shape, 4))
+    by[..., 3] = 1.0 / ease
+    pattern.constraints.write(values.constraints, "half-planes", by)
+    block(values.ease, pattern.corridor_rows)[...] = ease
+    lower[...] = LOOSE / ease
+
+
+def _ease(distance: Array, eased: bool) -> Array:
+    """Factor on the units of rows whose bounds are at `distance`, in these units."""
+    if not eased:
+        return np.ones_like(distance)
+    return np.minimum(np.maximum(distance / EASE_FROM, 1.0), MOST_EASE)
+
+
+def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> None:
+    """Feedback phase: other lower bounds (N, discs, sides) [m] of the half-planes that were filled last."""
+    sides = lower.shape[2]
+    ease = block(values.ease, pattern.corridor_rows)[:, :, :sides]
+    block(values.lower, pattern.corridor_rows)[:, :, :sides] = lower / ease
 
 
 def fill_initial(values: QpValues, pattern: QpPattern, change: Array) -> None:
     """Feedback phase: the measured state (6,) minus the linearised one."""
-    rows = pattern.dynamics_rows[0]
-    values.lower[rows] = values.upper[rows] = change / pattern.row_units[rows]
+    scaled = change / STATE_UNITS
+    begin = pattern.dynamics_rows.item(0)
+    values.lower[begin : begin + STATES] = scaled
+    values.upper[begin : begin + STATES] = scaled

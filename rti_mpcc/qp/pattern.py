@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array
 
 Index = NDArray[np.int64]
@@ -50,14 +50,10 @@ HESSIAN_PAIRS = np.array(
     ]
 )
 """Entries of a stage's Hessian that can differ from 0 (row <= column)."""
-STATE_SLOPES = np.array([(X, PHI), (X, V), (X, DELTA), (Y, PHI), (Y, V), (Y, DELTA), (PHI, V), (PHI, DELTA)])
-"""Entries of dF/dz that vary; its diagonal is 1."""
-CONTROL_SLOPES = np.array(
-    [
-        *((X, A), (X, DELTA_DOT), (Y, A), (Y, DELTA_DOT), (PHI, A), (PHI, DELTA_DOT)),
-        *((V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)),
-    ]
-)
+KEPT = np.array([X, Y, V, DELTA, THETA])
+"""States that a stage hands on with slope 1 whatever it is linearised about."""
+DRIVEN = np.array([V, DELTA, THETA])
+"""States that the controls change at the rate 1."""
 """Entries of dF/du that vary."""
 
 
@@ -80,9 +76,9 @@ class Slots:
     scales: dict[str, Array]
     constant: Array
 
-    def write(self, data: Array, group: str, values: Array) -> None:
-        """Write physical `values` of one group into CSC `data` (nnz,)."""
-        data[self.groups[group]] = values * self.scales[group]
+    def write(self, data: Array, group: str, values: Array, plus: Array | float = 0.0) -> None:
+        """Write physical `values` of one group into CSC `data` (nnz,), and `plus` in scaled units on top."""
+        data[self.groups[group]] = values * self.scales[group] + plus
 
     def matrix(self, data: Array) -> sparse.csc_matrix:
         """The matrix with `data` (nnz,), explicit zeros kept."""
@@ -139,6 +135,7 @@ class QpPattern:
         state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,): variables.
         dynamics_rows (N+1, 6), state_rows (N, 3), control_rows (N, 3), corridor_rows
             (N, discs, sides), slack_rows (N,): constraints.
+        bound_rows: (2, N, 3), state_rows and control_rows.
         column_units, row_units: what one scaled unit is.
         cost, constraints: the slots of P (upper triangle) and A.
     """
@@ -150,6 +147,7 @@ class QpPattern:
     control_columns: Index
     slack_columns: Index
     dynamics_rows: Index
+    bound_rows: Index
     state_rows: Index
     control_rows: Index
     corridor_rows: Index
@@ -166,8 +164,8 @@ def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
     state_columns, control_columns = columns.take(stages + 1, STATES), columns.take(stages, CONTROLS)
     slack_columns = columns.take(stages)
     rows = _Counter()
-    dynamics_rows, state_rows = rows.take(stages + 1, STATES), rows.take(stages, len(BOUNDED))
-    control_rows, corridor_rows = rows.take(stages, CONTROLS), rows.take(stages, discs, sides)
+    dynamics_rows, bound_rows = rows.take(stages + 1, STATES), rows.take(2, stages, CONTROLS)
+    (state_rows, control_rows), corridor_rows = bound_rows, rows.take(stages, discs, sides)
     slack_rows = rows.take(stages)
 
     column_units = np.empty(columns.count)
@@ -184,15 +182,15 @@ def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
 
     a = _SlotsBuilder(row_units, column_units)
     a.add("initial", dynamics_rows[0], state_columns[0], 1.0)
-    a.add("same state", dynamics_rows[1:], state_columns[:-1], 1.0)
+    a.add("same state", dynamics_rows[1:, KEPT], state_columns[:-1, KEPT], 1.0)
     a.add("next state", dynamics_rows[1:], state_columns[1:], -1.0)
-    a.add("by state", dynamics_rows[1:, STATE_SLOPES[:, 0]], state_columns[:-1, STATE_SLOPES[:, 1]])
-    a.add("by control", dynamics_rows[1:, CONTROL_SLOPES[:, 0]], control_columns[:, CONTROL_SLOPES[:, 1]])
-    a.add("state bounds", state_rows, state_columns[1:, BOUNDED], 1.0)
-    a.add("control bounds", control_rows, control_columns, 1.0)
-    pose = state_columns[1:, None, None, [X, Y, PHI]]
-    a.add("half-planes", corridor_rows[..., None], pose)
-    a.add("relief", corridor_rows, slack_columns[:, None, None], 1.0)
+    causes = np.hstack([state_columns[:-1, [PHI, V, DELTA]], control_columns[:, [A, DELTA_DOT]]])
+    a.add("pose", dynamics_rows[1:, [X, Y, PHI], None], causes[:, None, :])
+    a.add("driven", dynamics_rows[1:, DRIVEN], control_columns)
+    bounded = np.stack([state_columns[1:, BOUNDED], control_columns])
+    a.add("bounds", bound_rows, bounded, 1.0)
+    pose_and_slack = np.hstack([state_columns[1:, [X, Y, PHI]], slack_columns[:, None]])
+    a.add("half-planes", corridor_rows[..., None], pose_and_slack[:, None, None, :])
     a.add("slack bounds", slack_rows, slack_columns, 1.0)
     return QpPattern(
         stages=stages,
@@ -202,6 +200,7 @@ def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
         control_columns=control_columns,
         slack_columns=slack_columns,
         dynamics_rows=dynamics_rows,
+        bound_rows=bound_rows,
         state_rows=state_rows,
         control_rows=control_rows,
         corridor_rows=corridor_rows,
@@ -211,6 +210,12 @@ def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
         cost=cost.build(),
         constraints=a.build(),
     )
+
+
+def block(vector: Array, indices: Index) -> Array:
+    """What consecutive `indices` of any shape name in a vector, as a view of that shape."""
+    begin = indices.item(0) if indices.size else 0
+    return vector[begin : begin + indices.size].reshape(indices.shape)
 
 
 class _Counter:

@@ -21,6 +21,9 @@ from rti_mpcc.types import Array
 GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
 """Only these give a solution: "solved inaccurate" is what a QP ends at that a limit has stopped."""
 
+SOLVED = "solved"
+"""OSQP's word for that."""
+
 UNFINISHED = frozenset(
     {
         int(osqp.SolverStatus.OSQP_MAX_ITER_REACHED),
@@ -31,12 +34,27 @@ UNFINISHED = frozenset(
 )
 """What a QP is called that has had its iterations and not come to an end."""
 
-RHO = 0.1
-"""First step-size parameter; OSQP adapts it."""
-SLICE = 50
-"""So many iterations are done in one go: after each slice it is asked whether to go on. OSQP's own time limit
-stops anywhere, which could not be played back. It adapts its step size every 50 iterations, so a sliced solve
-is the same as a whole one."""
+
+class Pace(NamedTuple):
+    """How OSQP steps: its first step-size parameter, which it adapts, and its over-relaxation."""
+
+    rho: float
+    over_relaxation: float
+
+
+NEAR = Pace(rho=0.1, over_relaxation=1.0)
+"""Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
+settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
+its guess takes 3 (docs/performance.md)."""
+FAR = Pace(rho=0.1, over_relaxation=1.6)
+"""From a first guess, where rows come to act that are far from it: there are hundreds of iterations to do."""
+SLICE = 48
+"""So many iterations are done in one go, then the step size is adapted, and it is asked whether to go on.
+OSQP's own time limit stops anywhere, which could not be played back."""
+
+SOON_GOOD = 0.2
+"""Share of the tolerance that both residuals have to be within after the first slice, to be left at that."""
+BAD_BOUNDS = "bounds that are no numbers, or a lower one above its upper one"
 
 Ends = Callable[[int], str]
 """After so many iterations: "" to go on with a QP, or the word for what ends it."""
@@ -83,27 +101,38 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
+        self._pace = NEAR
         self._most = settings.max_iterations
-        self._sliced = SLICE
+        self._sliced = (SLICE, settings.tolerance)
+
+    def pace(self, pace: Pace) -> None:
+        """Step so from now on. Another pace than the last begins with its own step-size parameter."""
+        if pace != self._pace:
+            self._pace = pace
+            self._step_so()
+
+    def _step_so(self) -> None:
+        if self._osqp is not None:
+            self._osqp.update_settings(rho=self._pace.rho, alpha=self._pace.over_relaxation)
 
     def update(self, values: QpValues) -> str:
-        """Preparation: hand over all numbers (factorises). Returns "" or why they were refused."""
+        """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused."""
         problem = self._complaint(values)
         if problem:
             return problem
         if self._osqp is None:
             self._set_up(values)
         else:
-            self._osqp.update(
-                Px=values.cost.copy(),
-                Ax=values.constraints.copy(),
-                q=values.gradient,
-                l=values.lower,
-                u=values.upper,
-            )
+            self._osqp.update(Px=values.cost.copy(), Ax=values.constraints.copy(), q=values.gradient)
         return ""
 
-    def solve(self, values: QpValues, primal: Array, dual: Array, ends: Ends | None = None) -> QpSolution:
+    def solve(
+        self,
+        values: QpValues,
+        primal: Array,
+        dual: Array,
+        ends: Ends | None = None,
+    ) -> QpSolution:
         """Feedback: hand over the bounds only and solve from a guess.
 
         Args:
@@ -113,41 +142,48 @@ class QpSolver:
         """
         if self._osqp is None:
             return self.nothing("not prepared")
-        if not (np.isfinite(values.lower) | np.isneginf(values.lower)).all() or not _ordered(values):
-            return self.nothing("bounds refused")
+        if not _ordered(values):
+            return self.nothing(BAD_BOUNDS)
         self._osqp.update(l=values.lower, u=values.upper)
         self._osqp.warm_start(x=primal, y=dual)
-        done, seconds = 0, 0.0
+        settings, done, refactorised, seconds = self._settings, 0, 0, 0.0
         while True:
             word = ends(done) if ends is not None else ""
             if word:
                 return self._stopped(Stop(word, done), primal, dual, seconds)
-            info, primal, dual = self._slice(min(SLICE, self._most - done))
+            first = self._pace is NEAR and done == 0
+            most = settings.fine_iterations if first else SLICE
+            tolerance = min(settings.fine_tolerance, settings.tolerance) if first else settings.tolerance
+            info, primal, dual = self._slice(min(most, self._most - done), tolerance)
             done += int(info.iter)
+            refactorised += int(info.rho_updates)
             seconds += float(info.run_time)
             finite = bool(np.isfinite(primal).all() and np.isfinite(dual).all())
-            if info.status_val not in UNFINISHED or not finite or done >= self._most:
+            solved = info.status_val in GOOD
+            # What the first slice leaves unfinished may be good already: OSQP was asked for more.
+            solved |= first and max(info.prim_res, info.dual_res) <= SOON_GOOD * settings.tolerance
+            if solved or info.status_val not in UNFINISHED or not finite or done >= self._most:
                 break
-        if info.status_val not in GOOD or not finite:
+        if not solved or not finite:
             self.forget()
             return self.nothing(str(info.status), iterations=done, seconds=seconds)
         return QpSolution(
             solved=True,
             primal=primal,
             dual=dual,
-            status=str(info.status),
+            status=SOLVED,
             iterations=done,
-            refactorisations=int(info.rho_updates),
+            refactorisations=refactorised,
             residuals=(float(info.prim_res), float(info.dual_res)),
             stopped=None,
             seconds=seconds,
         )
 
-    def _slice(self, iterations: int) -> tuple[Any, Array, Array]:
+    def _slice(self, iterations: int, tolerance: float) -> tuple[Any, Array, Array]:
         """So many iterations more: OSQP's account of them, and the iterate (n,), (m,)."""
-        if iterations != self._sliced:
-            self._osqp.update_settings(max_iter=iterations)
-            self._sliced = iterations
+        if (iterations, tolerance) != self._sliced:
+            self._osqp.update_settings(max_iter=iterations, eps_abs=tolerance, eps_rel=tolerance)
+            self._sliced = iterations, tolerance
         result = self._osqp.solve(raise_error=False)
         return result.info, np.array(result.x), np.array(result.y)
 
@@ -165,19 +201,21 @@ class QpSolver:
         if self._osqp is not None:
             rows, columns = self._pattern.constraints.shape
             self._osqp.warm_start(x=np.zeros(columns), y=np.zeros(rows))
-            self._osqp.update_settings(rho=RHO)
+            self._step_so()
 
     def _set_up(self, values: QpValues) -> None:
         settings = self._settings
         self._osqp = osqp.OSQP()
-        self._sliced = SLICE
+        self._sliced = SLICE, settings.tolerance
         self._osqp.setup(
             P=self._pattern.cost.matrix(values.cost.copy()),
             q=values.gradient.copy(),
             A=self._pattern.constraints.matrix(values.constraints.copy()),
             l=values.lower.copy(),
             u=values.upper.copy(),
-            rho=RHO,
+            rho=self._pace.rho,
+            alpha=self._pace.over_relaxation,
+            adaptive_rho_interval=SLICE,
             eps_abs=settings.tolerance,
             eps_rel=settings.tolerance,
             max_iter=SLICE,
@@ -196,9 +234,9 @@ class QpSolver:
         for name in ("cost", "gradient", "constraints"):
             if not np.isfinite(getattr(values, name)).all():
                 return f"{name} not finite"
-        if np.isnan(values.lower).any() or np.isnan(values.upper).any():
-            return "bounds not a number"
-        return "" if _ordered(values) else "a lower bound above its upper bound"
+        if self._osqp is None and not _ordered(values):
+            return BAD_BOUNDS
+        return ""
 
     def nothing(self, status: str, *, iterations: int = 0, seconds: float = 0.0) -> QpSolution:
         """The result of a QP that was not solved, with the word for why."""
@@ -217,4 +255,5 @@ class QpSolver:
 
 
 def _ordered(values: QpValues) -> bool:
-    return bool((values.lower <= values.upper).all())
+    """Whether all bounds are numbers, no lower one is infinite, and none is above its upper one."""
+    return bool((values.lower <= values.upper).all() and (values.lower < np.inf).all())

@@ -37,14 +37,18 @@ def way_to_contact(
     config: ControllerConfig,
     reach: float,
     touched: float | None = None,
+    *,
+    begins_free: bool = False,
 ) -> float:
     """Way along the plan to the first body that touches something [m]; inf if none does within `reach`.
 
+    The bodies overlap. If the first one is known to be free (`begins_free`) and none touches anything, they
+    are on the side of each wall that it is on, and need not be asked whether they are beyond one.
     A body that touches from the start on is let out: only poses with `LET_OUT` less clearance than `touched`
     (default: than it has there) count.
     """
     marks, bodies = _bodies(plan, config, reach)
-    touching = corridor.collides(part, bodies)
+    touching = corridor.touches(part, bodies) if begins_free else corridor.collides(part, bodies)
     if touching[0]:
         clearance = corridor.clearance(part, bodies)
         touching &= clearance < (float(clearance[0]) if touched is None else touched) - LET_OUT
@@ -79,7 +83,7 @@ def surely_clear(
 ) -> bool:
     """Whether `way_to_contact` need not be asked: no body of the plan up to `reach` [m] touches anything.
 
-    (K1)  d_k - |p - c_k| > r,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
+    (S1)  d_k - |p - c_k| > r,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
 
     The discs of radius r cover the body. At c_k', where their centres were linearised about or looked up
     last, they had the distances d_k to everything (`planes` of stages 1..N, of the plan's `Solution`). A
@@ -111,7 +115,7 @@ def surely_clear(
 def body_surely_clear(
     state: Array, planes: HalfPlanes | None, corridor: Corridor, part: int, config: ControllerConfig
 ) -> bool:
-    """Whether `touched` need not be asked at `state` (6,): the body touches nothing, by (K1).
+    """Whether `touched` need not be asked at `state` (6,): the body touches nothing, by (S1).
 
     `planes` are those of the first stages of a plan that is being driven. The way from there crosses nothing
     either.
@@ -133,7 +137,7 @@ def _centres(place: NDArray[np.complex128], axis: NDArray[np.complex128], discs:
 def _between_stages(plan: Trajectory, steps: Array, discs: Discs, wheelbase: float) -> Array:
     """How far (n,) [m] any disc centre is, at most, from where the nearer end of its stage has it.
 
-    For the first n stages, whose ways are `steps` (n,) [m]: the last term of (K1).
+    For the first n stages, whose ways are `steps` (n,) [m]: the last term of (S1).
     """
     states, stages = plan.states[: len(steps) + 1], len(steps)
     arm = float(np.abs(discs.offsets).max())

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rti_mpcc.model.layout import DELTA_DOT, THETA_DOT, A
+from rti_mpcc.model.layout import DELTA_DOT, THETA_DOT, A, V
 from tests.rti_mpcc.frozen import FrozenProblem, Iterates, iterate
 from tests.rti_mpcc.nonlinear_program import NonlinearProgram, Optimum, roll_out
 
@@ -28,7 +28,7 @@ class Findings:
         cost_change: its cost minus J, over 1 + |J|.
         acceleration_change, steering_rate_change, progress_change: largest over the stages; progress only
             where a Frenet cost acts.
-        second_succeeds, second_cost_change: the same from the second guess, coasting with straight controls.
+        second_succeeds, second_cost_change: the same from a second guess, see `_from_elsewhere`.
     """
 
     name: str
@@ -65,8 +65,7 @@ def examine(problem: FrozenProblem) -> Findings:
     program = NonlinearProgram(problem)
     cost = program.cost(fixed.states, fixed.controls, fixed.slack)
     stayed = program.solve(fixed.states, fixed.controls, fixed.slack, nearby=True)
-    coasting = np.zeros_like(fixed.controls)
-    second = program.solve(roll_out(problem, coasting), coasting, np.zeros_like(fixed.slack), nearby=False)
+    second = _from_elsewhere(problem, program, fixed)
     change = _change(problem, fixed, stayed)
     return Findings(
         name=problem.name,
@@ -82,6 +81,19 @@ def examine(problem: FrozenProblem) -> Findings:
         second_succeeds=second.success,
         second_cost_change=(second.cost - cost) / (1.0 + abs(cost)),
     )
+
+
+def _from_elsewhere(problem: FrozenProblem, program: NonlinearProgram, fixed: Iterates) -> Optimum:
+    """IPOPT's answer from straight on at constant speed; where it finds none, from slowing down to rest."""
+    straight = np.zeros_like(fixed.controls)
+    slowing = straight.copy()
+    slowing[:, A] = -problem.measured[V] / problem.lengths.sum()
+    for controls in (straight, slowing):
+        guess = roll_out(problem, controls)
+        second = program.solve(guess, controls, np.zeros_like(fixed.slack), nearby=False)
+        if second.success:
+            break
+    return second
 
 
 def _change(problem: FrozenProblem, fixed: Iterates, optimum: Optimum) -> list[float]:

@@ -59,7 +59,7 @@ def repeat(mpcc: RtiMpcc, state: Array, guess: Trajectory, iterations: int, **op
     mpcc.prepare(0.0, plan=guess, damping=DAMPING, **options)
     solution = mpcc.feedback(state, 0.0)
     for _ in range(iterations - 1):
-        mpcc.prepare(0.0, last=solution, damping=DAMPING, **options)
+        mpcc.prepare(0.0, last=solution, damping=DAMPING, eased=False, **options)
         solution = mpcc.feedback(state, 0.0)
     assert solution.solved, solution.status
     return solution

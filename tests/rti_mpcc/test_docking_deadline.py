@@ -141,7 +141,7 @@ def block(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, float], None]:
     """Any plan meets something, from one time to another [s]."""
 
     def between(begin: float, end: float) -> None:
-        def way(self: Any, plan: Any, situation: Any, **_: Any) -> float | None:
+        def way(self: Any, plan: Any, situation: Any, planes: Any, **_: Any) -> float | None:
             return 1.0 if begin <= situation.now + 1e-6 < end else None
 
         monkeypatch.setattr(DockingController, "_way_to_stop_in", way)

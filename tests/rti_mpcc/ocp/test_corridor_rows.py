@@ -44,6 +44,12 @@ def planes_of(corridor: Corridor, states: Array) -> HalfPlanes:
     return corridor.half_planes(0, disc_centres(states, DISCS).reshape(-1, 2))
 
 
+def rows_about(states: Array, planes: HalfPlanes, near: float = 1e3) -> CorridorRows:
+    rows = corridor_rows(states, planes, DISCS, MARGIN, near)
+    assert rows is not None
+    return rows
+
+
 def gap(state: Array, planes: HalfPlanes, k: int) -> Array:
     """n · (c - b) - radius - margin, Eq. (H1), of all discs and sides of stage k with its planes held."""
     c = disc_centres(state[None], DISCS)[0]
@@ -54,7 +60,7 @@ def gap(state: Array, planes: HalfPlanes, k: int) -> Array:
 
 def test_rows_are_the_half_planes_and_their_slopes(corridor: Corridor, states: Array) -> None:
     planes = planes_of(corridor, states)
-    rows = corridor_rows(states, planes, DISCS, MARGIN, near=1e3)
+    rows = rows_about(states, planes, near=1e3)
     assert rows.slopes.shape == (12, 5, 3, 3)
     for k, state in enumerate(states):
         np.testing.assert_allclose(-rows.lower[k], gap(state, planes, k), atol=1e-9)
@@ -69,7 +75,7 @@ def test_a_move_that_a_row_allows_is_allowed_by_the_half_plane_to_second_order(
     corridor: Corridor, states: Array
 ) -> None:
     planes = planes_of(corridor, states)
-    rows = corridor_rows(states, planes, DISCS, MARGIN, near=1e3)
+    rows = rows_about(states, planes, near=1e3)
     for size, most in ((0.1, 0.03), (0.01, 0.0003)):
         move = size * np.array([0.5, -0.3, 1.0])
         for k, state in enumerate(states):
@@ -81,7 +87,7 @@ def test_a_move_that_a_row_allows_is_allowed_by_the_half_plane_to_second_order(
 
 def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array) -> None:
     planes = planes_of(corridor, states)
-    rows = corridor_rows(states, planes, DISCS, MARGIN, near=0.5)
+    rows = rows_about(states, planes, near=0.5)
     far = planes.distance.reshape(12, 5, 3) > DISCS.radius + MARGIN + 0.5
     assert far.any()
     assert not far.all()
@@ -95,19 +101,20 @@ def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array
         feature=np.full((60, 2), -1),
         sample=np.full((60, 2), -1),
     )
-    empty = corridor_rows(states, none, DISCS, MARGIN, near=1e3)
-    assert not empty.slopes.any()
-    assert np.isfinite(empty.lower).all()
+    assert corridor_rows(states, none, DISCS, MARGIN, near=1e3) is None
 
 
 def relieved(rows: CorridorRows, change: Array, elapsed: Array, margin: float, way: float = 0.0) -> Array:
     """`admitted` with what the vehicle lacks itself, all stages being `way` [m] along."""
-    over = np.maximum(lacking(rows, change) - margin, 0.0)
-    return admitted(rows, change, elapsed, np.full(len(elapsed), way), margin, over)
+    missing = lacking(rows, change)
+    if missing is None:
+        return rows.lower
+    over = np.maximum(missing[0].max(axis=0) - margin, 0.0)
+    return admitted(rows, missing, elapsed, np.full(len(elapsed), way), margin, over)
 
 
 def test_without_a_lack_of_margin_nothing_is_admitted(corridor: Corridor, states: Array) -> None:
-    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    rows = rows_about(states, planes_of(corridor, states), near=1e3)
     free = rows.lower < 0.0
     assert free.any()
     elapsed = np.linspace(0.0, 3.0, len(states))
@@ -117,7 +124,7 @@ def test_without_a_lack_of_margin_nothing_is_admitted(corridor: Corridor, states
 def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin(
     corridor: Corridor, states: Array
 ) -> None:
-    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    rows = rows_about(states, planes_of(corridor, states), near=1e3)
     elapsed = np.full(len(states), 1e-9)
     aside = -0.05 * rows.slopes[4, 2, 0]  # straight into the half-plane of one disc
     short = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
@@ -140,7 +147,7 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
 def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     corridor: Corridor, states: Array
 ) -> None:
-    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    rows = rows_about(states, planes_of(corridor, states), near=1e3)
     lower = np.full_like(rows.lower, -9.0)
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
@@ -158,7 +165,7 @@ def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
 
 
 def test_a_little_beyond_the_margin_changes_little(corridor: Corridor, states: Array) -> None:
-    rows = corridor_rows(states, planes_of(corridor, states), DISCS, MARGIN, near=1e3)
+    rows = rows_about(states, planes_of(corridor, states), near=1e3)
     lower = np.full_like(rows.lower, -9.0)
     lower[0, 1, 0] = 0.1
     elapsed = np.linspace(0.05, 3.0, len(states))

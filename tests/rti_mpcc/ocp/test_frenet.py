@@ -31,9 +31,7 @@ def test_slopes(direction: int, curvature: float) -> None:
             return np.array([at.lag[0], at.contouring[0], at.heading[0]])
 
         expected = slopes(all_errors, state)
-        np.testing.assert_allclose(errors.lag_by[k], expected[0], atol=1e-7)
-        np.testing.assert_allclose(errors.contouring_by[k], expected[1], atol=1e-7)
-        np.testing.assert_allclose(errors.heading_by[k], expected[2], atol=1e-7)
+        np.testing.assert_allclose(errors.slopes[k], expected, atol=1e-7)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -68,10 +66,8 @@ def test_slopes_of_a_reference_that_is_taken_not_to_turn(direction: int, curvatu
     reference = way.reference(states[:, THETA])
     exact = frenet_errors(states, reference, direction)
     errors = frenet_errors(states, reference, direction, turns=False)
-    for name in ("lag", "contouring", "heading"):
-        np.testing.assert_array_equal(getattr(errors, name), getattr(exact, name))
-        by, exact_by = getattr(errors, f"{name}_by"), getattr(exact, f"{name}_by")
-        np.testing.assert_array_equal(by[:, :THETA], exact_by[:, :THETA])
+    np.testing.assert_array_equal(errors.values, exact.values)
+    np.testing.assert_array_equal(errors.slopes[:, :, :THETA], exact.slopes[:, :, :THETA])
     for k, state in enumerate(states):
         tangent = ReferencePath.from_segments(way.pose(state[THETA]), [(direction, 0.0, 1.0)]).parts[0]
         on_tangent = state.copy()
@@ -82,5 +78,4 @@ def test_slopes_of_a_reference_that_is_taken_not_to_turn(direction: int, curvatu
             return np.array([at.lag[0], at.contouring[0], at.heading[0]])
 
         expected = slopes(all_errors, on_tangent)[:, THETA]
-        got = [errors.lag_by[k, THETA], errors.contouring_by[k, THETA], errors.heading_by[k, THETA]]
-        np.testing.assert_allclose(got, expected, atol=1e-7)
+        np.testing.assert_allclose(errors.slopes[k, :, THETA], expected, atol=1e-7)

@@ -14,6 +14,7 @@ from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
+    EASE_FROM,
     IDLE_WEIGHT,
     QpValues,
     empty_values,
@@ -73,12 +74,14 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
     )
 
 
-def filled(pattern: QpPattern, parts: Parts, values: QpValues | None = None) -> QpValues:
+def filled(
+    pattern: QpPattern, parts: Parts, values: QpValues | None = None, *, eased: bool = False
+) -> QpValues:
     values = values or empty_values(pattern)
     fill_cost(values, pattern, parts.cost, SLACK, SCALE)
     fill_dynamics(values, pattern, parts.step, parts.states)
-    fill_bounds(values, pattern, parts.bounds, parts.states, parts.controls)
-    fill_corridor(values, pattern, parts.rows)
+    fill_bounds(values, pattern, parts.bounds, parts.states, parts.controls, eased=eased)
+    fill_corridor(values, pattern, parts.rows, eased=eased)
     fill_initial(values, pattern, parts.initial)
     return values
 
@@ -164,6 +167,34 @@ def test_the_sparse_qp_is_the_dense_one(pattern: QpPattern) -> None:
     np.testing.assert_allclose(values.upper, expected.upper, atol=1e-12)
 
 
+def test_rows_count_less_the_farther_their_bounds_are(pattern: QpPattern) -> None:
+    """The same rows divided by their ease, which is 1 where a bound is near."""
+    parts = drawn()
+    plain, eased = filled(pattern, parts), filled(pattern, parts, eased=True)
+    rows = [pattern.state_rows, pattern.control_rows, pattern.corridor_rows]
+    ease = eased.ease[np.concatenate([each.ravel() for each in rows])]
+    assert ease.min() == 1.0
+    assert np.median(ease) > 2.0
+    for name in ("lower", "upper"):
+        np.testing.assert_allclose(getattr(eased, name) * eased.ease, getattr(plain, name), rtol=1e-12)
+    matrices = [pattern.constraints.matrix(values.constraints).toarray() for values in (plain, eased)]
+    np.testing.assert_allclose(matrices[1] * eased.ease[:, None], matrices[0], atol=1e-12)
+    beyond = np.minimum(-plain.lower, plain.upper)
+    expected = np.where(beyond > EASE_FROM, beyond / EASE_FROM, 1.0)
+    inequalities = np.isin(np.arange(len(beyond)), np.concatenate([each.ravel() for each in rows]))
+    np.testing.assert_allclose(eased.ease, np.where(inequalities, expected, 1.0))
+
+
+def test_a_bound_at_infinity_is_eased_finitely(pattern: QpPattern) -> None:
+    parts = drawn()
+    parts.bounds.states[:, 0] = -np.inf
+    parts.bounds.states[:, 1] = np.inf
+    values = filled(pattern, parts, eased=True)
+    assert np.isfinite(values.constraints).all()
+    assert np.isfinite(values.ease).all()
+    assert np.isneginf(values.lower[pattern.state_rows]).all()
+
+
 def test_filling_again_leaves_nothing_of_the_last_numbers(pattern: QpPattern) -> None:
     values = filled(pattern, drawn(frenet=False, seed=1))
     refilled, fresh = filled(pattern, drawn(seed=2), values), filled(pattern, drawn(seed=2))
@@ -220,7 +251,8 @@ def test_without_half_planes_their_rows_are_loose_and_slopeless() -> None:
     values = empty_values(pattern)
     fill_corridor(values, pattern, parts.rows)
     fill_corridor(values, pattern, None)
-    assert (values.lower[pattern.corridor_rows] == LOOSE).all()
+    lower = (values.lower * values.ease)[pattern.corridor_rows]
+    np.testing.assert_allclose(lower, LOOSE)
     rows = pattern.constraints.matrix(values.constraints).toarray()[pattern.corridor_rows.ravel()]
     rows[:, pattern.slack_columns] = 0.0
     assert not rows.any()

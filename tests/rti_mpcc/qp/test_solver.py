@@ -10,7 +10,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solver import SLICE, QpSolution, QpSolver
+from rti_mpcc.qp.solver import FAR, NEAR, SLICE, QpSolution, QpSolver
 from rti_mpcc.types import Array
 
 STAGES = 10
@@ -32,7 +32,7 @@ def problem(pattern: QpPattern, seed: int) -> QpValues:
     diagonal = slots.matrix(np.arange(len(values.cost), dtype=float) + 1.0).diagonal()
     values.cost[diagonal.astype(int) - 1] = random.uniform(0.1, 2.0, len(diagonal))
     values.gradient[:] = random.standard_normal(len(values.gradient))
-    for name in ("by state", "by control", "half-planes"):
+    for name in ("pose", "driven", "half-planes"):
         group = pattern.constraints.groups[name]
         values.constraints[group] = random.uniform(-0.3, 0.3, group.shape)
     values.lower[:], values.upper[:] = -random.uniform(0.1, 1.0, (2, len(values.lower))) * [[1.0], [-1.0]]
@@ -40,6 +40,10 @@ def problem(pattern: QpPattern, seed: int) -> QpValues:
     values.lower[rows] = values.upper[rows] = 0.0
     values.lower[pattern.slack_rows] = 0.0
     return values
+
+
+def replace_settings(**changes: float) -> SolverSettings:
+    return SETTINGS.model_copy(update=changes)
 
 
 def solve(solver: QpSolver, values: QpValues) -> QpSolution:
@@ -97,6 +101,40 @@ def test_feedback_takes_new_bounds_without_an_update(pattern: QpPattern) -> None
     np.testing.assert_allclose(solution.primal[pattern.state_columns[0]], 0.05, atol=1e-6)
 
 
+def test_a_near_qp_that_soon_is_fine_is_and_another_one_is_good_enough(pattern: QpPattern) -> None:
+    values = problem(pattern, 1)
+    coarse = SolverSettings(tolerance=1e-2, fine_tolerance=1e-9, fine_iterations=5000, max_iterations=10_000)
+    hasty = coarse.model_copy(update={"fine_iterations": 2})
+    for settings, pace, fine in ((coarse, NEAR, True), (coarse, FAR, False), (hasty, NEAR, False)):
+        solver = QpSolver(pattern, settings)
+        solver.pace(pace)
+        solver.update(values)
+        solution = solve(solver, values)
+        assert solution.solved
+        assert (max(solution.residuals) < 1e-6) == fine
+
+
+def test_the_fine_tolerance_never_makes_a_solution_coarser(pattern: QpPattern) -> None:
+    values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
+    solver.update(values)
+    strict = replace_settings(fine_tolerance=0.1, fine_iterations=3)
+    other = QpSolver(pattern, strict)
+    other.update(values)
+    np.testing.assert_allclose(solve(other, values).primal, solve(solver, values).primal, atol=1e-6)
+
+
+def test_paces_come_to_the_same_solution_and_may_change(pattern: QpPattern) -> None:
+    values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
+    solver.update(values)
+    near = solve(solver, values)
+    solver.pace(FAR)
+    far = solve(solver, values)
+    solver.pace(NEAR)
+    again = solve(solver, values)
+    for solution in (near, far, again):
+        good(solution, values, pattern)
+
+
 def test_without_an_update_there_is_no_solution(pattern: QpPattern) -> None:
     nothing(solve(QpSolver(pattern, SETTINGS), problem(pattern, 1)))
 
@@ -121,10 +159,15 @@ def test_wrong_lengths_are_refused(pattern: QpPattern, name: str) -> None:
 @pytest.mark.parametrize("name", ["cost", "gradient", "constraints", "lower", "upper"])
 @pytest.mark.parametrize("fresh", [True, False])
 def test_what_is_not_a_number_is_refused(pattern: QpPattern, name: str, fresh: bool) -> None:
+    """Once there is a QP, bounds come with the feedback, and are refused there."""
     solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
     if not fresh:
         solver.update(values)
-    assert solver.update(spoilt(values, name, np.nan)) != ""
+    bad = spoilt(values, name, np.nan)
+    if fresh or name not in ("lower", "upper"):
+        assert solver.update(bad) != ""
+    else:
+        nothing(solve(solver, bad))
     assert solver.update(values) == ""
     good(solve(solver, values), values, pattern)
 
@@ -168,6 +211,8 @@ def test_a_qp_is_stopped_after_a_slice_and_goes_on_from_there(pattern: QpPattern
     zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
     tight = SolverSettings(tolerance=1e-9, max_iterations=5000)
     whole, other = QpSolver(pattern, tight), QpSolver(pattern, tight)
+    whole.pace(FAR)  # without a first slice for the fine tolerance
+    other.pace(FAR)
     whole.update(values)
     other.update(values)
     expected = whole.solve(values, *zero)
@@ -197,12 +242,14 @@ def test_slices_are_one_solve(pattern: QpPattern) -> None:
     values = problem(pattern, 1)
     settings = SolverSettings(tolerance=1e-7, max_iterations=1000)
     solver = QpSolver(pattern, settings)
+    solver.pace(FAR)
     solver.update(values)
     sliced = solve(solver, values)
     assert sliced.iterations > SLICE
     fresh = QpSolver(pattern, settings)
+    fresh.pace(FAR)
     fresh.update(values)
-    info, primal, dual = fresh._slice(settings.max_iterations)
+    info, primal, dual = fresh._slice(settings.max_iterations, settings.tolerance)
     assert info.iter == sliced.iterations
     np.testing.assert_array_equal(primal, sliced.primal)
     np.testing.assert_array_equal(dual, sliced.dual)
