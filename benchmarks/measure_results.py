@@ -15,7 +15,7 @@ from benchmarks.tables import ROOT, number, origin, replace_block, table, told, 
 from rti_mpcc import SolverSettings
 from rti_mpcc.ocp import objectives
 from rti_mpcc.planning import arrival, search
-from rti_mpcc.qp import filling, pattern
+from rti_mpcc.qp import filling, pattern, solver
 from rti_mpcc.report.published import published
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 
@@ -112,7 +112,15 @@ def constant_rows() -> list[list[str]]:
         ["weight on every change", "`qp.filling.CHANGE_WEIGHT`", f"{filling.CHANGE_WEIGHT:g}"],
         ["the same on idle progress", "`qp.filling.IDLE_WEIGHT`", f"{filling.IDLE_WEIGHT:g}"],
         ["unit of rows of bounds, in units", "`qp.pattern.BOUND_EASE`", f"{pattern.BOUND_EASE:g}"],
+        ["rows are eased beyond, in units", "`qp.filling.EASE_FROM`", f"{filling.EASE_FROM:g}"],
         ["OSQP tolerance, iterations", "`SolverSettings`", f"{SOLVER.tolerance:g}, {SOLVER.max_iterations}"],
+        [
+            "fine tolerance, iterations",
+            "`SolverSettings`",
+            f"{SOLVER.fine_tolerance:g}, {SOLVER.fine_iterations}",
+        ],
+        ["ρ, α from cycle to cycle", "`qp.solver.NEAR`", "{:g}, {:g}".format(*solver.NEAR)],
+        ["ρ, α from a first guess on", "`qp.solver.FAR`", "{:g}, {:g}".format(*solver.FAR)],
         ["effort fades below [s]", "`ocp.objectives.FIRM`", f"{objectives.FIRM:g}"],
         ["shortest time to go [s]", "`planning.arrival.FLOOR`", f"{arrival.FLOOR:g}"],
         ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{objectives.GOAL_CLIP}"],
