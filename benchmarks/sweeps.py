@@ -103,7 +103,7 @@ def middle(path: ReferencePath) -> Pose2:
 
 
 def with_points(corridor: Corridor, points: int) -> Corridor:
-    """The same boundaries, of `points` points in all or as many as they have."""
+    """The same boundaries, of about `points` points in all or as many as they have."""
     lines = corridor.to_lines()
     every = [line for part in lines.parts for line in (*part.left, *part.right)]
     share = points / sum(len(line) for line in every)
