@@ -151,7 +151,10 @@ class Boundary:
             leads=leads,
             mark=_mark(vertex, begins, bytes((closed, leads is not None))),
             # On the same numbers as the vertices.
-            tree=cKDTree(as_pairs(vertex), leafsize=64, copy_data=False),
+            # Shrunk to their points, the cells of a line are so flat that a query visits most of them.
+            tree=cKDTree(
+                as_pairs(vertex), leafsize=64, compact_nodes=False, balanced_tree=False, copy_data=False
+            ),
             coarse=coarse,
             middle=middle,
             reach=reach,
