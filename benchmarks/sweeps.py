@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.figures import Distribution, distribution
 from benchmarks.rounds import collecting
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Corridor, CorridorLines, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Limits, VehicleState
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
@@ -102,28 +102,30 @@ def middle(path: ReferencePath) -> Pose2:
     return path.parts[0].pose(10.0 * (path.length // 20.0))
 
 
-def with_points(corridor: Corridor, points: int) -> Corridor:
-    """The same boundaries, of about `points` points in all or as many as they have."""
-    lines = corridor.to_lines()
-    every = [line for part in lines.parts for line in (*part.left, *part.right)]
-    share = points / sum(len(line) for line in every)
+def with_points(lines: CorridorLines, points: int) -> CorridorLines:
+    """The same boundaries, of `points` points in all or as many as they have."""
+    sizes = [len(line) for part in lines.parts for line in (*part.left, *part.right)]
+    upto = np.round(points * np.cumsum(sizes) / sum(sizes)).astype(np.int64)
+    shares = iter(np.diff(upto, prepend=0).tolist())
     parts = [
         replace(
             part,
-            left=tuple(denser(line, round(share * len(line))) for line in part.left),
-            right=tuple(denser(line, round(share * len(line))) for line in part.right),
+            left=tuple(denser(line, next(shares)) for line in part.left),
+            right=tuple(denser(line, next(shares)) for line in part.right),
         )
         for part in lines.parts
     ]
-    return Corridor.from_lines(replace(lines, parts=tuple(parts)))
+    return replace(lines, parts=tuple(parts))
 
 
 def denser(line: Array, points: int) -> Array:
     """A polyline (k, 2) with its own points and more between them, at least `points` in all or its own."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-    added = np.linspace(0.0, way[-1], max(points - len(line), 0) + 2)[1:-1]
-    at = np.union1d(way, added)
-    return np.column_stack([np.interp(at, way, line[:, 0]), np.interp(at, way, line[:, 1])])
+    way = np.cumsum(np.hypot(*np.diff(line, axis=0).T))
+    added = np.round(max(points - len(line), 0) * way / way[-1]).astype(np.int64)
+    pieces = 1 + np.diff(added, prepend=0)
+    at = np.concatenate([i + np.arange(count) / count for i, count in enumerate(pieces)] + [[len(pieces)]])
+    knots = np.arange(len(line))
+    return np.column_stack([np.interp(at, knots, line[:, 0]), np.interp(at, knots, line[:, 1])])
 
 
 def sparse_corridor(path: ReferencePath) -> Corridor:
@@ -184,7 +186,8 @@ def variants(*, quick: bool = False) -> list[Variant]:
     path = winding(LENGTHS[0])
     sparse = sparse_corridor(path)
     for points in few(POINTS):
-        rows.append(on_winding("boundary points", points, path, with_points(sparse, points)))
+        corridor = Corridor.from_lines(with_points(sparse.to_lines(), points))
+        rows.append(on_winding("boundary points", points, path, corridor))
     return rows
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -20,6 +21,8 @@ _REVERSAL = (
 )  # [rad] a turn back on itself juts into the allowed side, whatever sign rounding gives it
 _BLOCK = 10_000  # points at a time: what a route of many kilometres takes meanwhile stays small
 _MERGED = 1e-6  # [m] samples nearer to each other are one
+_CROWDED = 4  # points of a line in each SPACING, above which it is thinned
+_THINNED = 1e-5  # [m] no point that is left out is farther from the line than this
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,6 +108,18 @@ def recedes(turn: Complex) -> Mask:
 
 
 def merged(line: Complex) -> Complex:
+    """Drop points that repeat the one before, and of a line of far too many those that it runs straight past.
+
+    Every sample is looked at again and again: what is drawn or scanned a point a millimetre is not seen
+    better for it.
+    """
+    line = _distinct(line)
+    if line.size < _CROWDED or line.size <= _CROWDED * np.abs(np.diff(line)).sum() / SPACING:
+        return line
+    return as_complex(shapely.get_coordinates(shapely.LineString(as_pairs(line)).simplify(_THINNED)))
+
+
+def _distinct(line: Complex) -> Complex:
     """Drop points that repeat the one before."""
     blocks = (line[i : i + _BLOCK + 1] for i in range(0, line.size - 1, _BLOCK))
     kept = np.concatenate([np.ones(1, dtype=np.bool_), *(np.abs(np.diff(some)) > _MERGED for some in blocks)])

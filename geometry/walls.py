@@ -117,7 +117,9 @@ class PartWalls:
     def with_tables(self) -> PartWalls:
         """Return the same walls with more kept of them, so that looking at them is faster."""
         left, right = (None if side is None else side.with_table() for side in (self.left, self.right))
-        return replace(self, left=left, right=right, every=self.near(0j, inf))
+        # Of their own points: bodies are checked against a straight side at once, not sample by sample.
+        every = _as_lines([as_complex(line) for lines in self.lines for line in lines])
+        return replace(self, left=left, right=right, every=every)
 
     @property
     def sides(self) -> tuple[Boundary, ...]:
@@ -134,13 +136,7 @@ class PartWalls:
         """The boundaries, at least what of them is within `radius` of a place [m]."""
         if self.every is not None:
             return self.every
-        pieces = [piece for side in self.sides for piece in side.pieces_near(middle, radius)]
-        if not pieces:
-            return _NO_LINES
-        # One point is a boundary too (an arc's collapsed inside), but a line needs two.
-        pieces = [piece if piece.size > 1 else np.repeat(piece, 2) for piece in pieces]
-        line = np.repeat(np.arange(len(pieces)), [piece.size for piece in pieces])
-        return shapely.multilinestrings(shapely.linestrings(as_pairs(np.concatenate(pieces)), indices=line))
+        return _as_lines([piece for side in self.sides for piece in side.pieces_near(middle, radius)])
 
     def to_lines(self) -> PartLines:
         """Return what `from_lines` builds the same from."""
@@ -187,6 +183,15 @@ class Obstacles:
     def to_polygons(self) -> tuple[Array, ...]:
         """Return what `from_polygons` builds the same from; `corners` begin one corner later."""
         return tuple(shapely.get_coordinates(shape)[:-1] for shape in self.shapes)
+
+
+def _as_lines(pieces: Sequence[Complex]) -> shapely.MultiLineString:
+    """Pieces (m_i,) x + iy as lines. A point alone is one too (an arc's collapsed inside): a line of two."""
+    if not pieces:
+        return _NO_LINES
+    pieces = [piece if piece.size > 1 else np.repeat(piece, 2) for piece in pieces]
+    line = np.repeat(np.arange(len(pieces)), [piece.size for piece in pieces])
+    return shapely.multilinestrings(shapely.linestrings(as_pairs(np.concatenate(pieces)), indices=line))
 
 
 def with_tables(walls: Sequence[PartWalls]) -> tuple[PartWalls, ...]:

@@ -270,7 +270,6 @@ class RtiMpcc:
                 states[1:], frame.planes_in(planes), self._discs, footprint.margin, footprint.near
             )
         fill_corridor(values, pattern, rows, eased=eased)
-        fill_initial(values, pattern, np.zeros_like(states[0]))
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,

@@ -75,6 +75,7 @@ def empty_values(pattern: QpPattern) -> QpValues:
     )
     values.cost[pattern.cost.groups["slacks"]] = CHANGE_WEIGHT
     values.lower[pattern.slack_rows] = 0.0
+    fill_initial(values, pattern, np.zeros(STATES))
     _loosen(values, pattern)
     return values
 
@@ -191,8 +192,22 @@ def fill_corridor(
         _loosen(values, pattern)
     if rows is None:
         return
+    _write_half_planes(values, pattern, rows, _ease(-rows.lower, eased))
+
+
+def _loosen(values: QpValues, pattern: QpPattern) -> None:
+    """No half-plane acts: no slopes, but still a relief, which keeps the pattern."""
+    lower = block(values.lower, pattern.corridor_rows)
+    ease = _ease(np.full(lower.shape, -LOOSE), eased=True)
+    if (lower == LOOSE / ease).all():
+        return
+    rows = CorridorRows(np.zeros((*lower.shape, 3)), np.full(lower.shape, LOOSE))
+    _write_half_planes(values, pattern, rows, ease)
+
+
+def _write_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows, ease: Array) -> None:
+    """Rows and slack of the sides that there are, each counting `ease` times less."""
     sides = rows.lower.shape[2]
-    ease = _ease(-rows.lower, eased)
     by = np.empty((*rows.lower.shape, 4))
     np.divide(rows.slopes, ease[..., None], out=by[..., :3])
     np.divide(1.0, ease, out=by[..., 3])
@@ -200,20 +215,7 @@ def fill_corridor(
     groups, scales = slots.groups["half-planes"][:, :, :sides], slots.scales["half-planes"][:, :, :sides]
     values.constraints[groups] = by * scales
     block(values.ease, pattern.corridor_rows)[:, :, :sides] = ease
-    lower[:, :, :sides] = rows.lower / ease
-
-
-def _loosen(values: QpValues, pattern: QpPattern) -> None:
-    """No half-plane acts: no slopes, but still a relief, which keeps the pattern."""
-    lower = block(values.lower, pattern.corridor_rows)
-    ease = float(_ease(np.array(-LOOSE), eased=True))
-    if (lower == LOOSE / ease).all():
-        return
-    by = np.zeros((*lower.shape, 4))
-    by[..., 3] = 1.0 / ease
-    pattern.constraints.write(values.constraints, "half-planes", by)
-    block(values.ease, pattern.corridor_rows)[...] = ease
-    lower[...] = LOOSE / ease
+    block(values.lower, pattern.corridor_rows)[:, :, :sides] = rows.lower / ease
 
 
 def _ease(distance: Array, eased: bool) -> Array:

@@ -36,17 +36,19 @@ UNFINISHED = frozenset(
 
 
 class Pace(NamedTuple):
-    """How OSQP steps: its first step-size parameter, which it adapts, and its over-relaxation."""
+    """How OSQP steps: its first step-size parameter, which it adapts, its over-relaxation, and whether it is
+    to come to the fine tolerance in its first iterations."""
 
     rho: float
     over_relaxation: float
+    fine: bool
 
 
-NEAR = Pace(rho=0.1, over_relaxation=1.0)
+NEAR = Pace(rho=0.1, over_relaxation=1.0, fine=True)
 """Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
 settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
 its guess takes 3 (docs/performance.md)."""
-FAR = Pace(rho=0.1, over_relaxation=1.6)
+FAR = Pace(rho=0.1, over_relaxation=1.6, fine=False)
 """From a first guess, where rows come to act that are far from it: there are hundreds of iterations to do."""
 SLICE = 48
 """So many iterations are done in one go, then the step size is adapted, and it is asked whether to go on.
@@ -151,7 +153,7 @@ class QpSolver:
             word = ends(done) if ends is not None else ""
             if word:
                 return self._stopped(Stop(word, done), primal, dual, seconds)
-            first = self._pace is NEAR and done == 0
+            first = self._pace.fine and done == 0
             most = settings.fine_iterations if first else SLICE
             tolerance = min(settings.fine_tolerance, settings.tolerance) if first else settings.tolerance
             info, primal, dual = self._slice(min(most, self._most - done), tolerance)

@@ -83,9 +83,9 @@ def test_a_denser_line_runs_the_same() -> None:
 
 @pytest.mark.parametrize("points", POINTS[:3])
 def test_boundaries_get_so_many_points(points: int) -> None:
-    lines = with_points(sparse_corridor(winding(30)), points).to_lines()
+    lines = with_points(sparse_corridor(winding(30)).to_lines(), points)
     found = sum(len(line) for part in lines.parts for line in (*part.left, *part.right))
-    assert found == pytest.approx(points, rel=0.01)  # corners and points between them may fall together
+    assert found == points
 
 
 def test_every_winding_path_is_the_same_around_its_middle() -> None:

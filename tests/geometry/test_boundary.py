@@ -148,3 +148,32 @@ def test_dense_polylines_are_not_copied() -> None:
     boundary = Boundary.from_polylines([line])
     assert boundary is not None
     assert np.shares_memory(boundary.vertex, as_complex(line))
+
+
+def test_a_line_of_far_too_many_points_is_looked_up_as_one_of_few() -> None:
+    """A point a tenth of a millimetre, as a scan gives them, is not kept: only where the line bends."""
+    corners = np.array([(0.0, 0.0), (3.0, 0.0), (4.0, 2.0), (4.0, 3.0)])
+    at = np.linspace(0.0, 3.0, 30_001)
+    crowded = np.column_stack([np.interp(at, range(4), corners[:, i]) for i in (0, 1)])
+    few, many = (Boundary.from_polylines([line]) for line in (corners, crowded))
+    assert few is not None
+    assert many is not None
+    assert many.vertex.size == few.vertex.size
+    np.testing.assert_allclose(many.vertex, few.vertex, atol=1e-12)
+    for turn in np.linspace(0.0, 6.0, 13):  # it still bends where a circle of small radius does
+        circle = 0.3 * np.exp(1j * (turn + np.linspace(0.0, 4.0, 5000)))
+        thinned = Boundary.from_polylines([as_pairs(circle)])
+        assert thinned is not None
+        assert thinned.vertex.size < 300
+        line = shapely.LineString(as_pairs(thinned.vertex))
+        assert shapely.hausdorff_distance(line, shapely.LineString(as_pairs(circle))) < 2e-5
+
+
+def test_bodies_are_checked_against_the_points_that_a_boundary_was_given_by() -> None:
+    """Not against all its samples, which makes exact checks many times slower."""
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+    box = Corridor.from_polygon(path, [(-5.0, -4.0), (30.0, -4.0), (30.0, 4.0), (-5.0, 4.0)])
+    every = box.walls[0].every
+    assert every is not None
+    assert len(shapely.get_coordinates(every)) < 12
+    assert every.length == pytest.approx(86.0)
