@@ -135,7 +135,7 @@ class DockingController(Driver):
         drive = ladder.brake(reached, ladder.braking(config), config)
         drive = gate.admitted(drive, reached, memory.trust.heeded(config), config)
         self._memory = route.braked(memory, drive.acceleration, reason, config)
-        self._mpcc = self._core()
+        self._begin_leg()
         return emergency(drive, reached, self._memory, reason, config, clock)
 
     def problem(self) -> QpProblem:
@@ -195,10 +195,11 @@ class DockingController(Driver):
         if self._memory.trust.found:
             self._memory = route.found(self._memory)
         situation = self._assess()
-        if not legs.may_change_direction(self._memory, situation, self.config.dead_time):
+        memory = self._next_leg(situation)
+        if memory is None:
             return situation
-        self._memory = legs.next_leg(self._memory, staged=self._to_staging)
-        self._mpcc = self._core()
+        self._memory = memory
+        self._begin_leg()
         self._aim()
         return self._assess()
 

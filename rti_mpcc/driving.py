@@ -12,7 +12,7 @@ from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, legs, route, search, sensing, stops
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, renewed
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, renewed
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.search import Attempt, Start
 from rti_mpcc.planning.surroundings import Surroundings
@@ -41,11 +41,31 @@ class Driver:
         self._surroundings = Surroundings.of(corridor, path, config)
         self._paces = tuple(pace_of(part, config) for part in path.parts)
         self._memory = ControllerMemory()
-        self._mpcc = self._core()
+        self._begin_leg()
 
-    def _core(self) -> RtiMpcc:
-        index = self._memory.part
-        return RtiMpcc(self.path.parts[index], self._surroundings.corridor, self.config, index=index)
+    def _begin_leg(self) -> None:
+        """The core and the pace for the active part, or for the way back along it."""
+        index, back = self._memory.part, self._memory.pull_out
+        part, self._pace = self.path.parts[index], self._paces[index]
+        if back is not None:
+            part = part.driven_back(back.begin, back.end)
+            self._pace = pace_of(part, self.config)
+        self._mpcc = RtiMpcc(part, self._surroundings.corridor, self.config, index=index)
+
+    def _next_leg(self, situation: Situation) -> ControllerMemory | None:
+        """The memory with which another part begins now, or a way back; None: this one goes on."""
+        memory = self._memory
+        if legs.has_pulled_out(memory, situation, self.config.dead_time):
+            return legs.coming_again(memory, situation)
+        if memory.pull_out is None and legs.may_change_direction(memory, situation, self.config.dead_time):
+            return legs.next_leg(memory, staged=self._to_staging)
+        way = self._way_back(situation)
+        if way is not None and route.stands(memory, situation, self.config.dead_time):
+            return legs.pulling_out(memory, situation, way)
+        return None
+
+    def _way_back(self, situation: Situation) -> PullOut | None:
+        return legs.way_back(self._memory, situation, self._mpcc.part, self.config)
 
     def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
@@ -63,7 +83,7 @@ class Driver:
 
     @property
     def _on_last_part(self) -> bool:
-        return self._memory.part == len(self.path.parts) - 1
+        return self._memory.part == len(self.path.parts) - 1 and self._memory.pull_out is None
 
     @property
     def _to_staging(self) -> bool:
@@ -75,7 +95,7 @@ class Driver:
         return sensing.situation_of(
             self._memory,
             self._mpcc.part,
-            self._paces[self._memory.part],
+            self._pace,
             self._mpcc.target,
             self.config,
             last_part=self._on_last_part and not self._to_staging,
@@ -87,10 +107,10 @@ class Driver:
         """What is driven in this cycle: a plan that came too late is not."""
         before = self._memory
         act = self._act(situation, clock)
-        if not clock.late() or act.drive.source is not Source.SOLUTION:
-            return act
-        last = self._go_on(before, situation, TOO_LATE, act.attempt, until_another=True)
-        return last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
+        if clock.late() and act.drive.source is Source.SOLUTION:
+            last = self._go_on(before, situation, TOO_LATE, act.attempt, until_another=True)
+            act = last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
+        return act if before.pull_out is None else act.pulling_out(before.pulled_out + 1)
 
     def _act(self, situation: Situation, clock: CycleClock) -> Act:
         self._memory = renewed(route.noticed(self._memory, situation), touched=self._touched(situation))
@@ -105,7 +125,9 @@ class Driver:
             self._memory = route.restart(self._memory)
             return self._stop(situation, Status.GOAL_LOST, waiting)
         if phase is Phase.STALLED:
-            return self._stop(situation, Status.STALLED, "no plan from here ends inside the tolerance")
+            stalled = self._stop(situation, Status.STALLED, "no plan from here ends inside the tolerance")
+            stays = self._way_back(situation) is None
+            return stalled if stays else stalled.pulling_out(self._memory.pulled_out + 1)
         if phase is Phase.SETTLING:
             wanted = ladder.landing(situation, self.config)
             return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
@@ -394,7 +416,8 @@ class Driver:
         if not situation.free:
             return self._stop(situation, Status.BLOCKED, "standing before something that fills the way")
         if not situation.last_part:
-            where = "staging pose" if self._to_staging else "cusp"
+            back = self._memory.pull_out is not None
+            where = "staging pose" if self._to_staging else "end of the way back" if back else "cusp"
             return self._stop(situation, Status.CHANGING_DIRECTION, f"standing at the {where}")
         if aim.never_seen(self._memory, self.config):
             return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")

@@ -63,6 +63,9 @@ class Status(Enum):
     """The goal has not been seen for long and is not certain enough to dock at: stopping before it."""
     SEARCHING = "searching"
     """Standing at the planned goal, which has not been detected yet."""
+    PULLING_OUT = "pulling out"
+    """Stood outside the goal tolerance with no plan that would end inside it: driving back along the path, to
+    come again."""
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
     FAILED = "failed"

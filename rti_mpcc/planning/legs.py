@@ -5,19 +5,27 @@ from __future__ import annotations
 from math import hypot
 
 from geometry import PathPart, Pose2
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
-from rti_mpcc.planning.route import STANDSTILL_SPEED, STANDSTILL_TIME, restart, stands
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.model.layout import POSE, THETA
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, renewed
+from rti_mpcc.planning.route import PATIENCE, STANDSTILL_SPEED, STANDSTILL_TIME, restart, stands
+from rti_mpcc.types import Array
 
 CUSP_REACH = 0.5
 """A vehicle that stands within this distance of a cusp may pass it [m]."""
+PULL_OUT = (8.0, 16.0)
+"""How far back along its part a vehicle pulls out that has stalled, the first and the second time [m]."""
+LEAST_WAY = 2.0
+"""A way back that is shorter is none [m]."""
 
 
 def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
     """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
     if memory.stop is not None:
         memory = released(memory)
-    return renewed(memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None)
+    return renewed(
+        memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None, pulled_out=0
+    )
 
 
 def released(memory: ControllerMemory) -> ControllerMemory:
@@ -35,6 +43,55 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
         return True
     near = hypot(situation.error.x, situation.error.y) <= CUSP_REACH
     return near and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
+
+
+def way_back(
+    memory: ControllerMemory, situation: Situation, part: PathPart, config: ControllerConfig
+) -> PullOut | None:
+    """The way back that a vehicle which has stalled is to drive next; None if it has to stay where it is.
+
+    Only a planned arrival is come to again: the objectives of the paper stall where they did before.
+    """
+    stalled = memory.phase is Phase.STALLED and situation.free and memory.pull_out is None
+    plans = config.arrival and config.method is Method.DYNAMIC
+    if not (stalled and plans and memory.pulled_out < len(PULL_OUT)):
+        return None
+    begin = float(situation.state[THETA])
+    if begin >= part.end:  # behind the end: along the path extrapolated straight
+        here = Pose2(*situation.state[:POSE].tolist())
+        begin = part.end + max(0.0, part.direction * here.relative_to(part.last).x)
+    end = max(begin - PULL_OUT[memory.pulled_out], part.start)
+    return PullOut(begin=begin, end=end) if begin - end >= LEAST_WAY else None
+
+
+def pulling_out(memory: ControllerMemory, situation: Situation, way: PullOut) -> ControllerMemory:
+    """The memory at the beginning of a way back."""
+    memory = renewed(restart(memory), pull_out=way, restarts=0, standing_since=situation.now)
+    return renewed(memory, reached=_placed(situation.state, way.begin))
+
+
+def has_pulled_out(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:
+    """Whether the way back is over: at its end, or where there is no getting on."""
+    if memory.pull_out is None or not stands(memory, situation, dead_time):
+        return False
+    near = hypot(situation.error.x, situation.error.y) <= CUSP_REACH
+    there = situation.free and (near or memory.phase is Phase.STALLED)
+    return there or stands(memory, situation, PATIENCE)
+
+
+def coming_again(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+    """The memory at the end of a way back."""
+    assert memory.pull_out is not None
+    theta = 2.0 * memory.pull_out.begin - float(situation.state[THETA])
+    memory = renewed(restart(memory), pull_out=None, pulled_out=memory.pulled_out + 1, restarts=0, stop=None)
+    return renewed(memory, reached=_placed(situation.state, theta), latched="", looked_at=None)
+
+
+def _placed(state: Array, theta: float) -> Array:
+    """A state (6,) with its progress on another part [m]."""
+    placed = state.copy()
+    placed[THETA] = theta
+    return placed
 
 
 def staging_stop(part: PathPart, goal: Pose2 | None, config: ControllerConfig) -> float:

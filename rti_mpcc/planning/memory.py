@@ -16,7 +16,7 @@ from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Objective, Trajectory
 
-__all__ = ["ControllerMemory", "Phase", "PlannedStop", "Situation", "Unfinished", "renewed"]
+__all__ = ["ControllerMemory", "Phase", "PlannedStop", "PullOut", "Situation", "Unfinished", "renewed"]
 
 
 class Phase(Enum):
@@ -46,6 +46,18 @@ class PlannedStop:
     goal: Pose2 | None
     obstacles: int | None
     since: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PullOut:
+    """The way back along a part, from which its target can be come to again.
+
+    Attributes:
+        begin, end: progress on the part [m], end < begin.
+    """
+
+    begin: float
+    end: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,6 +118,7 @@ class ControllerMemory:
         looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
         stop: before something that fills the way, made for or held at; None where the way is free.
         restarts: how often the active part was begun again after a stop outside the tolerance.
+        pull_out: what is driven instead of the active part, or None; pulled_out: how often that was done.
     """
 
     time: float | None = None
@@ -144,6 +157,8 @@ class ControllerMemory:
     looked_at: float | None = None
     stop: PlannedStop | None = None
     restarts: int = 0
+    pull_out: PullOut | None = None
+    pulled_out: int = 0
 
     @property
     def now(self) -> float:

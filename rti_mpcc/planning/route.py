@@ -65,7 +65,8 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.HOLDING:
         return _held(memory, situation)
     if memory.phase is Phase.STALLED:
-        return renewed(restart(memory), restarts=0) if _elsewhere(memory, situation) else memory
+        elsewhere = _elsewhere(memory, situation)
+        return renewed(restart(memory), restarts=0, pulled_out=0) if elsewhere else memory
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:

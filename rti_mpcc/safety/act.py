@@ -19,6 +19,16 @@ from rti_mpcc.safety.ladder import Drive, braking
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
 
+_AS_PULLING_OUT = (
+    Status.FOLLOWING,
+    Status.ARRIVING,
+    Status.SETTLING,
+    Status.STARTING,
+    Status.CHANGING_DIRECTION,
+    Status.STALLED,
+)
+"""What is not said of a way back: it has one status of its own."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Act:
@@ -29,6 +39,12 @@ class Act:
     reason: str
     trajectory: Trajectory
     attempt: Attempt | None = None
+
+    def pulling_out(self, time: int) -> Act:
+        """The same on, or just before, the way back that is driven for the first or second `time`."""
+        remark = f"pulling out, to come again ({time}. time)"
+        status = Status.PULLING_OUT if self.status in _AS_PULLING_OUT else self.status
+        return replace(self, status=status, reason="; ".join(filter(None, (self.reason, remark))))
 
 
 def command(

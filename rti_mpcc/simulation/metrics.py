@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -43,6 +45,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "final_error": final_error(truth),
         "min_clearance_m": _finite(float(np.min(clearances(result)))),
         "direction_changes": direction_changes(truth.times, truth.v),
+        "pull_outs": pull_outs(result.cycles.status),
         "max_steering_rad": float(np.max(np.abs(truth.delta))),
         "rms": rms(truth, to_tolerance),
         "energy": energy(truth, to_tolerance),
@@ -113,6 +116,12 @@ def direction_changes(times: Array, v: Array) -> int:
             direction = -1 if back else 1
             lowest = highest = way
     return changes
+
+
+def pull_outs(status: Sequence[Status]) -> int:
+    """How often a vehicle that had stalled pulled out to come again."""
+    pulling = [each is Status.PULLING_OUT for each in status]
+    return sum(now and not before for before, now in pairwise([False, *pulling]))
 
 
 def rms(truth: Truth, until: float | None) -> dict[str, float]:
