@@ -13,9 +13,9 @@ from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import overrun, stage_bounds
-from rti_mpcc.ocp.corridor_rows import CorridorRows, admitted, corridor_rows, lacking
+from rti_mpcc.ocp.corridor_rows import MEASURED, CorridorRows, admitted, corridor_rows, drifting, lacking
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
@@ -62,7 +62,7 @@ class Linearisation:
         trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
         lengths: (N,) of the stages [s].
         weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them,
-            None where none acts.
+            None where none acts; drift: see `drifting`, None without rows.
         bounds: (2, 2) what v and delta may be at every stage, lower and upper.
         refused: "" or why the solver refused the numbers.
         seconds: time that the preparation took.
@@ -75,6 +75,7 @@ class Linearisation:
     weights: StageWeights
     planes: HalfPlanes | None
     rows: CorridorRows | None
+    drift: Array | None
     bounds: Array
     refused: str
     seconds: float
@@ -263,12 +264,14 @@ class RtiMpcc:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls, eased=eased)
         planes = None if cartesian else self._planes(shifted.states, last)
-        rows = None
+        rows = drift = None
         if planes is not None:
             footprint = config.footprint
             rows = corridor_rows(
                 states[1:], frame.planes_in(planes), self._discs, footprint.margin, footprint.near
             )
+        if rows is not None:
+            drift = drifting(states, lengths, wheelbase)
         fill_corridor(values, pattern, rows, eased=eased)
         self._last = last
         self._linearisation = Linearisation(
@@ -279,6 +282,7 @@ class RtiMpcc:
             weights=weights,
             planes=planes,
             rows=rows,
+            drift=drift,
             bounds=np.array([bounds.states[:, 0, :2].max(axis=0), bounds.states[:, 1, :2].min(axis=0)]).T,
             refused=self._solver.update(values),
             seconds=perf_counter() - begun,
@@ -375,16 +379,24 @@ class RtiMpcc:
         the corridor's margin by more than `SHORT` of it.
         """
         far_out = self._admit_motion(measured, linear)
-        if linear.rows is None:
+        if linear.rows is None or linear.drift is None:
             return far_out
-        change, margin = (measured - linear.states[0])[:POSE], self.config.footprint.margin
-        missing = lacking(linear.rows, change)
+        change, margin = (measured - linear.states[0])[:MEASURED], self.config.footprint.margin
+        missing = lacking(linear.rows, linear.drift, change)
         if missing is None:
             return far_out
         lack = missing[0].max(axis=0)
-        over = np.maximum(lack - margin, 0.0)
-        elapsed = np.add.accumulate(linear.lengths)
-        bounds = admitted(linear.rows, missing, elapsed, self._turned(linear.states), margin, over)
+        vehicle, direction, states = self.config.vehicle, self.part.direction, linear.states
+        bounds = admitted(
+            linear.rows,
+            missing,
+            np.add.accumulate(linear.lengths),
+            np.cumsum(np.hypot(np.diff(states[:, X]), np.diff(states[:, Y]))),
+            np.maximum(-direction * self._discs.offsets, 0.0),
+            margin=margin,
+            over=np.maximum(lack - margin, 0.0),
+            far=vehicle.rear if direction > 0 else vehicle.front,
+        )
         fill_corridor_bounds(self._values, self._pattern, bounds)
         return far_out or float(lack.max()) > SHORT * margin
 
@@ -407,17 +419,6 @@ class RtiMpcc:
             np.minimum(bottom, (value + drop - shift) / units[:, column], out=bottom)
             far_out |= bool(bottom[0] < low or top[0] > high)
         return far_out
-
-    def _turned(self, states: Array) -> Array:
-        """Way (N,) driven by stages 1..N since the trailing end is back where it was, if the body turns [m].
-
-        On a circle of radius R the end at l behind the axle goes out by l s/R - s²/2R: to l²/2R, and back at
-        s = 2 l whatever R is.
-        """
-        vehicle = self.config.vehicle
-        trailing = vehicle.rear if self.part.direction > 0 else vehicle.front
-        way: Array = np.cumsum(np.hypot(np.diff(states[:, X]), np.diff(states[:, Y])))
-        return np.maximum(way - 2.0 * trailing, 0.0)
 
     def _solve(
         self,

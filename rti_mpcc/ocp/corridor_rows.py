@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry import HalfPlanes
 from rti_mpcc.model.footprint import Discs
-from rti_mpcc.model.layout import PHI
+from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.types import Array
 
 LOOSE = -100.0
@@ -22,6 +22,10 @@ are 0 besides: a row that never binds still drags on the solver's steps."""
 
 RETURN_TIME = 1.5
 """So long the plan may take to give the margin back that a measurement has taken from it [s]."""
+RETURN_WAY = 3.5
+"""Way over which it is given back, as far as the room that the trailing end needs for that goes [m]."""
+MEASURED = DELTA + 1
+"""Of a state all but its progress is measured: x, y, phi, v, delta."""
 WAY_BACK = 10.0
 """Way over which a body that is over a boundary is brought back, once it has turned [m]."""
 
@@ -56,41 +60,93 @@ def corridor_rows(
     return CorridorRows(slopes, np.where(acts, gap, LOOSE))
 
 
-def lacking(rows: CorridorRows, change: Array) -> Array | None:
-    """What of the corridor and its margin is missing (N, discs, sides) [m], or None if nothing is.
+def drifting(states: Array, lengths: Array, wheelbase: float) -> Array:
+    """How x, y, phi of the first n stages follow what the plan begins with, its controls kept: (n, 3, 5).
 
-    The plan begins `change` (3,) in x, y, phi beside the one linearised about, and goes on beside it.
+    (H5)  dphi_k = dphi + s_k ddelta (1 + tan²delta)/L
+          d(x, y)_k = d(x, y) + t_k dv (cos phi_k, sin phi_k)
+                      + (s_k dphi + s_k²/2 ddelta (1 + tan²delta)/L) (-sin phi_k, cos phi_k)
+
+    with s_k the way driven by then, negative in reverse, and delta the steering that the plan begins with.
+    The n stages are those that end within `RETURN_TIME`.
+
+    Args:
+        states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m].
     """
-    missing = rows.lower - rows.slopes @ change
+    elapsed = np.add.accumulate(lengths)
+    n = int(elapsed.searchsorted(RETURN_TIME))
+    elapsed, phi = elapsed[:n], states[1 : n + 1, PHI]
+    c, s = np.cos(phi), np.sin(phi)
+    way = np.add.accumulate(lengths[:n] * states[:n, V])
+    turn = way * ((1.0 + np.tan(states[0, DELTA]) ** 2) / wheelbase)
+    by = np.zeros((n, POSE, MEASURED))
+    by[:, X, X] = by[:, Y, Y] = by[:, PHI, PHI] = 1.0
+    by[:, X, V], by[:, Y, V] = elapsed * c, elapsed * s
+    by[:, X, PHI], by[:, Y, PHI] = -way * s, way * c
+    aside = 0.5 * way * turn
+    by[:, X, DELTA], by[:, Y, DELTA], by[:, PHI, DELTA] = -aside * s, aside * c, turn
+    return by
+
+
+def lacking(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
+    """What of the corridor and its margin is missing at the first n stages (n, discs, sides) [m], or None if
+    nothing is.
+
+    Args:
+        drift: (n, 3, 5) of the plan linearised about, see `drifting`.
+        change: (5,) in x, y, phi, v, delta that the plan begins with beside it.
+    """
+    n = len(drift)
+    missing = rows.lower[:n] - np.matmul(rows.slopes[:n], (drift @ change)[:, None, :, None])[..., 0]
     return np.maximum(missing, 0.0) if float(missing.max()) > 0.0 else None
 
 
 def admitted(
-    rows: CorridorRows, missing: Array, elapsed: Array, turned: Array, margin: float, over: Array
+    rows: CorridorRows,
+    missing: Array,
+    elapsed: Array,
+    way: Array,
+    trails: Array,
+    *,
+    margin: float,
+    over: Array,
+    far: float,
 ) -> Array:
     """Lower bounds (N, discs, sides) that give back step by step what is missing.
 
     What is `missing` of the margin a moment ahead (see `lacking`) is out of reach by then: the
     exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
-    there is. A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
+    there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back.
+    To get aside by m over the way S it turns by 3m/2S, what trails l behind its axle swings out by l times
+    that, and is back 2 l later: on a circle of radius R it goes out by l s/R - s²/2R.
+
+    A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
     one that turns away swings its other end out before. A slack that nothing can make smaller would
     saturate the penalty all along the plan, and the solver with it. So that boundary is taken to be where the
     vehicle has it now, and to come back from there: as a whole, for where it kept to what is missing at each
     stage it would bind at all of them, and hold the plan to the one linearised about. The other boundaries
     stay.
 
-    (H4)  lower - r - (1 - s / WAY_BACK) (over + min(over, margin - r)),
-          r = (1 - t / RETURN_TIME) min(m, margin),   m = missing = max(0, lower - slopes change)
+    (H4)  lower - r - (1 - (s - 2 far) / WAY_BACK) (over + min(over, margin - r)),
+          r = min(margin, (1 - (t / RETURN_TIME)³) m + (1 - (s / (S + 2 l))³) 3 l / 2S max m),
+          m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
+
+    each share being 0 to 1, and max m the most that is missing of that side at any disc and stage.
 
     Args:
-        elapsed: (N,) time t of stages 1..N [s].
-        turned: (N,) way s that the plan has driven by then since its body can have turned away [m].
-        over: (sides,) what the vehicle lacks beyond the margin [m].
+        missing: (n, discs, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
+        way: (N,) way s that the plan has driven by then [m]; trails: (discs,) l, 0 for discs that lead [m].
+        over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
-    share = np.clip(1.0 - elapsed / RETURN_TIME, 0.0, 1.0)
-    relief = share[:, None, None] * np.minimum(missing, margin)
+    missing = np.minimum(missing, margin)
+    n, most = len(missing), missing.max(axis=(0, 1))
+    swings = 1.0 - np.minimum(way[:, None] / (RETURN_WAY + 2.0 * trails), 1.0) ** 3
+    relief = (swings * (1.5 / RETURN_WAY * trails))[..., None] * most
+    share = 1.0 - (np.minimum(elapsed[:n], RETURN_TIME) / RETURN_TIME) ** 3
+    relief[:n] += share[:, None, None] * missing
+    np.minimum(relief, margin, out=relief)
     if over.any():
-        share = np.clip(1.0 - turned / WAY_BACK, 0.0, 1.0)
-        relief += share[:, None, None] * (over + np.minimum(over, margin - relief))
+        back = np.minimum(np.maximum(1.0 - (way - 2.0 * far) / WAY_BACK, 0.0), 1.0)
+        relief += back[:, None, None] * (over + np.minimum(over, margin - relief))
     bounds: Array = rows.lower - relief
     return bounds
