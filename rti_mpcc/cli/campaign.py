@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
+from rti_mpcc.errors import CampaignError
 from rti_mpcc.report.campaign_tally import tally_table
 from rti_mpcc.report.console import rate_bar, tell_lines, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable
@@ -76,7 +77,7 @@ def _campaign(arguments: argparse.Namespace) -> int:
     try:
         with rate_bar("campaign", "cases") as progress:
             tally = run_campaign(settings, folder, engine=engine, progress=progress)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, CampaignError):
         tell_lines([f"The rows so far are kept in {folder}; the same command goes on behind them."])
         raise
     tell_tables([tally_table(settings, tally)])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
+from contextlib import ExitStack, contextmanager
 from types import ModuleType, TracebackType
 from typing import Any, Self
 
-from rti_mpcc.errors import CampaignError, MissingExtraError
+from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
 from rti_mpcc.simulation.campaign.engine import AHEAD
 from rti_mpcc.simulation.campaign.settings import versions
 
@@ -32,28 +33,29 @@ class DaskEngine:
         self._dask = _distributed()
         self._client: Any = None
         self._executor: Executor | None = None
+        self._stack = ExitStack()
         self._window = AHEAD
         self._deserted = False
 
     def __enter__(self) -> Self:
         """Raises CampaignError where there is no scheduler, no worker, or one with another program."""
-        self._client = self._connected()
+        self._stack.enter_context(_quiet())
         try:
+            self._client = self._connected()
+            self._stack.callback(self._client.close)
             self._executor = self._client.get_executor(pure=False)
             self._same_everywhere()
         except BaseException:
-            self._client.close()
+            self._stack.close()
             raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        try:
+        with self._stack:
             if self._executor is not None and self._client.status == "running":
                 self._executor.shutdown(wait=kind is None)  # without waiting it cancels
-        finally:
-            self._client.close()
 
     def window(self) -> int:
         """See `Engine`; workers may come and go."""
@@ -90,8 +92,12 @@ class DaskEngine:
     def _connected(self) -> Any:
         """A client of a scheduler that has a worker."""
         try:
+            # First: a client that was not told a good address does not end well.
+            self._dask.comm.get_address_host_port(self.address)
             client = self._dask.Client(self.address, timeout=CONNECTING, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except ValueError as error:
+            raise InputError(f"dask = {self.address!r}: {error}") from error
+        except OSError as error:
             raise CampaignError(f"no Dask scheduler at {self.address}: {error}") from error
         try:
             client.wait_for_workers(1, timeout=FIRST_WORKER)
@@ -115,6 +121,20 @@ class DaskEngine:
                     raise CampaignError(f"the Dask worker at {worker} has {other}: rows would be mixed")
         if any(threads > 1 for threads in self._client.nthreads().values()):
             _LOG.warning("Dask workers with several threads are slow here: begin them with --nthreads 1")
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """A lost scheduler is told in one sentence, not in the library's log besides."""
+    loggers = [logging.getLogger(f"distributed.{name}") for name in ("client", "utils")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
 
 
 def _distributed() -> ModuleType:

@@ -44,7 +44,7 @@ class CaseOutcome(Enum):
     RAISED = "raised"
     """An exception: a mistake of the program."""
     WORKER_DIED = "worker_died"
-    """The process that drove it ended, twice."""
+    """The process that drove it ended, with no other case under way."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

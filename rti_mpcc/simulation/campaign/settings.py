@@ -17,6 +17,7 @@ from rti_mpcc.config import Method
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.campaign.case import MOST, CampaignCase
 from rti_mpcc.simulation.campaign.levels import Level
+from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
 from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
@@ -83,12 +84,12 @@ def source_digest() -> str:
 
 
 def keep_settings(settings: CampaignSettings, folder: Path) -> None:
-    """Write campaign.json, or compare with the one that is there: only the count may have grown.
+    """Write campaign.json; where there are rows compare with it first: only the count may have grown.
 
     Raises InputError, with one sentence, where rows of different campaigns would be mixed.
     """
-    file, table = folder / FILE, settings.table()
-    if file.exists():
+    file, rows, table = folder / FILE, folder / ROWS, settings.table()
+    if rows.exists() and rows.stat().st_size:
         before = read_settings(folder)
         if before == table:
             return
