@@ -87,6 +87,7 @@ CAMPAIGN = CourseRange(
     prefix="campaign",
     length=(10.0, 60.0),
     shortest_piece=3.0,
+    turn=pi,
     cusp_share=0.5,
     half_width=(2.2, 5.0),
     narrowings=2,
