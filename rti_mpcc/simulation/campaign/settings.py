@@ -25,6 +25,7 @@ FILE = "campaign.json"
 LIBRARIES = ("rti-mpcc", "numpy", "scipy", "shapely", "osqp", "filterpy")
 """Those whose versions a row may depend on."""
 _PACKAGES = ("geometry", "estimation", "rti_mpcc")
+_ONLY_SHOWS = ("rti_mpcc/cli", "rti_mpcc/report")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,11 +75,14 @@ def versions() -> dict[str, str]:
 
 
 def source_digest() -> str:
-    """Sixteen digits that change with any line of geometry, estimation or rti_mpcc."""
+    """Sixteen digits that change with any line of the packages, but for what only shows what was driven."""
     digest = sha256()
     root = Path(geometry.__file__).parents[1]
+    shown = [root / folder for folder in _ONLY_SHOWS]
     for package in _PACKAGES:
         for file in sorted((root / package).rglob("*.py")):
+            if any(folder in file.parents for folder in shown):
+                continue
             digest.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 

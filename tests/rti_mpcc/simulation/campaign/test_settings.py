@@ -123,5 +123,8 @@ def test_the_digest_is_of_the_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
         (tmp_path / package / "__init__.py").write_text("")
     monkeypatch.setattr(geometry, "__file__", str(tmp_path / "geometry" / "__init__.py"))
     before = source_digest()
+    (tmp_path / "rti_mpcc" / "report").mkdir()
+    (tmp_path / "rti_mpcc" / "report" / "table.py").write_text("x = 1\n")
+    assert source_digest() == before
     (tmp_path / "rti_mpcc" / "__init__.py").write_text("x = 1\n")
     assert source_digest() != before
