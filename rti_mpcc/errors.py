@@ -20,7 +20,12 @@ class RecordingError(InputError):
     """A recording cannot be read: it is none, not whole, changed, or from a newer version."""
 
 
+class CampaignError(RtiMpccError):
+    """A campaign cannot go on: its cluster is gone, or workers cannot be started. What is done is kept."""
+
+
 __all__ = [
+    "CampaignError",
     "ConfigError",
     "CorridorError",
     "InputError",

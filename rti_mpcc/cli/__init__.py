@@ -1,4 +1,4 @@
-"""The command `rti-mpcc`: list scenarios, run, compare, reproduce, record, replay, watch (contract 3.2)."""
+"""The command `rti-mpcc`: scenarios, run, compare, reproduce, campaigns, replay, watch (contract 3.2)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from rti_mpcc.cli import compare, replay, reproduce, run, watch
+from rti_mpcc.cli import campaign, campaign_case, compare, replay, reproduce, run, watch
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.report.console import warnings_on_stderr
@@ -51,6 +51,8 @@ def _parser() -> argparse.ArgumentParser:
     run.add_to(commands)
     compare.add_to(commands)
     reproduce.add_to(commands)
+    campaign.add_to(commands)
+    campaign_case.add_to(commands)
     replay.add_to(commands)
     watch.add_to(commands)
     return parser

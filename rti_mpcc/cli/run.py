@@ -43,28 +43,34 @@ def add_to(commands: Commands) -> None:
         epilog="Exit status: 0 docked, 1 not docked or a boundary was crossed, 2 bad input.",
     )
     run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
-    run.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
-    run.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
     run.add_argument("--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s")
-    run.add_argument(
+    add_run_options(run)
+    run.set_defaults(command=_run)
+
+
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """What can be asked for of one run besides its scenario and seed."""
+    parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
+    parser.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
+    parser.add_argument(
         "--docking-time",
         type=float,
         metavar="SECONDS",
         help="how long the docking shall take: the comfort values are scaled so that it is expected to",
     )
-    run.add_argument("--out", type=Path, metavar="DIR", help="where files go; default: runs/<name>")
-    run.add_argument(
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where files go; default: runs/<name>")
+    parser.add_argument(
         "--goal-source",
         choices=[source.value for source in GoalSource],
         default=GoalSource.DETECTED.value,
         help="what tells the goal in a scenario with [goal.measurement]: filtered detections, the newest "
         "detection as it is, or the truth; default: %(default)s",
     )
-    run.add_argument("--no-plots", action="store_true", help="write no pictures")
-    run.add_argument(
+    parser.add_argument("--no-plots", action="store_true", help="write no pictures")
+    parser.add_argument(
         "--discs", action="store_true", help="draw the discs that cover the body in the overview"
     )
-    run.add_argument(
+    parser.add_argument(
         "--animate",
         nargs="?",
         const="",
@@ -72,13 +78,16 @@ def add_to(commands: Commands) -> None:
         help="write a moving picture, .mp4 or .gif; default: animation.mp4 beside the other files, .gif "
         "where ffmpeg is not installed",
     )
-    run.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
-    add_dump_failed(run)
-    run.set_defaults(command=_run)
+    parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
+    add_dump_failed(parser)
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    scenario = load_scenario(arguments.scenario)
+    return run_scenario(load_scenario(arguments.scenario), arguments)
+
+
+def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
+    """Run it by the options of `add_run_options` and a seed, tell and write; the exit status."""
     if arguments.docking_time is not None:
         scenario = changed(scenario, {"controller.docking_time": arguments.docking_time})
     # simulate() would find what is wrong, too, but after the folder was made.

@@ -10,12 +10,24 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
+from rich.text import Text
 
 from rti_mpcc.report.table import summary_table
 
 _TABLE_WIDTH = 120
+_RATE_OVER = 300.0
+"""The rate of many cases is that of so many seconds past [s]."""
 
 
 @contextmanager
@@ -29,6 +41,42 @@ def progress_bar(name: str, done: str) -> Iterator[Callable[[float, float], None
     with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
         task = bar.add_task("", total=None)
         yield lambda completed, total: bar.update(task, completed=completed, total=total)
+
+
+@contextmanager
+def rate_bar(name: str, what: str) -> Iterator[Callable[[int, int], None] | None]:
+    """As `progress_bar`, for many cases: how many of `what` there are a minute, and the time that remains."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (
+        TextColumn(name),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _Rate(what),
+        TimeElapsedColumn(),
+        TextColumn("remaining"),
+        TimeRemainingColumn(),
+    )
+    with Progress(
+        *columns, console=console, transient=True, refresh_per_second=2, speed_estimate_period=_RATE_OVER
+    ) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda completed, total: bar.update(task, completed=completed, total=total)
+
+
+class _Rate(ProgressColumn):
+    """So many a minute."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__()
+        self._what = what
+
+    def render(self, task: Task) -> Text:
+        """The rate so far; a dash before the second case."""
+        speed = task.finished_speed or task.speed
+        return Text(f"{'–' if speed is None else f'{60.0 * speed:.1f}'} {self._what}/min")
 
 
 def tell_run(figures: dict[str, Any], written: Sequence[Path]) -> None:

@@ -76,8 +76,8 @@ def drive_all(
             tell(len(found), len(cases))
         return found
     with (
-        _one_thread_each(),
-        ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_when_interrupted) as pool,
+        one_thread_each(),
+        ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=end_when_interrupted) as pool,
     ):
         futures = [pool.submit(drive, case) for case in cases]
         try:
@@ -90,13 +90,13 @@ def drive_all(
         return [future.result() for future in futures]
 
 
-def _end_when_interrupted() -> None:
+def end_when_interrupted() -> None:
     """A worker would take an interrupt for what became of its run, and begin the next one."""
     signal(SIGINT, SIG_DFL)
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
+def one_thread_each() -> Iterator[None]:
     """Processes that are begun meanwhile have one thread each; what was set before stays."""
     missing = [name for name in THREADS if name not in os.environ]
     os.environ.update(dict.fromkeys(missing, "1"))

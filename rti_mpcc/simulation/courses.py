@@ -6,7 +6,7 @@ is drawn from is a `CourseRange`: its defaults are the courses of the report, `C
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import pi
 from typing import Annotated, Any, Self
 
@@ -25,6 +25,8 @@ DRAWS = 200
 """So many draws of one course before it is given up."""
 DIGITS = 4
 """Of all that is drawn, so that a saved course is readable."""
+NO_MOTION = "no motion that docks was found"
+"""Why a draw that is a scenario is rejected."""
 Count = Annotated[int, Field(ge=0, le=20)]
 Span = tuple[Positive, Positive]
 Tables = dict[str, Any]
@@ -85,6 +87,7 @@ CAMPAIGN = CourseRange(
     prefix="campaign",
     length=(10.0, 60.0),
     shortest_piece=3.0,
+    turn=pi,
     cusp_share=0.5,
     half_width=(2.2, 5.0),
     narrowings=2,
@@ -107,6 +110,17 @@ def drawn_course(seed: int, index: int, within: CourseRange | None = None) -> Sc
 
     Raises InputError for a negative seed or index, or where nothing can be docked in within DRAWS draws.
     """
+    for drawn in draws(seed, index, within):
+        if isinstance(drawn, Scenario):
+            return drawn
+    raise InputError(f"course {index} of seed {seed}: none of {DRAWS} draws can be docked in")
+
+
+def draws(seed: int, index: int, within: CourseRange | None = None) -> Iterator[Scenario | str]:
+    """All that `drawn_course` draws: why a draw is rejected, and last the course that is not.
+
+    Raises InputError for a negative seed or index.
+    """
     for name, value in (("seed", seed), ("index", index)):
         if value < 0:
             raise InputError(f"{name} = {value}: must be >= 0")
@@ -115,11 +129,13 @@ def drawn_course(seed: int, index: int, within: CourseRange | None = None) -> Sc
     for _ in range(DRAWS):
         try:
             course = scenario_from_dict(_tables(random, seed, index, within))
-        except ScenarioError:
+        except ScenarioError as error:
+            yield str(error)
             continue
         if find_witness(course) is not None:
-            return course
-    raise InputError(f"course {index} of seed {seed}: none of {DRAWS} draws can be docked in")
+            yield course
+            return
+        yield NO_MOTION
 
 
 def _tables(random: np.random.Generator, seed: int, index: int, within: CourseRange) -> Tables:

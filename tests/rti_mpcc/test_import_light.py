@@ -35,6 +35,10 @@ def test_import_does_not_load(loaded: set[str], library: str) -> None:
     assert library not in loaded
 
 
+def test_the_command_line_loads_a_cluster_where_one_is_asked_for() -> None:
+    assert not {"distributed", "dask", "matplotlib"} & packages_after("import rti_mpcc.cli")
+
+
 def test_estimation_loads_filterpy_with_the_first_filter() -> None:
     assert "filterpy" not in packages_after("import estimation; estimation.GoalFilterConfig()")
     assert "filterpy" in packages_after("import estimation; estimation.GoalPoseFilter()")

@@ -82,7 +82,7 @@ def test_what_ends_a_batch_keeps_the_rest_from_being_driven(
 def test_an_interrupted_worker_ends() -> None:
     before = getsignal(SIGINT)
     try:
-        batch._end_when_interrupted()
+        batch.end_when_interrupted()
         assert getsignal(SIGINT) is SIG_DFL
     finally:
         signal(SIGINT, before)

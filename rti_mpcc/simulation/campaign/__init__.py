@@ -1,0 +1,31 @@
+"""Campaigns: many drawn docking problems at a level of difficulty, driven by whatever cores there are."""
+
+from __future__ import annotations
+
+from rti_mpcc.simulation.campaign.case import CampaignCase, drive_case
+from rti_mpcc.simulation.campaign.engine import Engine, ProcessEngine
+from rti_mpcc.simulation.campaign.levels import DisturbanceRange, Level, at_level
+from rti_mpcc.simulation.campaign.row import CampaignRow, CaseOutcome, CourseFigures, DisturbanceFigures
+from rti_mpcc.simulation.campaign.rows_file import RowsFile, Tally, read_rows
+from rti_mpcc.simulation.campaign.runner import run_campaign
+from rti_mpcc.simulation.campaign.settings import CampaignSettings, read_settings
+
+__all__ = [
+    "CampaignCase",
+    "CampaignRow",
+    "CampaignSettings",
+    "CaseOutcome",
+    "CourseFigures",
+    "DisturbanceFigures",
+    "DisturbanceRange",
+    "Engine",
+    "Level",
+    "ProcessEngine",
+    "RowsFile",
+    "Tally",
+    "at_level",
+    "drive_case",
+    "read_rows",
+    "read_settings",
+    "run_campaign",
+]

@@ -1,0 +1,119 @@
+"""One case of a campaign: which it is, the scenario that follows from that, and what became of it.
+
+What a worker is sent is a `CampaignCase`, a few words; it draws the scenario itself, and sends back the line
+of the rows file.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.batch import Case, drive
+from rti_mpcc.simulation.campaign.levels import Level, at_level
+from rti_mpcc.simulation.campaign.row import (
+    CampaignRow,
+    CaseOutcome,
+    course_figures,
+    disturbance_figures,
+    row_of,
+)
+from rti_mpcc.simulation.courses import CAMPAIGN, drawn_course
+from rti_mpcc.simulation.scenario import Scenario
+
+MOST = 1_000_000
+"""Cases of a campaign, at most."""
+DIED = "its worker process ended while it was under way"
+_ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignCase:
+    """Case number `index` of a campaign of this seed and level, driven by a method and preset.
+
+    Raises InputError for a negative seed, or an index that is not in 0 ... MOST - 1.
+    """
+
+    seed: int
+    level: Level
+    index: int
+    method: str = "dynamic"
+    preset: str = "default"
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise InputError(f"seed = {self.seed}: must be >= 0")
+        if not 0 <= self.index < MOST:
+            raise InputError(f"index = {self.index}: must be >= 0 and < {MOST}")
+
+    @property
+    def run_seed(self) -> int:
+        """Of the noise of its run: another one for every case of every campaign."""
+        return MOST * self.seed + self.index
+
+    @property
+    def name(self) -> str:
+        """Of its scenario."""
+        return f"{CAMPAIGN.prefix}_{self.seed}_{self.index:02d}_{self.level.value}"
+
+    def scenario(self) -> Scenario:
+        """Drawn, always the same. Raises InputError where none of many draws can be docked in."""
+        return at_level(drawn_course(self.seed, self.index, CAMPAIGN), self.level, self.seed, self.index)
+
+
+Drive = Callable[[CampaignCase], CampaignRow]
+"""What makes a row of a case. Workers get it by its name: it has to be defined at the top of a module."""
+
+
+def drive_case(case: CampaignCase) -> CampaignRow:
+    """Draw and drive a case. Raises what either raises."""
+    scenario = case.scenario()
+    run = Case(scenario=scenario, method=case.method, preset=case.preset, seed=case.run_seed)
+    return row_of(case.index, drive(run))
+
+
+def driven_line(drive: Drive, case: CampaignCase) -> str:
+    """The line of a case; where it raises, one that tells what. Runs in the workers."""
+    try:
+        return drive(case).line()
+    except (Exception, SystemExit) as error:
+        # What differs from process to process is no part of a row.
+        told = _ADDRESS.sub("", " ".join(f"{type(error).__name__}: {error}".split()))
+        return undriven_row(case, CaseOutcome.RAISED, told).line()
+
+
+def died_line(case: CampaignCase) -> str:
+    """The line of a case that ended its worker. To be run in another one: it draws the course again."""
+    return undriven_row(case, CaseOutcome.WORKER_DIED, DIED).line()
+
+
+def undriven_row(case: CampaignCase, outcome: CaseOutcome, detail: str) -> CampaignRow:
+    """A row without figures, and without its course where that cannot be drawn."""
+    try:
+        scenario = case.scenario()
+    except Exception:
+        return bare_row(case, outcome, detail)
+    return CampaignRow(
+        index=case.index,
+        scenario=scenario.name,
+        outcome=outcome,
+        detail=detail,
+        course=course_figures(scenario),
+        disturbances=disturbance_figures(scenario),
+        figures=None,
+    )
+
+
+def bare_row(case: CampaignCase, outcome: CaseOutcome, detail: str) -> CampaignRow:
+    """A row of which nothing is known but how it ended."""
+    return CampaignRow(
+        index=case.index,
+        scenario=case.name,
+        outcome=outcome,
+        detail=detail,
+        course=None,
+        disturbances=None,
+        figures=None,
+    )

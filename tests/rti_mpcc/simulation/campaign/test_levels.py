@@ -1,0 +1,137 @@
+"""Levels: the same course below all of them, repeatable disturbances within their range."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import Any
+
+import pytest
+
+from rti_mpcc.errors import ConfigError
+from rti_mpcc.simulation import CAMPAIGN, Scenario, changed, drawn_course, scenario_from_dict, scenario_text
+from rti_mpcc.simulation.campaign import DisturbanceRange, Level, at_level
+from rti_mpcc.simulation.scenario import MeasurementSection
+
+RANGE = DisturbanceRange()
+
+
+@pytest.fixture(scope="module")
+def course() -> Scenario:
+    return drawn_course(1, 3, CAMPAIGN)
+
+
+@pytest.fixture(scope="module")
+def many(course: Scenario) -> list[Scenario]:
+    return [at_level(course, Level.HARD, 5, index) for index in range(60)]
+
+
+def seen(scenario: Scenario) -> MeasurementSection:
+    assert scenario.goal.measurement is not None
+    return scenario.goal.measurement
+
+
+def test_nominal_is_the_course_under_a_name_of_its_own(course: Scenario) -> None:
+    found = at_level(course, Level.NOMINAL, 1, 3)
+    assert found.name == "campaign_1_03_nominal"
+    assert changed(found, {"name": course.name}) == course
+
+
+@pytest.mark.parametrize("level", Level)
+def test_a_level_leaves_the_course_and_is_drawn_again_as_it_was(course: Scenario, level: Level) -> None:
+    found = at_level(course, level, 1, 3)
+    assert found == at_level(course, level, 1, 3)
+    assert found.name == f"{course.name}_{level.value}"
+    assert (found.path, found.corridor, found.goal.offset) == (
+        course.path,
+        course.corridor,
+        course.goal.offset,
+    )
+    assert found.simulation.cycle == course.simulation.cycle
+    assert (found.goal.measurement is not None) == level.noisy
+    assert any(found.simulation.state_noise) == level.noisy
+    assert (found.simulation.wheelbase_error != 0.0) == level.mismatched
+    # What the controller assumes stays the same, whatever the plant has.
+    assert found.controller_config().dead_time == 0.18
+
+
+def test_hard_has_the_noise_of_noisy_and_the_plant_of_mismatched(course: Scenario) -> None:
+    noisy, mismatched, hard = (
+        at_level(course, level, 1, 3) for level in (Level.NOISY, Level.MISMATCHED, Level.HARD)
+    )
+    assert hard.goal == noisy.goal
+    assert hard.simulation.state_noise == noisy.simulation.state_noise
+    assert hard.plant_parameters() == mismatched.plant_parameters()
+
+
+def test_cases_are_disturbed_by_different_things(course: Scenario) -> None:
+    found = [at_level(course, Level.HARD, *which) for which in ((1, 3), (1, 4), (2, 3))]
+    assert len({one.simulation for one in found}) == 3
+    assert len({one.goal for one in found}) == 3
+
+
+def test_disturbances_are_within_the_range_and_use_it(many: list[Scenario]) -> None:
+    detection = ("position_std", "heading_std", "position_floor", "heading_floor", "visible_range")
+    detection += ("delay", "dropout", "outlier", "outlier_size")  # type: ignore[assignment]
+    spans = {name: [getattr(seen(one), name) for one in many] for name in detection}
+    spans |= {
+        name: [getattr(one.simulation, name) for one in many] for name in ("acceleration_gain", "dead_time")
+    }
+    noise = zip(*(one.simulation.state_noise for one in many), strict=True)
+    names = ("state_position", "state_position", "state_heading", "state_speed", "state_steering")
+    for name, values in [*spans.items(), *zip(names, map(list, noise), strict=True)]:
+        low, high = getattr(RANGE, name)
+        assert low <= min(values) < low + 0.2 * (high - low), name
+        assert high - 0.2 * (high - low) < max(values) <= high, name
+
+
+def test_errors_are_to_either_side(many: list[Scenario]) -> None:
+    for name, most in (("wheelbase_error", 0.05), ("steering_offset", radians(1.0))):
+        values = [getattr(one.simulation, name) for one in many]
+        assert -most <= min(values) < -0.8 * most
+        assert 0.8 * most < max(values) <= most
+    for axis, most in enumerate(RANGE.initial_offset):
+        values = [seen(one).initial_offset[axis] for one in many]
+        assert -most <= min(values) < -0.5 * most
+        assert 0.5 * most < max(values) <= most
+
+
+def test_what_was_drawn_is_in_the_file(many: list[Scenario]) -> None:
+    import tomllib
+
+    for one in many[:5]:
+        assert scenario_from_dict(tomllib.loads(scenario_text(one))) == one
+
+
+def test_a_planned_goal_without_room_comes_nearer_to_the_true_one() -> None:
+    tight = scenario_from_dict(
+        {
+            "name": "tight",
+            "path": {"start": [0, 0, 0], "segments": [{"direction": 1, "curvature": 0, "length": 20}]},
+            "corridor": {"left": 1.1, "right": -1.1},
+            "goal": {"offset": [0.0, 0.0, 0.0]},
+        }
+    )
+    wide = changed(tight, {"corridor.left": 5.0, "corridor.right": -5.0})
+    shares = set()
+    for index in range(10):
+        near, far = (seen(at_level(one, Level.NOISY, 1, index)).initial_offset for one in (tight, wide))
+        share = near[1] / far[1]
+        assert near == pytest.approx([share * value for value in far], abs=2e-5)
+        shares.add(round(share, 2))
+    assert shares <= {1.0, 0.5, 0.25, 0.13, 0.12, 0.06, 0.03}
+    assert len(shares) > 1
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"delay": (0.2, 0.1)}, "delay = (0.2, 0.1): the first must not be above the second"),
+        ({"dropout": (0.0, 1.5)}, "dropout"),
+        ({"wheelbase_error": -0.1}, "wheelbase_error"),
+        ({"wind": 3.0}, "wind is not a setting"),
+    ],
+)
+def test_ranges_that_make_no_sense_are_refused(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        DisturbanceRange(**values)
+    assert message in str(error.value)
