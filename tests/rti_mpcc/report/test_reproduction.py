@@ -13,18 +13,18 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
+from rti_mpcc.report.content import Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
+from rti_mpcc.report.page import html_page
 from rti_mpcc.report.published import Track, published_track
 from rti_mpcc.report.reproduction import causes
 from rti_mpcc.report.reproduction.claims import claims, missed_causes
 from rti_mpcc.report.reproduction.comfort import aims, aims_told
-from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
 from rti_mpcc.report.reproduction.docking import verdicts
 from rti_mpcc.report.reproduction.docking_pictures import HIGHEST, cut_peaks
 from rti_mpcc.report.reproduction.exactness import error_at, nearest_error, track_smoothness
 from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_stage, paired
 from rti_mpcc.report.reproduction.in_short import counted
-from rti_mpcc.report.reproduction.page import html_page
 from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
 from rti_mpcc.report.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
 from rti_mpcc.report.reproduction.verdicts import MISSED
