@@ -46,7 +46,8 @@ def case_figure(scenario: Scenario, result: RunResult | None, title: str) -> Fig
     fit_plane(figure, axes)
     plane(axes)
     axes.set_title(title, fontsize="medium", loc="left")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False)
+    beside: dict[str, Any] = {"bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0, "frameon": False}
+    axes.legend(loc="upper left", fontsize="small", **beside)
     return figure
 
 
@@ -73,7 +74,7 @@ def _draw_run(axes: Axes, scenario: Scenario, result: RunResult) -> None:
         (_EARLIER, style.GREEN, wanted[~last[wanted]]),
         (_LAST, style.BLUE, wanted[last[wanted]]),
     ):
-        label = f"body each second, {words}" if not last.all() else "body each second"
+        label = f"body each second,\n{words}" if not last.all() else "body each second"
         _bodies(axes, scenario, truth.poses[rows], edgecolors=color, linewidths=0.6, label=label)
     axes.plot(*truth.poses[:, :2].T, color=style.BLUE, linewidth=1.4, label="rear axle, driven")
     _bodies(
@@ -88,7 +89,7 @@ def _draw_run(axes: Axes, scenario: Scenario, result: RunResult) -> None:
     clearance = clearances(result)
     least = int(np.argmin(clearance))
     if np.isfinite(clearance[least]):
-        label = f"body at its least clearance,\n{clearance[least]:.3f} m at {truth.times[least]:.1f} s"
+        label = f"body nearest to a boundary,\n{clearance[least]:.3f} m at {truth.times[least]:.1f} s"
         _bodies(
             axes,
             scenario,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from array import array
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
 from hashlib import blake2b
 from math import hypot, nan
+from os import SEEK_END
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,24 +17,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.campaign import (
+    CampaignSettings,
+    CaseOutcome,
+    CourseFigures,
+    DisturbanceFigures,
+    Level,
+    read_rows,
+    read_settings,
+)
+from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
+from rti_mpcc.simulation.campaign.settings import FILE as SETTINGS
 from rti_mpcc.types import Array
 
-SETTINGS, ROWS = "campaign.json", "rows.jsonl"
-ASKED = ("count", "level", "seed", "method", "preset")
-"""What settings have to tell."""
-DOCKED = "docked"
-OUTCOMES = ("worker_died", "raised", "failed", "stalled", "unfinished", DOCKED)
+SEVERITY = (
+    CaseOutcome.WORKER_DIED,
+    CaseOutcome.RAISED,
+    CaseOutcome.FAILED,
+    CaseOutcome.STALLED,
+    CaseOutcome.UNFINISHED,
+    CaseOutcome.DOCKED,
+)
 """What may become of a case, the worst first."""
-COURSE = (
-    *("direction", "pieces", "cusps", "length_m", "curvature", "room_m", "narrowings", "obstacles"),
-    *("goal_behind_m", "goal_beside_m", "goal_turned_rad"),
-)
+COURSE = tuple(field.name for field in fields(CourseFigures))
 """Columns from `course` of a row."""
-DISTURBANCES = (
-    *("position_std_m", "heading_std_rad", "dropout", "outlier", "delay_s"),
-    *("wheelbase_error", "steering_offset_rad", "acceleration_gain", "dead_time_s"),
-)
-"""Columns from `disturbances` of a row; those of the lists in it are `OFFSETS` and `NOISES`."""
+LISTS = ("initial_offset", "state_noise")
+"""What of `disturbances` is a list: `OFFSETS` and `NOISES` are columns from these."""
+DISTURBANCES = tuple(field.name for field in fields(DisturbanceFigures) if field.name not in LISTS)
+"""Columns from what else is in it."""
 OFFSETS = ("initial_offset_m", "initial_turned_rad")
 NOISES = ("noise_x_m", "noise_y_m", "noise_phi_rad", "noise_v_m_s", "noise_delta_rad")
 FIGURES = {
@@ -57,9 +68,9 @@ class Campaign:
 
     Attributes:
         name: of its folder.
-        settings: what campaign.json says.
+        settings: what campaign.json says; asked: the same, checked, without the versions.
         index: (n,) of the cases.
-        outcome: (n,) places in `OUTCOMES`.
+        outcome: (n,) places in `SEVERITY`.
         course, disturbed: (n,) keys of what a course is and of what disturbs it, equal where these are.
         columns: (n,) each, by name; NaN where a row has no such figure.
         scenarios: names of the scenarios.
@@ -71,6 +82,7 @@ class Campaign:
 
     name: str
     settings: dict[str, Any]
+    asked: CampaignSettings
     index: NDArray[np.int64]
     outcome: NDArray[np.int64]
     course: NDArray[np.uint64]
@@ -93,7 +105,7 @@ class Campaign:
     @property
     def docked(self) -> NDArray[np.bool_]:
         """(n,)."""
-        found: NDArray[np.bool_] = self.outcome == OUTCOMES.index(DOCKED)
+        found: NDArray[np.bool_] = self.outcome == SEVERITY.index(CaseOutcome.DOCKED)
         return found
 
     @property
@@ -102,35 +114,47 @@ class Campaign:
         found: NDArray[np.bool_] = self["min_clearance_m"] < 0.0
         return found
 
-    def outcome_of(self, row: int) -> str:
+    def outcome_of(self, row: int) -> CaseOutcome:
         """What became of a case."""
-        return OUTCOMES[self.outcome[row]]
+        return SEVERITY[self.outcome[row]]
 
 
 def read_campaign(folder: Path) -> Campaign:
     """What is in the folder of a campaign. Raises InputError where there is none, or it has no whole row."""
-    if not folder.is_dir():
-        raise InputError(f"{folder}: there is no such folder")
-    settings = _settings(folder / SETTINGS)
+    settings = read_settings(folder)
+    asked = _asked(settings, folder / SETTINGS)
     reading = _Reading(folder / ROWS)
-    for number, row in reading:
+    for number, row in enumerate(read_rows(folder), start=1):
         reading.add(number, row)
     if not reading.rows:
-        raise InputError(f"{folder / ROWS}: has no whole row, so there is nothing to report")
-    return reading.campaign(folder.resolve().name, settings)
+        raise InputError(f"{folder / ROWS}: has no whole row, so there is nothing to report yet")
+    return reading.campaign(folder.resolve().name, settings, asked, torn=_torn(folder / ROWS))
 
 
-def _settings(file: Path) -> dict[str, Any]:
+def _asked(settings: Mapping[str, Any], file: Path) -> CampaignSettings:
     try:
-        settings = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{file}: there is no such file, so this is not the folder of a campaign") from None
-    except ValueError as error:
-        raise InputError(f"{file}: is not JSON ({error})") from None
-    missing = [name for name in ASKED if not isinstance(settings, dict) or name not in settings]
-    if missing:
-        raise InputError(f"{file}: does not tell {', '.join(missing)} of the campaign")
-    return dict(settings)
+        return CampaignSettings(
+            count=settings["count"],
+            level=Level(settings["level"]),
+            seed=settings["seed"],
+            method=settings["method"],
+            preset=settings["preset"],
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        told = f"does not tell {error}" if isinstance(error, KeyError) else str(error)
+        raise InputError(f"{file}: {told}") from None
+
+
+def _torn(file: Path) -> bool:
+    """Whether the last line has no end."""
+    with file.open("rb") as stream:
+        stream.seek(-1, SEEK_END)
+        return stream.read() != b"\n"
+
+
+def in_words(outcome: CaseOutcome) -> str:
+    """An outcome for people."""
+    return outcome.value.replace("_", " ")
 
 
 class _Reading:
@@ -138,7 +162,6 @@ class _Reading:
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self.torn = False
         self.repeated = 0
         self.rows: dict[int, int] = {}  # index of the case to its row
         self.outcome, self.course, self.disturbed = array("q"), array("Q"), array("Q")
@@ -147,27 +170,10 @@ class _Reading:
         self.details: dict[int, str] = {}
         self.statuses: Counter[str] = Counter()
 
-    def __iter__(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """The number of each line and its row. A last line that is not whole is left out."""
-        try:
-            stream = self.file.open(encoding="utf-8", errors="replace")
-        except FileNotFoundError:
-            raise InputError(f"{self.file}: there is no such file: nothing has been driven yet") from None
-        with stream:
-            for number, line in enumerate(stream, start=1):
-                try:
-                    row = json.loads(line)
-                except ValueError:
-                    if line.endswith("\n"):
-                        raise InputError(f"{self.file}, line {number}: is not JSON") from None
-                    self.torn = True
-                    return
-                yield number, row
-
     def add(self, number: int, row: Any) -> None:
         """Take a row in. Raises InputError where it is none."""
         try:
-            index, outcome = int(row["index"]), OUTCOMES.index(row["outcome"])
+            index, outcome = int(row["index"]), SEVERITY.index(CaseOutcome(row["outcome"]))
             course, disturbances, figures = row["course"], row["disturbances"], row["figures"] or {}
             values = [*_course(course), *_disturbances(disturbances), *_figures(figures)]
             scenario, detail = str(row["scenario"]), str(row.get("detail") or "")
@@ -190,7 +196,9 @@ class _Reading:
             self.columns[name].append(value)
         self.statuses.update(statuses)
 
-    def campaign(self, name: str, settings: dict[str, Any]) -> Campaign:
+    def campaign(
+        self, name: str, settings: dict[str, Any], asked: CampaignSettings, *, torn: bool
+    ) -> Campaign:
         """What was read, in the order of the cases."""
         index = np.array(list(self.rows), dtype=np.int64)
         order = np.argsort(index)
@@ -198,6 +206,7 @@ class _Reading:
         return Campaign(
             name=name,
             settings=settings,
+            asked=asked,
             index=_kept(index),
             outcome=_kept(np.frombuffer(self.outcome, dtype=np.int64)[order]),
             course=_kept(np.frombuffer(self.course, dtype=np.uint64)[order]),
@@ -206,16 +215,21 @@ class _Reading:
             scenarios=tuple(self.scenarios[row] for row in order),
             details={row: self.details[at] for row, at in enumerate(index.tolist()) if at in self.details},
             statuses=dict(self.statuses.most_common()),
-            torn=self.torn,
+            torn=torn,
             repeated=self.repeated,
         )
 
 
-def _course(course: dict[str, Any]) -> Iterable[float]:
+def _course(course: dict[str, Any] | None) -> Iterable[float]:
+    """NaN for a course that could not be drawn; the same below for what disturbs it."""
+    if course is None:
+        return (nan for _ in COURSE)
     return (float(course[name]) for name in COURSE)
 
 
-def _disturbances(disturbances: dict[str, Any]) -> Iterable[float]:
+def _disturbances(disturbances: dict[str, Any] | None) -> Iterable[float]:
+    if disturbances is None:
+        return (nan for _ in (*DISTURBANCES, *OFFSETS, *NOISES))
     x, y, phi = (float(value) for value in disturbances["initial_offset"])
     noises = [float(value) for value in disturbances["state_noise"]]
     if len(noises) != len(NOISES):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
-from rti_mpcc.report.campaign.columns import OUTCOMES, Campaign
+from rti_mpcc.report.campaign.columns import SEVERITY, Campaign
 from rti_mpcc.types import Array
 
 INTERVAL = "Clopper-Pearson"
@@ -28,16 +28,17 @@ def success_interval(docked: int, cases: int) -> tuple[float, float]:
 def overall(campaign: Campaign) -> dict[str, Any]:
     """All figures of a campaign that are not of single cases. None where there is nothing to take one of."""
     docked = int(campaign.docked.sum())
-    counts = np.bincount(campaign.outcome, minlength=len(OUTCOMES))
+    counts = np.bincount(campaign.outcome, minlength=len(SEVERITY))
     known = int(np.count_nonzero(np.isfinite(campaign["min_clearance_m"])))
-    asked = campaign.settings.get("count")
     return {
         "cases": len(campaign),
-        "cases_asked": asked,
-        "finished": asked is None or len(campaign) >= asked,
+        "cases_asked": campaign.asked.count,
+        "finished": len(campaign) >= campaign.asked.count,
         "torn_line": campaign.torn,
         "repeated_lines": campaign.repeated,
-        "outcomes": {name: int(counts[place]) for place, name in reversed(list(enumerate(OUTCOMES)))},
+        "outcomes": {
+            outcome.value: int(counts[place]) for place, outcome in reversed(list(enumerate(SEVERITY)))
+        },
         "success_rate": docked / len(campaign),
         "success_interval": list(success_interval(docked, len(campaign))),
         "success_interval_method": f"{INTERVAL}, {CONFIDENCE:.0%}",

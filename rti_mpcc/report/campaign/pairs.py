@@ -59,7 +59,7 @@ class Pairs:
 
 def paired(first: Campaign, second: Campaign) -> Pairs:
     """Cases of the same index and course. Raises InputError where there are none, or the seeds differ."""
-    seeds = [campaign.settings["seed"] for campaign in (first, second)]
+    seeds = [campaign.asked.seed for campaign in (first, second)]
     if seeds[0] != seeds[1]:
         raise InputError(
             f"{first.name} and {second.name}: seed = {seeds[0]} and {seeds[1]}: campaigns of different seeds "
@@ -146,7 +146,7 @@ def _names(first: Campaign, second: Campaign) -> tuple[str, str]:
         return first.name, second.name
     if not told:
         return f"{first.name}, the first", f"{second.name}, the second"
-    one, other = (", ".join(campaign.settings[name] for name in told) for campaign in (first, second))
+    one, other = ("/".join(campaign.settings[name] for name in told) for campaign in (first, second))
     return one, other
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below, png
+from rti_mpcc.report.campaign.columns import in_words
 from rti_mpcc.report.campaign.pairs import RATIOS, Pairs, compared
 from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
@@ -39,7 +40,8 @@ def pairs_section(pairs: Pairs) -> Comparison:
         name="against",
         png=png(pairs_figure(pairs)),
         caption="Every case that both campaigns have: time to dock and least clearance. Below the diagonal "
-        f"the first, {pairs.names[0]}, is less. A case that only one of the two docks stands at the edge.",
+        f"the first, {pairs.names[0]}, is less. A case that only one of the two docks has no time in the "
+        "other and stands at the edge.",
         told="Two scatter pictures of the cases of both campaigns: time to dock, and least clearance.",
     )
     blocks: list[Block] = [
@@ -61,7 +63,8 @@ def sentences(pairs: Pairs, told: dict[str, Any]) -> list[str]:
     one, other = pairs.names
     said = [
         f"{told['common']} cases in common: {told['docked_both']} dock in both, "
-        f"{told['docked_first_only']} in `{one}` only, {told['docked_second_only']} in `{other}` only, {told['docked_none']} in neither."
+        f"{told['docked_first_only']} in `{one}` only, {told['docked_second_only']} in `{other}` only, "
+        f"{told['docked_none']} in neither."
     ]
     time = told["ratios"]["time_to_dock_s"]
     if time["p50"] is not None:
@@ -126,8 +129,8 @@ def _lost(pairs: Pairs, told: dict[str, Any]) -> list[Block]:
         rows.append(
             [
                 str(pairs.first.index[mine]),
-                pairs.first.outcome_of(mine).replace("_", " "),
-                pairs.second.outcome_of(others).replace("_", " "),
+                in_words(pairs.first.outcome_of(mine)),
+                in_words(pairs.second.outcome_of(others)),
                 pairs.first.details.get(mine) or pairs.second.details.get(others, ""),
             ]
         )
@@ -162,7 +165,9 @@ def pairs_figure(pairs: Pairs) -> Figure:
     docked = pairs.docked
     known = np.where(docked, pairs.of("time_to_dock_s"), np.nan)
     _scatter(times, known, docked, pairs.names, "time to dock [s]")
-    _scatter(clearances, pairs.of("min_clearance_m"), docked, pairs.names, "least clearance [m]")
+    clearance = pairs.of("min_clearance_m")
+    whole = np.where(np.isfinite(clearance).all(axis=1, keepdims=True), clearance, np.nan)
+    _scatter(clearances, whole, docked, pairs.names, "least clearance [m]")
     legend_below(figure, columns=4)
     return figure
 

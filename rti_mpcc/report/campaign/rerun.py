@@ -1,13 +1,12 @@
-"""Driving a case of a campaign again: the case, the command that does it, what came of it."""
+"""Driving a case of a campaign again: the command that does it, and what came of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from rti_mpcc.simulation import CAMPAIGN, drawn_course
+from rti_mpcc.simulation import Scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive
+from rti_mpcc.simulation.campaign import CampaignCase
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -15,38 +14,29 @@ class Rerun:
     """What came of a case that was driven again.
 
     Attributes:
-        case: what was driven; outcome: None where it raised, or was not driven; raised: what it raised.
+        scenario: None where it could not be drawn.
+        outcome: None where it raised, or was not driven; raised: what was raised.
     """
 
-    case: Case
+    scenario: Scenario | None
     outcome: Outcome | None
     raised: str = ""
 
 
-def case_of(settings: Mapping[str, Any], index: int) -> Case:
-    """The case of a campaign, made again from its settings."""
-    return Case(
-        scenario=drawn_course(settings["seed"], index, CAMPAIGN),
-        method=settings["method"],
-        preset=settings["preset"],
-        seed=index,
-    )
-
-
-def command_of(settings: Mapping[str, Any], index: int) -> str:
-    """One line for a shell that drives the case again, and draws it."""
+def command_of(case: CampaignCase) -> str:
+    """One line for a shell that drives a case again, and draws it."""
     return (
-        f"rti-mpcc campaign --only {index} --level {settings['level']} --seed {settings['seed']} "
-        f"--method {settings['method']} --preset {settings['preset']}"
+        f"rti-mpcc campaign-case --level {case.level.value} --seed {case.seed} --index {case.index} "
+        f"--method {case.method} --preset {case.preset}"
     )
 
 
-def rerun(settings: Mapping[str, Any], index: int, *, drives: bool = True) -> Rerun:
+def rerun(case: CampaignCase, *, drives: bool = True) -> Rerun:
     """Drive a case again in this process. `drives`: False for one that may end the process."""
-    case = case_of(settings, index)
-    if not drives:
-        return Rerun(case=case, outcome=None)
+    scenario = None
     try:
-        return Rerun(case=case, outcome=drive(case))
+        scenario = case.scenario()
+        run = Case(scenario=scenario, method=case.method, preset=case.preset, seed=case.run_seed)
+        return Rerun(scenario=scenario, outcome=drive(run) if drives else None)
     except Exception as error:  # whatever a case raised in the campaign it may raise here
-        return Rerun(case=case, outcome=None, raised=f"{type(error).__name__}: {error}")
+        return Rerun(scenario=scenario, outcome=None, raised=f"{type(error).__name__}: {error}")

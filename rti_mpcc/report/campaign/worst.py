@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rti_mpcc.report.campaign.columns import Campaign
+from rti_mpcc.report.campaign.columns import Campaign, in_words
 from rti_mpcc.report.campaign.figures import time_over_least
 
 ORDER = (
@@ -35,7 +35,7 @@ def worst_cases(campaign: Campaign, count: int) -> list[Worst]:
     # lexsort: its last key counts first.
     unfit = np.lexsort((clearance, campaign.outcome))
     found = [Worst(row, CROSSED) for row in crossed]
-    found += [Worst(row, campaign.outcome_of(row)) for row in unfit.tolist() if lost[row]]
+    found += [Worst(row, in_words(campaign.outcome_of(row))) for row in unfit.tolist() if lost[row]]
     rest = campaign.docked & ~campaign.crossed
     close = [Worst(row, CLOSE) for row in _by(clearance, rest)]
     long = [Worst(row, LONG) for row in _by(_last_where_unknown(-time_over_least(campaign)), rest)]

@@ -16,9 +16,8 @@ from rti_mpcc.report.campaign.rerun import Rerun, command_of, rerun
 from rti_mpcc.report.campaign.worst import ORDER, Worst
 from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
+from rti_mpcc.simulation.campaign import CaseOutcome
 
-DIED = "worker_died"
-"""Such a case is not driven again: it might end this process, too."""
 SAME_TIME = 0.005
 """Times to dock that differ by less are the same [s]."""
 _SAID = (
@@ -48,8 +47,9 @@ def worst_section(
     if told:
         blocks.append(say(_SAID))
     for place, one in enumerate(told, start=1):
-        again = rerun(campaign.settings, one["index"], drives=one["outcome"] != DIED)
-        blocks += _shown(one, again)
+        # What ended its worker might end this process, too.
+        drives = one["outcome"] != CaseOutcome.WORKER_DIED.value
+        blocks += _shown(one, rerun(campaign.asked.case(one["index"]), drives=drives))
         if progress is not None:
             progress(place, len(told))
     section = Section(name="worst", title=f"The {len(told)} worst cases", blocks=blocks)
@@ -63,7 +63,7 @@ def _told(campaign: Campaign, chosen: list[Worst]) -> list[dict[str, Any]]:
             "index": int(campaign.index[row]),
             "scenario": campaign.scenarios[row],
             "why": why,
-            "outcome": campaign.outcome_of(row),
+            "outcome": campaign.outcome_of(row).value,
             "detail": " ".join(campaign.details.get(row, "").split()),
             "time_to_dock_s": _known(campaign["time_to_dock_s"][row]) if campaign.docked[row] else None,
             "time_over_least": _known(over_least[row]),
@@ -75,7 +75,7 @@ def _told(campaign: Campaign, chosen: list[Worst]) -> list[dict[str, Any]]:
             "direction_changes_beyond_cusps": _known(turns[row]),
             "solver_failures": _known(campaign["solver.failures"][row]),
             "fallback_cycles": _known(campaign["fallback_cycles"][row]),
-            "command": command_of(campaign.settings, int(campaign.index[row])),
+            "command": command_of(campaign.asked.case(int(campaign.index[row]))),
         }
         for row, why in chosen
     ]
@@ -113,20 +113,21 @@ def _table(told: list[dict[str, Any]]) -> Table:
 
 def _shown(one: dict[str, Any], again: Rerun) -> list[Block]:
     """One case: what is known of it, its command, its picture."""
-    scenario = again.case.scenario
+    told: list[Block] = [
+        found(f"Case {one['index']}, {one['scenario']}: {ending(one)}{_differs(one, again)}"),
+        say(f"`{one['command']}`"),
+    ]
+    if again.scenario is None:
+        return told
     result = again.outcome.result if again.outcome is not None else None
-    figure = case_figure(scenario, result, f"case {one['index']}: {one['why']}")
+    figure = case_figure(again.scenario, result, f"case {one['index']}: {one['why']}")
     picture = Picture(
         name=f"case_{one['index']}",
         png=png(figure),
-        caption=f"Case {one['index']}, {one['why']}: {scenario.description}.",
+        caption=f"Case {one['index']}, {one['why']}: {again.scenario.description}.",
         told=f"Case {one['index']} from above: corridor, path, obstacles, goal, and the driven body.",
     )
-    return [
-        found(f"Case {one['index']}, {one['scenario']}: {ending(one)}{_differs(one, again)}"),
-        say(f"`{one['command']}`"),
-        picture,
-    ]
+    return [*told, picture]
 
 
 def ending(one: dict[str, Any]) -> str:
@@ -151,6 +152,8 @@ def ending(one: dict[str, Any]) -> str:
 def _differs(one: dict[str, Any], again: Rerun) -> str:
     """What is to be said where the case was not driven again, or came out differently."""
     if again.outcome is None:
+        if again.scenario is None:
+            return f" It cannot be drawn: {again.raised}."
         reason = f"driven again it raised {again.raised}" if again.raised else "it was not driven again"
         return f" The picture shows the course alone: {reason}."
     figures = again.outcome.figures
