@@ -176,7 +176,7 @@ class _Reading:
             index, outcome = int(row["index"]), SEVERITY.index(CaseOutcome(row["outcome"]))
             course, disturbances, figures = row["course"], row["disturbances"], row["figures"] or {}
             values = [*_course(course), *_disturbances(disturbances), *_figures(figures)]
-            scenario, detail = str(row["scenario"]), str(row.get("detail") or "")
+            scenario, detail = str(row["scenario"]), _plain(str(row.get("detail") or ""))
             statuses = {str(name): int(count) for name, count in figures.get("cycles_by_status", {}).items()}
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
             raise InputError(
@@ -244,6 +244,11 @@ def _figures(figures: dict[str, Any]) -> Iterable[float]:
         for name in path:
             value = value.get(name) if value is not None else None
         yield nan if value is None else float(value)
+
+
+def _plain(text: str) -> str:
+    """On one line; a backtick would begin code in a page."""
+    return " ".join(text.replace("`", "'").split())
 
 
 def _key(value: Any) -> int:

@@ -78,7 +78,7 @@ class Bin:
     Attributes:
         low, high: least and largest value in it.
         middle: median value in it.
-        cases, docked: how many.
+        cases, docked, collisions: how many.
         rate, interval: share that docked, and its 95 % interval.
         time: time to dock of those that docked, p25, p50, p75 [s]; None where none did.
         over_least: median of the time to dock as a multiple of the least possible.
@@ -89,6 +89,7 @@ class Bin:
     middle: float
     cases: int
     docked: int
+    collisions: int
     rate: float
     interval: tuple[float, float]
     time: dict[str, float | None]
@@ -137,6 +138,7 @@ def _bin(campaign: Campaign, values: Array, rows: NDArray[np.int64], over_least:
         middle=float(np.median(values[rows])),
         cases=rows.size,
         docked=docked.size,
+        collisions=int(campaign.crossed[rows].sum()),
         rate=docked.size / rows.size,
         interval=success_interval(docked.size, rows.size),
         time=spread(campaign["time_to_dock_s"][docked], (25, 50, 75), largest=False),

@@ -146,7 +146,7 @@ def _names(first: Campaign, second: Campaign) -> tuple[str, str]:
         return first.name, second.name
     if not told:
         return f"{first.name}, the first", f"{second.name}, the second"
-    one, other = ("/".join(campaign.settings[name] for name in told) for campaign in (first, second))
+    one, other = (" ".join(campaign.settings[name] for name in told) for campaign in (first, second))
     return one, other
 
 

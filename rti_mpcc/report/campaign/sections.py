@@ -13,7 +13,7 @@ from rti_mpcc.report.campaign.difficulty_picture import success_figure, time_fig
 from rti_mpcc.report.campaign.figures import time_over_least
 from rti_mpcc.report.campaign.spread_picture import spread_figure
 from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.numbers import counted, number
 
 _READING = (
     "A case is docked when the vehicle stands inside the goal tolerance for 0.5 s and still does at the end. "
@@ -47,18 +47,22 @@ def in_short(figures: Mapping[str, Any]) -> list[str]:
         f"{figures['outcomes']['docked']} of {figures['cases']} cases docked: "
         f"{percent(figures['success_rate'])} (95 % interval {percent(low)} to {percent(high)})"
         + (f"; {others}." if others else "."),
-        f"{figures['collisions']} collisions"
-        + (f" ({unknown} cases have no figures)" if unknown else "")
+        counted(figures["collisions"], "collision")
+        + (f" (of {counted(unknown, 'case')} it is not known)" if unknown else "")
         + f"; least clearance {number(figures['min_clearance_m'], 3)} m, 5 % of the cases have less than "
         f"{number(figures['clearance_p5_m'], 3)} m.",
         f"Time to dock {number(figures['time_to_dock_p50'], 2)} s in the median, "
         f"{number(figures['time_to_dock_p95'], 2)} s at p95.",
-        f"{figures['solver_failures']} cycles in {figures['solver_failure_cases']} cases had a QP that was "
-        f"refused, {figures['failures_driven']} of these results were driven all the same; "
-        f"{figures['fallback_cycles']} fallback cycles in {figures['fallback_cases']} cases; "
-        f"{turns['total']} changes of direction beyond the cusps in {turns['cases']} cases.",
+        f"Refused QPs: {_in_cases(figures['solver_failures'], 'cycle', figures['solver_failure_cases'])}, "
+        f"{figures['failures_driven']} of these results were driven all the same.",
+        f"Substitutes driven: {_in_cases(figures['fallback_cycles'], 'cycle', figures['fallback_cases'])}. "
+        f"Changes of direction beyond the cusps: {turns['total']}, in {counted(turns['cases'], 'case')}.",
     ]
     return [*_not_whole(figures), *told]
+
+
+def _in_cases(total: int, word: str, cases: int) -> str:
+    return f"{counted(total, word)} in {counted(cases, 'case')}" if total else f"no {word}"
 
 
 def _not_whole(figures: Mapping[str, Any]) -> list[str]:
@@ -71,7 +75,9 @@ def _not_whole(figures: Mapping[str, Any]) -> list[str]:
     if figures["torn_line"]:
         told.append("The last line of rows.jsonl is not whole and left out.")
     if figures["repeated_lines"]:
-        told.append(f"{figures['repeated_lines']} lines of cases that were there already are left out.")
+        told.append(
+            f"Left out because their case was there already: {counted(figures['repeated_lines'], 'line')}."
+        )
     return told
 
 
@@ -223,6 +229,7 @@ def _bins_table(shown: Sequence[tuple[Scale, Sequence[Bin]]]) -> Table:
             _range(one, scale.digits),
             str(one.cases),
             str(one.docked),
+            str(one.collisions),
             percent(one.rate),
             f"{percent(one.interval[0])} to {percent(one.interval[1])}",
             number(one.time["p25"], 1),
@@ -233,10 +240,10 @@ def _bins_table(shown: Sequence[tuple[Scale, Sequence[Bin]]]) -> Table:
         for scale, parts in shown
         for place, one in enumerate(parts)
     ]
-    heads = ("over", "from, to", "cases", "docked", "rate", "95 % interval", "to dock p25 [s]", "p50 [s]")
+    heads = ("over", "from, to", "cases", "docked", "collisions", "rate", "95 % interval")
     return Table(
         caption="The same as numbers; in the last column the median time over the least possible.",
-        heads=(*heads, "p75 [s]", "over least"),
+        heads=(*heads, "to dock p25 [s]", "p50 [s]", "p75 [s]", "over least"),
         rows=rows,
     )
 

@@ -18,8 +18,8 @@ from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation.campaign import CaseOutcome
 
-SAME_TIME = 0.005
-"""Times to dock that differ by less are the same [s]."""
+SAME = {"time_to_dock_s": 0.005, "min_clearance_m": 0.0005}
+"""Figures of a case that differ by less are the same [s], [m]."""
 _SAID = (
     "The pictures come from runs that were driven again when this page was made. Bodies are drawn each "
     "second, at the end, and where they came nearest to a boundary or obstacle. Scales are equal along x "
@@ -64,7 +64,7 @@ def _told(campaign: Campaign, chosen: list[Worst]) -> list[dict[str, Any]]:
             "scenario": campaign.scenarios[row],
             "why": why,
             "outcome": campaign.outcome_of(row).value,
-            "detail": " ".join(campaign.details.get(row, "").split()),
+            "detail": campaign.details.get(row, ""),
             "time_to_dock_s": _known(campaign["time_to_dock_s"][row]) if campaign.docked[row] else None,
             "time_over_least": _known(over_least[row]),
             "min_clearance_m": _known(campaign["min_clearance_m"][row]),
@@ -157,10 +157,16 @@ def _differs(one: dict[str, Any], again: Rerun) -> str:
         reason = f"driven again it raised {again.raised}" if again.raised else "it was not driven again"
         return f" The picture shows the course alone: {reason}."
     figures = again.outcome.figures
-    time, before = figures["time_to_dock_s"] if figures["docked"] else None, one["time_to_dock_s"]
-    if (time is None) == (before is None) and abs((time or 0.0) - (before or 0.0)) < SAME_TIME:
+    now = {**figures, "time_to_dock_s": figures["time_to_dock_s"] if figures["docked"] else None}
+    if all(_same(one[name], now[name], least) for name, least in SAME.items()):
         return ""
     return (
-        f" Driven again for this page it came out differently, time to dock {number(time, 2)} s: its "
-        "processor or its libraries are others than those of the campaign."
+        " Driven again for this page it came out differently, time to dock "
+        f"{number(now['time_to_dock_s'], 2)} s, least clearance "
+        f"{number(now['min_clearance_m'], 3)} m: the program, its libraries or the "
+        "processor are not those of the campaign."
     )
+
+
+def _same(one: float | None, other: float | None, least: float) -> bool:
+    return one is other if one is None or other is None else abs(one - other) < least
