@@ -24,7 +24,7 @@ Shown = Sequence[tuple[Scale, Sequence[Bin]]]
 
 
 def success_figure(campaign: Campaign, shown: Shown) -> Figure:
-    """Share that docked with its interval over each scale; crosses where single cases did not dock."""
+    """Share that docked with its interval over each scale; marks where cases did not dock, or collided."""
     figure, panels = _panels(len(shown))
     lowest = min(100.0 * one.interval[0] for _, parts in shown for one in parts)
     bottom = max(0.0, lowest - 0.12 * (100.0 - lowest))
@@ -32,15 +32,19 @@ def success_figure(campaign: Campaign, shown: Shown) -> Figure:
         rates = 100.0 * np.array([one.rate for one in parts])
         ends = 100.0 * np.array([one.interval for one in parts])
         _points(axes, parts, rates, ends, "share that docked, 95 % interval")
-        lost = scale.of(campaign)[~campaign.docked]
-        if lost.size:
-            at = np.full(lost.size, bottom + 0.03 * (100.0 - bottom))
-            axes.plot(lost, at, "x", color=style.RED, markersize=5.0, zorder=4, label="did not dock")
+        for rows, marker, color, words in (
+            (~campaign.docked, "x", style.RED, "did not dock"),
+            (campaign.crossed, "+", style.BLACK, "collision"),
+        ):
+            at = scale.of(campaign)[rows]
+            if at.size:
+                low = np.full(at.size, bottom + 0.03 * (100.0 - bottom))
+                axes.plot(at, low, marker, color=color, markersize=5.0, zorder=4, label=words)
         axes.set_ylim(bottom, 100.0 + 0.05 * (100.0 - bottom))
         axes.set_xlabel(scale.label, fontsize="small")
         _discrete(axes, parts)
     _name_rows(panels, "docked [%]")
-    legend_below(figure, columns=3)
+    legend_below(figure)
     return figure
 
 

@@ -55,7 +55,7 @@ def in_short(figures: Mapping[str, Any]) -> list[str]:
         f"{number(figures['time_to_dock_p95'], 2)} s at p95.",
         f"Refused QPs: {_in_cases(figures['solver_failures'], 'cycle', figures['solver_failure_cases'])}, "
         f"{figures['failures_driven']} of these results were driven all the same.",
-        f"Substitutes driven: {_in_cases(figures['fallback_cycles'], 'cycle', figures['fallback_cases'])}. "
+        f"Fallback: {_in_cases(figures['fallback_cycles'], 'cycle', figures['fallback_cases'])}. "
         f"Changes of direction beyond the cusps: {turns['total']}, in {counted(turns['cases'], 'case')}.",
     ]
     return [*_not_whole(figures), *told]
