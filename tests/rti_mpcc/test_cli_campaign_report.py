@@ -73,7 +73,8 @@ def test_a_campaign_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert [part["cases"] for part in numbers["difficulty"]["goal_beside_m"]] == [1, 1, 1, 1]
     text = "".join(self_contained(page).text)
     assert "2 of 4 cases docked: 50.00 %" in text
-    assert "ValueError" not in text  # no worst cases are shown
+    assert "ValueError: <odd> 'x'" in text
+    assert [group["index"] for group in numbers["losses"]] == [[1], [3]]
 
 
 def test_what_is_not_finished_says_so(capsys: pytest.CaptureFixture[str]) -> None:

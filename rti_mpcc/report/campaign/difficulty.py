@@ -81,7 +81,7 @@ class Bin:
         cases, docked, collisions: how many.
         rate, interval: share that docked, and its 95 % interval.
         time: time to dock of those that docked, p25, p50, p75 [s]; None where none did.
-        over_least: median of the time to dock as a multiple of the least possible.
+        over_yardstick: median of the time to dock over its yardstick.
     """
 
     low: float
@@ -93,7 +93,7 @@ class Bin:
     rate: float
     interval: tuple[float, float]
     time: dict[str, float | None]
-    over_least: float | None
+    over_yardstick: float | None
 
     def told(self) -> dict[str, Any]:
         """For JSON."""
@@ -110,13 +110,13 @@ def varying(campaign: Campaign, scales: Sequence[Scale]) -> list[Scale]:
     return list(found.values())
 
 
-def bins(campaign: Campaign, scale: Scale, over_least: Array) -> list[Bin]:
+def bins(campaign: Campaign, scale: Scale, over_yardstick: Array) -> list[Bin]:
     """One a value where there are few, else as many cases in each, but where values are equal.
 
-    `over_least`: (n,) as `time_over_least` gives it.
+    `over_yardstick`: (n,) as `time_over_yardstick` gives it.
     """
     values = scale.of(campaign)
-    return [_bin(campaign, values, rows, over_least) for rows in _parted(values)]
+    return [_bin(campaign, values, rows, over_yardstick) for rows in _parted(values)]
 
 
 def _parted(values: Array) -> list[NDArray[np.int64]]:
@@ -130,7 +130,7 @@ def _parted(values: Array) -> list[NDArray[np.int64]]:
     return [known[place == one] for one in np.unique(place)]
 
 
-def _bin(campaign: Campaign, values: Array, rows: NDArray[np.int64], over_least: Array) -> Bin:
+def _bin(campaign: Campaign, values: Array, rows: NDArray[np.int64], over_yardstick: Array) -> Bin:
     docked = rows[campaign.docked[rows]]
     return Bin(
         low=float(values[rows].min()),
@@ -142,5 +142,5 @@ def _bin(campaign: Campaign, values: Array, rows: NDArray[np.int64], over_least:
         rate=docked.size / rows.size,
         interval=success_interval(docked.size, rows.size),
         time=spread(campaign["time_to_dock_s"][docked], (25, 50, 75), largest=False),
-        over_least=spread(over_least[docked], (50,), largest=False)["p50"],
+        over_yardstick=spread(over_yardstick[docked], (50,), largest=False)["p50"],
     )

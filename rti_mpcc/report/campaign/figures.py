@@ -56,23 +56,27 @@ def overall(campaign: Campaign) -> dict[str, Any]:
     }
 
 
-def least_time(campaign: Campaign) -> Array:
-    """(n,) least time [s] for the way D [m] at the comfort acceleration a [m/s²] and no limit on speed.
+def yardstick_time(campaign: Campaign) -> Array:
+    """(n,) time [s] for the way D [m] at the comfort acceleration a [m/s²], without a limit on speed.
 
-    Full acceleration over one half of each part, full braking over the other, with the c cusps as if they
-    cut the way into equal parts, on the straight:
+    Full acceleration over one half of each part, full braking over the other, straight, with the c cusps as
+    if they cut the way into equal parts:
 
         T = 2 sqrt((c + 1) D / a),   D = length of the route + goal behind its end                        (1)
+
+    It makes long and short ways comparable; it is no bound: cusps cut in unequal parts, corners are cut.
     """
     way = np.maximum(campaign["length_m"] + campaign["goal_behind_m"], 0.0)
     time: Array = 2.0 * np.sqrt((campaign["cusps"] + 1.0) * way / campaign["comfort.acceleration"])
     return time
 
 
-def time_over_least(campaign: Campaign) -> Array:
+def time_over_yardstick(campaign: Campaign) -> Array:
     """(n,) time to dock as a multiple of (1); NaN where a case did not dock."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        times: Array = np.where(campaign.docked, campaign["time_to_dock_s"], np.nan) / least_time(campaign)
+        times: Array = np.where(campaign.docked, campaign["time_to_dock_s"], np.nan) / yardstick_time(
+            campaign
+        )
     return times
 
 
@@ -93,7 +97,7 @@ def _times(campaign: Campaign) -> dict[str, float | None]:
     for name, values in (
         ("time_to_tolerance", campaign["time_to_tolerance_s"]),
         ("time_to_dock", campaign["time_to_dock_s"]),
-        ("time_over_least", time_over_least(campaign)),
+        ("time_over_yardstick", time_over_yardstick(campaign)),
     ):
         told = spread(values[campaign.docked], (50, 95))
         found |= {f"{name}_{key}": value for key, value in told.items()}

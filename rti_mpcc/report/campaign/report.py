@@ -13,6 +13,7 @@ from rti_mpcc.recording import Machine
 from rti_mpcc.report.campaign.columns import Campaign
 from rti_mpcc.report.campaign.difficulty import COURSE, DISTURBANCES
 from rti_mpcc.report.campaign.figures import overall
+from rti_mpcc.report.campaign.losses import losses
 from rti_mpcc.report.campaign.pairs import Pairs
 from rti_mpcc.report.campaign.pairs_section import pairs_section, sentences
 from rti_mpcc.report.campaign.sections import (
@@ -57,7 +58,7 @@ def write_report(
         pairs: with another campaign, to compare with; worst: so many of the worst cases are shown;
         progress: told (done, in all) after each case that was driven again.
     """
-    figures = overall(campaign)
+    figures = {**overall(campaign), "losses": losses(campaign)}
     sections = [short_section(campaign, figures), outcome_section(campaign, figures)]
     numbers: dict[str, Any] = {**figures, "settings": campaign.settings, "difficulty": {}}
     for scales, name, title in _DIFFICULTIES:

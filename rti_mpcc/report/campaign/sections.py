@@ -10,7 +10,8 @@ from rti_mpcc.report.axes import png
 from rti_mpcc.report.campaign.columns import Campaign
 from rti_mpcc.report.campaign.difficulty import Bin, Scale, bins, varying
 from rti_mpcc.report.campaign.difficulty_picture import success_figure, time_figure
-from rti_mpcc.report.campaign.figures import time_over_least
+from rti_mpcc.report.campaign.figures import time_over_yardstick
+from rti_mpcc.report.campaign.losses import losses_table
 from rti_mpcc.report.campaign.spread_picture import spread_figure
 from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import counted, number
@@ -19,10 +20,10 @@ _READING = (
     "A case is docked when the vehicle stands inside the goal tolerance for 0.5 s and still does at the end. "
     "The interval of a rate is the 95 % interval by Clopper and Pearson: it holds the true rate at least 95 "
     "times in 100. A collision is a body that left the corridor or met an obstacle at any time, docked or "
-    "not. The least possible time is 2 √((c + 1) D / a): the way D, from the length of the route and the "
-    "goal behind its end, cut into equal parts by its c cusps, at the comfort acceleration a, straight on "
-    "and without a limit on speed; it is a yardstick that all methods share, not a bound that can be reached "
-    "everywhere. Times and final errors are of the cases that docked."
+    "not. The yardstick of times is 2 √((c + 1) D / a): the way D, the length of the route and the goal "
+    "behind its end, cut into equal parts by its c cusps, straight, from rest to rest at the comfort "
+    "acceleration a and without a limit on speed. It makes long and short ways comparable and is the same "
+    "for all methods; it is no bound. Times and final errors are of the cases that docked."
 )
 _BINNED = (
     "Bins hold about as many cases each, or one value where there are few; only what differs between cases "
@@ -53,16 +54,16 @@ def in_short(figures: Mapping[str, Any]) -> list[str]:
         f"{number(figures['clearance_p5_m'], 3)} m.",
         f"Time to dock {number(figures['time_to_dock_p50'], 2)} s in the median, "
         f"{number(figures['time_to_dock_p95'], 2)} s at p95.",
-        f"Refused QPs: {_in_cases(figures['solver_failures'], 'cycle', figures['solver_failure_cases'])}, "
-        f"{figures['failures_driven']} of these results were driven all the same.",
-        f"Fallback: {_in_cases(figures['fallback_cycles'], 'cycle', figures['fallback_cases'])}. "
-        f"Changes of direction beyond the cusps: {turns['total']}, in {counted(turns['cases'], 'case')}.",
+        f"Refused QPs: {_in_cases(figures['solver_failures'], figures['solver_failure_cases'])}, of which "
+        f"{figures['failures_driven']} were driven all the same. Fallback: "
+        f"{_in_cases(figures['fallback_cycles'], figures['fallback_cases'])}. Changes of direction beyond "
+        f"the cusps: {turns['total']}, in {counted(turns['cases'], 'case')}.",
     ]
     return [*_not_whole(figures), *told]
 
 
-def _in_cases(total: int, word: str, cases: int) -> str:
-    return f"{counted(total, word)} in {counted(cases, 'case')}" if total else f"no {word}"
+def _in_cases(cycles: int, cases: int) -> str:
+    return f"{counted(cycles, 'cycle')} in {counted(cases, 'case')}"
 
 
 def _not_whole(figures: Mapping[str, Any]) -> list[str]:
@@ -98,14 +99,20 @@ def outcome_section(campaign: Campaign, figures: Mapping[str, Any]) -> Section:
     picture = Picture(
         name="spread",
         png=png(spread_figure(campaign)),
-        caption="How times, times over the least possible, and least clearances spread over the cases. Times "
+        caption="How times, times over their yardstick, and least clearances spread over the cases. Times "
         "are of the cases that docked.",
-        told="Three histograms: time to dock, time to dock over the least possible, least clearance.",
+        told="Three histograms: time to dock, time to dock over its yardstick, least clearance.",
     )
     return Section(
         name="outcomes",
         title="Outcomes",
-        blocks=[_outcomes(figures), overall_table(figures), picture, _statuses(figures)],
+        blocks=[
+            _outcomes(figures),
+            *([losses_table(figures["losses"])] if figures["losses"] else []),
+            overall_table(figures),
+            picture,
+            _statuses(figures),
+        ],
     )
 
 
@@ -136,7 +143,7 @@ def overall_table(figures: Mapping[str, Any]) -> Table:
             ["least clearance / p5 / median [m]", _three(figures, _CLEARANCE, 3)],
             ["time to tolerance p50 / p95 / largest [s]", _three(figures, "time_to_tolerance", 2)],
             ["time to dock p50 / p95 / largest [s]", _three(figures, "time_to_dock", 2)],
-            ["time over the least possible p50 / p95 / largest", _three(figures, "time_over_least", 2)],
+            ["time over its yardstick p50 / p95 / largest", _three(figures, "time_over_yardstick", 2)],
             *_error_rows(figures["final_error"]),
             ["solver failures, cycles / cases", _two(figures, "solver_failures", "solver_failure_cases")],
             ["refused results that were driven", str(figures["failures_driven"])],
@@ -199,8 +206,8 @@ def difficulty_section(
     campaign: Campaign, scales: Sequence[Scale], *, name: str, title: str
 ) -> Against | None:
     """Success and time over the scales that vary; None where none does."""
-    over_least = time_over_least(campaign)
-    shown = [(scale, bins(campaign, scale, over_least)) for scale in varying(campaign, scales)]
+    over_yardstick = time_over_yardstick(campaign)
+    shown = [(scale, bins(campaign, scale, over_yardstick)) for scale in varying(campaign, scales)]
     if not shown:
         return None
     pictures = (
@@ -235,15 +242,15 @@ def _bins_table(shown: Sequence[tuple[Scale, Sequence[Bin]]]) -> Table:
             number(one.time["p25"], 1),
             number(one.time["p50"], 1),
             number(one.time["p75"], 1),
-            number(one.over_least, 2),
+            number(one.over_yardstick, 2),
         ]
         for scale, parts in shown
         for place, one in enumerate(parts)
     ]
     heads = ("over", "from, to", "cases", "docked", "collisions", "rate", "95 % interval")
     return Table(
-        caption="The same as numbers; in the last column the median time over the least possible.",
-        heads=(*heads, "to dock p25 [s]", "p50 [s]", "p75 [s]", "over least"),
+        caption="The same as numbers; in the last column the median time over its yardstick.",
+        heads=(*heads, "to dock p25 [s]", "p50 [s]", "p75 [s]", "over yardstick"),
         rows=rows,
     )
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below
 from rti_mpcc.report.campaign.columns import Campaign
-from rti_mpcc.report.campaign.figures import time_over_least
+from rti_mpcc.report.campaign.figures import time_over_yardstick
 from rti_mpcc.types import Array
 
 _BINS = 30
@@ -22,7 +22,7 @@ def spread_figure(campaign: Campaign) -> Figure:
     panels = figure.subplots(1, 3)
     docked = campaign.docked
     _histogram(panels[0], campaign["time_to_dock_s"][docked], "time to dock [s]", 95)
-    _histogram(panels[1], time_over_least(campaign)[docked], "time to dock / least possible", 95)
+    _histogram(panels[1], time_over_yardstick(campaign)[docked], "time to dock / yardstick", 95)
     _histogram(panels[2], campaign["min_clearance_m"], "least clearance [m]", 5)
     if campaign.crossed.any():
         panels[2].axvline(0.0, color=style.BLACK, linewidth=1.0, label="the body touches")

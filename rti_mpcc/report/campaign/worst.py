@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rti_mpcc.report.campaign.columns import Campaign, in_words
-from rti_mpcc.report.campaign.figures import time_over_least
+from rti_mpcc.report.campaign.figures import time_over_yardstick
 
 ORDER = (
     "Worst are those whose body left the corridor or met an obstacle, the deepest first; then those that did "
     "not dock: worker died, raised, failed, stalled, unfinished, in each the least clearance first. Of the "
-    "rest, in turn, the one with the least clearance, and the one with the longest time to dock over the "
-    "least possible."
+    "rest, in turn, the one with the least clearance, and the one with the longest time to dock over its "
+    "yardstick."
 )
 CROSSED, CLOSE, LONG = "crossed a boundary", "least clearance", "longest for its way"
 
@@ -38,7 +38,7 @@ def worst_cases(campaign: Campaign, count: int) -> list[Worst]:
     found += [Worst(row, in_words(campaign.outcome_of(row))) for row in unfit.tolist() if lost[row]]
     rest = campaign.docked & ~campaign.crossed
     close = [Worst(row, CLOSE) for row in _by(clearance, rest)]
-    long = [Worst(row, LONG) for row in _by(_last_where_unknown(-time_over_least(campaign)), rest)]
+    long = [Worst(row, LONG) for row in _by(_last_where_unknown(-time_over_yardstick(campaign)), rest)]
     taken: dict[int, Worst] = {}
     for one in chain(found, chain.from_iterable(zip_longest(close, long))):
         if len(taken) >= count:

@@ -11,7 +11,7 @@ import numpy as np
 from rti_mpcc.report.axes import png
 from rti_mpcc.report.campaign.case_picture import case_figure
 from rti_mpcc.report.campaign.columns import Campaign
-from rti_mpcc.report.campaign.figures import time_over_least, turns_beyond
+from rti_mpcc.report.campaign.figures import time_over_yardstick, turns_beyond
 from rti_mpcc.report.campaign.rerun import Rerun, command_of, rerun
 from rti_mpcc.report.campaign.worst import ORDER, Worst
 from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
@@ -26,7 +26,7 @@ _SAID = (
     "and y. Only the boundaries of the part that is driven act."
 )
 _HEADS = (
-    *("case", "scenario", "why", "outcome", "to dock [s]", "over least", "clearance [m]"),
+    *("case", "scenario", "why", "outcome", "to dock [s]", "over yardstick", "clearance [m]"),
     *("turns beyond cusps", "solver failures", "fallback cycles", "what was told"),
 )
 
@@ -57,7 +57,7 @@ def worst_section(
 
 
 def _told(campaign: Campaign, chosen: list[Worst]) -> list[dict[str, Any]]:
-    over_least, turns = time_over_least(campaign), turns_beyond(campaign)
+    over_yardstick, turns = time_over_yardstick(campaign), turns_beyond(campaign)
     return [
         {
             "index": int(campaign.index[row]),
@@ -66,7 +66,7 @@ def _told(campaign: Campaign, chosen: list[Worst]) -> list[dict[str, Any]]:
             "outcome": campaign.outcome_of(row).value,
             "detail": campaign.details.get(row, ""),
             "time_to_dock_s": _known(campaign["time_to_dock_s"][row]) if campaign.docked[row] else None,
-            "time_over_least": _known(over_least[row]),
+            "time_over_yardstick": _known(over_yardstick[row]),
             "min_clearance_m": _known(campaign["min_clearance_m"][row]),
             "final_error": {
                 name: _known(campaign[f"final_error.{name}"][row])
@@ -93,7 +93,7 @@ def _table(told: list[dict[str, Any]]) -> Table:
             one["why"],
             one["outcome"].replace("_", " "),
             number(one["time_to_dock_s"], 2),
-            number(one["time_over_least"], 2),
+            number(one["time_over_yardstick"], 2),
             number(one["min_clearance_m"], 3),
             number(one["direction_changes_beyond_cusps"], 0),
             number(one["solver_failures"], 0),
@@ -134,10 +134,8 @@ def ending(one: dict[str, Any]) -> str:
     """How a case ended, in words."""
     clearance = f"least clearance {number(one['min_clearance_m'], 3)} m."
     if one["time_to_dock_s"] is not None:
-        return (
-            f"docked after {number(one['time_to_dock_s'], 2)} s, {number(one['time_over_least'], 2)} times "
-            f"the least possible; {clearance}"
-        )
+        time, over = number(one["time_to_dock_s"], 2), number(one["time_over_yardstick"], 2)
+        return f"docked after {time} s, {over} times its yardstick; {clearance}"
     detail = f" ({one['detail']})" if one["detail"] else ""
     error = one["final_error"]
     if error["longitudinal_m"] is None:

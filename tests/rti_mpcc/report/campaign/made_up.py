@@ -48,7 +48,7 @@ SETTINGS = CampaignSettings(count=4, level=Level.NOMINAL, seed=1)
 
 
 def figures(time: float | None = 20.0, clearance: float | None = 0.2, **changes: Any) -> dict[str, Any]:
-    """Those of a run that docked at `time` [s], or did not; the least time of `COURSE` is 15 s."""
+    """Those of a run that docked at `time` [s], or did not; the yardstick of `COURSE` is 15 s."""
     energy = {"acceleration": 1.0, "steering_rate": 0.2, "lateral_acceleration": 0.4}
     usual: dict[str, Any] = {
         "docked": time is not None,

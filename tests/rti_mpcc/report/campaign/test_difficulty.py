@@ -11,14 +11,14 @@ import pytest
 from rti_mpcc.report.campaign.columns import Campaign
 from rti_mpcc.report.campaign.difficulty import BINS, COURSE, DISTURBANCES, Bin, Scale, bins, varying
 from rti_mpcc.report.campaign.difficulty_picture import success_figure, time_figure
-from rti_mpcc.report.campaign.figures import success_interval, time_over_least
+from rti_mpcc.report.campaign.figures import success_interval, time_over_yardstick
 from tests.rti_mpcc.report.campaign.made_up import CALM, campaign, docked, raised, stalled
 
 SCALES = {scale.column: scale for scale in COURSE + DISTURBANCES}
 
 
 def parts(read: Campaign, scale: Scale) -> list[Bin]:
-    return bins(read, scale, time_over_least(read))
+    return bins(read, scale, time_over_yardstick(read))
 
 
 def test_only_what_varies_is_shown(tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_few_values_have_a_bin_each(tmp_path: Path) -> None:
     assert one.rate == pytest.approx(2.0 / 3.0)
     assert one.interval == pytest.approx(success_interval(2, 3))
     assert one.time == {"p25": 21.5, "p50": 23.0, "p75": 24.5}
-    assert one.over_least == pytest.approx(23.0 / 15.0)
+    assert one.over_yardstick == pytest.approx(23.0 / 15.0)
     assert (two.low, two.cases, two.docked, two.collisions) == (1.0, 1, 1, 1)
     assert one.told()["interval"] == list(one.interval)
 

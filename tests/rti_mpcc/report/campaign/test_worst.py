@@ -105,4 +105,4 @@ def test_a_case_that_ended_its_worker_is_not_driven_again(
     assert len(set(commands)) == 3
     assert any("It cannot be drawn: ValueError: no course." in text for text in texts)
     assert shown.told[0]["time_to_dock_s"] is None
-    assert shown.told[2]["time_over_least"] == pytest.approx(20.0 / 15.0)
+    assert shown.told[2]["time_over_yardstick"] == pytest.approx(20.0 / 15.0)
