@@ -53,7 +53,7 @@ FIGURES = {
         *("time_to_tolerance_s", "time_to_dock_s", "min_clearance_m", "direction_changes", "distance_m"),
         *("final_error.longitudinal_m", "final_error.lateral_m", "final_error.heading_rad"),
         *("energy_to_dock.acceleration", "energy_to_dock.steering_rate"),
-        *("energy_to_dock.lateral_acceleration", "comfort.acceleration", "expected_time_s"),
+        *("energy_to_dock.lateral_acceleration", "comfort.acceleration"),
         *("solver.failures", "failures_driven", "fallback_cycles"),
     )
 }

@@ -80,7 +80,8 @@ def sentences(pairs: Pairs, told: dict[str, Any]) -> list[str]:
         said.append(
             f"{told['disturbed_differently']} of the common cases are the same course disturbed differently."
         )
-    return said
+    differ = ", ".join(f"{name} ({mine} and {others})" for name, (mine, others) in pairs.differences.items())
+    return [*said, f"Settings that differ: {differ}." if differ else "No settings differ."]
 
 
 def _counts(told: dict[str, Any]) -> Table:

@@ -76,6 +76,7 @@ def test_the_comparison_is_told(pairs: Pairs) -> None:
         "6 cases in common: 3 dock in both, 1 in `default` only, 1 in `paper` only, 1 in neither."
     )
     assert "takes 0.800 times the time to dock of `paper` (median; quartiles 0.650 and 0.900)" in told[1]
+    assert told[-1] == "Settings that differ: count (4 and 9), preset (default and paper)."
     section = pairs_section(pairs).section
     lost = next(one for one in section.blocks if isinstance(one, Table) and one.heads[0] == "case")
     assert [list(one) for one in lost.rows] == [
