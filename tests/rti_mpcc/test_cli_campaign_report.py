@@ -12,13 +12,27 @@ from typing import Any
 import pytest
 
 from rti_mpcc.cli import main
-from rti_mpcc.simulation import Scenario, changed
+from rti_mpcc.simulation import Scenario, changed, load_scenario
 from rti_mpcc.simulation.campaign import CampaignCase, CampaignRow, CampaignSettings, Level, drive_case
 from tests.rti_mpcc.report.campaign.made_up import SETTINGS, docked, raised, stalled, write
 from tests.rti_mpcc.report.pages import Wellformed, parsed
 
 QUICK = 29
-"""A case that docks within 11 s."""
+"""A case that is made to dock soon; the others end before they do."""
+SOON = """
+name = "soon"
+description = "5 m straight"
+[path]
+start = [0, 0, 0]
+segments = [{ direction = 1, curvature = 0.0, length = 5.0 }]
+[corridor]
+left = 4
+right = -4
+[goal]
+offset = [0, 0, 0]
+[simulation]
+dead_time = 0.18
+"""
 NEEDED = {
     "cases",
     "success_rate",
@@ -104,9 +118,11 @@ def test_a_real_campaign(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
     whole = CampaignCase.scenario
 
     def cut_short(case: CampaignCase) -> Scenario:
-        seconds = 120.0 if case.index == QUICK else 0.4
-        return changed(whole(case), {"simulation.duration": seconds})
+        if case.index == QUICK:
+            return load_scenario("soon.toml")
+        return changed(whole(case), {"simulation.duration": 0.4})
 
+    Path("soon.toml").write_text(SOON)
     monkeypatch.setattr(CampaignCase, "scenario", cut_short)
     settings = CampaignSettings(count=30, level=Level.NOMINAL, seed=1)
     made_up("one", [drive_case(settings.case(index)) for index in (QUICK, 0)], settings=settings)
