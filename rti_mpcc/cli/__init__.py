@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from rti_mpcc.cli import campaign, campaign_case, compare, replay, reproduce, run, watch
+from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, replay, reproduce, run, watch
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.report.console import warnings_on_stderr
@@ -53,6 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     reproduce.add_to(commands)
     campaign.add_to(commands)
     campaign_case.add_to(commands)
+    campaign_report.add_to(commands)
     replay.add_to(commands)
     watch.add_to(commands)
     return parser

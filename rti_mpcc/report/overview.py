@@ -43,7 +43,7 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     axes.set_aspect("equal", adjustable="box", anchor="NW")
     axes.margins(0.05)
     axes.autoscale_view()
-    _fit(figure, axes)
+    fit_plane(figure, axes)
     _draw_detections(axes, result)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -55,7 +55,7 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     return figure
 
 
-def _fit(figure: Figure, axes: Axes) -> None:
+def fit_plane(figure: Figure, axes: Axes) -> None:
     """A wide course gets a low picture and a tall one a high picture, within limits [inch]."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     width, height = _WIDEST, _WIDEST * (top - bottom) / (right - left)

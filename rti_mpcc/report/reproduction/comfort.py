@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rti_mpcc.report.axes import png
+from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.report.published import published_run, published_track
 from rti_mpcc.report.reproduction.comfort_picture import SHORTEST, front_figure
-from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
-from rti_mpcc.report.reproduction.looks import png
 from rti_mpcc.report.reproduction.runs import DEFAULT, DOCKING, Runs
 from rti_mpcc.report.reproduction.verdicts import ENERGIES, came_out, ratio
 from rti_mpcc.simulation.batch import Outcome

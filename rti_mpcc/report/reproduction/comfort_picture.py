@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from rti_mpcc.config import COMFORT_ACCELERATION
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import grid, legend_below
 from rti_mpcc.report.published import published_run
-from rti_mpcc.report.reproduction import looks
 from rti_mpcc.report.reproduction.runs import DOCKING, Runs
 from rti_mpcc.simulation.batch import Outcome
 
@@ -34,7 +34,7 @@ def front_figure(runs: Runs, fronts: Mapping[str, Sequence[Outcome]]) -> Figure:
             axes.set_xlabel("time to tolerance T [s]")
             axes.set_ylabel(label)
             axes.set_title(DOCKING[scenario], fontsize="medium")
-    looks.legend_below(figure, columns=4)
+    legend_below(figure, columns=4)
     return figure
 
 
@@ -68,4 +68,4 @@ def _draw(axes: Axes, runs: Runs, scenario: str, front: Sequence[Outcome], energ
     right += 0.06 * (right - left)
     axes.fill_between([there, right], cost, axes.get_ylim()[1], color=style.GREY, alpha=0.15, linewidth=0.0)
     axes.set_xlim(right=right)
-    looks.grid(axes)
+    grid(axes)

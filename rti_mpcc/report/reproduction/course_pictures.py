@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from geometry import Pose2
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import grid, legend_below, plane
 from rti_mpcc.report.ground import draw_path
 from rti_mpcc.report.published import Track
 from rti_mpcc.report.reproduction import looks
@@ -33,12 +34,12 @@ def plane_figure(results: Sequence[RunResult], track: Track) -> Figure:
         x, y, _ = track.poses.T
         axes.plot(x, y, **looks.look(looks.PUBLISHED))
         axes.set_title({"whole": "full course"}.get(name, f"near the {name}"), fontsize="medium")
-        looks.plane(axes)
+        plane(axes)
     spots["whole"].margins(0.08)
     for name, pose in (("cusp", path.parts[0].last), ("end", path.end)):
         _zoom(spots[name], pose, NEAR[name])
         _mark(spots["whole"], pose, name)
-    looks.legend_below(figure, columns=4)
+    legend_below(figure, columns=4)
     return figure
 
 
@@ -80,8 +81,8 @@ def along_figure(results: Sequence[RunResult]) -> Figure:
         for k, end in enumerate([*path.cusps, path.length]):
             one.axvline(end, color=style.GREY, linewidth=0.9, label="_" if k else "cusp, end")
         one.set_ylabel(label)
-        looks.grid(one)
+        grid(one)
     axes[-1].set_xlabel("progress θ [m]")
     axes[-1].set_xlim(0.0, path.length + 1.0)
-    looks.legend_below(figure, columns=5)
+    legend_below(figure, columns=5)
     return figure

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from rti_mpcc.report.axes import png
 from rti_mpcc.report.comparison import PAPER as PAPER_COLUMNS
 from rti_mpcc.report.comparison import Column
+from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.report.published import published_run, published_track
-from rti_mpcc.report.reproduction import causes, looks
+from rti_mpcc.report.reproduction import causes
 from rti_mpcc.report.reproduction.claims import claims, missed_causes, times_of
-from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.reproduction.docking_pictures import (
     BODY_EVERY,
     HIGHEST,
@@ -170,14 +171,14 @@ def _pictures(scenario: str, outcomes: Sequence[Outcome], beyond: RunResult) -> 
     return [
         Picture(
             name=f"{scenario}_plane",
-            png=looks.png(plane_figure(results, figures)),
+            png=png(plane_figure(results, figures)),
             caption=f"{name}, preset `paper`: path of the rear axle, body each {BODY_EVERY:g} s and "
             "at the end. Thin dashed: the published code by the same method, rear axle.",
             told="Driven bodies in the corridor, a panel for each of three methods.",
         ),
         Picture(
             name=f"{scenario}_time",
-            png=looks.png(time_figure(results, beyond)),
+            png=png(time_figure(results, beyond)),
             caption=f"{name}: speed, steering and acceleration over time, preset `paper`, beside `dynamic` "
             f"also `default`. Runs are shown up to {LONGEST:g} times the published one, acceleration up to "
             f"{HIGHEST:g} m/s².",

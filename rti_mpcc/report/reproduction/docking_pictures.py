@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import grid, legend_below, plane
 from rti_mpcc.report.ground import boundaries_of, draw_boundaries, draw_path
 from rti_mpcc.report.published import Track, published_track
 from rti_mpcc.report.reproduction import looks
@@ -44,7 +45,7 @@ def plane_figure(results: Sequence[RunResult], figures: Sequence[Mapping[str, An
         axes.set_xlim(left, right)
         axes.set_ylim(bottom, top)
         axes.label_outer()
-    looks.legend_below(figure, columns=4)
+    legend_below(figure, columns=4)
     return figure
 
 
@@ -68,7 +69,7 @@ def _draw(axes: Axes, result: RunResult) -> None:
     track = published_track(result.scenario.name, result.method)
     if track is not None:
         axes.plot(*track.poses[:, :2].T, **_published())
-    looks.plane(axes)
+    plane(axes)
 
 
 def _outcome(result: RunResult, figures: Mapping[str, Any]) -> str:
@@ -109,13 +110,13 @@ def time_figure(results: Sequence[RunResult], beyond: RunResult) -> Figure:
         column[0].set_title(result.method, fontsize="medium")
         column[-1].set_xlabel("time [s]")
         for axes in column:
-            looks.grid(axes)
+            grid(axes)
     _draw_times(panels[:, 0], beyond, looks.look(looks.BEYOND))
     named = ("speed v [m/s]", "steering δ [rad]", "acceleration a [m/s²]")
     for axes, label in zip(panels[:, 0], named, strict=True):
         axes.set_ylabel(label)
     cut_peaks(panels[-1])
-    looks.legend_below(figure, columns=5)
+    legend_below(figure, columns=5)
     return figure
 
 

@@ -13,8 +13,8 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.report import style
-from rti_mpcc.report.reproduction import looks
-from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
+from rti_mpcc.report.axes import legend_below, plane, png
+from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.types import Array, VehicleState
 
@@ -94,7 +94,7 @@ def frenet_figure(plans: list[Paired]) -> Figure:
     for one, plan in zip(axes, plans, strict=True):
         _draw(one, plan)
         one.label_outer()
-    looks.legend_below(figure, columns=5)
+    legend_below(figure, columns=5)
     return figure
 
 
@@ -113,7 +113,7 @@ def _draw(axes: Axes, plan: Paired) -> None:
     _mark_errors(axes, plan, stage)
     errors = f"$e_l$ = {plan.lag[stage]:.2f} m, $e_c$ = {plan.contouring[stage]:.2f} m"
     axes.set_title(f"$q_l$ = {plan.lag_weight:g}; marked stage: {errors}", fontsize="medium")
-    looks.plane(axes)
+    plane(axes)
 
 
 def marked_stage(plan: Paired) -> int:
@@ -152,7 +152,7 @@ def frenet_section() -> Section:
     )
     picture = Picture(
         name="frenet",
-        png=looks.png(frenet_figure(plans)),
+        png=png(frenet_figure(plans)),
         caption=f"Every {_EVERY}th stage of a plan, paired to its reference by a grey line. "
         "Marked is the drawn stage with the largest lag error.",
         told="Stages of two plans beside a curved path, each with a line to its reference point.",

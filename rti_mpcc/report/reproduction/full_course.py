@@ -6,10 +6,11 @@ from itertools import pairwise
 from math import hypot
 from typing import Any, NamedTuple
 
+from rti_mpcc.report.axes import png
+from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.report.published import published, published_run, published_track
 from rti_mpcc.report.reproduction import looks
-from rti_mpcc.report.reproduction.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.reproduction.course_pictures import along_figure, plane_figure
 from rti_mpcc.report.reproduction.exactness import (
     PoseError,
@@ -108,14 +109,14 @@ def _pictures(outcomes: list[Outcome]) -> list[Picture]:
     return [
         Picture(
             name="full_course",
-            png=looks.png(plane_figure(results, track)),
+            png=png(plane_figure(results, track)),
             caption="Driven path of the rear axle on the full course, preset `paper`; the cusp and the end "
             "(crosses) are shown larger, on scales of their own.",
             told="Driven paths by four methods and the published code, with cusp and end enlarged.",
         ),
         Picture(
             name="full_course_along",
-            png=looks.png(along_figure(results)),
+            png=png(along_figure(results)),
             caption="Distance beside the path, steering and speed over the progress, preset `paper`.",
             told="Three panels over the progress; a line for each of four methods.",
         ),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rti_mpcc.report.content import Block, Paragraph, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.report.published import published_run
-from rti_mpcc.report.reproduction.content import Block, Paragraph, Section, Table, found, say
 from rti_mpcc.report.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
 from rti_mpcc.report.reproduction.verdicts import CAME, MISSED, UNSAID, ratio
 

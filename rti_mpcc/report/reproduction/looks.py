@@ -1,17 +1,11 @@
-"""What the figures of the report share: how methods look, axes, and pictures in memory."""
+"""How the lines of methods look in the figures of the report."""
 
 from __future__ import annotations
 
-from io import BytesIO
 from typing import Any
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from rti_mpcc.report import style
 
-PRINT_DPI = 160
-"""Resolution of the pictures [dots/inch]."""
 PUBLISHED = "dynamic, published code"
 BEYOND = "dynamic, preset default"
 _DASHDOT = (0.0, (6.0, 1.5, 1.0, 1.5))
@@ -30,40 +24,3 @@ _LOOKS: dict[str, dict[str, Any]] = {
 def look(name: str) -> dict[str, Any]:
     """Colour, dashes and width of the line of a method, with its name as label."""
     return {**_LOOKS[name], "label": name}
-
-
-def plane(axes: Axes) -> None:
-    """Axes of the plane from above: equal, in metres."""
-    axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    grid(axes)
-
-
-def grid(axes: Axes) -> None:
-    """A faint grid."""
-    axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
-
-
-def legend_below(figure: Figure, *, columns: int = 4) -> None:
-    """One legend for all axes, each label once, below them; the figure has to have a constrained layout."""
-    found: dict[str, Any] = {}
-    for axes in figure.axes:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    figure.legend(
-        list(found.values()),
-        list(found),
-        loc="outside lower center",
-        ncols=columns,
-        frameon=False,
-        fontsize="small",
-        handlelength=3.5,
-    )
-
-
-def png(figure: Figure) -> bytes:
-    """The picture of a figure."""
-    stream = BytesIO()
-    figure.savefig(stream, format="png", dpi=PRINT_DPI)
-    return stream.getvalue()

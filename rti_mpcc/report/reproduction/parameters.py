@@ -6,8 +6,8 @@ from functools import reduce
 from typing import Any
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.report.content import Section, Table, say
 from rti_mpcc.report.published import published
-from rti_mpcc.report.reproduction.content import Section, Table, say
 
 _SAID = (
     "The preset `paper` has the values of Table I and the terms that the published code adds to the "

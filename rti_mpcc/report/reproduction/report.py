@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rti_mpcc.recording import Machine
+from rti_mpcc.report.content import Paragraph, Picture, Section, say
+from rti_mpcc.report.page import html_page
 from rti_mpcc.report.published import published
 from rti_mpcc.report.reproduction.comfort import comfort_section
-from rti_mpcc.report.reproduction.content import Paragraph, Picture, Section, say
 from rti_mpcc.report.reproduction.courses import courses_section
 from rti_mpcc.report.reproduction.docking import docking_section
 from rti_mpcc.report.reproduction.frenet_picture import frenet_section
 from rti_mpcc.report.reproduction.full_course import course_section
 from rti_mpcc.report.reproduction.in_short import in_short
-from rti_mpcc.report.reproduction.page import html_page
 from rti_mpcc.report.reproduction.parameters import parameters_section
 from rti_mpcc.report.reproduction.runs import DOCKING, Runs
 from rti_mpcc.report.reproduction.schedules import schedules_section

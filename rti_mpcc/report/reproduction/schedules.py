@@ -11,8 +11,8 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.objectives import Target, TargetKind, contouring_weights
 from rti_mpcc.report import style
-from rti_mpcc.report.reproduction import looks
-from rti_mpcc.report.reproduction.content import Picture, Section, say
+from rti_mpcc.report.axes import grid, png
+from rti_mpcc.report.content import Picture, Section, say
 from rti_mpcc.types import Array
 
 END = 30.0
@@ -102,7 +102,7 @@ def schedules_figure() -> Figure:
             one.axvline(target.stop, color=style.GREY, linestyle="dashed", linewidth=0.9)
             reach = target.stop - weights.transition_reach
             one.axvline(reach, color=style.GREY, linestyle="dotted", linewidth=0.9)
-            looks.grid(one)
+            grid(one)
             # Each by itself: contouring ends at 100 in the first case, begins at 1 in the others.
             top = max(float(getattr(values, field).max()), 1e-3 if field != "goal" else 1.0)
             one.set_ylim(-0.05 * top, 1.15 * top)
@@ -116,7 +116,7 @@ def schedules_section() -> Section:
     """The three schematic figures in one."""
     picture = Picture(
         name="weight_schedules",
-        png=looks.png(schedules_figure()),
+        png=png(schedules_figure()),
         caption=_CAPTION.format(end=END),
         told="Lag, contouring, progress and goal weights over the progress for the three kinds of goals.",
     )

@@ -1,8 +1,7 @@
-"""The parts of the reproduction: page, verdicts, schedules, Frenet picture, errors at cusp and end."""
+"""The parts of the reproduction: verdicts, schedules, Frenet picture, errors at cusp and end."""
 
 from __future__ import annotations
 
-from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
@@ -13,94 +12,19 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
-from rti_mpcc.report.numbers import number
+from rti_mpcc.report.content import Section, found, say
 from rti_mpcc.report.published import Track, published_track
 from rti_mpcc.report.reproduction import causes
 from rti_mpcc.report.reproduction.claims import claims, missed_causes
 from rti_mpcc.report.reproduction.comfort import aims, aims_told
-from rti_mpcc.report.reproduction.content import Picture, Section, Table, found, say
 from rti_mpcc.report.reproduction.docking import verdicts
 from rti_mpcc.report.reproduction.docking_pictures import HIGHEST, cut_peaks
 from rti_mpcc.report.reproduction.exactness import error_at, nearest_error, track_smoothness
 from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_stage, paired
 from rti_mpcc.report.reproduction.in_short import counted
-from rti_mpcc.report.reproduction.page import html_page
 from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
 from rti_mpcc.report.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
 from rti_mpcc.report.reproduction.verdicts import MISSED
-
-
-class Wellformed(HTMLParser):
-    """Every tag is closed in its turn; keeps what a browser would fetch."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.fetched: list[str] = []
-        self.text: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("meta", "img"):
-            self.open.append(tag)
-        self.fetched += [value or "" for name, value in attrs if name in ("src", "href")]
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text.append(data)
-
-
-def parsed(page: str) -> Wellformed:
-    parser = Wellformed()
-    parser.feed(page)
-    parser.close()
-    assert parser.open == []
-    return parser
-
-
-def test_page_has_everything_in_one_file() -> None:
-    table = Table(caption="Times <T>.", heads=["run", "T [s]"], rows=[["dynamic & others", "27.39"]])
-    picture = Picture(name="one", png=b"\x89PNG", caption="A picture.", told='"told"')
-    one = Section(name="first", title="`dynamic` alone", blocks=[say("a < b"), table, picture, found("so")])
-    two = Section(name="second", title="Second", blocks=[table])
-    page = html_page("Title", [one, two])
-    parser = parsed(page)
-    assert parser.fetched == ["#first", "#second", "data:image/png;base64,iVBORw=="]
-    assert "<script" not in page
-    for told in ("<code>dynamic</code> alone", "dynamic &amp; others", "a &lt; b", 'class="verdict">so'):
-        assert told in page
-    text = "".join(parser.text)
-    for caption in ("Table 1. Times <T>.", "Table 2. Times <T>.", "Figure 1. A picture."):
-        assert caption in text
-    assert 'id="second"' in page
-
-
-@pytest.mark.parametrize(
-    ("text", "shown"),
-    [
-        ("with q_c = 1", "with <i>q</i><sub>c</sub> = 1"),
-        ("∫a_lat² and q_N^e", "∫<i>a</i><sub>lat</sub>² and <i>q</i><sub>N</sub><sup>e</sup>"),
-        ("`q_c` of constant_50", "<code>q_c</code> of constant_50"),
-        ("a ` alone", "a ` alone"),
-    ],
-)
-def test_symbols_and_code_are_set_apart(text: str, shown: str) -> None:
-    page = html_page("Title", [Section(name="one", title="One", blocks=[say(text)])])
-    assert f"<p>{shown}</p>" in page
-
-
-def test_rows_that_belong_together_are_ruled_off() -> None:
-    table = Table(caption="", heads=["run"], rows=[["a"], ["b"], ["c"], ["d"]], group=2)
-    page = html_page("Title", [Section(name="one", title="One", blocks=[table])])
-    assert [row.partition(">")[0] for row in page.split("<tr")[2:]] == ["", ' class="last"'] * 2
-
-
-@pytest.mark.parametrize(
-    ("value", "digits", "told"), [(-0.04, 1, "0.0"), (-0.06, 1, "−0.1"), (None, 2, "–"), (0.0, 0, "0")]
-)
-def test_what_rounds_to_zero_has_no_sign(value: float | None, digits: int, told: str) -> None:
-    assert number(value, digits) == told
 
 
 def test_outcomes_are_counted() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from html import escape
 from itertools import count
 
-from rti_mpcc.report.reproduction.content import Block, Paragraph, Picture, Section, Table
+from rti_mpcc.report.content import Block, Paragraph, Picture, Section, Table
 
 STYLE = """
 body { font: 16px/1.5 Georgia, "Times New Roman", serif; color: #111; max-width: 66rem; margin: 2rem auto;

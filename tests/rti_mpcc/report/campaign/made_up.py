@@ -1,0 +1,119 @@
+"""What the tests of campaign reports share: rows made by hand, as a campaign writes them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from rti_mpcc.report.campaign.columns import Campaign, read_campaign
+from rti_mpcc.simulation.campaign import (
+    CampaignRow,
+    CampaignSettings,
+    CaseOutcome,
+    CourseFigures,
+    DisturbanceFigures,
+    Level,
+)
+
+COURSE = CourseFigures(
+    direction=1,
+    pieces=2,
+    cusps=0,
+    length_m=22.5,
+    curvature=0.1,
+    room_m=1.5,
+    narrowings=0,
+    obstacles=1,
+    goal_behind_m=0.0,
+    goal_beside_m=-1.0,
+    goal_turned_rad=0.2,
+)
+CALM = DisturbanceFigures(
+    position_std_m=0.0,
+    heading_std_rad=0.0,
+    dropout=0.0,
+    outlier=0.0,
+    delay_s=0.0,
+    initial_offset=(0.0, 0.0, 0.0),
+    state_noise=(0.0, 0.0, 0.0, 0.0, 0.0),
+    wheelbase_error=0.0,
+    steering_offset_rad=0.0,
+    acceleration_gain=1.0,
+    dead_time_s=0.18,
+)
+SETTINGS = CampaignSettings(count=4, level=Level.NOMINAL, seed=1)
+
+
+def figures(time: float | None = 20.0, clearance: float | None = 0.2, **changes: Any) -> dict[str, Any]:
+    """Those of a run that docked at `time` [s], or did not; the yardstick of `COURSE` is 15 s."""
+    energy = {"acceleration": 1.0, "steering_rate": 0.2, "lateral_acceleration": 0.4}
+    usual: dict[str, Any] = {
+        "docked": time is not None,
+        "time_to_tolerance_s": None if time is None else time - 0.5,
+        "time_to_dock_s": time,
+        "min_clearance_m": clearance,
+        "direction_changes": 0,
+        "distance_m": 23.0,
+        "final_error": {"longitudinal_m": 0.01, "lateral_m": -0.002, "heading_rad": -0.001},
+        "energy_to_dock": energy,
+        "comfort": {"acceleration": 0.4},
+        "solver": {"failures": 0},
+        "failures_driven": 0,
+        "fallback_cycles": 0,
+        "cycles_by_status": {"arriving": 10, "docked": 2},
+    }
+    return {**usual, **changes}
+
+
+def row(
+    index: int,
+    told: dict[str, Any] | None = None,
+    *,
+    outcome: CaseOutcome = CaseOutcome.DOCKED,
+    detail: str = "",
+    course: dict[str, Any] | None = None,
+    **changes: Any,
+) -> CampaignRow:
+    """A row; `course` are changes of its course, so is the index: no two cases have the same one."""
+    own = {"goal_beside_m": -1.0 - 0.01 * index, **(course or {})}
+    plain = CampaignRow(
+        index=index,
+        scenario=f"campaign_1_{index:02d}_nominal",
+        outcome=outcome,
+        detail=detail,
+        course=replace(COURSE, **own),
+        disturbances=CALM,
+        figures=told,
+    )
+    return replace(plain, **changes)
+
+
+def docked(index: int, time: float = 20.0, clearance: float | None = 0.2, **changes: Any) -> CampaignRow:
+    return row(index, figures(time, clearance), **changes)
+
+
+def stalled(index: int, clearance: float = 0.2, **changes: Any) -> CampaignRow:
+    return row(index, figures(None, clearance), outcome=CaseOutcome.STALLED, detail="no plan", **changes)
+
+
+def raised(index: int, outcome: CaseOutcome = CaseOutcome.RAISED, **changes: Any) -> CampaignRow:
+    return row(index, None, outcome=outcome, detail="ValueError: <odd> `x`", **changes)
+
+
+def write(
+    folder: Path, rows: Iterable[CampaignRow], *, tail: str = "", settings: CampaignSettings = SETTINGS
+) -> Path:
+    """A folder as `run_campaign` leaves it; `tail`: what stands behind the rows."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "campaign.json").write_text(json.dumps(settings.table()))
+    (folder / "rows.jsonl").write_text("".join(one.line() for one in rows) + tail)
+    return folder
+
+
+def campaign(
+    folder: Path, *rows: CampaignRow, tail: str = "", settings: CampaignSettings = SETTINGS
+) -> Campaign:
+    return read_campaign(write(folder, rows, tail=tail, settings=settings))

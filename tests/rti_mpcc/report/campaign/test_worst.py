@@ -1,0 +1,108 @@
+"""The order of the worst cases, and what is told of one that was driven again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rti_mpcc.report.campaign.columns import Campaign
+from rti_mpcc.report.campaign.rerun import Rerun, command_of, rerun
+from rti_mpcc.report.campaign.worst import CLOSE, CROSSED, LONG, worst_cases
+from rti_mpcc.report.campaign.worst_section import worst_section
+from rti_mpcc.report.content import Paragraph
+from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level
+from tests.rti_mpcc.report.campaign.made_up import SETTINGS, campaign, docked, figures, raised, row, stalled
+
+
+def order(read: Campaign, count: int = 20) -> list[tuple[int, str]]:
+    return [(int(read.index[one.row]), one.why) for one in worst_cases(read, count)]
+
+
+def test_failures_come_first_then_close_and_long_ones_in_turn(tmp_path: Path) -> None:
+    read = campaign(
+        tmp_path,
+        docked(0, 20.0, 0.5),
+        docked(1, 24.0, 0.4),
+        docked(2, 19.0, 0.11),
+        docked(3, 18.0, 0.12),
+        docked(4, 30.0, None),
+        docked(5, 20.0, -0.1),
+        row(6, figures(None, -0.3), outcome=CaseOutcome.UNFINISHED),
+        row(7, figures(None, 0.3), outcome=CaseOutcome.UNFINISHED),
+        stalled(8, 0.3),
+        stalled(9, 0.2),
+        row(10, figures(None, 0.2), outcome=CaseOutcome.FAILED),
+        raised(11),
+        raised(12, CaseOutcome.WORKER_DIED),
+    )
+    expected = [
+        (6, CROSSED),
+        (5, CROSSED),
+        (12, "worker died"),
+        (11, "raised"),
+        (10, "failed"),
+        (9, "stalled"),
+        (8, "stalled"),
+        (7, "unfinished"),
+        (2, CLOSE),
+        (4, LONG),
+        (3, CLOSE),
+        (1, LONG),
+        (0, LONG),
+    ]
+    assert order(read) == expected
+    assert order(read, 3) == expected[:3]
+    assert order(read, 0) == []
+
+
+def test_of_equal_cases_the_first_is_the_worse(tmp_path: Path) -> None:
+    read = campaign(tmp_path, *(docked(index) for index in (3, 1, 2)))
+    assert [index for index, _ in order(read)] == [1, 2, 3]
+
+
+def test_the_command_names_all_that_makes_a_case() -> None:
+    case = CampaignCase(seed=3, level=Level.HARD, index=17, method="separated", preset="paper")
+    assert command_of(case) == (
+        "rti-mpcc campaign-case --level hard --seed 3 --index 17 --method separated --preset paper"
+    )
+
+
+def test_what_raises_is_told_and_drawn_as_far_as_it_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = SETTINGS.case(0)
+
+    def fails(*arguments: Any) -> None:
+        raise ZeroDivisionError("odd")
+
+    monkeypatch.setattr("rti_mpcc.report.campaign.rerun.drive", fails)
+    again = rerun(case)
+    assert again.scenario is not None
+    assert (again.outcome, again.raised) == (None, "ZeroDivisionError: odd")
+    assert rerun(case, drives=False) == Rerun(scenario=again.scenario, outcome=None)
+    monkeypatch.setattr(CampaignCase, "scenario", fails)
+    assert rerun(case) == Rerun(scenario=None, outcome=None, raised="ZeroDivisionError: odd")
+
+
+def test_a_case_that_ended_its_worker_is_not_driven_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    driven: list[tuple[int, bool]] = []
+
+    def told(case: CampaignCase, *, drives: bool) -> Rerun:
+        driven.append((case.index, drives))
+        return Rerun(scenario=None, outcome=None, raised="ValueError: no course")
+
+    monkeypatch.setattr("rti_mpcc.report.campaign.worst_section.rerun", told)
+    read = campaign(tmp_path, raised(0), raised(1, CaseOutcome.WORKER_DIED), docked(2), docked(3))
+    progress: list[tuple[int, int]] = []
+    shown = worst_section(read, worst_cases(read, 3), lambda done, total: progress.append((done, total)))
+    assert driven == [(1, False), (0, True), (2, True)]
+    assert progress == [(1, 3), (2, 3), (3, 3)]
+    texts = [block.text for block in shown.section.blocks if isinstance(block, Paragraph)]
+    commands = [one["command"] for one in shown.told]
+    assert [text.strip("`") for text in texts if text.startswith("`rti-mpcc")] == commands
+    assert len(set(commands)) == 3
+    assert any("It cannot be drawn: ValueError: no course." in text for text in texts)
+    assert shown.told[0]["time_to_dock_s"] is None
+    assert shown.told[2]["time_over_yardstick"] == pytest.approx(20.0 / 15.0)
