@@ -117,8 +117,8 @@ def admitted(
     What is `missing` of the margin a moment ahead (see `lacking`) is out of reach by then: the
     exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
     there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back.
-    To get aside by m over the way S it turns by 3m/2S, what trails l behind its axle swings out by l times
-    that, and is back 2 l later: on a circle of radius R it goes out by l s/R - s²/2R.
+    To get a disc aside by m over the way S the body turns by 3m/2S, what trails it by l swings out by l times
+    that, and is back about 2 l later: on a circle of radius R it goes out by l s/R - s²/2R.
 
     A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
     one that turns away swings its other end out before. A slack that nothing can make smaller would
@@ -128,10 +128,11 @@ def admitted(
     stay.
 
     (H4)  lower - r - (1 - (s - 2 far) / WAY_BACK) (over + min(over, margin - r)),
-          r = min(margin, (1 - (t / RETURN_TIME)³) m + (1 - (s / (S + 2 l))³) 3 l / 2S max m),
+          r_i = min(margin, (1 - (t / RETURN_TIME)³) m_i
+                            + (1 - (s / (S + 2 l_i))³) max over discs j of 3 max(0, l_i - l_j) / 2S max m_j),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
-    each share being 0 to 1, and max m the most that is missing of that side at any disc and stage.
+    each share being 0 to 1, and max m_j the most that is missing of that side at disc j at any stage.
 
     Args:
         missing: (n, discs, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
@@ -139,9 +140,10 @@ def admitted(
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
     missing = np.minimum(missing, margin)
-    n, most = len(missing), missing.max(axis=(0, 1))
-    swings = 1.0 - np.minimum(way[:, None] / (RETURN_WAY + 2.0 * trails), 1.0) ** 3
-    relief = (swings * (1.5 / RETURN_WAY * trails))[..., None] * most
+    n, behind = len(missing), np.maximum(trails[:, None] - trails, 0.0)
+    swing = (1.5 / RETURN_WAY * behind[..., None] * missing.max(axis=0)).max(axis=1)
+    share = 1.0 - np.minimum(way[:, None] / (RETURN_WAY + 2.0 * trails), 1.0) ** 3
+    relief = share[..., None] * swing
     share = 1.0 - (np.minimum(elapsed[:n], RETURN_TIME) / RETURN_TIME) ** 3
     relief[:n] += share[:, None, None] * missing
     np.minimum(relief, margin, out=relief)

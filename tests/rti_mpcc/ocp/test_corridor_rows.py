@@ -235,3 +235,5 @@ def test_what_trails_may_swing_out_until_it_is_back(corridor: Corridor, states: 
         np.testing.assert_array_equal(relief[..., [0, 2]], 0.0)
     much = lower - relieved(short, np.zeros(3), late, 0.1, 0.0, 100.0 * trails)
     assert much.max() == pytest.approx(0.1)  # the margin, no more
+    lower[0, :, 1] = [-9.0, -9.0, -9.0, -9.0, 0.02]  # the last one lacks it: nothing trails that
+    np.testing.assert_array_equal(relieved(short, np.zeros(3), late, 0.1, 0.0, trails), lower)
