@@ -156,11 +156,11 @@ def test_a_goal_that_is_not_finite_is_not_taken_and_the_last_one_stays() -> None
 
 
 def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
-    """Beside the middle of the path and turned by 34 deg: there is room, but no way to get round to it. It is
+    """Beside the middle of the path and turned by 52 deg: there is room, but no way to get round to it. It is
     pulled out twice, each time to the begin of the path.
     """
     scenario = short()
-    goal = scenario.build_path().parts[0].pose(6.0).compose(Pose2(0.0, 0.5, 0.6))
+    goal = scenario.build_path().parts[0].pose(6.0).compose(Pose2(0.0, 0.5, 0.9))
     run = list(drive(scenario, 145.0, goal_at=lambda now: goal))
     plant, command = run[-1]
     assert pull_outs([command.status for _, command in run]) == 2
