@@ -43,7 +43,7 @@ CURVATURE = "rti_mpcc.controller.fill_curvature"
 BLENDING = "rti_mpcc.ocp.stage_cost._blending"
 EASE_FROM = "rti_mpcc.qp.filling.EASE_FROM"
 NEAR = ("rti_mpcc.controller.NEAR", "rti_mpcc.qp.solver.NEAR")
-RELAXED = Pace(rho=0.1, over_relaxation=1.6, fine=True)
+RELAXED = Pace(rho=0.1, over_relaxation=1.6, fine=True, eased=True)
 TIGHT = SolverSettings(max_iterations=20_000, tolerance=1e-7, fine_tolerance=1e-7)
 COARSE = SolverSettings(max_iterations=1000, fine_tolerance=SolverSettings().tolerance)
 

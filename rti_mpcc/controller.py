@@ -39,7 +39,7 @@ from rti_mpcc.qp.filling import (
     fill_initial,
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
-from rti_mpcc.qp.solver import FAR, NEAR, Ends, QpSolution, QpSolver, Stop
+from rti_mpcc.qp.solver import FAR, NEAR, Ends, Pace, QpSolution, QpSolver, Stop
 from rti_mpcc.types import Array, Trajectory
 
 RETURN_SHARE = 0.9
@@ -204,7 +204,7 @@ class RtiMpcc:
         cartesian: bool = False,
         retreat: float = 0.0,
         damping: float = 0.0,
-        eased: bool = True,
+        pace: Pace | None = None,
         again: bool = False,
     ) -> Linearisation:
         """Preparation phase: everything about the QP that needs no measurement.
@@ -218,8 +218,8 @@ class RtiMpcc:
                 corridor are.
             retreat: speed allowed against the part's direction [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
-            eased: the plan is near its optimum, bounds that are far off count less in the solver. Never so
-                after `plan`.
+            pace: how the solver steps; None: as suits a plan that goes on from the last solution, or one from
+                `plan`, which may be far from its optimum.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
         """
         begun = perf_counter()
@@ -231,7 +231,7 @@ class RtiMpcc:
         else:
             last = last or self._last
             plan = last.trajectory if last else None
-        eased = eased and last is not None
+        pace = pace or (FAR if last is None else NEAR)
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
@@ -256,13 +256,13 @@ class RtiMpcc:
         bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat, ends=ends)
 
         values, pattern = self._values, self._pattern
-        self._solver.pace(NEAR if eased else FAR)
+        self._solver.pace(pace)
         fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
         if last is not None and len(last.dual) == len(values.lower):
             change_of_scale = weights.scale / last.weights.scale
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, bounds, states, controls, eased=eased)
+        fill_bounds(values, pattern, bounds, states, controls, eased=pace.eased)
         planes = None if cartesian else self._planes(shifted.states, last)
         rows = drift = None
         if planes is not None:
@@ -272,7 +272,7 @@ class RtiMpcc:
             )
         if rows is not None:
             drift = drifting(states, lengths, wheelbase)
-        fill_corridor(values, pattern, rows, eased=eased)
+        fill_corridor(values, pattern, rows, eased=pace.eased)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,

@@ -18,6 +18,7 @@ from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished, renewed
 from rti_mpcc.planning.route import retreat
+from rti_mpcc.qp.solver import AGAIN, FAR, Pace
 from rti_mpcc.types import Array, Objective, Trajectory
 
 ITERATIONS = 10
@@ -86,7 +87,7 @@ class Start:
         last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
         iterate: how far the first QP had come in an earlier cycle.
         least: so many iterations at least; most: at most.
-        damping, eased: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
+        damping, pace: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
         unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
     """
 
@@ -96,7 +97,7 @@ class Start:
     least: int = 1
     most: int = ITERATIONS
     damping: float = DAMPING
-    eased: bool = True
+    pace: Pace | None = None
     patience: int = 1
     unsolved: int = 1
 
@@ -108,7 +109,7 @@ def going_on(solution: Solution | None) -> Start:
 
 def clean(plan: Trajectory) -> Start:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return Start(guess=plan, eased=False, patience=CLEAN_PATIENCE)
+    return Start(guess=plan, pace=AGAIN, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> Start:
@@ -117,7 +118,7 @@ def from_guess(guess: Trajectory) -> Start:
         guess=guess,
         least=FIRST_ITERATIONS,
         damping=START_DAMPING,
-        eased=False,
+        pace=FAR,
         patience=PATIENCE,
         unsolved=UNSOLVED,
     )
@@ -186,7 +187,7 @@ def _iterate(
         cartesian=memory.cartesian,
         retreat=retreat(memory, situation),
         damping=start.damping,
-        eased=start.eased,
+        pace=start.pace,
         again=start.iterate is not None,
     )
     solution = mpcc.feedback(

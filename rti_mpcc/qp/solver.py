@@ -36,20 +36,29 @@ UNFINISHED = frozenset(
 
 
 class Pace(NamedTuple):
-    """How OSQP steps: its first step-size parameter, which it adapts, its over-relaxation, and whether it is
-    to come to the fine tolerance in its first iterations."""
+    """How OSQP steps.
+
+    Attributes:
+        rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
+        fine: it is to come to the fine tolerance in its first iterations.
+        eased: bounds that are far off count less, see `qp.filling.EASE_FROM`.
+    """
 
     rho: float
     over_relaxation: float
     fine: bool
+    eased: bool
 
 
-NEAR = Pace(rho=0.1, over_relaxation=1.0, fine=True)
+NEAR = Pace(rho=0.1, over_relaxation=1.0, fine=True, eased=True)
 """Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
 settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
 its guess takes 3 (docs/performance.md)."""
-FAR = Pace(rho=0.1, over_relaxation=1.6, fine=False)
+FAR = Pace(rho=0.1, over_relaxation=1.6, fine=False, eased=False)
 """From a first guess, where rows come to act that are far from it: there are hundreds of iterations to do."""
+AGAIN = Pace(rho=10.0, over_relaxation=1.6, fine=False, eased=False)
+"""Once more from a clean start. What did not come to its end the first time mostly has multipliers at the
+slack's weight, a thousand times the usual ones, to which small steps take too long (docs/performance.md)."""
 SLICE = 48
 """So many iterations are done in one go, then the step size is adapted, and it is asked whether to go on.
 OSQP's own time limit stops anywhere, which could not be played back."""
