@@ -17,7 +17,6 @@ from rti_mpcc.planning import search
 from rti_mpcc.planning.search import Attempt
 from rti_mpcc.safety.ladder import PLAN_LIFE
 from rti_mpcc.simulation import docking_controller
-from rti_mpcc.simulation.metrics import pull_outs
 from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Command, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import drive, short
@@ -153,21 +152,6 @@ def test_a_goal_that_is_not_finite_is_not_taken_and_the_last_one_stays() -> None
         assert "the last one stays" in command.diagnostics.reason
         assert command.diagnostics.aim.x == pytest.approx(goal.x)
         assert command.diagnostics.aim.y == pytest.approx(goal.y)
-
-
-def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
-    """Beside the middle of the path and turned by 52 deg: there is room, but no way to get round to it. It is
-    pulled out twice, each time to the begin of the path.
-    """
-    scenario = short()
-    goal = scenario.build_path().parts[0].pose(6.0).compose(Pose2(0.0, 0.5, 0.9))
-    run = list(drive(scenario, 145.0, goal_at=lambda now: goal))
-    plant, command = run[-1]
-    assert pull_outs([command.status for _, command in run]) == 2
-    assert command.status is Status.STALLED
-    assert abs(plant.v) <= 0.02
-    assert "no plan" in command.diagnostics.reason
-    assert not any(command.docked for _, command in run)
 
 
 @pytest.mark.parametrize("field", ["x", "y", "phi", "v", "delta"])

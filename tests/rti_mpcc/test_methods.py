@@ -67,7 +67,7 @@ def test_constant_weights_are_the_less_exact_the_smaller_they_are() -> None:
     """At the cusp, which the first part ends in."""
     errors = []
     for method in ("constant_1", "constant_50", "constant_100"):
-        result = run("path_following", method, seconds=32.0)
+        result = run("path_following", method, seconds=26.0)
         cusp = result.path.parts[0].last
         away = np.hypot(result.truth.poses[:, 0] - cusp.x, result.truth.poses[:, 1] - cusp.y)
         errors.append(float(away.min()))

@@ -9,4 +9,4 @@ from tests.rti_mpcc.promises import hold
 
 @pytest.mark.parametrize("chunk", range(3))
 def test_the_promises_hold_whatever_the_controller_is_told(chunk: int) -> None:
-    hold(100, chunk)
+    hold(50, chunk)

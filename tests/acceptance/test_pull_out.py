@@ -1,0 +1,23 @@
+"""What pulling out cannot mend."""
+
+from __future__ import annotations
+
+from geometry import Pose2
+from rti_mpcc.simulation.metrics import pull_outs
+from rti_mpcc.types import Status
+from tests.rti_mpcc.docking_runs import drive, short
+
+
+def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
+    """Beside the middle of the path and turned by 52 deg: there is room, but no way to get round to it. It is
+    pulled out twice, each time to the begin of the path.
+    """
+    scenario = short()
+    goal = scenario.build_path().parts[0].pose(6.0).compose(Pose2(0.0, 0.5, 0.9))
+    run = list(drive(scenario, 145.0, goal_at=lambda now: goal))
+    plant, command = run[-1]
+    assert pull_outs([command.status for _, command in run]) == 2
+    assert command.status is Status.STALLED
+    assert abs(plant.v) <= 0.02
+    assert "no plan" in command.diagnostics.reason
+    assert not any(command.docked for _, command in run)
