@@ -69,6 +69,6 @@ def test_the_same_draw_has_the_same_motion() -> None:
         assert np.array_equal(getattr(once, name), getattr(again, name))
 
 
-@pytest.mark.parametrize("index", [4, 5, 14, 38])
+@pytest.mark.parametrize("index", [14, 38])
 def test_motions_of_drawn_courses_are_feasible(index: int) -> None:
     assert check(drawn_course(1, index, CAMPAIGN)).searched
