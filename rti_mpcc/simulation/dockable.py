@@ -16,9 +16,8 @@ of CURVATURE_SLOPE; where it stands (at its begin, at cusps, where it backs up) 
 first; and it may drive beyond the goal and back up into it by at most BACK. Curvature and clearance are those
 of (1).
 
-That none is found does not prove that there is none: docking_behind, which takes all the curvature that the
-vehicle has, is not proven dockable. Where the body has no room by CLEARANCE at the start, at a cusp or at the
-goal there is none (`cramped`).
+That none is found does not prove that there is none; but where the body has no room by CLEARANCE at the
+start, at a cusp or at the goal there is none (`cramped`).
 """
 
 from __future__ import annotations

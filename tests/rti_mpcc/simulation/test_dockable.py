@@ -28,7 +28,7 @@ def test_witnesses_of_wider_courses_are_feasible(index: int) -> None:
     check(drawn_course(1, index, CAMPAIGN))
 
 
-@pytest.mark.parametrize("name", ["docking_inside", "long_approach", "path_following"])
+@pytest.mark.parametrize("name", ["docking_behind", "docking_inside", "long_approach", "path_following"])
 def test_witnesses_of_built_in_scenarios_are_feasible(name: str) -> None:
     check(load_scenario(name))
 
