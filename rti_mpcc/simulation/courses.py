@@ -17,7 +17,7 @@ from geometry import Pose2, ReferencePath
 from geometry.settings import NonNegative, Positive, Settings
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError, ScenarioError
-from rti_mpcc.simulation.dockable import find_witness
+from rti_mpcc.simulation.dockable import cramped, find_witness
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import scenario_from_dict
 
@@ -26,7 +26,9 @@ DRAWS = 200
 DIGITS = 4
 """Of all that is drawn, so that a saved course is readable."""
 NO_MOTION = "no motion that docks was found"
-"""Why a draw that is a scenario is rejected."""
+"""Why a draw that is a scenario is rejected,"""
+NO_ROOM = "no room for the body at {}"
+"""or else this, where start, cusp or goal leave too little."""
 Count = Annotated[int, Field(ge=0, le=20)]
 Span = tuple[Positive, Positive]
 Tables = dict[str, Any]
@@ -135,7 +137,8 @@ def draws(seed: int, index: int, within: CourseRange | None = None) -> Iterator[
         if find_witness(course) is not None:
             yield course
             return
-        yield NO_MOTION
+        place = cramped(course)
+        yield NO_MOTION if place is None else NO_ROOM.format(place)
 
 
 def _tables(random: np.random.Generator, seed: int, index: int, within: CourseRange) -> Tables:

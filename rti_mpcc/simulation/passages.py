@@ -39,7 +39,7 @@ class Room:
     Attributes:
         vehicle: the body; corridor: of the route; index: of its part.
         part: of the route.
-        curvature: the largest that is allowed [1/m].
+        curvature: the largest that is allowed [1/m]; slope: of it, likewise [1/m²].
     """
 
     vehicle: Vehicle
@@ -47,6 +47,7 @@ class Room:
     index: int
     part: PathPart
     curvature: float
+    slope: float = CURVATURE_SLOPE
 
     def free(self, motion: Array) -> NDArray[np.bool_]:
         """(...) whether the body at poses (..., >= 3) keeps CLEARANCE."""
@@ -59,7 +60,7 @@ class Room:
     def hardness(self, motion: Array, slope: Array) -> Array:
         """(k,) largest share of the limits on curvature and slope that motions (k, m, 4), (k, m) take."""
         bent, turned = np.abs(motion[..., 3]).max(axis=1), np.abs(slope).max(axis=1)
-        return np.asarray(np.maximum(bent / self.curvature, turned / CURVATURE_SLOPE))
+        return np.asarray(np.maximum(bent / self.curvature, turned / self.slope))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -102,6 +103,13 @@ def joined(begins: Array, ends: Array, speeds: Array, room: Room, *, sifted: boo
         sifted: only those along which there seems to be room, by a coarse look.
     """
     begin, end = _pairs(begins, ends, room.part.direction)
+    return among(begins, ends, begin, end, speeds, room, sifted=sifted)
+
+
+def among(
+    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: Room, *, sifted: bool
+) -> Joined:
+    """As `joined`, of the pairs begin, end (p,) alone."""
     begin, end = np.repeat(begin, len(speeds)), np.repeat(end, len(speeds))
     tried = np.tile(speeds, (len(begin) // len(speeds), 1))
     found = []

@@ -12,7 +12,7 @@ from geometry import ReferencePath
 from rti_mpcc.errors import ConfigError, InputError
 from rti_mpcc.simulation import CAMPAIGN, CourseRange, Scenario, drawn_course, scenario_from_dict
 from rti_mpcc.simulation import courses as drawing
-from rti_mpcc.simulation.courses import NO_MOTION, courses, draws
+from rti_mpcc.simulation.courses import NO_MOTION, NO_ROOM, courses, draws
 
 REPORT = CourseRange()
 HALF = 2.069 / 2
@@ -42,11 +42,12 @@ def test_the_same_seed_draws_the_same_course() -> None:
 
 
 def test_draws_tell_why_they_are_rejected_and_end_with_the_course() -> None:
-    drawn = {index: list(draws(1, index, CAMPAIGN)) for index in (5, 11)}
+    drawn = {index: list(draws(1, index, CAMPAIGN)) for index in (12, 16)}
     assert all(found[-1] == drawn_course(1, index, CAMPAIGN) for index, found in drawn.items())
     rejected = [reason for found in drawn.values() for reason in found[:-1]]
     assert all(isinstance(reason, str) for reason in rejected)
     assert NO_MOTION in rejected
+    assert NO_ROOM.format("the start") in rejected
     assert any("the body there crosses" in str(reason) for reason in rejected)
 
 

@@ -2,102 +2,20 @@
 
 from __future__ import annotations
 
-from math import tan
-from typing import Any
-
 import numpy as np
 import pytest
-import shapely
 
-from geometry import Pose2
 from rti_mpcc.simulation import (
     CAMPAIGN,
     Scenario,
-    Witness,
     changed,
-    dockable,
     drawn_course,
     find_witness,
+    following,
     load_scenario,
-    scenario_from_dict,
 )
-from rti_mpcc.simulation.passages import CLEARANCE, CURVATURE_SHARE, CURVATURE_SLOPE, SPACING
-from rti_mpcc.types import Array
-
-LARGEST = CURVATURE_SHARE * tan(0.6) / 2.875
-ROUNDING = 1e-6
-
-
-def course(changes: dict[str, Any] | None = None, *, direction: int = 1, length: float = 20.0) -> Scenario:
-    """Straight along x, 4 m to both sides, a goal 2 m to the left of its end."""
-    tables = {
-        "name": "straight",
-        "path": {
-            "start": [0.0, 0.0, 0.0],
-            "segments": [{"direction": direction, "curvature": 0.0, "length": length}],
-        },
-        "corridor": {"left": 4.0, "right": -4.0},
-        "goal": {"offset": [0.0, 2.0, 0.0]},
-    }
-    return changed(scenario_from_dict(tables), changes or {})
-
-
-def proven(scenario: Scenario) -> Witness:
-    witness = find_witness(scenario)
-    assert witness is not None
-    return witness
-
-
-def outlines(poses: Array) -> list[shapely.Polygon]:
-    """Of the default body, by hand."""
-    body = shapely.box(-0.8027, -1.0345, 3.6775, 1.0345)
-    turn = np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=1)
-    return [
-        shapely.affinity.affine_transform(body, [c, -s, s, c, x, y])
-        for (c, s), (x, y) in zip(turn, poses[:, :2], strict=True)
-    ]
-
-
-def check(scenario: Scenario) -> None:
-    """All that a witness promises, from its poses alone."""
-    witness, path = proven(scenario), scenario.build_path()
-    first, last = Pose2(*witness.poses[0]), Pose2(*witness.poses[-1])
-    for pose, wanted in ((first, path.start), (last, scenario.goal_pose(path))):
-        error = pose.relative_to(wanted)
-        assert max(abs(error.x), abs(error.y), abs(error.phi)) < ROUNDING
-    assert witness.curvature[0] == 0.0
-    assert sorted(set(witness.part.tolist())) == list(range(len(path.parts)))
-    corridor = scenario.build_corridor(path)
-    for index, part in enumerate(path.parts):
-        rows = np.flatnonzero(witness.part == index)
-        _check_driving(witness.poses[rows], witness.curvature[rows], part.direction)
-        lines = [line for side in corridor.lines(index) for line in side]
-        things = shapely.unary_union(
-            [*map(shapely.LineString, lines), *map(shapely.Polygon, corridor.obstacles)]
-        )
-        assert shapely.distance(outlines(witness.poses[rows]), things).min() >= CLEARANCE - ROUNDING
-    for part, cusp in zip(path.parts, np.flatnonzero(np.diff(witness.part)), strict=False):
-        error = Pose2(*witness.poses[cusp]).relative_to(part.last)
-        assert np.abs([error.x, error.y, error.phi]).max() <= 0.1
-        assert witness.poses[cusp + 1] == pytest.approx(witness.poses[cusp])
-        assert witness.curvature[cusp + 1] == pytest.approx(witness.curvature[cusp])
-
-
-def _check_driving(poses: Array, curvature: Array, direction: int) -> None:
-    """One direction, no slip, curvature and its slope within (1)."""
-    step = np.diff(poses, axis=0)
-    way = np.hypot(step[:, 0], step[:, 1])
-    heading = poses[:-1, 2] + 0.5 * step[:, 2]
-    ahead = direction * (step[:, 0] * np.cos(heading) + step[:, 1] * np.sin(heading))
-    aside = step[:, 1] * np.cos(heading) - step[:, 0] * np.sin(heading)
-    assert way.max() <= SPACING + ROUNDING
-    assert (ahead > 0.0).all()
-    assert np.abs(aside).max() < 1e-4
-    bent = direction * step[:, 2] / way
-    assert np.abs(bent).max() <= LARGEST + ROUNDING
-    assert np.abs(bent - 0.5 * (curvature[1:] + curvature[:-1])).max() < 2e-4
-    between = 0.5 * (way[1:] + way[:-1])
-    assert np.abs(np.diff(bent) / between).max() <= CURVATURE_SLOPE + 1e-3
+from rti_mpcc.simulation.dockable import cramped
+from tests.rti_mpcc.simulation.witnesses import check, course
 
 
 @pytest.mark.parametrize("index", range(4))
@@ -110,7 +28,7 @@ def test_witnesses_of_wider_courses_are_feasible(index: int) -> None:
     check(drawn_course(1, index, CAMPAIGN))
 
 
-@pytest.mark.parametrize("name", ["docking_inside", "long_approach", "path_following"])
+@pytest.mark.parametrize("name", ["docking_behind", "docking_inside", "long_approach", "path_following"])
 def test_witnesses_of_built_in_scenarios_are_feasible(name: str) -> None:
     check(load_scenario(name))
 
@@ -134,7 +52,25 @@ def test_a_wall_up_to_shortly_before_the_goal_leaves_no_way() -> None:
 
 def test_a_goal_without_room_for_the_body_is_refused() -> None:
     assert find_witness(course({"corridor.left": 3.1})) is None
+    assert cramped(course({"corridor.left": 3.1})) == "the goal"
     check(course({"corridor.left": 3.2}))
+    assert cramped(course({"corridor.left": 3.2})) is None
+
+
+def test_a_start_and_a_cusp_without_room_are_told() -> None:
+    beside = [[0.0, 1.1], [1.0, 1.1], [1.0, 2.0], [0.0, 2.0]]
+    assert cramped(course({"corridor.obstacles": [beside]})) == "the start"
+    cusp = [
+        {"direction": -1, "curvature": 0.0, "length": 10.0},
+        {"direction": 1, "curvature": 0.0, "length": 30.0},
+    ]
+    at_cusp = [[x - 10.0, y - 0.065] for x, y in beside]
+    there_and_back = course({"path.segments": cusp, "corridor.obstacles": [at_cusp]})
+    assert cramped(there_and_back) == "a cusp"
+    assert find_witness(there_and_back) is None
+    # Within the tolerance of the cusp there is room.
+    farther = [[x, y + 0.05] for x, y in at_cusp]
+    assert cramped(changed(there_and_back, {"corridor.obstacles": [farther]})) is None
 
 
 def test_something_across_the_way_is_refused() -> None:
@@ -185,7 +121,7 @@ def test_a_swing_round_an_obstacle_takes_two_curves(monkeypatch: pytest.MonkeyPa
         box = [[12.0, left], [13.0, left], [13.0, 3.5], [12.0, 3.5]]
         return course({"corridor.obstacles": [box], "goal.offset": [5.0, 1.0, 0.0]}, length=25.0)
 
-    check(standing_in(-0.2))
     assert find_witness(standing_in(-2.0)) is None
-    monkeypatch.setattr(dockable, "_TRIED", 0)
-    assert find_witness(standing_in(-0.2)) is None
+    assert not check(standing_in(-0.2)).searched
+    monkeypatch.setattr(following, "_TRIED", 0)
+    assert check(standing_in(-0.2)).searched
