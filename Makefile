@@ -42,9 +42,10 @@ unit: $(TEST)
 demo: $(RUNTIME)
 	$(VENV)/bin/rti-mpcc run docking_behind
 
-# The directory is named so that its conftest is loaded in the process that collects the workers' figures.
+# tests/acceptance is named so that its conftest is loaded in the process that collects the workers' figures;
+# tests/rti_mpcc has longer forms of its own tests, marked one by one.
 acceptance: $(TEST)
-	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance
+	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance tests/rti_mpcc
 	@echo "figures: runs/acceptance.json"
 
 soak: $(TEST)

@@ -13,7 +13,7 @@ from tests.rti_mpcc.frozen import take
 
 RUNS = [
     ("docking_inside", "default", [0.28, 2.18, 5.18, 10.18, 15.18, 18.18]),
-    ("docking_behind", "default", [0.28, 2.18, 5.18, 10.18, 15.18, 20.18]),
+    ("docking_behind", "default", [0.28, 2.18, 5.18, 10.18, 12.18, 15.18, 20.18]),
     ("path_following", "default", [0.28, 5.18, 15.18, 26.18, 31.18, 38.18]),
     ("docking_full_course", "default", [0.28, 5.18, 15.18, 26.18, 31.18, 38.18]),
     ("long_approach", "default", [0.28, 5.18, 10.18, 20.18, 30.18, 45.18, 50.18, 58.18]),

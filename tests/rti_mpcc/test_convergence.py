@@ -13,7 +13,6 @@ from tests.rti_mpcc.nonlinear_program import NonlinearProgram
 
 STATES = [
     ("docking_inside", "default", 10.18),  # arrival at a goal beside the path
-    ("docking_behind", "default", 12.18),  # arrival behind the path's end, touching a narrowing
     ("long_approach", "default", 30.18),  # contouring with the progress reward
     ("docking_behind", "paper", 5.18),  # all terms of the published code
 ]

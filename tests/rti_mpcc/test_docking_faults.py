@@ -48,7 +48,7 @@ def test_what_cannot_be_avoided_is_touched_at_the_least_speed() -> None:
     [
         ("short", 5.0, 0.2),
         ("short", 5.0, 0.45),
-        ("docking_full_course", 30.0, 0.1),
+        pytest.param("docking_full_course", 30.0, 0.1, marks=pytest.mark.acceptance),
     ],
 )
 def test_what_appears_close_by_is_gone_into_no_deeper_than_it_must(

@@ -13,7 +13,7 @@ GONE = 15.0
 """When the wall is taken away [s]."""
 
 
-@pytest.mark.parametrize("begin", [0.0, 3.0])
+@pytest.mark.parametrize("begin", [0.0, pytest.param(3.0, marks=pytest.mark.acceptance)])
 @pytest.mark.parametrize("direction", [1, -1])
 def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_goes_on_when_it_is_gone(
     direction: int, begin: float

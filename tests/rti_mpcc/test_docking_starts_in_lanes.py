@@ -42,7 +42,9 @@ stands and says so; a minute later it is FAILED and still stands. See README, "L
 
 
 @pytest.mark.parametrize("start", OUTCOMES, ids=str)
-@pytest.mark.parametrize("name", ["docking_inside", "docking_behind"])
+@pytest.mark.parametrize(
+    "name", ["docking_inside", pytest.param("docking_behind", marks=pytest.mark.acceptance)]
+)
 def test_a_start_off_the_path_touches_nothing_and_docks_where_there_is_a_way(name: str, start: Start) -> None:
     scenario, outcome = load_scenario(name), OUTCOMES[start]
     path, config = scenario.build_path(), scenario.controller_config()

@@ -35,6 +35,7 @@ def test_separated_stops_at_its_staging_pose_and_takes_longer() -> None:
     assert times[1] >= 1.4 * times[0]
 
 
+@pytest.mark.acceptance
 def test_separated_turns_about_where_the_goal_cannot_be_reached_from_its_staging_pose() -> None:
     found = summary(run("docking_behind", "separated"))
     assert found["docked"]
@@ -55,6 +56,7 @@ def test_switched_has_no_corridor_once_it_makes_for_the_goal() -> None:
     assert left == pytest.approx(result.config.weights.transition_reach, abs=1.0)
 
 
+@pytest.mark.acceptance
 def test_with_the_default_preset_the_staging_pose_is_arrived_at() -> None:
     result = run("docking_inside", "separated", "default")
     found = summary(result)
@@ -63,6 +65,7 @@ def test_with_the_default_preset_the_staging_pose_is_arrived_at() -> None:
     assert found["min_clearance_m"] >= 0.0
 
 
+@pytest.mark.acceptance
 def test_constant_weights_are_the_less_exact_the_smaller_they_are() -> None:
     """At the cusp, which the first part ends in."""
     errors = []

@@ -7,6 +7,6 @@ import pytest
 from tests.rti_mpcc.promises import hold
 
 
-@pytest.mark.parametrize("chunk", range(3))
+@pytest.mark.parametrize("chunk", range(2))
 def test_the_promises_hold_whatever_the_controller_is_told(chunk: int) -> None:
     hold(50, chunk)
