@@ -21,7 +21,11 @@ def test_default_keeps_to_all_that_it_set_out_for_beside_the_published_code(name
 
 @pytest.mark.parametrize(
     ("comfort", "value"),
-    [("acceleration", 0.15), ("lateral_acceleration", 0.06), ("steering_rate", 0.12)],
+    [
+        ("acceleration", 0.15),
+        ("lateral_acceleration", 0.06),
+        pytest.param("steering_rate", 0.12, marks=pytest.mark.acceptance),
+    ],
 )
 def test_what_is_driven_keeps_to_comfort_and_takes_the_time_expected(comfort: str, value: float) -> None:
     usual, gentle = (
@@ -36,7 +40,7 @@ def test_what_is_driven_keeps_to_comfort_and_takes_the_time_expected(comfort: st
     assert gentle["time_to_dock_s"] == pytest.approx(gentle["expected_time_s"], rel=0.05)
 
 
-@pytest.mark.parametrize("seconds", [11.0, 25.0])
+@pytest.mark.parametrize("seconds", [11.0, pytest.param(25.0, marks=pytest.mark.acceptance)])
 def test_the_time_asked_for_is_taken(seconds: float) -> None:
     found = summary(simulate(changed(short(), {"controller.docking_time": seconds})))
     assert found["docked"]

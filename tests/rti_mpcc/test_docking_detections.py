@@ -96,11 +96,14 @@ def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     assert (part == 1).all()  # visible after the cusp only
 
 
-@pytest.mark.parametrize("name", ["docking_moving_goal", "docking_blackout"])
+@pytest.mark.parametrize(
+    "name", ["docking_moving_goal", pytest.param("docking_blackout", marks=pytest.mark.acceptance)]
+)
 def test_moving_goal_and_blackout_dock_on_the_true_goal(name: str) -> None:
     assert_docked_on_the_true_goal(simulate(load_scenario(name), seed=0))
 
 
+@pytest.mark.acceptance
 def test_filtered_detections_steer_less_than_raw_ones() -> None:
     scenario = noisy(dropout=0.0, outlier=0.0)
     energy = {

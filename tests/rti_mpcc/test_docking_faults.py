@@ -47,7 +47,7 @@ def test_what_cannot_be_avoided_is_touched_at_the_least_speed() -> None:
     ("scenario", "begin", "gap"),
     [
         ("short", 5.0, 0.2),
-        ("short", 5.0, 0.45),
+        pytest.param("short", 5.0, 0.45, marks=pytest.mark.acceptance),
         pytest.param("docking_full_course", 30.0, 0.1, marks=pytest.mark.acceptance),
     ],
 )

@@ -14,7 +14,7 @@ GONE = 15.0
 
 
 @pytest.mark.parametrize("begin", [0.0, pytest.param(3.0, marks=pytest.mark.acceptance)])
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
 def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_goes_on_when_it_is_gone(
     direction: int, begin: float
 ) -> None:

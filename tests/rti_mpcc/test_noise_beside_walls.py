@@ -18,7 +18,10 @@ def between_walls(direction: int, offset: float) -> Scenario:
     return straight(direction, corridor={"narrowings": [walls]}, state_noise=NOISE, steering_offset=offset)
 
 
-@pytest.mark.parametrize(("direction", "offset"), [(1, 0.0175), (-1, 0.0175), (-1, -0.0175)])
+@pytest.mark.parametrize(
+    ("direction", "offset"),
+    [pytest.param(1, 0.0175, marks=pytest.mark.acceptance), (-1, 0.0175), (-1, -0.0175)],
+)
 def test_noise_beside_a_wall_is_not_answered_with_all_the_steering(direction: int, offset: float) -> None:
     figures = summary(simulate(between_walls(direction, offset), seed=1))
     assert figures["docked"]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import tracemalloc
 
+import pytest
+
 from benchmarks.soak import GROWTH, Shuttle, failed
 
 WARM_UP, CYCLES = 420, 520
@@ -28,6 +30,7 @@ def held(shuttle_cycles: list[int]) -> list[int]:
     return found
 
 
+@pytest.mark.acceptance
 def test_memory_is_flat_once_it_is_warm_and_no_cycle_fails() -> None:
     warm, later = held([WARM_UP, CYCLES])
     assert later <= (1.0 + GROWTH) * warm
