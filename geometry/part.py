@@ -131,6 +131,12 @@ class PathPart:
             phi,
         )
 
+    def progress(self, pose: Pose2, theta: float) -> float:
+        """Return the theta of a pose that projects to `theta` [m]: behind the end along the tangent, too."""
+        if theta < self.end:
+            return theta
+        return self.end + max(0.0, self.direction * pose.relative_to(self.last).x)
+
     def driven_back(self, begin: float, end: float) -> PathPart:
         """Return the way back along this part from theta `begin` to `end` [m], straight beyond its own ends.
 

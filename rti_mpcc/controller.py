@@ -476,12 +476,9 @@ def goal_on(part: PathPart, goal: Pose2, *, near: float | None = None) -> Target
         near: where its last projection was, if it has hardly moved, so that noise makes no jumps [m].
     """
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
-    reference = part.pose(theta)
-    if theta >= part.end:  # behind the end: along the extrapolated path
-        theta = part.end + max(0.0, part.direction * goal.relative_to(reference).x)
     return Target(
-        pose=replace(goal, phi=lift(goal.phi, reference.phi)),
-        theta=theta,
+        pose=replace(goal, phi=lift(goal.phi, part.pose(theta).phi)),
+        theta=part.progress(goal, theta),
         theta_end=part.end,
         kind=TargetKind.POSE,
     )

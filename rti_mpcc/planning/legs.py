@@ -6,7 +6,7 @@ from math import hypot
 
 from geometry import PathPart, Pose2
 from rti_mpcc.config import ControllerConfig, Method
-from rti_mpcc.model.layout import POSE, THETA
+from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, renewed
 from rti_mpcc.planning.route import PATIENCE, STANDSTILL_SPEED, STANDSTILL_TIME, restart, stands
 from rti_mpcc.types import Array
@@ -41,8 +41,7 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
         return False
     if situation.inside(situation.error):
         return True
-    near = hypot(situation.error.x, situation.error.y) <= CUSP_REACH
-    return near and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
+    return _near(situation) and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
 
 
 def way_back(
@@ -56,26 +55,28 @@ def way_back(
     plans = config.arrival and config.method is Method.DYNAMIC
     if not (stalled and plans and memory.pulled_out < len(PULL_OUT)):
         return None
-    begin = float(situation.state[THETA])
-    if begin >= part.end:  # behind the end: along the path extrapolated straight
-        here = Pose2(*situation.state[:POSE].tolist())
-        begin = part.end + max(0.0, part.direction * here.relative_to(part.last).x)
+    *here, theta = situation.state[[X, Y, PHI, THETA]].tolist()
+    begin = part.progress(Pose2(*here), theta)
     end = max(begin - PULL_OUT[memory.pulled_out], part.start)
     return PullOut(begin=begin, end=end) if begin - end >= LEAST_WAY else None
 
 
 def pulling_out(memory: ControllerMemory, situation: Situation, way: PullOut) -> ControllerMemory:
     """The memory at the beginning of a way back."""
-    memory = renewed(restart(memory), pull_out=way, restarts=0, standing_since=situation.now)
-    return renewed(memory, reached=_placed(situation.state, way.begin))
+    return renewed(
+        restart(memory),
+        pull_out=way,
+        restarts=0,
+        standing_since=situation.now,
+        reached=_placed(situation.state, way.begin),
+    )
 
 
 def has_pulled_out(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:
     """Whether the way back is over: at its end, or where there is no getting on."""
     if memory.pull_out is None or not stands(memory, situation, dead_time):
         return False
-    near = hypot(situation.error.x, situation.error.y) <= CUSP_REACH
-    there = situation.free and (near or memory.phase is Phase.STALLED)
+    there = situation.free and (_near(situation) or memory.phase is Phase.STALLED)
     return there or stands(memory, situation, PATIENCE)
 
 
@@ -83,8 +84,21 @@ def coming_again(memory: ControllerMemory, situation: Situation) -> ControllerMe
     """The memory at the end of a way back."""
     assert memory.pull_out is not None
     theta = 2.0 * memory.pull_out.begin - float(situation.state[THETA])
-    memory = renewed(restart(memory), pull_out=None, pulled_out=memory.pulled_out + 1, restarts=0, stop=None)
-    return renewed(memory, reached=_placed(situation.state, theta), latched="", looked_at=None)
+    return renewed(
+        restart(memory),
+        pull_out=None,
+        pulled_out=memory.pulled_out + 1,
+        restarts=0,
+        stop=None,
+        reached=_placed(situation.state, theta),
+        latched="",
+        looked_at=None,
+    )
+
+
+def _near(situation: Situation) -> bool:
+    """Whether the target, a cusp or the end of a way back, is near enough to go on from."""
+    return hypot(situation.error.x, situation.error.y) <= CUSP_REACH
 
 
 def _placed(state: Array, theta: float) -> Array:

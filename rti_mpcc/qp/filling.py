@@ -198,11 +198,11 @@ def fill_corridor(
 def _loosen(values: QpValues, pattern: QpPattern) -> None:
     """No half-plane acts: no slopes, but still a relief, which keeps the pattern."""
     lower = block(values.lower, pattern.corridor_rows)
-    ease = _ease(np.full(lower.shape, -LOOSE), eased=True)
+    ease = float(_ease(np.array(-LOOSE), eased=True))
     if (lower == LOOSE / ease).all():
         return
     rows = CorridorRows(np.zeros((*lower.shape, 3)), np.full(lower.shape, LOOSE))
-    _write_half_planes(values, pattern, rows, ease)
+    _write_half_planes(values, pattern, rows, np.full(lower.shape, ease))
 
 
 def _write_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows, ease: Array) -> None:
