@@ -216,7 +216,7 @@ class RtiMpcc:
             arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
             cartesian: make for the target's pose over the cruise horizon, either way, whatever path and
                 corridor are.
-            retreat: speed allowed against the part's direction [m/s].
+            retreat: speed allowed against the part's direction near the target [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
             pace: how the solver steps; None: as suits a plan that goes on from the last solution, or one from
                 `plan`, which may be far from its optimum.
@@ -252,8 +252,8 @@ class RtiMpcc:
         cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         ends = arrive_at is not None or cartesian or not config.arrival
-        retreat = config.limits.speed if cartesian else retreat
-        bounds = stage_bounds(config, target, self.part.direction, theta, retreat=retreat, ends=ends)
+        way_back = {"retreat": config.limits.speed, "reach": np.inf} if cartesian else {"retreat": retreat}
+        bounds = stage_bounds(config, target, self.part.direction, theta, ends=ends, **way_back)
 
         values, pattern = self._values, self._pattern
         self._solver.pace(pace)

@@ -205,7 +205,9 @@ class Driver:
         memory, begun = self._memory, self._memory.unfinished
         left = inf
         if begun is not None and begun.stop is None and cut < inf:
-            guess = search.first_guess(self._mpcc, renewed(memory, arrive_at=begun.arrive_at), situation)
+            guess = search.first_guess(
+                self._mpcc, renewed(memory, arrive_at=begun.arrive_at, backs=begun.backs), situation
+            )
             way = self._way_to_contact(guess, inf)
             left = (way if way < inf else cut) - contact.stop_clearance(self.config)
         if stops.NEAR_STOP < left < inf:
@@ -242,13 +244,57 @@ class Driver:
         return attempt
 
     def _begin(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
-        """Search from a first guess; where something fills the way, for a stop before it."""
-        self._memory = route.begin_phase(self._memory, situation, self.config)
+        """Search from a first guess; where that misses the goal, for an arrival that backs up into it.
+
+        Where there is none either, what was found first is driven.
+        """
+        before, begun = self._memory, self._memory.unfinished
+        onward = None
+        if begun is None or not begun.backs:
+            onward = self._begin_onward(situation, clock)
+            attempt, other = onward
+            if attempt.cut or (other.free and search.reaches(attempt, other)):
+                return onward
+        found = self._memory
+        backing = route.begin_backing(before, situation, self.config)
+        if backing is not None:
+            self._memory = backing
+            self._aim()
+            attempt = self._begin_backing(situation, clock)
+            if attempt.cut or not attempt.problem:
+                return attempt, situation
+        if onward is None:
+            self._memory = renewed(before, unfinished=None)
+            return self._begin_onward(situation, clock)
+        self._memory = found
+        self._aim()
+        return onward
+
+    def _begin_backing(self, situation: Situation, clock: CycleClock) -> Attempt:
+        """Search for an arrival that passes the goal and backs up into it, clear of everything."""
+        attempt, _ = self._search_first(situation, clock)
+        if attempt.cut:
+            return attempt
+        if not search.reaches(attempt, situation):
+            return replace(attempt, problem=attempt.problem or "backing up does not end at the goal")
+        if self._way_to_contact(attempt.solutions[-1].trajectory, inf) < inf:
+            return replace(attempt, problem="backing up meets something")
+        self._memory = route.begun(self._memory, situation)
+        return attempt
+
+    def _search_first(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Trajectory]:
+        """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
         guess = search.first_guess(self._mpcc, self._memory, situation)
         unfinished = self._memory.unfinished
         start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished, guess)
         attempt = self._search(situation, start, clock)
         self._memory = search.left_unfinished(self._memory, situation, attempt)
+        return attempt, guess
+
+    def _begin_onward(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
+        """Search from a first guess; where something fills the way, for a stop before it."""
+        self._memory = route.begin_phase(self._memory, situation, self.config)
+        attempt, guess = self._search_first(situation, clock)
         if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
             way = self._way_in(attempt, guess)
             if way < inf and not (attempt.problem or attempt.squeezed):

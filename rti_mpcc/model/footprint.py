@@ -1,15 +1,38 @@
-"""The vehicle's body, and the discs along its axis that cover it for the corridor rows."""
+"""The vehicle's body, and the discs along its axis that cover it for the corridor rows.
+
+A disc covers a piece of the body, a rectangle of half length a and half width b, and reaches far beyond its
+ends: it may touch a wall that the body is still clear of. So towards a wall that lies ahead of the piece, or
+behind it, not the disc's radius counts but how far the piece itself reaches. With n the wall's normal, u and
+v the axis of the body and what is at right angles to it,
+
+(F1)  h = min(r, a |n·u| + b sqrt((n·v)² + e²))  where |n·u| >= a/r,   h = r elsewhere,   r = hypot(a, b).
+
+At |n·u| = a/r the corner of the piece points at the wall, and there disc and piece reach equally far. Beside
+the body the disc's radius stays, which is r - b more than it needs. e makes (F1) smooth where a wall is
+exactly ahead, at the price of b e.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import hypot
+from typing import NamedTuple
 
 import numpy as np
 
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.types import Array
+
+ROUND = 0.05
+"""e of (F1), a sine."""
+
+
+class Reach(NamedTuple):
+    """How far pieces of the body reach towards walls [m], and how that changes as the body turns [m/rad]."""
+
+    value: Array
+    slope: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,18 +41,34 @@ class Discs:
 
     Attributes:
         offsets: (n,) centres along the body axis, ahead of the rear axle [m].
-        radius: [m].
+        half_length, half_width: a, b of the piece of the body that each of them covers [m].
     """
 
     offsets: Array
-    radius: float
+    half_length: float
+    half_width: float
+
+    @property
+    def radius(self) -> float:
+        """r [m]."""
+        return hypot(self.half_length, self.half_width)
+
+    def reach(self, along: Array, across: Array) -> Reach:
+        """Equation (F1) for walls whose normals have the components `along` n·u and `across` n·v."""
+        wide = np.hypot(across, ROUND)
+        value = self.half_length * np.abs(along) + self.half_width * wide
+        radius = self.radius
+        ahead = (np.abs(along) >= self.half_length / radius) & (value < radius)
+        # d(n·u)/dphi = n·v, d(n·v)/dphi = -n·u
+        slope = self.half_length * np.sign(along) * across - self.half_width * across * along / wide
+        return Reach(np.where(ahead, value, radius), np.where(ahead, slope, 0.0))
 
 
 def cover(vehicle: Vehicle, count: int) -> Discs:
     """The smallest `count` equal discs on the body axis that cover the body rectangle."""
     length = vehicle.front + vehicle.rear
     offsets = -vehicle.rear + (np.arange(count) + 0.5) * length / count
-    return Discs(offsets=offsets, radius=disc_radius(vehicle, count))
+    return Discs(offsets=offsets, half_length=0.5 * length / count, half_width=0.5 * vehicle.width)
 
 
 def disc_radius(vehicle: Vehicle, count: int) -> float:

@@ -13,6 +13,9 @@ from rti_mpcc.types import Array
 OVERRUN = 0.1
 """How far the progress may pass the stop point of a goal pose [m] (published code)."""
 
+RETREAT_REACH = 2.0
+"""So near the stop point a vehicle may back off, or up into its goal, against the part's direction [m]."""
+
 HEADROOM = 1.5
 """Share of the speed limit that theta_dot may reach, so that no bound on it and the one on v ever say the
 same twice."""
@@ -38,6 +41,7 @@ def stage_bounds(
     theta: Array,
     *,
     retreat: float = 0.0,
+    reach: float = RETREAT_REACH,
     ends: bool = True,
 ) -> StageBounds:
     """The limits, one direction of motion, and the speed profile where the configuration has one.
@@ -45,7 +49,7 @@ def stage_bounds(
     Args:
         direction: d of the part: d v >= -retreat [m/s].
         theta: (N+1,) progress of the plan that is linearised about [m].
-        retreat: speed allowed against the direction [m/s].
+        retreat: speed allowed against the direction [m/s], from `reach` [m] before the stop point on.
         ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
             it gets there goes on along the extrapolated path.
     """
@@ -57,7 +61,7 @@ def stage_bounds(
         left = np.maximum(target.stop - theta[1:], 0.0)
         speed = np.minimum(speed, np.sqrt(final**2 + 2.0 * profile.deceleration * left))
     states = np.empty((stages, 2, 3))
-    slow = np.full(stages, min(retreat, limits.speed))
+    slow = np.where(theta[1:] >= target.stop - reach, min(retreat, limits.speed), 0.0)
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
     states[:, 0, 1], states[:, 1, 1] = -limits.steering, limits.steering
     states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + overrun(target) if ends else np.inf

@@ -1,7 +1,10 @@
 """Half-plane rows that keep every disc of the body inside the corridor.
 
-(H1)  n · (c - b) >= radius + margin,   c = (x, y) + o (cos phi, sin phi)
-(H2)  n_x dx + n_y dy + o (n_y cos phi - n_x sin phi) dphi + slack >= radius + margin - n · (c - b)
+(H1)  n · (c - b) >= h + margin,   c = (x, y) + o (cos phi, sin phi)
+(H2)  n_x dx + n_y dy + (o (n_y cos phi - n_x sin phi) - dh/dphi) dphi + slack >= h + margin - n · (c - b)
+
+with h how far the disc, or the piece of the body in it, reaches towards the wall, (F1) of
+rti_mpcc.model.footprint.
 """
 
 from __future__ import annotations
@@ -47,17 +50,19 @@ def corridor_rows(
         margin: kept between disc and boundary [m]; near: farther boundaries do not act [m].
     """
     stages, count = len(states), len(discs.offsets)
-    gap = discs.radius + margin - planes.distance.reshape(stages, count, -1)
-    acts = gap > -near
+    apart = planes.distance.reshape(stages, count, -1) - margin
+    acts = apart < discs.radius + near
     if not acts.any():
         return None
     normal = planes.normal.reshape(stages, count, -1, 2)
     c, s = np.cos(states[:, PHI])[:, None, None], np.sin(states[:, PHI])[:, None, None]
+    across = normal[..., 1] * c - normal[..., 0] * s
+    reach = discs.reach(normal[..., 0] * c + normal[..., 1] * s, across)
     slopes = np.empty((*normal.shape[:3], 3))
     slopes[..., :2] = normal
-    slopes[..., 2] = discs.offsets[None, :, None] * (normal[..., 1] * c - normal[..., 0] * s)
+    slopes[..., 2] = discs.offsets[None, :, None] * across - reach.slope
     slopes *= acts[..., None]
-    return CorridorRows(slopes, np.where(acts, gap, LOOSE))
+    return CorridorRows(slopes, np.where(acts, reach.value - apart, LOOSE))
 
 
 def drifting(states: Array, lengths: Array, wheelbase: float) -> Array:

@@ -6,7 +6,8 @@ iteration never begins there: at the start, after a cusp, a stop or a change of 
 
 from __future__ import annotations
 
-from math import atan, cos, sqrt, tan
+from dataclasses import replace
+from math import atan, cos, sin, sqrt, tan
 
 import numpy as np
 
@@ -17,6 +18,10 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA
 from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.types import Array, Trajectory
 
+PASS = 1.0
+"""How far the guess of an arrival that backs up into its goal drives beyond it [m]."""
+BACK_TIME = 10.0
+"""How long its way back takes [s]."""
 BLEND = 12.0
 """Way over which an offset at the start or at the target fades into the path [m], at least."""
 GENTLE = 0.1
@@ -37,6 +42,35 @@ def arrival_guess(
     s = speed * span * (tau - 2.0 * tau**2 + tau**3) + way * (3.0 * tau**2 - 2.0 * tau**3)
     rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + way / span * 6.0 * (tau - tau**2)
     return along_path(part, target, state, times, np.maximum.accumulate(s), np.maximum(rate, 0.0), config)
+
+
+def backing_guess(
+    part: PathPart, target: Target, state: Array, times: Array, way: float, config: ControllerConfig
+) -> Trajectory:
+    """The arrival over `times` (N+1,) that ends `PASS` beyond the target, and from there straight back to it.
+
+    The way back is a cubic, too, and takes the last `BACK_TIME` of it.
+    """
+    d, goal = part.direction, target.pose
+    turn = max(int(np.searchsorted(times, times[-1] - BACK_TIME)), 2)
+    beyond = replace(
+        target,
+        pose=goal.compose(Pose2(d * PASS, 0.0, 0.0)),
+        theta=target.theta + PASS,
+        theta_end=max(target.theta_end, target.stop + PASS),
+    )
+    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + PASS, config).states
+    span = times[-1] - times[turn]
+    tau = (times[turn + 1 :] - times[turn]) / span
+    left = PASS * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)
+    back = np.zeros((len(tau), STATES))
+    back[:, X] = goal.x + d * left * cos(goal.phi)
+    back[:, Y] = goal.y + d * left * sin(goal.phi)
+    back[:, PHI] = lift(goal.phi, float(onward[-1, PHI]))
+    back[:, V] = -d * PASS / span * 6.0 * (tau - tau**2)
+    states = np.concatenate((onward, back))
+    states[1:, THETA] = np.minimum(np.append(onward[1:, THETA], np.full(len(tau), np.inf)), target.stop)
+    return _driven(times, states, config)
 
 
 def cruise_guess(
@@ -76,6 +110,11 @@ def along_path(
     states = _faded(part, target, state, s, rate, config)
     if led:
         states = np.vstack([lead[:-1], states])
+    return _driven(times, states, config)
+
+
+def _driven(times: Array, states: Array, config: ControllerConfig) -> Trajectory:
+    """States (N+1, 6) at `times` (N+1,) with the controls that lead from one to the next, within limits."""
     lengths = np.diff(times)
     controls = np.empty((len(lengths), CONTROLS))
     controls[:, A] = np.diff(states[:, V]) / lengths

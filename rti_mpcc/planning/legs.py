@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import hypot
 
 from geometry import PathPart, Pose2
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, renewed
-from rti_mpcc.planning.route import PATIENCE, STANDSTILL_SPEED, STANDSTILL_TIME, restart, stands
+from rti_mpcc.planning.route import PATIENCE, STANDSTILL_SPEED, STANDSTILL_TIME, comes_again, restart, stands
 from rti_mpcc.types import Array
 
 CUSP_REACH = 0.5
@@ -47,13 +47,9 @@ def may_change_direction(memory: ControllerMemory, situation: Situation, dead_ti
 def way_back(
     memory: ControllerMemory, situation: Situation, part: PathPart, config: ControllerConfig
 ) -> PullOut | None:
-    """The way back that a vehicle which has stalled is to drive next; None if it has to stay where it is.
-
-    Only a planned arrival is come to again: the objectives of the paper stall where they did before.
-    """
+    """The way back that a vehicle which has stalled is to drive next; None if it has to stay where it is."""
     stalled = memory.phase is Phase.STALLED and situation.free and memory.pull_out is None
-    plans = config.arrival and config.method is Method.DYNAMIC
-    if not (stalled and plans and memory.pulled_out < len(PULL_OUT)):
+    if not (stalled and comes_again(config) and memory.pulled_out < len(PULL_OUT)):
         return None
     *here, theta = situation.state[[X, Y, PHI, THETA]].tolist()
     begin = part.progress(Pose2(*here), theta)

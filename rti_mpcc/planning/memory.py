@@ -69,6 +69,7 @@ class Unfinished:
         iterate: how far the QP had come that was stopped, or None.
         target: what the plan is to end in; stop: where that is a stop before something in the way, or None.
         arrive_at: when it is to be there [s], or None; begin: when the plan begins [s].
+        backs: see `ControllerMemory`.
     """
 
     solution: Solution | None
@@ -78,6 +79,7 @@ class Unfinished:
     stop: PlannedStop | None
     arrive_at: float | None
     begin: float
+    backs: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,6 +101,7 @@ class ControllerMemory:
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         clear_of: number of obstacle changes up to which the driven plan is known to be clear of them.
         arrive_at: planned time of arrival at rest [s]; None while contouring.
+        backs: the arrival passes the goal and backs up into it.
         cartesian: from here on only the goal pose counts (`Method.SEPARATED`, `Method.SWITCHED`).
         timed_for: the pose that this time was last set for.
         overdue_since: since when that arrival has its shortest time to go, whatever way is left [s], or None.
@@ -137,6 +140,7 @@ class ControllerMemory:
     accepted_at: float | None = None
     clear_of: int = 0
     arrive_at: float | None = None
+    backs: bool = False
     cartesian: bool = False
     timed_for: Pose2 | None = None
     overdue_since: float | None = None

@@ -9,7 +9,9 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import THETA, V
+from rti_mpcc.ocp.bounds import RETREAT_REACH
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
+from rti_mpcc.planning.guess import BACK_TIME, PASS
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished, renewed
 from rti_mpcc.types import Trajectory
 
@@ -41,12 +43,10 @@ PATIENCE = 5.0
 """A vehicle that stands so long without a first plan [s] says that it failed, and looks less often."""
 RESTARTS = 3
 """So often a vehicle that stopped outside the tolerance tries again."""
-RETREAT_REACH = 2.0
-"""Distance to the target within which a vehicle that tries again may back off [m]."""
 RETRY_TIME = 10.0
 """A vehicle that tries again takes at least so long [s]: it may have to back off first."""
 RETREAT_SPEED = 0.3
-"""Speed of backing off, against the direction of the part [m/s]."""
+"""Speed of backing off, or up into the goal, against the direction of the part [m/s]."""
 LOST_CYCLES = 2.5
 """After a gap of more cycles than this an arrival gets the time again that its way takes."""
 MOVED = 0.1
@@ -129,10 +129,11 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
             memory,
             unfinished=begun,
             arrive_at=begun.arrive_at,
+            backs=begun.backs,
             timed_for=situation.target.pose,
             overdue_since=None,
         )
-    memory = renewed(memory, unfinished=None)
+    memory = renewed(memory, unfinished=None, backs=False)
     if not _arrives(memory, situation, config):
         return renewed(memory, arrive_at=None, overdue_since=None)
     duration = _duration(situation, config)
@@ -146,6 +147,24 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
         timed_for=situation.target.pose,
         overdue_since=None,
     )
+
+
+def begin_backing(
+    memory: ControllerMemory, situation: Situation, config: ControllerConfig
+) -> ControllerMemory | None:
+    """The same for an arrival that passes the goal and backs up into it; None: there is none to begin."""
+    if not (comes_again(config) and situation.last_part and situation.free):
+        return None
+    memory = begin_phase(memory, situation, config)
+    if memory.arrive_at is None or memory.backs:
+        return memory if memory.backs else None
+    duration = _duration(situation, config, beyond=PASS) + BACK_TIME
+    return renewed(memory, backs=True, arrive_at=situation.begin + duration)
+
+
+def comes_again(config: ControllerConfig) -> bool:
+    """Whether a goal that is missed is made for by other ways: the paper's objectives stall as they did."""
+    return config.arrival and config.method is Method.DYNAMIC
 
 
 def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0) -> bool:
@@ -165,6 +184,7 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
         driven=None,
         accepted_at=None,
         arrive_at=None,
+        backs=False,
         overdue_since=None,
         outside_since=None,
     )
@@ -249,10 +269,11 @@ def _arrives(memory: ControllerMemory, situation: Situation, config: ControllerC
     return within_reach(situation.way, situation.speed, config, situation.pace, theta)
 
 
-def _duration(situation: Situation, config: ControllerConfig) -> float:
-    """What the arrival takes from here [s]."""
-    highest = situation.pace.ahead(float(situation.state[THETA]), situation.way)
-    return time_to_go(situation.way, situation.speed, config.arrival_acceleration, highest)
+def _duration(situation: Situation, config: ControllerConfig, beyond: float = 0.0) -> float:
+    """What the arrival, or one so much beyond the target [m], takes from here [s]."""
+    way = situation.way + beyond
+    highest = situation.pace.ahead(float(situation.state[THETA]), way)
+    return time_to_go(way, situation.speed, config.arrival_acceleration, highest)
 
 
 def _beside(memory: ControllerMemory, situation: Situation) -> bool:
@@ -279,9 +300,9 @@ def _stalled(memory: ControllerMemory, situation: Situation, config: ControllerC
 
 
 def retreat(memory: ControllerMemory, situation: Situation) -> float:
-    """Speed allowed against the direction of the part [m/s]: only to try again, near the target."""
+    """Speed allowed near the target against the part's direction [m/s]: to back up into it, or try again."""
     near = hypot(situation.error.x, situation.error.y) <= RETREAT_REACH
-    return RETREAT_SPEED if memory.restarts > 0 and near else 0.0
+    return RETREAT_SPEED if memory.backs or (memory.restarts > 0 and near) else 0.0
 
 
 def _timed(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:

@@ -7,6 +7,7 @@ from math import hypot, radians
 
 import numpy as np
 
+from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
@@ -15,7 +16,7 @@ from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
-from rti_mpcc.planning.guess import arrival_guess, cruise_guess
+from rti_mpcc.planning.guess import arrival_guess, backing_guess, cruise_guess
 from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished, renewed
 from rti_mpcc.planning.route import retreat
 from rti_mpcc.qp.solver import AGAIN, FAR, Pace
@@ -217,6 +218,7 @@ def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Att
         stop=memory.stop,
         arrive_at=memory.arrive_at,
         begin=situation.begin,
+        backs=memory.backs,
     )
     return renewed(memory, unfinished=unfinished)
 
@@ -228,7 +230,16 @@ def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -
     times = stage_times(situation.begin, stage_lengths(horizon, config.cycle, config.stages))
     if memory.objective is Objective.CONTOURING:
         return cruise_guess(mpcc.part, mpcc.target, situation.state, times, config)
-    return arrival_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
+    guess = backing_guess if memory.backs else arrival_guess
+    return guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
+
+
+def reaches(attempt: Attempt, situation: Situation) -> bool:
+    """Whether the last iterate is a plan past everything to within the tolerance of its target."""
+    if attempt.problem or attempt.squeezed:
+        return False
+    end = Pose2(*attempt.solutions[-1].trajectory.states[-1, [X, Y, PHI]].tolist())
+    return situation.inside(end.relative_to(situation.target.pose))
 
 
 def _squeezed(solution: Solution, target: Target, *, arriving: bool) -> bool:
