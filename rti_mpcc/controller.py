@@ -181,6 +181,12 @@ class RtiMpcc:
             self.target = goal_on(self.part, goal, near=last.theta if still else None)
         self._goal = goal
 
+    def set_end(self, pose: Pose2) -> None:
+        """End the part at a pose just beside its own end, where its heading is lifted to."""
+        pose = replace(pose, phi=lift(pose.phi, self.part.last.phi))
+        self.target = replace(path_end(self.part), pose=pose)
+        self._goal = None
+
     def set_stop(self, theta: float) -> None:
         """Stop on the path at progress `theta` [m]."""
         theta = min(theta, self.part.end)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 
-from geometry import Corridor, HalfPlanes, ReferencePath
+from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, legs, route, search, sensing, stops
 from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.cusp import cusp_pose
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, renewed
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.search import Attempt, Start
@@ -41,6 +42,7 @@ class Driver:
         self._surroundings = Surroundings.of(corridor, path, config)
         self._paces = tuple(pace_of(part, config) for part in path.parts)
         self._memory = ControllerMemory()
+        self._cusps: dict[int, tuple[int, Pose2]] = {}
         self._begin_leg()
 
     def _begin_leg(self) -> None:
@@ -75,8 +77,20 @@ class Driver:
             self._mpcc.set_stop(self._memory.stop.at)
         elif self._to_staging:
             self._mpcc.set_stop(legs.staging_stop(self._mpcc.part, self._memory.goal, self.config))
+        elif self._on_last_part:
+            self._mpcc.set_goal(self._memory.goal)
+        elif self._memory.pull_out is None and self.config.arrival:
+            self._mpcc.set_end(self._cusp())
         else:
-            self._mpcc.set_goal(self._memory.goal if self._on_last_part else None)
+            self._mpcc.set_goal(None)
+
+    def _cusp(self) -> Pose2:
+        """Where the direction is to change, clear of what is known now."""
+        index, changes = self._memory.part, self._surroundings.changes
+        if self._cusps.get(index, (-1, None))[0] != changes:
+            pose = cusp_pose(self._mpcc.part.last, self._surroundings.corridor, index, self.config)
+            self._cusps[index] = changes, pose
+        return self._cusps[index][1]
 
     def _may_be_free(self) -> bool:
         return stops.may_be_free(self._memory, self._memory.now, self._surroundings.changes)

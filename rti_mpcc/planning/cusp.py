@@ -1,0 +1,41 @@
+"""Where to change direction: at a cusp's pose, or beside it where the body is in the way of the next part.
+
+The boundaries of the next part act from the change on. A body that stands exactly at the cusp may reach over
+one of them, of a narrowing or an obstacle just there, without the part that ends there knowing it.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from geometry import Corridor, Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning.route import CUSP_TOLERANCE
+from rti_mpcc.types import Array
+
+SHIFT = 0.7
+"""Share of the tolerance at a cusp by which the pose that is made for may lie beside it."""
+_STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.norm)
+
+
+def cusp_pose(cusp: Pose2, corridor: Corridor, index: int, config: ControllerConfig) -> Pose2:
+    """The pose to change direction at, at the end of part `index`.
+
+    It is the nearest one to `cusp` at which the body keeps the corridor's margin on this part and on the
+    next, or, within `SHIFT` of the tolerance, the one that comes nearest to that.
+    """
+    margin = config.footprint.margin
+    if _room([cusp], corridor, index, config)[0] >= margin:
+        return cusp
+    poses = [cusp.compose(Pose2(*(SHIFT * np.multiply(CUSP_TOLERANCE, step)).tolist())) for step in _STEPS]
+    room = np.minimum(_room(poses, corridor, index, config), margin)
+    return poses[int(np.argmax(room))]  # the first of equals is the nearest
+
+
+def _room(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
+    """Clearance (n,) of the body [m] on the part and on the next one."""
+    bodies = body_polygons(np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.vehicle)
+    return np.minimum(corridor.clearance(index, bodies), corridor.clearance(index + 1, bodies))
