@@ -289,6 +289,9 @@ class Driver:
         attempt, _ = self._search_first(situation, clock)
         if attempt.cut:
             return attempt
+        if not (attempt.problem or search.reaches(attempt, situation)):
+            more = self._search(situation, search.further(attempt), clock)
+            attempt = attempt if more.cut else attempt.then(more)
         if not search.reaches(attempt, situation):
             return replace(attempt, problem=attempt.problem or "backing up does not end at the goal")
         if self._way_to_contact(attempt.solutions[-1].trajectory, inf) < inf:
