@@ -23,6 +23,8 @@ from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Objective, Source, Status, Trajectory
 
 TOO_LATE = "the plan came after the deadline"
+MISSED = 1.5
+"""A first plan that ends within so many times the goal tolerance is no reason to back up into the goal."""
 
 
 class Driver:
@@ -263,14 +265,13 @@ class Driver:
         Where there is none either, what was found first is driven.
         """
         before, begun = self._memory, self._memory.unfinished
+        backing = route.begin_backing(before, situation, self.config)
         onward = None
         if begun is None or not begun.backs:
             onward = self._begin_onward(situation, clock)
-            attempt, other = onward
-            if attempt.cut or (other.free and search.reaches(attempt, other)):
+            if backing is None or onward[0].cut or self._leads_there(*onward, clock):
                 return onward
         found = self._memory
-        backing = route.begin_backing(before, situation, self.config)
         if backing is not None:
             self._memory = backing
             self._aim()
@@ -283,6 +284,19 @@ class Driver:
         self._memory = found
         self._aim()
         return onward
+
+    def _leads_there(self, attempt: Attempt, situation: Situation, clock: CycleClock) -> bool:
+        """Whether a first plan, or what becomes of it in a few iterations more, ends near enough to its goal.
+
+        What is left of the error then is worth less than the effort to mend it from there, and it goes on the
+        way; or something stands in the way of it.
+        """
+        if attempt.problem or attempt.squeezed or not situation.free:
+            return False
+        if search.reaches(attempt, situation):
+            return True
+        more = self._search(situation, search.further(attempt), clock)
+        return more.cut or search.reaches(more, situation, MISSED)
 
     def _begin_backing(self, situation: Situation, clock: CycleClock) -> Attempt:
         """Search for an arrival that passes the goal and backs up into it, clear of everything."""

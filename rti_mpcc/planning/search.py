@@ -234,12 +234,12 @@ def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -
     return guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
 
 
-def reaches(attempt: Attempt, situation: Situation) -> bool:
-    """Whether the last iterate is a plan past everything to within the tolerance of its target."""
+def reaches(attempt: Attempt, situation: Situation, share: float = 1.0) -> bool:
+    """Whether the last iterate is a plan past everything to within a share of the tolerance of its target."""
     if attempt.problem or attempt.squeezed:
         return False
     end = Pose2(*attempt.solutions[-1].trajectory.states[-1, [X, Y, PHI]].tolist())
-    return situation.inside(end.relative_to(situation.target.pose))
+    return situation.inside(end.relative_to(situation.target.pose), share)
 
 
 def _squeezed(solution: Solution, target: Target, *, arriving: bool) -> bool:
