@@ -5,10 +5,10 @@ ends: it may touch a wall that the body is still clear of. So towards a wall tha
 behind it, not the disc's radius counts but how far the piece itself reaches. With n the wall's normal, u and
 v the axis of the body and what is at right angles to it,
 
-(F1)  h = min(r, a |n·u| + b sqrt((n·v)² + e²))  where |n·u| >= a/r,   h = r elsewhere,   r = hypot(a, b).
+(H6)  h = min(r, a |n·u| + b sqrt((n·v)² + e²))  where |n·u| >= a/r,   h = r elsewhere,   r = hypot(a, b).
 
 At |n·u| = a/r the corner of the piece points at the wall, and there disc and piece reach equally far. Beside
-the body the disc's radius stays, which is r - b more than it needs. e makes (F1) smooth where a wall is
+the body the disc's radius stays, which is r - b more than it needs. e makes (H6) smooth where a wall is
 exactly ahead, at the price of b e.
 """
 
@@ -25,7 +25,7 @@ from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.types import Array
 
 ROUND = 0.05
-"""e of (F1), a sine."""
+"""e of (H6), a sine."""
 
 
 class Reach(NamedTuple):
@@ -54,7 +54,7 @@ class Discs:
         return hypot(self.half_length, self.half_width)
 
     def reach(self, along: Array, across: Array) -> Reach:
-        """Equation (F1) for walls whose normals have the components `along` n·u and `across` n·v."""
+        """Equation (H6) for walls whose normals have the components `along` n·u and `across` n·v."""
         wide = np.hypot(across, ROUND)
         value = self.half_length * np.abs(along) + self.half_width * wide
         radius = self.radius

@@ -3,7 +3,7 @@
 (H1)  n · (c - b) >= h + margin,   c = (x, y) + o (cos phi, sin phi)
 (H2)  n_x dx + n_y dy + (o (n_y cos phi - n_x sin phi) - dh/dphi) dphi + slack >= h + margin - n · (c - b)
 
-with h how far the disc, or the piece of the body in it, reaches towards the wall, (F1) of
+with h how far the disc, or the piece of the body in it, reaches towards the wall, (H6) of
 rti_mpcc.model.footprint.
 """
 
@@ -47,7 +47,8 @@ def corridor_rows(
     acts.
 
     Args:
-        margin: kept between disc and boundary [m]; near: farther boundaries do not act [m].
+        margin: kept between disc, or piece of the body, and boundary [m]; near: boundaries farther from the
+            disc than that and the margin do not act [m].
     """
     stages, count = len(states), len(discs.offsets)
     apart = planes.distance.reshape(stages, count, -1) - margin

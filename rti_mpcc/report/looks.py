@@ -15,6 +15,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
 from rti_mpcc.docking import DockingController
 from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.model.layout import PHI
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.recording import Recorder
@@ -163,8 +164,9 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     """Active half-planes of a plan, and what its stages 1..N lack of the margin (N,) [m].
 
     Of each disc of each stage the nearest point of every boundary gives a half-plane, as in the QP. It is
-    active if the disc, where the plan has it, is nearer to it than margin + `TIGHT`; what the plan lacks of
-    the margin is its exact slack. A motion that is no solution of a QP (braking, standing) has none active.
+    active if the disc, or the piece of the body in it (H6), is nearer to it than margin + `TIGHT` where the
+    plan has it; what the plan lacks of the margin is its exact slack. A motion that is no solution of a QP
+    (braking, standing) has none active.
     """
     states = command.trajectory.states[1:]
     if not config.corridor_rows or command.source not in _FROM_QP or not np.isfinite(states).all():
@@ -172,7 +174,10 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     discs, margin = cover(config.vehicle, config.footprint.discs), config.footprint.margin
     centres = disc_centres(states, discs).reshape(-1, 2)
     planes = corridor.half_planes(command.diagnostics.part, centres)
-    gap = planes.distance - discs.radius
+    phi = np.repeat(states[:, PHI], len(discs.offsets))[:, None]
+    c, s, normal = np.cos(phi), np.sin(phi), planes.normal
+    along, across = normal[..., 0] * c + normal[..., 1] * s, normal[..., 1] * c - normal[..., 0] * s
+    gap = planes.distance - discs.reach(along, across).value
     active = gap < margin + TIGHT
     lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)
     read_only(lack)

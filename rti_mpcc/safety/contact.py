@@ -183,7 +183,8 @@ def _bodies(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[A
 def stop_clearance(config: ControllerConfig) -> float:
     """Distance that a planned stop keeps from something that fills the way [m].
 
-    The discs reach beyond the ends of the body; nearer than that the corridor rows let no plan come.
+    Corridor rows let plans come nearer to what is ahead, (H6). The room is kept to swing out past it: what is
+    not ahead counts by the discs, which reach beyond the ends of the body.
     """
     vehicle, footprint = config.vehicle, config.footprint
     overhang = cover(vehicle, footprint.discs).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs

@@ -1,7 +1,7 @@
 """A frozen problem as one nonlinear program in casadi, written from the equations alone, for IPOPT.
 
 Nothing but numbers is taken from the package: the path by its arcs, the dynamics Eq. (M1) under
-a textbook Runge-Kutta step, the cost Eq. (C1)-(C3) with Huber's goal term, half-planes Eq. (H1).
+a textbook Runge-Kutta step, the cost Eq. (C1)-(C3) with Huber's goal term, half-planes Eq. (H1), (H6).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from rti_mpcc.model.footprint import cover
+from rti_mpcc.model.footprint import ROUND, Discs, cover
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.objectives import COMFORT_CLIP, COMFORT_EASE, GOAL_CLIP
 from rti_mpcc.ocp.stage_cost import BOUND_DISTANCE, BOUND_SPEED
@@ -216,11 +216,22 @@ def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, A
             x = z[X, k + 1] + discs.offsets[i] * ca.cos(z[PHI, k + 1])
             y = z[Y, k + 1] + discs.offsets[i] * ca.sin(z[PHI, k + 1])
             for normal, offset in _acting(problem.planes, k * problem.discs + i):
-                gap = normal[0] * x + normal[1] * y - offset - discs.radius - config.footprint.margin
+                reach = _reach(normal, z[PHI, k + 1], discs)
+                gap = normal[0] * x + normal[1] * y - offset - reach - config.footprint.margin
                 above.append(gap + s[k])
     zeros = np.zeros(STATES * stages + len(above))
     upper = np.concatenate([np.zeros(STATES * stages), np.full(len(above), np.inf)])
     return ca.vertcat(*equal, *above), zeros, upper
+
+
+def _reach(normal: Array, phi: Any, discs: Discs) -> Any:
+    """How far a piece a long and b wide to each side of its centre reaches towards a wall, Eq. (H6)."""
+    a, b = discs.half_length, discs.half_width
+    radius = float(np.sqrt(a**2 + b**2))
+    along = ca.fabs(normal[0] * ca.cos(phi) + normal[1] * ca.sin(phi))
+    across = normal[1] * ca.cos(phi) - normal[0] * ca.sin(phi)
+    piece = a * along + b * ca.sqrt(across**2 + ROUND**2)
+    return ca.if_else(along >= a / radius, ca.fmin(radius, piece), radius)
 
 
 def _bounds(problem: FrozenProblem) -> tuple[Array, Array]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rti_mpcc.model.layout import X
 from rti_mpcc.qp.filling import empty_values
 from rti_mpcc.simulation import load_scenario
 from tests.rti_mpcc.convergence import examine
 from tests.rti_mpcc.frozen import FrozenProblem, iterate, take
 from tests.rti_mpcc.nonlinear_program import NonlinearProgram
+from tests.rti_mpcc.test_docking_before_walls import LENGTH, before_a_wall
 
 STATES = [
     ("docking_inside", "default", 10.18),  # arrival at a goal beside the path
@@ -23,6 +25,20 @@ def test_repeated_iterations_solve_the_nonlinear_program(
     scenario: str, preset: str, time: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (problem,) = take(load_scenario(scenario), preset, [time], monkeypatch)
+    examine(problem).check()
+
+
+@pytest.mark.parametrize(
+    "offset", [(0.0, 0.0, 0.0), pytest.param((0.0, 0.2, 0.08), marks=pytest.mark.acceptance)]
+)
+def test_a_plan_that_a_wall_ahead_holds_solves_the_nonlinear_program(
+    offset: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """0.1 m is nearer than (H6) lets the body come, which the margin is kept from."""
+    scenario = before_a_wall(1, 0.1)
+    scenario = scenario.model_copy(update={"goal": scenario.goal.model_copy(update={"offset": offset})})
+    (problem,) = take(scenario, "default", [12.18], monkeypatch)
+    assert problem.solution.trajectory.states[-1, X] < LENGTH - 0.02
     examine(problem).check()
 
 

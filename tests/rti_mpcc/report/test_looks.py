@@ -12,6 +12,7 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import ROUND
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.looks import TIGHT, Onlooker, Seen, held_by
 from rti_mpcc.simulation import RunResult, docking_controller
@@ -118,6 +119,18 @@ def test_obstacles_hold_a_plan_too(command: Command) -> None:
     planes, _ = held_by(along(command, 0.0), straight(obstacles=(block,)), CONFIG)
     assert len(planes.points) > 0
     assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), 1.2), abs=1e-9)
+
+
+def test_a_wall_ahead_holds_a_plan_where_the_body_comes_near_it(command: Command) -> None:
+    """The plan ends at 20 m; there the front disc, but not the body, reaches beyond the first wall."""
+    vehicle = CONFIG.vehicle
+    body = ROUND * 0.5 * vehicle.width  # what (H6) adds to it
+    for room, lack in ((0.3, 0.0), (MARGIN + body - 0.04, 0.04)):
+        near = 20.0 + vehicle.front + room
+        block = np.array([[near, -1.5], [near + 0.3, -1.5], [near + 0.3, 1.5], [near, 1.5]])
+        planes, lacking = held_by(along(command, 0.0), straight(obstacles=(block,)), CONFIG)
+        assert lacking.max() == pytest.approx(lack, abs=1e-6)
+        assert len(planes.points) == (1 if lack else 0)
 
 
 @pytest.mark.parametrize("source", [Source.BRAKING, Source.STANDSTILL])

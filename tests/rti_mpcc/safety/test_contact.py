@@ -6,6 +6,7 @@ import pytest
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Footprint
 from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
+from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.safety import contact
 from rti_mpcc.safety.ladder import SPARE, braking
 from rti_mpcc.types import Array, Trajectory
@@ -117,6 +118,24 @@ def test_at_the_stop_clearance_the_discs_are_free(discs: int) -> None:
     gap = WALL_AT - centres[0, :, 0].max() - shape.radius
     assert gap >= config.footprint.margin
     assert gap == pytest.approx(config.footprint.margin + contact.SPACING)
+
+
+def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
+    """(H6): a post at the body's corner, farther from the disc's centre than the wall ahead of it."""
+    vehicle, end, half = CONFIG.vehicle, 15.0, 0.5 * CONFIG.vehicle.width
+    front = end + vehicle.front
+    boxes = ((front + 0.2, front + 0.5, -1.5, 1.5), (front - 0.1, front + 0.1, half - 0.1, half + 0.5))
+    outlines = [np.array([[a, c], [b, c], [b, d], [a, d]]) for a, b, c, d in boxes]
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
+    inside = Corridor.from_offsets(path, left=3.0, right=-3.0, obstacles=outlines)
+    plan, discs = straight_on(10.0, end), cover(vehicle, CONFIG.footprint.discs)
+    planes = inside.half_planes(0, disc_centres(plan.states[1:], discs).reshape(-1, 2))
+    footprint = CONFIG.footprint
+    rows = corridor_rows(plan.states[1:], planes, discs, footprint.margin, footprint.near)
+    assert rows is not None
+    assert rows.lower[-1].max() <= 0.0
+    assert not contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf)
+    assert way(plan, inside) < np.inf
 
 
 # -- what touches already ------------------------------------------------------------------------------------
