@@ -22,6 +22,7 @@ from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Objective, Source, Status, Trajectory
 
 TOO_LATE = "the plan came after the deadline"
+BACKING = "driving past the goal, to back up into it"
 
 
 class Driver:
@@ -253,7 +254,8 @@ class Driver:
         if begun is None or not begun.backs:
             onward = self._begin_onward(situation, clock)
             attempt, other = onward
-            if attempt.cut or (other.free and search.reaches(attempt, other)):
+            sought = begun is not None and begun.in_vain
+            if attempt.cut or sought or (other.free and search.reaches(attempt, other)):
                 return onward
         found = self._memory
         backing = route.begin_backing(before, situation, self.config)
@@ -265,7 +267,9 @@ class Driver:
                 return attempt, situation
         if onward is None:
             self._memory = renewed(before, unfinished=None)
-            return self._begin_onward(situation, clock)
+            onward = self._begin_onward(situation, clock)
+            self._memory = search.sought_in_vain(self._memory)
+            return onward
         self._memory = found
         self._aim()
         return onward
@@ -443,7 +447,8 @@ class Driver:
             status=Status.FOLLOWING if memory.objective is Objective.CONTOURING else Status.ARRIVING,
             reason=problem
             or ("" if situation.free else "making for a stop before something in the way")
-            or aim.remark(memory),
+            or aim.remark(memory)
+            or (BACKING if memory.backs else ""),
             trajectory=plan,
             attempt=attempt,
         )
