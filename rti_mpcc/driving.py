@@ -23,6 +23,7 @@ from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Objective, Source, Status, Trajectory
 
 TOO_LATE = "the plan came after the deadline"
+BACKING = "driving past the goal, to back up into it"
 MISSED = 1.5
 """A first plan that ends within so many times the goal tolerance is no reason to back up into the goal."""
 
@@ -269,7 +270,8 @@ class Driver:
         onward = None
         if begun is None or not begun.backs:
             onward = self._begin_onward(situation, clock)
-            if backing is None or onward[0].cut or self._leads_there(*onward, clock):
+            sought = begun is not None and begun.in_vain
+            if backing is None or sought or onward[0].cut or self._leads_there(*onward, clock):
                 return onward
         found = self._memory
         if backing is not None:
@@ -280,7 +282,9 @@ class Driver:
                 return attempt, situation
         if onward is None:
             self._memory = renewed(before, unfinished=None)
-            return self._begin_onward(situation, clock)
+            onward = self._begin_onward(situation, clock)
+            self._memory = search.sought_in_vain(self._memory)
+            return onward
         self._memory = found
         self._aim()
         return onward
@@ -474,7 +478,8 @@ class Driver:
             status=Status.FOLLOWING if memory.objective is Objective.CONTOURING else Status.ARRIVING,
             reason=problem
             or ("" if situation.free else "making for a stop before something in the way")
-            or aim.remark(memory),
+            or aim.remark(memory)
+            or (BACKING if memory.backs else ""),
             trajectory=plan,
             attempt=attempt,
         )

@@ -47,7 +47,8 @@ class Status(Enum):
     FOLLOWING = "following"
     """Contouring along the path; the goal or cusp does not shape the plan's end yet."""
     ARRIVING = "arriving"
-    """Driving one planned arrival at rest at the goal or cusp, or at a stop before something in the way."""
+    """Driving one planned arrival at rest at the goal or cusp, or at a stop before something in the way; the
+    reason says where it passes the goal, to back up into it."""
     SETTLING = "settling"
     """Inside the goal tolerance (or at the cusp), braking to a standstill."""
     DOCKED = "docked"

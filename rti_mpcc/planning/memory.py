@@ -70,6 +70,7 @@ class Unfinished:
         target: what the plan is to end in; stop: where that is a stop before something in the way, or None.
         arrive_at: when it is to be there [s], or None; begin: when the plan begins [s].
         backs: see `ControllerMemory`.
+        in_vain: an arrival that backs up was looked for before, in vain: what is found here is driven.
     """
 
     solution: Solution | None
@@ -80,6 +81,7 @@ class Unfinished:
     arrive_at: float | None
     begin: float
     backs: bool = False
+    in_vain: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -155,6 +155,9 @@ def begin_backing(
     """The same for an arrival that passes the goal and backs up into it; None: there is none to begin."""
     if not (comes_again(config) and situation.last_part and situation.free):
         return None
+    begun = memory.unfinished
+    if begun is not None and not begun.backs:  # it was for an arrival onward, which was found meanwhile
+        memory = renewed(memory, unfinished=None)
     memory = begin_phase(memory, situation, config)
     if memory.arrive_at is None or memory.backs:
         return memory if memory.backs else None
@@ -315,7 +318,8 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
     if moved or lost:
         due = begin + _duration(situation, config)
-        arrive_at = due if moved else max(due, memory.arrive_at)
+        # One that backs up may be past its goal, and has no way left but time to take.
+        arrive_at = due if moved and not memory.backs else max(due, memory.arrive_at)
         timed_for = situation.target.pose if moved else memory.timed_for
         return renewed(memory, arrive_at=arrive_at, timed_for=timed_for, overdue_since=None)
     if memory.arrive_at >= begin + FLOOR:

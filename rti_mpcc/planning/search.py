@@ -219,8 +219,15 @@ def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Att
         arrive_at=memory.arrive_at,
         begin=situation.begin,
         backs=memory.backs,
+        in_vain=before is not None and before.in_vain,
     )
     return renewed(memory, unfinished=unfinished)
+
+
+def sought_in_vain(memory: ControllerMemory) -> ControllerMemory:
+    """No arrival that backs up was found: a search onward that ran out of time is the last one."""
+    begun = memory.unfinished
+    return memory if begun is None else renewed(memory, unfinished=replace(begun, in_vain=True))
 
 
 def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -> Trajectory:

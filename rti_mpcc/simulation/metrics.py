@@ -23,6 +23,8 @@ TURNING_TRAVEL = 0.05
 """A change of direction counts after so much travel in the new one [m]."""
 _ROUNDING = 1e-9
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION)
+_INTERRUPTED = (Status.BLOCKED, Status.FAILED)
+"""What a vehicle says on its way back, too: such cycles neither begin nor end one."""
 _SLICE = 500
 """Bodies checked in one call: bounds the memory of the exact check."""
 
@@ -119,8 +121,8 @@ def direction_changes(times: Array, v: Array) -> int:
 
 
 def pull_outs(status: Sequence[Status]) -> int:
-    """How often a vehicle that had stalled pulled out to come again."""
-    pulling = [each is Status.PULLING_OUT for each in status]
+    """How often a vehicle that had stalled pulled out to come again, however often it was interrupted."""
+    pulling = [each is Status.PULLING_OUT for each in status if each not in _INTERRUPTED]
     return sum(now and not before for before, now in pairwise([False, *pulling]))
 
 

@@ -6,7 +6,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits, SpeedProfile
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
-from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
+from rti_mpcc.ocp.bounds import RETREAT_REACH, StageBounds, stage_bounds
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.qp.pattern import BOUNDED
 
@@ -19,9 +19,10 @@ def bounds(
     direction: int = 1, *, theta: float = 30.0, kind: TargetKind = TargetKind.POSE, **changes: object
 ) -> StageBounds:
     retreat = float(str(changes.pop("retreat", 0.0)))
+    reach = float(str(changes.pop("reach", RETREAT_REACH)))
     config = ControllerConfig.model_validate({"limits": LIMITS, **changes})
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=theta, theta_end=30.0, kind=kind)
-    return stage_bounds(config, target, direction, THETAS, retreat=retreat)
+    return stage_bounds(config, target, direction, THETAS, retreat=retreat, reach=reach)
 
 
 def test_limits_are_those_of_the_vehicle() -> None:
@@ -44,9 +45,22 @@ def test_each_part_has_one_direction_of_motion() -> None:
 
 
 def test_a_retreat_opens_the_other_direction_that_far() -> None:
-    assert (bounds(1, retreat=0.3).states[:, 0, SPEED] == -0.3).all()
-    assert (bounds(-1, retreat=0.3).states[:, 1, SPEED] == 0.3).all()
-    assert (bounds(1, retreat=9.0).states[:, 0, SPEED] == -4.0).all()
+    assert (bounds(1, retreat=0.3, reach=np.inf).states[:, 0, SPEED] == -0.3).all()
+    assert (bounds(-1, retreat=0.3, reach=np.inf).states[:, 1, SPEED] == 0.3).all()
+    assert (bounds(1, retreat=9.0, reach=np.inf).states[:, 0, SPEED] == -4.0).all()
+
+
+@pytest.mark.parametrize("theta", [20.0, 30.0, 35.0])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_retreat_is_for_stages_near_the_stop_point(direction: int, theta: float) -> None:
+    near = THETAS[1:] >= min(theta, 30.0) - RETREAT_REACH
+    assert near.any()
+    assert not near.all()
+    limits = bounds(direction, theta=theta, retreat=0.3).states[:, :, SPEED]
+    backwards = limits[:, 0] if direction > 0 else -limits[:, 1]
+    np.testing.assert_array_equal(backwards, np.where(near, -0.3, 0.0))
+    onward = limits[:, 1] if direction > 0 else -limits[:, 0]
+    assert (onward == 4.0).all()
 
 
 @pytest.mark.parametrize("theta", [20.0, 35.0])

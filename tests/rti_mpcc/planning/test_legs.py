@@ -102,3 +102,9 @@ def test_it_comes_again_from_where_it_is_then(situations: Any) -> None:
 
 def test_another_goal_is_another_docking() -> None:
     assert legs.with_goal(stalled(pulled_out=2), Pose2(1.0, 0.0, 0.0)).pulled_out == 0
+
+
+def test_the_way_back_and_what_comes_after_it_do_not_back_up(situations: Any) -> None:
+    here = situations.standing(18.0)
+    assert not legs.pulling_out(stalled(backs=True), here, PullOut(begin=18.5, end=10.5)).backs
+    assert not legs.coming_again(pulling(backs=True), here).backs

@@ -14,6 +14,7 @@ from rti_mpcc.model.layout import CONTROLS, STATES, THETA
 from rti_mpcc.ocp.objectives import Target, TargetKind
 from rti_mpcc.planning import legs, route, stops
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
+from rti_mpcc.planning.guess import BACK_TIME, PASS
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Trajectory
@@ -544,3 +545,113 @@ def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
 ) -> None:
     after = route.found(arriving(phase=phase, reached=np.zeros(6)))
     assert (after.phase, after.reached) == (then, None)
+
+
+# -- past the goal, and back up into it ------------------------------------------------------------------
+
+
+def test_backing_up_takes_the_way_past_the_goal_and_the_way_back(situations: Any) -> None:
+    memory = arriving()
+    onward = route.begin_phase(memory, situations(), CONFIG)
+    backing = route.begin_backing(memory, situations(), CONFIG)
+    assert backing is not None
+    assert backing.backs
+    assert not onward.backs
+    acceleration = CONFIG.arrival_acceleration
+    assert backing.arrive_at == pytest.approx(10.2 + time_to_go(10.0 + PASS, 1.0, acceleration) + BACK_TIME)
+    assert onward.arrive_at is not None
+    assert backing.arrive_at is not None
+    assert backing.arrive_at > onward.arrive_at + BACK_TIME
+    assert replace(backing, backs=False, arrive_at=onward.arrive_at) == onward
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        ControllerConfig.paper(dead_time=0.2),
+        *(CONFIG.model_copy(update={"method": method}) for method in (Method.SEPARATED, Method.SWITCHED)),
+        CONFIG.model_copy(update={"arrival": False}),
+    ],
+)
+def test_only_planned_arrivals_of_the_dynamic_method_back_up(
+    config: ControllerConfig, situations: Any
+) -> None:
+    assert not route.comes_again(config)
+    assert route.begin_backing(arriving(), situations(), config) is None
+
+
+@pytest.mark.parametrize("changes", [{"last_part": False}, {"free": False}])
+def test_none_backs_up_into_a_cusp_or_a_stop(changes: dict[str, Any], situations: Any) -> None:
+    assert route.comes_again(CONFIG)
+    assert route.begin_backing(arriving(), situations(**changes), CONFIG) is None
+
+
+def test_none_backs_up_while_contouring_is_due(situations: Any) -> None:
+    far = situations(way=200.0)
+    assert route.begin_phase(arriving(), far, CONFIG).arrive_at is None
+    assert route.begin_backing(arriving(), far, CONFIG) is None
+
+
+def begun_to(goal: Target, *, backs: bool) -> Unfinished:
+    return replace(begun_for(None), target=goal, arrive_at=40.0, begin=10.15, backs=backs)
+
+
+def test_a_search_for_backing_up_goes_on_with_its_time_of_arrival(situations: Any) -> None:
+    situation = situations()
+    memory = arriving(unfinished=begun_to(situation.target, backs=True))
+    after = route.begin_backing(memory, situation, CONFIG)
+    assert after is not None
+    assert (after.backs, after.arrive_at, after.unfinished) == (True, 40.0, memory.unfinished)
+    moved = replace(situation, target=target_at(19.0))
+    elsewhere = route.begin_backing(memory, moved, CONFIG)
+    assert elsewhere is not None
+    assert elsewhere.unfinished is None
+    assert elsewhere.backs
+    assert elsewhere.arrive_at != 40.0
+
+
+def test_a_search_onward_that_goes_on_is_not_for_backing_up(situations: Any) -> None:
+    situation = situations()
+    memory = arriving(unfinished=begun_to(situation.target, backs=False), backs=True)
+    assert not route.begin_phase(memory, situation, CONFIG).backs
+
+
+def test_what_begins_afresh_does_not_back_up(situations: Any) -> None:
+    backing = arriving(backs=True, restarts=0)
+    assert not route.restart(backing).backs
+    assert not route.found(backing).backs
+    assert not route.begin_phase(backing, situations(), CONFIG).backs
+    assert not route.begin_phase(backing, situations(way=200.0), CONFIG).backs
+    assert not stops.stop_before(backing, situations(), 4.0, 7).backs
+    assert not stops.seeking(backing, None).backs
+    assert not legs.next_leg(backing, staged=False).backs
+    assert route.begun(backing, situations()).backs
+
+
+def test_one_that_backs_up_may_go_back_wherever_its_bounds_let_it(situations: Any) -> None:
+    for x in (19.8, 17.5, 5.0):
+        assert route.retreat(arriving(backs=True), situations.standing(x)) == route.RETREAT_SPEED
+    assert route.retreat(arriving(), situations.standing(17.5)) == 0.0
+
+
+@pytest.mark.parametrize("x", [10.0, 20.5])
+def test_a_goal_that_moves_leaves_one_that_backs_up_its_time(x: float, situations: Any) -> None:
+    """It may be past the goal already: no way is left onward, but the one back."""
+    state = np.array([x, 0.0, 0.0, 0.2, 0.0, min(x, 20.0)])
+    moved = situations(target=target_at(19.8), state=state, way=max(19.8 - x, 0.0), speed=0.2)
+    assert decided(arriving(arrive_at=30.0, backs=True), moved, CONFIG).arrive_at == 30.0
+    onward = decided(arriving(arrive_at=30.0), moved, CONFIG).arrive_at
+    assert onward is not None
+    assert onward < 30.0
+    soon = decided(arriving(arrive_at=11.0, backs=True), moved, CONFIG)
+    assert soon.arrive_at == pytest.approx(max(onward, 11.0))
+
+
+def test_backing_up_is_not_sought_from_a_search_onward(situations: Any) -> None:
+    situation = situations()
+    memory = arriving(unfinished=begun_to(situation.target, backs=False))
+    after = route.begin_backing(memory, situation, CONFIG)
+    assert after is not None
+    assert after.backs
+    assert after.unfinished is None
+    assert after.arrive_at != 40.0

@@ -15,6 +15,7 @@ from rti_mpcc.ocp.objectives import Target
 from rti_mpcc.planning import route, search
 from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.guess import PASS
 from rti_mpcc.planning.memory import ControllerMemory, PlannedStop, Unfinished
 from rti_mpcc.types import Array, Trajectory
 
@@ -56,7 +57,7 @@ def changed(solution: Solution, *, states: Any = None, controls: Any = None) -> 
     return replace(solution, trajectory=altered)
 
 
-def put(row: int, column: int, value: float) -> Any:
+def put(row: int, column: int | slice, value: Any) -> Any:
     def change(array: Array) -> Array:
         array[row, column] = value
         return array
@@ -252,3 +253,82 @@ def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, s
     situation, start = situations(target=mpcc.target, begin=0.2), search.going_on(solution)
     attempt = search.converge(mpcc, ControllerMemory(), situation, start, Granting(0))
     assert (attempt.solutions, attempt.problem, attempt.cut) == ((), search.NO_TIME, True)
+
+
+# -- past the goal, and back up into it ------------------------------------------------------------------
+
+
+def test_the_first_guess_of_one_that_backs_up_passes_the_goal(mpcc: RtiMpcc, situations: Any) -> None:
+    situation = situations(target=mpcc.target, begin=0.2)
+    onward = search.first_guess(mpcc, ControllerMemory(arrive_at=30.0), situation)
+    backing = search.first_guess(mpcc, ControllerMemory(arrive_at=30.0, backs=True), situation)
+    assert onward.states[:, 0].max() == pytest.approx(20.0)
+    assert backing.states[:, 0].max() == pytest.approx(20.0 + PASS)
+    assert backing.states[-1, 0] == pytest.approx(20.0)
+    np.testing.assert_array_equal(backing.times, onward.times)
+
+
+def ending(solution: Solution, pose: Pose2, **changes: Any) -> search.Attempt:
+    """A search whose plan ends there."""
+    ends = changed(solution, states=put(-1, slice(0, 3), [pose.x, pose.y, pose.phi]))
+    usual: dict[str, Any] = {"solutions": (solution, ends), "problem": "", "squeezed": False}
+    return search.Attempt(**{**usual, **changes})
+
+
+@pytest.mark.parametrize(
+    ("error", "inside"),
+    [
+        (Pose2(0.0, 0.0, 0.0), True),
+        (Pose2(0.049, -0.049, 0.034), True),
+        (Pose2(0.0, 0.0, 2.0 * np.pi), True),
+        (Pose2(0.051, 0.0, 0.0), False),
+        (Pose2(0.0, -0.051, 0.0), False),
+        (Pose2(0.0, 0.0, 0.036), False),
+    ],
+)
+def test_a_plan_reaches_its_target_within_the_tolerance(
+    error: Pose2, inside: bool, solution: Solution, situations: Any
+) -> None:
+    goal = Pose2(20.0, 1.0, 0.7)  # errors count along and across the goal, not the axes
+    situation = situations(target=replace(situations().target, pose=goal))
+    assert search.reaches(ending(solution, goal.compose(error)), situation) == inside
+
+
+def test_a_plan_not_to_be_driven_or_squeezed_reaches_nothing(solution: Solution, situations: Any) -> None:
+    goal = situations().target.pose
+    assert search.reaches(ending(solution, goal), situations())
+    assert not search.reaches(ending(solution, goal, squeezed=True), situations())
+    assert not search.reaches(ending(solution, goal, problem="why"), situations())
+    none = search.Attempt(solutions=(), problem=search.NO_TIME, squeezed=False, cut=True)
+    assert not search.reaches(none, situations())
+
+
+@pytest.mark.parametrize("backs", [True, False])
+def test_a_search_for_backing_up_that_ran_out_of_time_stays_one(
+    backs: bool, mpcc: RtiMpcc, solution: Solution, situations: Any
+) -> None:
+    situation = situations(target=mpcc.target, begin=0.2)
+    cut = search.Attempt(solutions=(solution,), problem=search.NO_TIME, squeezed=False, cut=True)
+    before = ControllerMemory(arrive_at=15.0, backs=backs)
+    begun = search.left_unfinished(before, situation, cut).unfinished
+    assert begun is not None
+    assert begun.backs == backs
+    driving = ControllerMemory(unfinished=begun, arrive_at=13.0)
+    after = route.begin_phase(driving, situations(target=mpcc.target, now=0.05, begin=0.25), CONFIG)
+    assert (after.backs, after.arrive_at) == (backs, 15.0)
+
+
+def test_a_search_after_one_in_vain_for_backing_up_knows_that_until_it_ends(
+    mpcc: RtiMpcc, solution: Solution, situations: Any
+) -> None:
+    situation = situations(target=mpcc.target, begin=0.2)
+    cut = search.Attempt(solutions=(solution,), problem=search.NO_TIME, squeezed=False, cut=True)
+    memory = search.left_unfinished(ControllerMemory(arrive_at=15.0), situation, cut)
+    assert memory.unfinished is not None
+    assert not memory.unfinished.in_vain
+    later = search.left_unfinished(search.sought_in_vain(memory), situation, cut)
+    assert later.unfinished is not None
+    assert later.unfinished.in_vain
+    over = search.left_unfinished(later, situation, replace(cut, cut=False))
+    assert over.unfinished is None
+    assert search.sought_in_vain(over) is over
