@@ -248,7 +248,9 @@ class RtiMpcc:
         states, controls = frame.states_in(shifted.states), shifted.controls
         theta = states[:, THETA]
 
-        weights = self._weights(theta, lengths, arriving=arrive_at is not None, cartesian=cartesian)
+        weights = self._weights(
+            theta, lengths, arriving=arrive_at is not None, cartesian=cartesian, insists=retreat > 0.0
+        )
         errors = None
         if weights.follows_path:
             reference = frame.reference_in(self.part.reference(theta))
@@ -344,12 +346,14 @@ class RtiMpcc:
             dual=dual,
         )
 
-    def _weights(self, theta: Array, lengths: Array, *, arriving: bool, cartesian: bool) -> StageWeights:
+    def _weights(
+        self, theta: Array, lengths: Array, *, arriving: bool, cartesian: bool, insists: bool
+    ) -> StageWeights:
         weights, target = self.config.weights, self.target
         if cartesian:
             return cartesian_weights(weights, lengths)
         if arriving:
-            return arrival_weights(weights, target, theta, lengths)
+            return arrival_weights(weights, target, theta, lengths, insists=insists)
         if self.config.method is Method.SWITCHED:
             # Until the switch the path ends where the goal lies beside it.
             target = replace(target, kind=TargetKind.PATH_END)

@@ -36,6 +36,11 @@ FIRM = 5.0
 accepts at the goal to save effort grows with 1/t_go³: without this it is all of the way left at 1 s."""
 
 
+INSISTING = 0.1
+"""Share of its effort that counts in an arrival that may change its direction near the goal. An error that was
+left for later to save effort would cost another turn."""
+
+
 class TargetKind(Enum):
     """What ends a part."""
 
@@ -209,14 +214,19 @@ def contouring_weights(
     return states
 
 
-def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Array) -> StageWeights:
+def arrival_weights(
+    weights: Weights, target: Target, theta: Array, lengths: Array, *, insists: bool = False
+) -> StageWeights:
     """One planned arrival at rest at the target at the horizon's end (docs/method.md).
 
-    Args as `contouring_weights`.
+    Args as `contouring_weights`, and
+        insists: whether effort counts little against an error at the goal, however far ahead that is.
     """
     share = _share(lengths, weights)
     none = np.zeros_like(share)
     firm = min(1.0, float(lengths.sum()) / FIRM) ** 3
+    if insists:
+        firm = min(firm, INSISTING)
     effort = share[:-1] * firm
     lag = contouring = none
     if weights.arrival_contouring > 0.0:
