@@ -37,8 +37,8 @@ accepts at the goal to save effort grows with 1/t_go³: without this it is all o
 
 
 INSISTING = 0.1
-"""Share of its effort that counts in an arrival that may change its direction near the goal. An error that was
-left for later to save effort would cost another turn."""
+"""Share of its effort that counts in an arrival that may change its direction near the goal. An error that
+is left for later to save effort would cost another turn."""
 
 
 class TargetKind(Enum):
