@@ -13,7 +13,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, legs, route, search, sensing, stops
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.cusp import cusp_pose
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, renewed
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, Unfinished, renewed
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.search import Attempt, Start
 from rti_mpcc.planning.surroundings import Surroundings
@@ -271,8 +271,14 @@ class Driver:
         if begun is None or not begun.backs:
             onward = self._begin_onward(situation, clock)
             sought = begun is not None and begun.in_vain
-            if backing is None or sought or onward[0].cut or self._leads_there(*onward, clock):
+            if backing is None or sought or onward[0].cut:
                 return onward
+            attempt = self._iterated_on(*onward, begun, clock)
+            if attempt.cut:  # nothing is begun yet
+                self._memory = renewed(before, unfinished=self._memory.unfinished)
+                return attempt, situation
+            if onward[1].free and search.reaches(attempt, onward[1], MISSED):
+                return attempt, onward[1]
         found = self._memory
         if backing is not None:
             self._memory = backing
@@ -289,18 +295,21 @@ class Driver:
         self._aim()
         return onward
 
-    def _leads_there(self, attempt: Attempt, situation: Situation, clock: CycleClock) -> bool:
-        """Whether a first plan, or what becomes of it in a few iterations more, ends near enough to its goal.
+    def _iterated_on(
+        self, attempt: Attempt, situation: Situation, begun: Unfinished | None, clock: CycleClock
+    ) -> Attempt:
+        """A first plan to the goal that misses it is iterated on.
 
         What is left of the error then is worth less than the effort to mend it from there, and it goes on the
         way; or something stands in the way of it.
         """
-        if attempt.problem or attempt.squeezed or not situation.free:
-            return False
-        if search.reaches(attempt, situation):
-            return True
+        done = len(attempt.solutions) + (0 if begun is None else begun.iterations)
+        missed = not (attempt.problem or attempt.squeezed or search.reaches(attempt, situation))
+        if not (situation.free and missed) or done >= 2 * search.ITERATIONS:
+            return attempt
         more = self._search(situation, search.further(attempt), clock)
-        return more.cut or search.reaches(more, situation, MISSED)
+        self._memory = search.left_unfinished(self._memory, situation, more, done)
+        return attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, cut=True)
 
     def _begin_backing(self, situation: Situation, clock: CycleClock) -> Attempt:
         """Search for an arrival that passes the goal and backs up into it, clear of everything."""

@@ -52,7 +52,7 @@ def backing_guess(
     The way back is a cubic, too, and takes the last `BACK_TIME` of it.
     """
     d, goal = part.direction, target.pose
-    turn = max(int(np.searchsorted(times, times[-1] - BACK_TIME)), 2)
+    turn = min(max(int(np.searchsorted(times, times[-1] - BACK_TIME)), 2), len(times) - 2)
     beyond = replace(
         target,
         pose=goal.compose(Pose2(d * PASS, 0.0, 0.0)),

@@ -202,8 +202,13 @@ def _iterate(
     return solution
 
 
-def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Attempt) -> ControllerMemory:
-    """Keep a search that ran out of time, to go on with in the next cycle, and what it is for."""
+def left_unfinished(
+    memory: ControllerMemory, situation: Situation, attempt: Attempt, done: int = 0
+) -> ControllerMemory:
+    """Keep a search that ran out of time, to go on with in the next cycle, and what it is for.
+
+    `done`: iterations before those of the attempt, where the memory has no search that it goes on with.
+    """
     if not attempt.cut:
         return renewed(memory, unfinished=None)
     before = memory.unfinished
@@ -213,7 +218,7 @@ def left_unfinished(memory: ControllerMemory, situation: Situation, attempt: Att
     unfinished = Unfinished(
         solution=attempt.solved or (before.solution if before else None),
         iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
-        iterations=(before.iterations if before else 0) + solved,
+        iterations=(before.iterations if before else done) + solved,
         target=situation.target,
         stop=memory.stop,
         arrive_at=memory.arrive_at,
