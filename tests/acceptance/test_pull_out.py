@@ -14,7 +14,7 @@ def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
     """
     scenario = short()
     goal = scenario.build_path().parts[0].pose(6.0).compose(Pose2(0.0, 0.5, 0.9))
-    run = list(drive(scenario, 145.0, goal_at=lambda now: goal))
+    run = list(drive(scenario, 165.0, goal_at=lambda now: goal))
     plant, command = run[-1]
     assert pull_outs([command.status for _, command in run]) == 2
     assert command.status is Status.STALLED
