@@ -109,6 +109,7 @@ def test_in_reverse_too() -> None:
     assert [forwards for forwards, _ in groupby(moving)] == [False, True]
 
 
+@pytest.mark.acceptance
 def test_in_reverse_it_stalls_first_without_that(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(route, "begin_backing", lambda *_: None)
     _, again, _ = driven(in_reverse())
