@@ -30,10 +30,20 @@ HEADER = [
     "95 % interval",
     "collisions",
     "least clearance [m]",
+    "time to dock p50 / p95 [s]",
+    "refused results driven",
+    "cases with fallback",
+    "not docked, or collided",
 ]
-HEADER += ["time to dock p50 / p95 [s]", "refused results driven", "cases with fallback", "not docked"]
-COMPARED = ["level", "compared with", "both dock of common", "only the first", "only the other"]
-COMPARED += ["time to dock, ratio p25 / p50 / p75", "∫a², ratio p50"]
+COMPARED = [
+    "level",
+    "compared with",
+    "both dock of common",
+    "only the first",
+    "only the other",
+    "time to dock, ratio p25 / p50 / p75",
+    "∫a², ratio p50",
+]
 
 
 def row(campaign: Campaign) -> list[str]:

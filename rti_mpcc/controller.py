@@ -14,7 +14,7 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
-from rti_mpcc.ocp.bounds import overrun, stage_bounds
+from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import MEASURED, CorridorRows, admitted, corridor_rows, drifting, lacking
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
@@ -260,8 +260,10 @@ class RtiMpcc:
         cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         ends = arrive_at is not None or cartesian or not config.arrival
-        way_back = {"retreat": config.limits.speed, "reach": np.inf} if cartesian else {"retreat": retreat}
-        bounds = stage_bounds(config, target, self.part.direction, theta, ends=ends, **way_back)
+        back, reach = (config.limits.speed, np.inf) if cartesian else (retreat, RETREAT_REACH)
+        bounds = stage_bounds(
+            config, target, self.part.direction, theta, ends=ends, retreat=back, reach=reach
+        )
 
         values, pattern = self._values, self._pattern
         self._solver.pace(pace)

@@ -45,7 +45,7 @@ class Driver:
         self._surroundings = Surroundings.of(corridor, path, config)
         self._paces = tuple(pace_of(part, config) for part in path.parts)
         self._memory = ControllerMemory()
-        self._cusps: dict[int, tuple[int, Pose2]] = {}
+        self._cusp_of: tuple[int, int, Pose2] | None = None
         self._begin_leg()
 
     def _begin_leg(self) -> None:
@@ -90,10 +90,10 @@ class Driver:
     def _cusp(self) -> Pose2:
         """Where the direction is to change, clear of what is known now."""
         index, changes = self._memory.part, self._surroundings.changes
-        if self._cusps.get(index, (-1, None))[0] != changes:
+        if self._cusp_of is None or self._cusp_of[:2] != (index, changes):
             pose = cusp_pose(self._mpcc.part.last, self._surroundings.corridor, index, self.config)
-            self._cusps[index] = changes, pose
-        return self._cusps[index][1]
+            self._cusp_of = index, changes, pose
+        return self._cusp_of[2]
 
     def _may_be_free(self) -> bool:
         return stops.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
@@ -267,33 +267,35 @@ class Driver:
         """
         before, begun = self._memory, self._memory.unfinished
         backing = route.begin_backing(before, situation, self.config)
-        onward = None
-        if begun is None or not begun.backs:
-            onward = self._begin_onward(situation, clock)
-            sought = begun is not None and begun.in_vain
-            if backing is None or sought or onward[0].cut:
-                return onward
-            attempt = self._iterated_on(*onward, begun, clock)
-            if attempt.cut:  # nothing is begun yet
-                self._memory = renewed(before, unfinished=self._memory.unfinished)
-                return attempt, situation
-            if onward[1].free and search.reaches(attempt, onward[1], MISSED):
-                return attempt, onward[1]
+        if begun is not None and begun.backs:
+            return self._begin_backing(backing, situation, clock) or self._begin_last(
+                before, situation, clock
+            )
+        first, onward = self._begin_onward(situation, clock)
+        sought = begun is not None and begun.in_vain
+        if backing is None or sought or first.cut:
+            return first, onward
+        attempt = self._iterated_on(first, onward, begun, clock)
+        if attempt.cut:  # nothing is begun yet
+            self._memory = renewed(before, unfinished=self._memory.unfinished)
+            return attempt, situation
+        if onward.free and search.reaches(attempt, onward, MISSED):
+            return attempt, onward
         found = self._memory
-        if backing is not None:
-            self._memory = backing
+        backed = self._begin_backing(backing, situation, clock)
+        if backed is None:
+            self._memory = found
             self._aim()
-            attempt = self._begin_backing(situation, clock)
-            if attempt.cut or not attempt.problem:
-                return attempt, situation
-        if onward is None:
-            self._memory = renewed(before, unfinished=None)
-            onward = self._begin_onward(situation, clock)
-            self._memory = search.sought_in_vain(self._memory)
-            return onward
-        self._memory = found
-        self._aim()
-        return onward
+        return backed or (first, onward)
+
+    def _begin_last(
+        self, before: ControllerMemory, situation: Situation, clock: CycleClock
+    ) -> tuple[Attempt, Situation]:
+        """Once more onward, where a search of several cycles for an arrival that backs up was in vain."""
+        self._memory = renewed(before, unfinished=None)
+        found = self._begin_onward(situation, clock)
+        self._memory = search.sought_in_vain(self._memory)
+        return found
 
     def _iterated_on(
         self, attempt: Attempt, situation: Situation, begun: Unfinished | None, clock: CycleClock
@@ -311,20 +313,34 @@ class Driver:
         self._memory = search.left_unfinished(self._memory, situation, more, done)
         return attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, cut=True)
 
-    def _begin_backing(self, situation: Situation, clock: CycleClock) -> Attempt:
-        """Search for an arrival that passes the goal and backs up into it, clear of everything."""
+    def _begin_backing(
+        self, memory: ControllerMemory | None, situation: Situation, clock: CycleClock
+    ) -> tuple[Attempt, Situation] | None:
+        """Search for an arrival that passes the goal and backs up into it, clear of everything; None: there
+        is none.
+
+        `memory`: with which that is begun; None: there is nothing to begin.
+        """
+        if memory is None:
+            return None
+        self._memory = memory
+        self._aim()
         attempt, _ = self._search_first(situation, clock)
         if attempt.cut:
-            return attempt
+            return attempt, situation
         if not (attempt.problem or search.reaches(attempt, situation)):
-            more = self._search(situation, search.further(attempt), clock)
-            attempt = attempt if more.cut else attempt.then(more)
+            attempt = self._further(attempt, situation, clock)
         if not search.reaches(attempt, situation):
-            return replace(attempt, problem=attempt.problem or "backing up does not end at the goal")
+            return None
         if self._way_to_contact(attempt.solutions[-1].trajectory, inf) < inf:
-            return replace(attempt, problem="backing up meets something")
+            return None
         self._memory = route.begun(self._memory, situation)
-        return attempt
+        return attempt, situation
+
+    def _further(self, attempt: Attempt, situation: Situation, clock: CycleClock) -> Attempt:
+        """As many iterations more, if there is time for them."""
+        more = self._search(situation, search.further(attempt), clock)
+        return attempt if more.cut else attempt.then(more)
 
     def _search_first(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Trajectory]:
         """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
@@ -343,8 +359,7 @@ class Driver:
             way = self._way_in(attempt, guess)
             if way < inf and not (attempt.problem or attempt.squeezed):
                 # Not squeezed and yet not clear: it has not come to its end that far ahead.
-                more = self._search(situation, search.further(attempt), clock)
-                attempt = attempt if more.cut else attempt.then(more)
+                attempt = self._further(attempt, situation, clock)
                 way = self._decided(attempt, self._way_in(attempt, guess))
             if way < inf:
                 return self._begin_stop(attempt, situation, way, clock)

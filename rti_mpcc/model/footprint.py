@@ -71,9 +71,10 @@ def cover(vehicle: Vehicle, count: int) -> Discs:
     return Discs(offsets=offsets, half_length=0.5 * length / count, half_width=0.5 * vehicle.width)
 
 
-def disc_radius(vehicle: Vehicle, count: int) -> float:
-    """Radius [m] of the discs of `cover`."""
-    return 0.5 * hypot((vehicle.front + vehicle.rear) / count, vehicle.width)
+def along_and_across(normals: Array, phi: Array) -> tuple[Array, Array]:
+    """Components n·u and n·v of unit normals (..., 2) for bodies at headings phi (...)."""
+    c, s, x, y = np.cos(phi), np.sin(phi), normals[..., 0], normals[..., 1]
+    return x * c + y * s, y * c - x * s
 
 
 def disc_centres(states: Array, discs: Discs) -> Array:

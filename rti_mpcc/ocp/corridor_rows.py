@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry import HalfPlanes
-from rti_mpcc.model.footprint import Discs
+from rti_mpcc.model.footprint import Discs, along_and_across
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.types import Array
 
@@ -56,9 +56,8 @@ def corridor_rows(
     if not acts.any():
         return None
     normal = planes.normal.reshape(stages, count, -1, 2)
-    c, s = np.cos(states[:, PHI])[:, None, None], np.sin(states[:, PHI])[:, None, None]
-    across = normal[..., 1] * c - normal[..., 0] * s
-    reach = discs.reach(normal[..., 0] * c + normal[..., 1] * s, across)
+    along, across = along_and_across(normal, states[:, PHI, None, None])
+    reach = discs.reach(along, across)
     slopes = np.empty((*normal.shape[:3], 3))
     slopes[..., :2] = normal
     slopes[..., 2] = discs.offsets[None, :, None] * across - reach.slope

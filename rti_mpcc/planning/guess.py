@@ -57,7 +57,6 @@ def backing_guess(
         target,
         pose=goal.compose(Pose2(d * PASS, 0.0, 0.0)),
         theta=target.theta + PASS,
-        theta_end=max(target.theta_end, target.stop + PASS),
     )
     onward = arrival_guess(part, beyond, state, times[: turn + 1], way + PASS, config).states
     span = times[-1] - times[turn]
@@ -67,9 +66,10 @@ def backing_guess(
     back[:, X] = goal.x + d * left * cos(goal.phi)
     back[:, Y] = goal.y + d * left * sin(goal.phi)
     back[:, PHI] = lift(goal.phi, float(onward[-1, PHI]))
+    back[:, THETA] = target.stop
     back[:, V] = -d * PASS / span * 6.0 * (tau - tau**2)
     states = np.concatenate((onward, back))
-    states[1:, THETA] = np.minimum(np.append(onward[1:, THETA], np.full(len(tau), np.inf)), target.stop)
+    states[1:, THETA] = np.minimum(states[1:, THETA], target.stop)
     return _driven(times, states, config)
 
 

@@ -11,7 +11,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc, Solution
 from rti_mpcc.model.bicycle import step
-from rti_mpcc.model.footprint import disc_radius
+from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
@@ -284,8 +284,11 @@ def complaint(solution: Solution, config: ControllerConfig) -> str:
 
 def _most_slack(solution: Solution, config: ControllerConfig) -> float:
     """Slack [m] with which a disc's centre lies on a boundary, on top of what the vehicle begins with."""
-    radius = disc_radius(config.vehicle, config.footprint.discs)
-    return radius + config.footprint.margin + float(solution.slack[0])
+    return (
+        cover(config.vehicle, config.footprint.discs).radius
+        + config.footprint.margin
+        + float(solution.slack[0])
+    )
 
 
 def defect(plan: Trajectory, wheelbase: float) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
 from rti_mpcc.docking import DockingController
-from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.model.footprint import along_and_across, cover, disc_centres
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.ocp.objectives import StageWeights
@@ -175,9 +175,7 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     centres = disc_centres(states, discs).reshape(-1, 2)
     planes = corridor.half_planes(command.diagnostics.part, centres)
     phi = np.repeat(states[:, PHI], len(discs.offsets))[:, None]
-    c, s, normal = np.cos(phi), np.sin(phi), planes.normal
-    along, across = normal[..., 0] * c + normal[..., 1] * s, normal[..., 1] * c - normal[..., 0] * s
-    gap = planes.distance - discs.reach(along, across).value
+    gap = planes.distance - discs.reach(*along_and_across(planes.normal, phi)).value
     active = gap < margin + TIGHT
     lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)
     read_only(lack)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 
 import numpy as np
@@ -38,10 +39,12 @@ def on_path(mpcc: RtiMpcc, speed: float) -> Array:
     return np.array([pose.x, pose.y, pose.phi, d * speed, steering, 2.0])
 
 
-def arrival(mpcc: RtiMpcc, state: Array) -> Trajectory:
-    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages))
+def arrival(
+    mpcc: RtiMpcc, state: Array, horizon: float = 20.0, of: Callable[..., Trajectory] = arrival_guess
+) -> Trajectory:
+    times = stage_times(5.0, stage_lengths(horizon, CONFIG.cycle, CONFIG.stages))
     way = mpcc.target.theta - float(state[THETA])
-    return arrival_guess(mpcc.part, mpcc.target, state, times, way, CONFIG)
+    return of(mpcc.part, mpcc.target, state, times, way, CONFIG)
 
 
 def cruise(mpcc: RtiMpcc, state: Array) -> Trajectory:
@@ -165,9 +168,7 @@ def test_a_plan_too_short_for_turning_the_steering_first_is_a_guess_all_the_same
 
 
 def backing(mpcc: RtiMpcc, state: Array, seconds: float = 30.0) -> Trajectory:
-    times = stage_times(5.0, stage_lengths(seconds, CONFIG.cycle, CONFIG.stages))
-    way = mpcc.target.theta - float(state[THETA])
-    return backing_guess(mpcc.part, mpcc.target, state, times, way, CONFIG)
+    return arrival(mpcc, state, seconds, of=backing_guess)
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.0])
