@@ -5,6 +5,7 @@ from __future__ import annotations
 from geometry.angles import lift, wrap
 from geometry.corridor import Corridor, Narrowing
 from geometry.errors import CorridorError, InputError, PathError, RtiMpccError
+from geometry.jutting import Jutting
 from geometry.lines import CorridorLines, PartLines
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
@@ -17,6 +18,7 @@ __all__ = [
     "CorridorLines",
     "HalfPlanes",
     "InputError",
+    "Jutting",
     "Narrowing",
     "PartLines",
     "PathError",

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from geometry.sampling import SPACING, as_complex, as_pairs, chain, ring
+from geometry.sampling import SPACING, as_complex, as_pairs, chain, juts_out, ring
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -79,6 +79,8 @@ class Boundary:
         is_loop: (F,) whether the feature closes on itself.
         is_closed: the polylines are rings; the first sample is there again as the last one.
         leads: unit tangents with which another boundary leads to the start and on from the end.
+        juts: (k,) whether the sample is a corner that juts into the allowed side, turning right by more than
+            CORNER, or an open end; any_juts: whether any does.
         mark: a number that tells this boundary from others.
         tree: of the samples.
         coarse: (j,) every STRIDE-th sample, all ends of features and all sharp turns.
@@ -98,6 +100,8 @@ class Boundary:
     is_loop: Mask
     is_closed: bool
     leads: tuple[complex, complex] | None
+    juts: Mask
+    any_juts: bool
     mark: int
     tree: cKDTree[None]
     coarse: NDArray[np.int32]
@@ -126,22 +130,26 @@ class Boundary:
         begins = np.array(list(accumulate((each.vertex.size for each in chains), initial=0)))
         # The samples of a single polyline may be its own points.
         vertex = np.concatenate([each.vertex for each in chains]) if len(chains) > 1 else chains[0].vertex
-        first, last, sharp, added = (
+        first, last, jutting, added = (
             np.concatenate([getattr(each, name) + at for each, at in zip(chains, begins[:-1], strict=True)])
-            for name in ("first", "last", "sharp", "added")
+            for name in ("first", "last", "jutting", "added")
         )
         even = np.arange(0, vertex.size, STRIDE, dtype=np.int32)
-        coarse = np.unique(np.concatenate((even, first, last, sharp), dtype=np.int32, casting="same_kind"))
+        coarse = np.unique(np.concatenate((even, first, last, jutting), dtype=np.int32, casting="same_kind"))
         middle, reach = _groups(vertex, coarse)
         is_end = np.zeros(vertex.size, dtype=np.bool_)
         is_end[begins[:-1]] = is_end[begins[1:] - 1] = True
         ends = np.flatnonzero(is_end)
+        at_ends = _at_ends(vertex, begins, first, ends, closed, leads)
+        juts = np.zeros(vertex.size, dtype=np.bool_)
+        juts[jutting] = True
+        juts[ends] = (at_ends.features[2] != 0) | juts_out(at_ends.segments[2] * at_ends.segments[1].conj())
         return cls(
             vertex=vertex,
             begins=begins,
             is_end=is_end,
             ends=ends,
-            at_ends=_at_ends(vertex, begins, first, ends, closed, leads),
+            at_ends=at_ends,
             table=None,
             added=added.astype(np.int32),
             first=first,
@@ -149,6 +157,8 @@ class Boundary:
             is_loop=np.concatenate([each.is_loop for each in chains]),
             is_closed=closed,
             leads=leads,
+            juts=juts,
+            any_juts=bool(juts.any()),
             mark=_mark(vertex, begins, bytes((closed, leads is not None))),
             # On the same numbers as the vertices.
             # Shrunk to their points, the cells of a line are so flat that a query visits most of them.

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry import clearance as bodies_against
 from geometry.boundary import Boundary
 from geometry.errors import CorridorError, InputError
+from geometry.jutting import Jutting, jutting
 from geometry.lines import CorridorLines
 from geometry.offsets import sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, split
@@ -174,6 +175,11 @@ class Corridor:
             InputError: a part that does not exist, wrong shapes, numbers that are not finite.
         """
         return half_planes(self._sides(part), points, previous, hysteresis, within)
+
+    def jutting(self, part: int, planes: HalfPlanes) -> Jutting | None:
+        """Return which nearest points of half-planes, just found for this part, are corners that jut out or
+        open ends; None if none is."""
+        return jutting(self._sides(part), planes)
 
     def at_least(self, part: int, points: Array, planes: HalfPlanes) -> Array:
         """Return how far points (m, 2) are from all boundaries and obstacles at least (m,) [m].

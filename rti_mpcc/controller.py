@@ -276,9 +276,14 @@ class RtiMpcc:
         planes = None if cartesian else self._planes(shifted.states, last)
         rows = drift = None
         if planes is not None:
-            footprint = config.footprint
+            footprint, juts = config.footprint, self._corridor.jutting(self.index, planes)
             rows = corridor_rows(
-                states[1:], frame.planes_in(planes), self._discs, footprint.margin, footprint.near
+                states[1:],
+                frame.planes_in(planes),
+                self._discs,
+                footprint.margin,
+                footprint.near,
+                None if juts is None else frame.juts_in(juts),
             )
         if rows is not None:
             drift = drifting(states, lengths, wheelbase)

@@ -71,12 +71,6 @@ def cover(vehicle: Vehicle, count: int) -> Discs:
     return Discs(offsets=offsets, half_length=0.5 * length / count, half_width=0.5 * vehicle.width)
 
 
-def along_and_across(normals: Array, phi: Array) -> tuple[Array, Array]:
-    """Components n·u and n·v of unit normals (..., 2) for bodies at headings phi (...)."""
-    c, s, x, y = np.cos(phi), np.sin(phi), normals[..., 0], normals[..., 1]
-    return x * c + y * s, y * c - x * s
-
-
 def disc_centres(states: Array, discs: Discs) -> Array:
     """Centres (n, discs, 2) [m] of the discs for states (n, >= 3) that begin with x, y, phi."""
     axis = np.stack([np.cos(states[:, PHI]), np.sin(states[:, PHI])], axis=-1)

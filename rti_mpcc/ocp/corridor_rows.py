@@ -4,7 +4,7 @@
 (H2)  n_x dx + n_y dy + (o (n_y cos phi - n_x sin phi) - dh/dphi) dphi + slack >= h + margin - n · (c - b)
 
 with h how far the disc, or the piece of the body in it, reaches towards the wall, (H6) of
-rti_mpcc.model.footprint.
+rti_mpcc.model.footprint, and at corners half-planes of (H7), rti_mpcc.ocp.facing.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry import HalfPlanes
-from rti_mpcc.model.footprint import Discs, along_and_across
+from geometry import HalfPlanes, Jutting
+from rti_mpcc.model.footprint import Discs
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
+from rti_mpcc.ocp.facing import facing
 from rti_mpcc.types import Array
 
 LOOSE = -100.0
@@ -41,12 +42,18 @@ class CorridorRows(NamedTuple):
 
 
 def corridor_rows(
-    states: Array, planes: HalfPlanes, discs: Discs, margin: float, near: float
+    states: Array,
+    planes: HalfPlanes,
+    discs: Discs,
+    margin: float,
+    near: float,
+    juts: Jutting | None = None,
 ) -> CorridorRows | None:
     """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage); None if none
     acts.
 
     Args:
+        juts: the nearest points that jut out.
         margin: kept between disc, or piece of the body, and boundary [m]; near: boundaries farther from the
             disc than that and the margin do not act [m].
     """
@@ -55,14 +62,13 @@ def corridor_rows(
     acts = apart < discs.radius + near
     if not acts.any():
         return None
-    normal = planes.normal.reshape(stages, count, -1, 2)
-    along, across = along_and_across(normal, states[:, PHI, None, None])
-    reach = discs.reach(along, across)
-    slopes = np.empty((*normal.shape[:3], 3))
-    slopes[..., :2] = normal
-    slopes[..., 2] = discs.offsets[None, :, None] * across - reach.slope
+    faced = facing(states, planes, juts, discs)
+    slopes = np.empty((*apart.shape, 3))
+    slopes[..., :2] = faced.normal.view(np.float64).reshape(*apart.shape, 2)
+    turning = np.tile(discs.offsets, stages)[:, None] * faced.across - faced.reach.slope
+    slopes[..., 2] = turning.reshape(apart.shape)
     slopes *= acts[..., None]
-    return CorridorRows(slopes, np.where(acts, reach.value - apart, LOOSE))
+    return CorridorRows(slopes, np.where(acts, margin - faced.gap.reshape(apart.shape), LOOSE))
 
 
 def drifting(states: Array, lengths: Array, wheelbase: float) -> Array:

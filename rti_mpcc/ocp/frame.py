@@ -7,7 +7,7 @@ from math import cos, sin
 
 import numpy as np
 
-from geometry import HalfPlanes, PathReference, Pose2
+from geometry import HalfPlanes, Jutting, PathReference, Pose2
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.types import Array
 
@@ -62,3 +62,8 @@ class LocalFrame:
         """Half-planes with normals turned into this frame (points stay in the world, nothing reads them)."""
         normal = planes.normal.view(np.complex128) * self._turn.conjugate()
         return replace(planes, normal=normal.view(np.float64))
+
+    def juts_in(self, juts: Jutting) -> Jutting:
+        """Corners of boundaries with tangents turned into this frame."""
+        back = self._turn.conjugate()
+        return juts._replace(before=juts.before * back, after=juts.after * back)

@@ -14,8 +14,8 @@ from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import Solution
 from rti_mpcc.docking import DockingController
-from rti_mpcc.model.footprint import along_and_across, cover, disc_centres
-from rti_mpcc.model.layout import PHI
+from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.ocp.facing import facing
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.recording import Recorder
@@ -174,12 +174,12 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     discs, margin = cover(config.vehicle, config.footprint.discs), config.footprint.margin
     centres = disc_centres(states, discs).reshape(-1, 2)
     planes = corridor.half_planes(command.diagnostics.part, centres)
-    phi = np.repeat(states[:, PHI], len(discs.offsets))[:, None]
-    gap = planes.distance - discs.reach(*along_and_across(planes.normal, phi)).value
+    faced = facing(states, planes, corridor.jutting(command.diagnostics.part, planes), discs)
+    gap = faced.gap
     active = gap < margin + TIGHT
     lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)
     read_only(lack)
-    return _planes(planes.point[active], planes.normal[active]), lack
+    return _planes(planes.point[active], faced.normal[active].view(np.float64).reshape(-1, 2)), lack
 
 
 def _planes(points: Array, normals: Array) -> ActivePlanes:
