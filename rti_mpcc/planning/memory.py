@@ -40,12 +40,14 @@ class PlannedStop:
         obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
             was no time yet.
         since: when that was, or when a way past was last looked for in vain [s].
+        from_there: that was standing at the stop.
     """
 
     at: float
     goal: Pose2 | None
     obstacles: int | None
     since: float
+    from_there: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, renewed
-from rti_mpcc.planning.route import LOOK_AGAIN, MOVED, apart, restart
+from rti_mpcc.planning.route import LOOK_AGAIN, MOVED, apart, restart, stands
 
 NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
@@ -21,14 +21,16 @@ def stop_before(
 
     `obstacle_changes`: after which no way past was found; None: there was no time to find one.
     """
+    stays = way <= NEAR_STOP
     stop = PlannedStop(
         at=float(situation.state[THETA]) + max(way, 0.0),
         goal=memory.goal,
         obstacles=obstacle_changes,
         since=situation.now,
+        from_there=stays and stands(memory, situation),
     )
     memory = renewed(restart(memory), stop=stop)
-    return memory if way > NEAR_STOP else renewed(memory, phase=Phase.HOLDING)
+    return renewed(memory, phase=Phase.HOLDING) if stays else memory
 
 
 def is_old(memory: ControllerMemory, situation: Situation) -> bool:
@@ -70,10 +72,14 @@ def found_clear(memory: ControllerMemory, obstacle_changes: int) -> ControllerMe
 
 
 def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
-    """Whether it is worth looking again if something still fills the way."""
+    """Whether it is worth looking again if something still fills the way.
+
+    From the stop itself it is once: what could not be passed in one go from far away may be from rest there.
+    """
     stop, goal = memory.stop, memory.goal
     if stop is None or now - stop.since < LOOK_AGAIN:
         return False
     before = stop.goal
     elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > MOVED
-    return elsewhere or stop.obstacles != obstacle_changes
+    there_now = memory.phase is Phase.HOLDING and not stop.from_there
+    return elsewhere or there_now or stop.obstacles != obstacle_changes
