@@ -2,8 +2,8 @@
 
 The half-plane of the nearest boundary point b of a disc has its normal along c - b, as the disc needs it.
 Where b is a corner that juts out, or an open end, the piece of the body in the disc may be clear of b by
-much more than that half-plane tells: of a post 0.15 m off a corner of the bumper it asks for 0.37 m more than
-there is. With q the point of the piece nearest to b, t and t' the tangents of the boundary to and from b,
+much more than that half-plane tells: 0.15 m before the bumper, half-way to its end, by 0.37 m. With q the
+point of the piece that is nearest to b, t and t' the tangents of the boundary to and from b,
 
 (H7)  n = (q - b)/|q - b|  if n·t >= 0 and n·t' <= 0,  else the normal of that one whose condition it breaks,
 

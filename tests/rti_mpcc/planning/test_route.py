@@ -423,6 +423,21 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situati
     assert free.phase is Phase.STARTING
 
 
+def test_from_a_stop_before_something_it_looks_once_more(situations: Any) -> None:
+    moving = stops.stop_before(arriving(), situations(), stops.NEAR_STOP, 7)
+    assert moving.phase is Phase.HOLDING
+    assert not stops.may_be_free(moving, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
+    assert stops.may_be_free(moving, 10.0 + route.LOOK_AGAIN, 7)
+    standing = replace(legs.released(moving), standing_since=9.0)
+    there = stops.stop_before(standing, situations.standing(12.0), stops.NEAR_STOP, 7)
+    assert there.phase is Phase.HOLDING
+    assert not stops.may_be_free(there, 60.0, 7)
+    assert stops.may_be_free(there, 60.0, 8)
+    # Standing elsewhere it is not the place to look from.
+    far = stops.stop_before(standing, situations.standing(12.0), 4.0, 7)
+    assert stops.may_be_free(replace(far, phase=Phase.HOLDING), 60.0, 7)
+
+
 def begun_for(stop: PlannedStop | None) -> Unfinished:
     return Unfinished(
         solution=None, iterations=2, iterate=None, target=target_at(9.0), stop=stop, arrive_at=12.0, begin=9.0

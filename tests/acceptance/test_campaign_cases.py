@@ -1,0 +1,27 @@
+"""Campaign cases that were not docked once, or touched something: docs/campaigns.md tells what was mended."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from typing import Any
+
+import pytest
+
+from rti_mpcc.simulation.campaign.case import CampaignCase, drive_case
+from rti_mpcc.simulation.campaign.levels import Level
+from rti_mpcc.simulation.campaign.row import CaseOutcome
+
+ONWARD_ONLY = [44, 45, 48, 75, 77, 128, 190]
+"""Out of reach onward, or with a cusp beside a boundary of the next part."""
+CORNERS = [122, 675, 707, 851, 932]
+"""With a corner of a boundary close to one of the body at the goal."""
+
+
+@pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS])
+def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
+    row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))
+    assert row.figures is not None
+    figures["time_to_dock_s"] = row.figures["time_to_dock_s"]
+    figures["min_clearance_m"] = row.figures["min_clearance_m"]
+    assert row.outcome is CaseOutcome.DOCKED
+    assert row.figures["min_clearance_m"] > 0.05
