@@ -210,7 +210,8 @@ class DockingController(Driver):
         queue = queued(self._memory.queue, sent, situation.now)
         waiting = act.status is Status.GOAL_LOST
         self._memory = renewed(self._memory, queue=queue, reached=situation.state, waiting=waiting)
-        if act.status is Status.BLOCKED and self._memory.stop is None:
+        looking = self._memory.stop is not None or self._memory.looks_past
+        if act.status is Status.BLOCKED and not looking:
             if route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
                 self._memory = renewed(route.restart(self._memory), looked_at=situation.now)
         elif not self._memory.latched:

@@ -75,7 +75,7 @@ class Driver:
     def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
         if self._may_be_free() and not route.drives(self._memory):
-            self._memory = legs.released(self._memory)
+            self._memory = renewed(legs.released(self._memory), looks_past=True)
         if self._memory.stop is not None:
             self._mpcc.set_stop(self._memory.stop.at)
         elif self._to_staging:
@@ -181,12 +181,15 @@ class Driver:
             return self._hold(situation)
         if not attempt.problem:
             return self._accept(attempt, situation)
-        if not latched and route.stands(self._memory, situation, route.PATIENCE):
+        looks_past = self._memory.looks_past
+        going_on = looks_past and attempt.cut
+        if not (latched or going_on) and route.stands(self._memory, situation, route.PATIENCE):
             latched = attempt.problem
             self._memory = renewed(self._memory, latched=latched)
         if latched and stands:
             self._memory = renewed(self._memory, looked_at=situation.now)
-        status = Status.FAILED if latched else Status.STARTING
+        status = Status.BLOCKED if looks_past else Status.STARTING
+        status = Status.FAILED if latched else status
         return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
 
     def _change_over(self, situation: Situation, clock: CycleClock, cut: float) -> Act | None:

@@ -124,6 +124,7 @@ class ControllerMemory:
         touched: see `contact.touched`; None while the body is free.
         looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
         stop: before something that fills the way, made for or held at; None where the way is free.
+        looks_past: standing there, a way past it is looked for.
         restarts: how often the active part was begun again after a stop outside the tolerance.
         pull_out: what is driven instead of the active part, or None; pulled_out: how often that was done.
     """
@@ -164,6 +165,7 @@ class ControllerMemory:
     touched: float | None = None
     looked_at: float | None = None
     stop: PlannedStop | None = None
+    looks_past: bool = False
     restarts: int = 0
     pull_out: PullOut | None = None
     pulled_out: int = 0

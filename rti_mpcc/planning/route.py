@@ -218,7 +218,15 @@ def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
 
 def accepted(memory: ControllerMemory, plan: Trajectory, situation: Situation) -> ControllerMemory:
     """A plan was accepted for driving: nothing holds the vehicle any more."""
-    return renewed(memory, fit=plan, driven=plan, accepted_at=situation.now, latched="", looked_at=None)
+    return renewed(
+        memory,
+        fit=plan,
+        driven=plan,
+        accepted_at=situation.now,
+        latched="",
+        looked_at=None,
+        looks_past=False,
+    )
 
 
 def braked(

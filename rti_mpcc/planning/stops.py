@@ -29,7 +29,7 @@ def stop_before(
         since=situation.now,
         from_there=stays and stands(memory, situation),
     )
-    memory = renewed(restart(memory), stop=stop)
+    memory = renewed(restart(memory), stop=stop, looks_past=memory.looks_past and not stays)
     return renewed(memory, phase=Phase.HOLDING) if stays else memory
 
 

@@ -438,6 +438,14 @@ def test_from_a_stop_before_something_it_looks_once_more(situations: Any) -> Non
     assert stops.may_be_free(replace(far, phase=Phase.HOLDING), 60.0, 7)
 
 
+def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop(situations: Any) -> None:
+    looking = replace(legs.released(arriving()), looks_past=True, standing_since=9.0)
+    assert not stops.stop_before(looking, situations.standing(12.0), stops.NEAR_STOP, 7).looks_past
+    assert stops.stop_before(looking, situations.standing(12.0), 0.4, 7).looks_past  # drives up to it first
+    plan = Trajectory(times=np.zeros(2), states=np.zeros((2, STATES)), controls=np.zeros((1, CONTROLS)))
+    assert not route.accepted(looking, plan, situations()).looks_past
+
+
 def begun_for(stop: PlannedStop | None) -> Unfinished:
     return Unfinished(
         solution=None, iterations=2, iterate=None, target=target_at(9.0), stop=stop, arrive_at=12.0, begin=9.0
