@@ -23,6 +23,7 @@ from geometry.sampling import as_complex
 from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, marks_of, with_tables
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
@@ -176,10 +177,15 @@ class Corridor:
         """
         return half_planes(self._sides(part), points, previous, hysteresis, within)
 
-    def jutting(self, part: int, planes: HalfPlanes) -> Jutting | None:
-        """Return which nearest points of half-planes, just found for this part, are corners that jut out or
-        open ends; None if none is."""
-        return jutting(self._sides(part), planes)
+    def jutting(self, part: int, planes: HalfPlanes, among: Index) -> Jutting | None:
+        """Return which of some half-planes are of corners that jut out, or of open ends; None if none is.
+
+        Args:
+            part: index of the part of the route that the planes are of.
+            planes: of this corridor.
+            among: (k,) those that are asked for, point * sides + side.
+        """
+        return jutting(self._sides(part), planes, among)
 
     def at_least(self, part: int, points: Array, planes: HalfPlanes) -> Array:
         """Return how far points (m, 2) are from all boundaries and obstacles at least (m,) [m].

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.boundary import Boundary
-from geometry.sampling import as_complex
 from geometry.walls import HalfPlanes
 
 Complex = NDArray[np.complex128]
@@ -22,11 +21,11 @@ Index = NDArray[np.int64]
 
 
 class Jutting(NamedTuple):
-    """Those of n points against s sides whose nearest boundary point juts out.
+    """Those of some half-planes whose boundary points jut out.
 
     Attributes:
-        at: (k,) which: point * s + side.
-        before, after: (k,) t, t' as complex numbers; 0 where there is none.
+        at: (j,) which of them.
+        before, after: (j,) t, t' as complex numbers; 0 where there is none.
     """
 
     at: Index
@@ -34,9 +33,14 @@ class Jutting(NamedTuple):
     after: Complex
 
 
-def jutting(sides: Sequence[Boundary | None], planes: HalfPlanes) -> Jutting | None:
-    """Return those of half-planes; None if there are none."""
-    found = [_of_side(side, planes, i) for i, side in enumerate(sides) if side is not None and side.any_juts]
+def jutting(sides: Sequence[Boundary | None], planes: HalfPlanes, among: Index) -> Jutting | None:
+    """Return those of half-planes `among` (k,), point * sides + side; None if there are none."""
+    sample, side = planes.sample.reshape(-1)[among], among % len(sides)
+    found = [
+        _of_side(each, planes, among, np.flatnonzero(side == i), sample)
+        for i, each in enumerate(sides)
+        if each is not None and each.any_juts
+    ]
     some = [each for each in found if each is not None]
     if not some:
         return None
@@ -44,20 +48,19 @@ def jutting(sides: Sequence[Boundary | None], planes: HalfPlanes) -> Jutting | N
     return Jutting(at, before, after)
 
 
-def _of_side(side: Boundary, planes: HalfPlanes, column: int) -> Jutting | None:
-    sample = planes.sample[:, column]
-    rows = side.juts.take(sample, mode="clip").nonzero()[0]
+def _of_side(side: Boundary, planes: HalfPlanes, among: Index, rows: Index, sample: Index) -> Jutting | None:
+    """Those of one side, which `rows` of `among` are of."""
+    rows = rows[side.juts.take(sample[rows], mode="clip")]
+    rows = rows[sample[rows] >= 0]
+    # The sample that is nearest need not be the nearest point.
+    point = planes.point.view(np.complex128).reshape(-1)
+    rows = rows[point[among[rows]] == side.vertex[sample[rows]]]
     if rows.size == 0:
         return None
-    rows = rows[sample[rows] >= 0]
-    at = sample[rows]
-    on_it = as_complex(planes.point[rows, column]) == side.vertex[at]
-    if not on_it.any():
-        return None
-    rows, found = rows[on_it], side.beside(at[on_it])
+    found = side.beside(sample[rows])
     tangents, lengths = found.segments[1:3], found.segments[3]
     return Jutting(
-        rows * planes.sample.shape[1] + column,
+        rows,
         np.where(lengths.real > 0.0, tangents[0], 0.0),
         np.where(lengths.imag > 0.0, tangents[1], 0.0),
     )

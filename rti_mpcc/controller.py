@@ -276,14 +276,14 @@ class RtiMpcc:
         planes = None if cartesian else self._planes(shifted.states, last)
         rows = drift = None
         if planes is not None:
-            footprint, juts = config.footprint, self._corridor.jutting(self.index, planes)
+            footprint, corridor, found = config.footprint, self._corridor, planes
             rows = corridor_rows(
                 states[1:],
                 frame.planes_in(planes),
                 self._discs,
                 footprint.margin,
                 footprint.near,
-                None if juts is None else frame.juts_in(juts),
+                lambda among: frame.juts_in(corridor.jutting(self.index, found, among)),
             )
         if rows is not None:
             drift = drifting(states, lengths, wheelbase)

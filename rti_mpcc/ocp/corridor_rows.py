@@ -9,6 +9,7 @@ rti_mpcc.model.footprint, and at corners half-planes of (H7), rti_mpcc.ocp.facin
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from geometry import HalfPlanes, Jutting
 from rti_mpcc.model.footprint import Discs
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
-from rti_mpcc.ocp.facing import facing
+from rti_mpcc.ocp.facing import Index, facing
 from rti_mpcc.types import Array
 
 LOOSE = -100.0
@@ -47,28 +48,27 @@ def corridor_rows(
     discs: Discs,
     margin: float,
     near: float,
-    juts: Jutting | None = None,
+    jutting: Callable[[Index], Jutting | None],
 ) -> CorridorRows | None:
     """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage); None if none
     acts.
 
     Args:
-        juts: the nearest points that jut out.
         margin: kept between disc, or piece of the body, and boundary [m]; near: boundaries farther from the
             disc than that and the margin do not act [m].
     """
-    stages, count = len(states), len(discs.offsets)
-    apart = planes.distance.reshape(stages, count, -1) - margin
-    acts = apart < discs.radius + near
-    if not acts.any():
+    acts = (planes.distance.reshape(-1) < discs.radius + margin + near).nonzero()[0]
+    if acts.size == 0:
         return None
-    faced = facing(states, planes, juts, discs)
-    slopes = np.empty((*apart.shape, 3))
-    slopes[..., :2] = faced.normal.view(np.float64).reshape(*apart.shape, 2)
-    turning = np.tile(discs.offsets, stages)[:, None] * faced.across - faced.reach.slope
-    slopes[..., 2] = turning.reshape(apart.shape)
-    slopes *= acts[..., None]
-    return CorridorRows(slopes, np.where(acts, margin - faced.gap.reshape(apart.shape), LOOSE))
+    shape = (len(states), len(discs.offsets), planes.distance.shape[1])
+    faced = facing(states, planes, acts, discs, jutting)
+    slopes, lower = np.zeros((*shape, 3)), np.full(shape, LOOSE)
+    rows = slopes.reshape(-1, 3)
+    rows[acts, X], rows[acts, Y] = faced.normal.real, faced.normal.imag
+    offset = discs.offsets[acts // shape[2] % shape[1]]
+    rows[acts, PHI] = offset * faced.across - faced.reach.slope
+    lower.reshape(-1)[acts] = margin - faced.gap
+    return CorridorRows(slopes, lower)
 
 
 def drifting(states: Array, lengths: Array, wheelbase: float) -> Array:

@@ -8,12 +8,13 @@ point of the piece that is nearest to b, t and t' the tangents of the boundary t
 (H7)  n = (q - b)/|q - b|  if n·t >= 0 and n·t' <= 0,  else the normal of that one whose condition it breaks,
 
 where this leaves the piece more room than the half-plane of its disc, and only where its end points at the
-wall, |n·u| >= a/r as in (H6).
+wall, |n·u| >= a/r as in (H6). A piece that has `CLOSE` to the half-plane of its disc is not held by either.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,18 +26,21 @@ from rti_mpcc.types import Array
 
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+CLOSE = 0.6
+"""A piece of the body that is farther from the half-plane of its disc is not held by it [m]."""
+WORTH = 0.01
+"""What the corner itself has to be farther away than that half-plane for another one to be worth it [m]."""
 _TINY = 1e-9  # what rounding may leave of a product that is 0
 
 
 class Facing(NamedTuple):
-    """What the pieces of the body are kept apart from, at m = states * discs centres c, s sides.
+    """What pieces of the body are kept apart from, for k of the half-planes of their discs' centres c.
 
     Attributes:
-        normal: (m, s) n of the half-planes as complex numbers, in the frame of the states.
-        across: (m, s) n·v.
-        distance: (m, s) n·(c - b) [m].
-        reach: (m, s) of the pieces towards there.
+        normal: (k,) n as complex numbers, in the frame of the states.
+        across: (k,) n·v.
+        distance: (k,) n·(c - b) [m].
+        reach: (k,) of the pieces towards there.
     """
 
     normal: Complex
@@ -46,32 +50,61 @@ class Facing(NamedTuple):
 
     @property
     def gap(self) -> Array:
-        """(m, s) between piece and half-plane [m]."""
+        """(k,) between piece and half-plane [m]."""
         return self.distance - self.reach.value
 
 
-def facing(states: Array, planes: HalfPlanes, juts: Jutting | None, discs: Discs) -> Facing:
-    """(H6) and (H7) for bodies at `states` (n, >= 3) and the half-planes of their discs' centres."""
-    turn = np.repeat(np.exp(1j * states[:, PHI]), len(discs.offsets))
-    normal = planes.normal.view(np.complex128)[..., 0]
-    seen = normal * turn.conj()[:, None]
-    found = Facing(normal, seen.imag, planes.distance, discs.reach(seen.real, seen.imag))
-    return found if juts is None else _turned(found, seen, turn[juts.at // len(seen[0])], juts, discs)
-
-
-def _turned(found: Facing, seen: Complex, turn: Complex, juts: Jutting, discs: Discs) -> Facing:
-    """The same with half-planes (H7) at corners.
+def facing(
+    states: Array, planes: HalfPlanes, among: Index, discs: Discs, jutting: Callable[[Index], Jutting | None]
+) -> Facing:
+    """(H6) and (H7) for bodies at `states` (n, >= 3) and the half-planes of their discs' centres.
 
     Args:
-        seen: (m, s) normals as seen from the body, where u = 1 and v = i, as all is here; turn: (k,) its
-            heading at the corners.
+        among: (k,) those that are asked for: (state * discs + disc) * sides + side.
+        jutting: which of some of them are of points that jut out, in the frame of the states.
     """
-    a, b, at = discs.half_length, discs.half_width, juts.at
-    n, distance = seen.flat[at], found.distance.flat[at]
-    corner = -distance * n
-    q = np.clip(corner.real, -a, a) + 1j * np.clip(corner.imag, -b, b)
+    normal = planes.normal.view(np.complex128).reshape(-1)[among]
+    heading = states[:, PHI][among // (len(discs.offsets) * planes.distance.shape[1])]
+    turn = np.exp(1j * heading)
+    seen = normal * turn.conj()
+    value, slope = np.full(among.size, discs.radius), np.zeros(among.size)
+    found = Facing(normal, seen.imag, planes.distance.reshape(-1)[among], Reach(value, slope))
+    # Beside the body it is the disc that counts.
+    ahead = (np.abs(seen.real) >= discs.half_length / discs.radius).nonzero()[0]
+    if ahead.size:
+        value[ahead], slope[ahead] = discs.reach(seen.real[ahead], seen.imag[ahead])
+        _turn_to_corners(found, ahead, seen[ahead], turn, among, discs, jutting)
+    return found
+
+
+def _turn_to_corners(
+    found: Facing,
+    at: Index,
+    n: Complex,
+    turn: Complex,
+    among: Index,
+    discs: Discs,
+    jutting: Callable[[Index], Jutting | None],
+) -> None:
+    """Put half-planes (H7) in the place of those found that are of corners.
+
+    All of it as it is seen from the body, where u = 1 and v = i.
+
+    Args:
+        at: (j,) which may be; n: (j,) their normals; turn, among: (k,) headings of the bodies, and numbers.
+    """
+    a, b, gap = discs.half_length, discs.half_width, found.gap[at]
+    corner = -found.distance[at] * n
+    most = np.array((a, b))
+    q = np.minimum(np.maximum(corner.view(np.float64).reshape(-1, 2), -most), most).view(np.complex128)[:, 0]
     apart = np.abs(q - corner)
-    straight = np.divide(q - corner, apart, out=n.copy(), where=apart > 0.0)
+    some = ((gap < CLOSE) & (apart > np.maximum(gap, 0.0) + WORTH)).nonzero()[0]
+    juts = jutting(among[at[some]]) if some.size else None
+    if juts is None:
+        return
+    some = some[juts.at]
+    at, n, corner, q, gap, turn = at[some], n[some], corner[some], q[some], gap[some], turn[at[some]]
+    straight = (q - corner) / apart[some]
     before, after = juts.before / turn, juts.after / turn
     normal = np.where(_dot(straight, before) < 0.0, _normal_beside(before, straight), straight)
     normal = np.where(_dot(straight, after) > 0.0, _normal_beside(after, straight), normal)
@@ -79,24 +112,14 @@ def _turned(found: Facing, seen: Complex, turn: Complex, juts: Jutting, discs: D
     is_straight, reach = normal == straight, discs.reach(normal.real, normal.imag)
     value = np.where(is_straight, -_dot(normal, q), reach.value)
     slope = np.where(is_straight, -_dot(normal, 1j * q), reach.slope)
-    away = distance * _dot(n, normal)
+    away = found.distance[at] * _dot(n, normal)
 
-    better = (away - value > found.gap.flat[at]) & (distance > 0.0) & (apart > 0.0)
-    better &= np.abs(normal.real) >= a / discs.radius
+    better = (away - value > gap) & (found.distance[at] > 0.0) & (np.abs(normal.real) >= a / discs.radius)
     better &= (_dot(normal, before) >= -_TINY) & (_dot(normal, after) <= _TINY)
-    return Facing(
-        _but(found.normal, at, better, normal * turn),
-        _but(found.across, at, better, normal.imag),
-        _but(found.distance, at, better, away),
-        Reach(_but(found.reach.value, at, better, value), _but(found.reach.slope, at, better, slope)),
-    )
-
-
-def _but(values: NDArray[Any], at: Index, where: Mask, others: NDArray[Any]) -> NDArray[Any]:
-    """Values (m, s) but for `others` (k,) at some of the places (k,)."""
-    mixed = values.copy()
-    mixed.flat[at[where]] = others[where]
-    return mixed
+    to = at[better]
+    found.normal[to], found.across[to] = (normal * turn)[better], normal.imag[better]
+    found.distance[to] = away[better]
+    found.reach.value[to], found.reach.slope[to] = value[better], slope[better]
 
 
 def _dot(one: Complex, other: Complex) -> Array:

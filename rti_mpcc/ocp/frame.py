@@ -63,7 +63,9 @@ class LocalFrame:
         normal = planes.normal.view(np.complex128) * self._turn.conjugate()
         return replace(planes, normal=normal.view(np.float64))
 
-    def juts_in(self, juts: Jutting) -> Jutting:
+    def juts_in(self, juts: Jutting | None) -> Jutting | None:
         """Corners of boundaries with tangents turned into this frame."""
+        if juts is None:
+            return None
         back = self._turn.conjugate()
         return juts._replace(before=juts.before * back, after=juts.after * back)

@@ -174,12 +174,14 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     discs, margin = cover(config.vehicle, config.footprint.discs), config.footprint.margin
     centres = disc_centres(states, discs).reshape(-1, 2)
     planes = corridor.half_planes(command.diagnostics.part, centres)
-    faced = facing(states, planes, corridor.jutting(command.diagnostics.part, planes), discs)
-    gap = faced.gap
+    part, every = command.diagnostics.part, np.arange(planes.distance.size)
+    faced = facing(states, planes, every, discs, lambda among: corridor.jutting(part, planes, among))
+    gap = faced.gap.reshape(planes.distance.shape)
     active = gap < margin + TIGHT
     lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)
     read_only(lack)
-    return _planes(planes.point[active], faced.normal[active].view(np.float64).reshape(-1, 2)), lack
+    normal = faced.normal[active.reshape(-1)].view(np.float64).reshape(-1, 2)
+    return _planes(planes.point[active], normal), lack
 
 
 def _planes(points: Array, normals: Array) -> ActivePlanes:

@@ -3,14 +3,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geometry import Corridor, Jutting, Narrowing, Pose2, ReferencePath
+from geometry import Corridor, HalfPlanes, Jutting, Narrowing, Pose2, ReferencePath
 
 STRAIGHT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 BLOCK = [(8.0, -1.0), (10.0, -1.0), (10.0, 1.0), (8.0, 1.0)]
 
 
 def jutting(corridor: Corridor, *points: tuple[float, float]) -> Jutting | None:
-    return corridor.jutting(0, corridor.half_planes(0, np.array(points)))
+    return all_jutting(corridor, corridor.half_planes(0, np.array(points)))
+
+
+def all_jutting(corridor: Corridor, planes: HalfPlanes) -> Jutting | None:
+    return corridor.jutting(0, planes, np.arange(planes.distance.size))
 
 
 def only(found: Jutting | None, row: int, side: int, sides: int) -> tuple[complex, complex]:
@@ -73,7 +77,17 @@ def test_what_was_not_looked_up_does_not_jut_out() -> None:
     corridor = Corridor.from_offsets(STRAIGHT, left=4.0, right=-3.0)
     points = np.array([(-2.0, 0.5), (22.0, 0.5)])
     planes = corridor.half_planes(0, points)
-    assert corridor.jutting(0, planes) is not None
+    assert all_jutting(corridor, planes) is not None
     far = corridor.half_planes(0, points + 0.01, planes, within=0.5)
     assert (far.sample < 0).all()
-    assert corridor.jutting(0, far) is None
+    assert all_jutting(corridor, far) is None
+
+
+def test_only_those_asked_for_are_told_of() -> None:
+    corridor = Corridor.from_offsets(STRAIGHT, left=4.0, right=-3.0)
+    planes = corridor.half_planes(0, np.array([(-2.0, 1.0), (22.0, 1.0), (5.0, 0.0)]))
+    found = corridor.jutting(0, planes, np.array([5, 3, 0]))
+    assert found is not None
+    told = dict(zip(found.at.tolist(), found.before.tolist(), strict=True))
+    assert told == {1: 1.0, 2: -1.0}
+    assert corridor.jutting(0, planes, np.array([4, 5])) is None

@@ -42,6 +42,7 @@ from rti_mpcc.qp.pattern import BOUNDED, QpPattern, build_pattern
 from rti_mpcc.qp.solver import QpSolution, QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
 from rti_mpcc.types import Array
+from tests.rti_mpcc.corners import no_corners
 
 TIGHT = SolverSettings(tolerance=1e-8, max_iterations=500_000, check_interval=25, polish=True)
 """OSQP at 1e-8 needs up to 1e5 iterations where several discs touch one corner of a boundary."""
@@ -183,7 +184,9 @@ class FrozenProblem:
             discs = cover(config.vehicle, config.footprint.discs)
             planes = self.planes.at(disc_centres(states[1:], discs).reshape(-1, 2))
             margin = config.footprint.margin
-            fill_corridor(values, pattern, corridor_rows(states[1:], planes, discs, margin, near=np.inf))
+            fill_corridor(
+                values, pattern, corridor_rows(states[1:], planes, discs, margin, np.inf, no_corners)
+            )
         fill_initial(values, pattern, self.measured - states[0])
 
 

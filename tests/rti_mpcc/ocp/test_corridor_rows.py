@@ -22,6 +22,7 @@ from rti_mpcc.ocp.corridor_rows import (
     lacking,
 )
 from rti_mpcc.types import Array
+from tests.rti_mpcc.corners import no_corners
 from tests.rti_mpcc.differences import slopes
 
 DISCS = cover(Vehicle(), 5)
@@ -52,7 +53,7 @@ def planes_of(corridor: Corridor, states: Array) -> HalfPlanes:
 
 
 def rows_about(states: Array, planes: HalfPlanes, near: float = 1e3) -> CorridorRows:
-    rows = corridor_rows(states, planes, DISCS, MARGIN, near)
+    rows = corridor_rows(states, planes, DISCS, MARGIN, near, no_corners)
     assert rows is not None
     return rows
 
@@ -173,7 +174,7 @@ def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array
         feature=np.full((60, 2), -1),
         sample=np.full((60, 2), -1),
     )
-    assert corridor_rows(states, none, DISCS, MARGIN, near=1e3) is None
+    assert corridor_rows(states, none, DISCS, MARGIN, 1e3, no_corners) is None
 
 
 STAYS = np.tile(np.eye(POSE, MEASURED), (12, 1, 1))

@@ -10,6 +10,7 @@ from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.safety import contact
 from rti_mpcc.safety.ladder import SPARE, braking
 from rti_mpcc.types import Array, Trajectory
+from tests.rti_mpcc.corners import no_corners
 
 CONFIG = ControllerConfig()
 WALL_AT = 20.0
@@ -131,7 +132,7 @@ def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
     plan, discs = straight_on(10.0, end), cover(vehicle, CONFIG.footprint.discs)
     planes = inside.half_planes(0, disc_centres(plan.states[1:], discs).reshape(-1, 2))
     footprint = CONFIG.footprint
-    rows = corridor_rows(plan.states[1:], planes, discs, footprint.margin, footprint.near)
+    rows = corridor_rows(plan.states[1:], planes, discs, footprint.margin, footprint.near, no_corners)
     assert rows is not None
     assert rows.lower[-1].max() <= 0.0
     assert not contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf)
