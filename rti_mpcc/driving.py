@@ -514,11 +514,15 @@ class Driver:
     def _way_to_stop_in(
         self, plan: Trajectory, situation: Situation, planes: HalfPlanes | None, *, anywhere: bool
     ) -> float | None:
-        """Way to a contact that the vehicle must brake for now [m], or None."""
+        """Way to a contact that the vehicle must brake for now [m], or None.
+
+        Braking, or touching something, it does so for one that is farther than it needs to stop, too.
+        """
         need = contact.stopping_distance(float(situation.state[V]), self.config)
         reach = inf if anywhere else need + contact.CHECKED
         way = self._way_to_contact(plan, reach, planes)
-        must_stop = way < inf if anywhere or self._memory.blocked else way <= need
+        wary = anywhere or self._memory.blocked or self._memory.touched is not None
+        must_stop = way < inf if wary else way <= need
         return way if must_stop else None
 
     def _hold(self, situation: Situation) -> Act:

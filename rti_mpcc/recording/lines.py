@@ -28,12 +28,23 @@ def to_line(data: dict[str, Data]) -> str:
 
 
 def from_line(line: bytes) -> tuple[dict[str, Data], bool]:
-    """What a line says, and whether its checksum fits. Raises ValueError if it is no JSON object."""
-    data = json.loads(line.decode("utf-8"))
+    """What a line says, and whether its checksum fits. Raises ValueError if it is no JSON object.
+
+    The checksum is that of numbers as they are written here: 1E-5 says the same as 1e-05, but does not fit.
+    """
+    others: list[str] = []
+
+    def number(text: str) -> float:
+        value = float(text)
+        if repr(value) != text:
+            others.append(text)
+        return value
+
+    data = json.loads(line.decode("utf-8"), parse_float=number)
     if not isinstance(data, dict):
         raise ValueError("not a JSON object")
     checksum = data.pop(_CHECKSUM, None)
-    return data, checksum == _checksum(_canonical(data))
+    return data, not others and checksum == _checksum(_canonical(data))
 
 
 def _canonical(data: dict[str, Data]) -> str:
