@@ -7,9 +7,7 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.simulation.campaign.case import CampaignCase, drive_case
-from rti_mpcc.simulation.campaign.levels import Level
-from rti_mpcc.simulation.campaign.row import CaseOutcome
+from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level, drive_case
 
 ONWARD_ONLY = [44, 45, 48, 75, 77, 128, 190]
 """Out of reach onward, or with a cusp beside a boundary of the next part."""

@@ -1,0 +1,38 @@
+"""Campaigns of all levels, in parts: nothing is touched, no refused result is driven, hardly a case is lost.
+
+`nominal` has all its 1,000 cases here, the others their first hundred.
+"""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from typing import Any
+
+import pytest
+
+from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level, drive_case
+
+PART = 50
+PARTS = [
+    *((Level.NOMINAL, part) for part in range(20)),
+    *((level, part) for level in (Level.NOISY, Level.MISMATCHED, Level.HARD) for part in range(2)),
+]
+MAY_BE_LOST = 1
+"""Of a part."""
+
+
+@pytest.mark.parametrize(("level", "part"), PARTS)
+def test_cases_dock_and_touch_nothing(level: Level, part: int, figures: MutableMapping[str, Any]) -> None:
+    rows = [
+        drive_case(CampaignCase(seed=1, level=level, index=index))
+        for index in range(part * PART, (part + 1) * PART)
+    ]
+    told = [row.figures for row in rows if row.figures is not None]
+    lost = [row.index for row in rows if row.outcome is not CaseOutcome.DOCKED]
+    figures["lost"] = lost
+    figures["min_clearance_m"] = min(each["min_clearance_m"] for each in told)
+    figures["refused_results_driven"] = sum(each["failures_driven"] for each in told)
+    assert len(told) == PART
+    assert figures["min_clearance_m"] > 0.0
+    assert figures["refused_results_driven"] == 0
+    assert len(lost) <= MAY_BE_LOST
