@@ -45,6 +45,8 @@ CLUSTER = 0.9
 """A Dask cluster of two workers against two processes, at least."""
 GROWTH = 0.02
 """Share by which the memory of the parent may grow."""
+UNPROFILED = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
+"""Dask's workers look at what they do a hundred times a second, which takes a sixth of the time."""
 REASONS = {
     "the body there crosses": "no room for the body at the goal",
     "out of reach": "the goal is out of reach of the route",
@@ -110,10 +112,6 @@ def rate(engine: Engine, settings: CampaignSettings, kept: list[str]) -> float:
         run_campaign(settings, place, engine=engine, progress=lambda done, total: ends.append(perf_counter()))
         kept[:] = sorted((place / "rows.jsonl").read_text().splitlines())
     return (len(ends) - 1) / (ends[-1] - ends[0])
-
-
-UNPROFILED = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
-"""Dask's workers look at what they do a hundred times a second, which takes a sixth of the time."""
 
 
 def throughput(settings: CampaignSettings, rounds: int) -> dict[str, Any]:

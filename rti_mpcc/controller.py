@@ -9,13 +9,14 @@ from time import perf_counter
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, lift
+from geometry import Corridor, HalfPlanes, InputError, Jutting, PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import MEASURED, CorridorRows, admitted, corridor_rows, drifting, lacking
+from rti_mpcc.ocp.facing import Index
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
@@ -274,19 +275,8 @@ class RtiMpcc:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls, eased=pace.eased)
         planes = None if cartesian else self._planes(shifted.states, last)
-        rows = drift = None
-        if planes is not None:
-            footprint, corridor, found = config.footprint, self._corridor, planes
-            rows = corridor_rows(
-                states[1:],
-                frame.planes_in(planes),
-                self._discs,
-                footprint.margin,
-                footprint.near,
-                lambda among: frame.juts_in(corridor.jutting(self.index, found, among)),
-            )
-        if rows is not None:
-            drift = drifting(states, lengths, wheelbase)
+        rows = None if planes is None else self._rows(states, planes, frame)
+        drift = None if rows is None else drifting(states, lengths, wheelbase)
         fill_corridor(values, pattern, rows, eased=pace.eased)
         self._last = last
         self._linearisation = Linearisation(
@@ -388,6 +378,15 @@ class RtiMpcc:
         within = self._discs.radius + footprint.margin + footprint.near
         previous = last.planes if last else None
         return self._corridor.half_planes(self.index, centres, previous, within=within)
+
+    def _rows(self, states: Array, planes: HalfPlanes, frame: LocalFrame) -> CorridorRows | None:
+        """Corridor rows about local states (N+1, 6) with the half-planes of stages 1..N in the world."""
+
+        def jutting(among: Index) -> Jutting | None:
+            return frame.juts_in(self._corridor.jutting(self.index, planes, among))
+
+        margin, near = self.config.footprint.margin, self.config.footprint.near
+        return corridor_rows(states[1:], frame.planes_in(planes), self._discs, margin, near, jutting)
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.

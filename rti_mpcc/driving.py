@@ -188,8 +188,8 @@ class Driver:
             self._memory = renewed(self._memory, latched=latched)
         if latched and stands:
             self._memory = renewed(self._memory, looked_at=situation.now)
-        status = Status.BLOCKED if looks_past else Status.STARTING
-        status = Status.FAILED if latched else status
+        searching = Status.BLOCKED if looks_past else Status.STARTING
+        status = Status.FAILED if latched else searching
         return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
 
     def _change_over(self, situation: Situation, clock: CycleClock, cut: float) -> Act | None:

@@ -19,6 +19,7 @@ from math import hypot
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, X, Y
@@ -53,12 +54,16 @@ class Discs:
         """r [m]."""
         return hypot(self.half_length, self.half_width)
 
+    def ahead(self, along: Array) -> NDArray[np.bool_]:
+        """Where (H6) counts the piece, |n·u| >= a/r, for components `along` n·u of the walls' normals."""
+        return np.asarray(np.abs(along) >= self.half_length / self.radius)
+
     def reach(self, along: Array, across: Array) -> Reach:
         """Equation (H6) for walls whose normals have the components `along` n·u and `across` n·v."""
         wide = np.hypot(across, ROUND)
         value = self.half_length * np.abs(along) + self.half_width * wide
         radius = self.radius
-        ahead = (np.abs(along) >= self.half_length / radius) & (value < radius)
+        ahead = self.ahead(along) & (value < radius)
         # d(n·u)/dphi = n·v, d(n·v)/dphi = -n·u
         slope = self.half_length * np.sign(along) * across - self.half_width * across * along / wide
         return Reach(np.where(ahead, value, radius), np.where(ahead, slope, 0.0))

@@ -54,6 +54,7 @@ def corridor_rows(
     acts.
 
     Args:
+        jutting: which of some of the half-planes are of points that jut out, see `facing`.
         margin: kept between disc, or piece of the body, and boundary [m]; near: boundaries farther from the
             disc than that and the margin do not act [m].
     """

@@ -70,7 +70,7 @@ def facing(
     value, slope = np.full(among.size, discs.radius), np.zeros(among.size)
     found = Facing(normal, seen.imag, planes.distance.reshape(-1)[among], Reach(value, slope))
     # Beside the body it is the disc that counts.
-    ahead = (np.abs(seen.real) >= discs.half_length / discs.radius).nonzero()[0]
+    ahead = discs.ahead(seen.real).nonzero()[0]
     if ahead.size:
         value[ahead], slope[ahead] = discs.reach(seen.real[ahead], seen.imag[ahead])
         _turn_to_corners(found, ahead, seen[ahead], turn, among, discs, jutting)
@@ -93,17 +93,18 @@ def _turn_to_corners(
     Args:
         at: (j,) which may be; n: (j,) their normals; turn, among: (k,) headings of the bodies, and numbers.
     """
-    a, b, gap = discs.half_length, discs.half_width, found.gap[at]
-    corner = -found.distance[at] * n
-    most = np.array((a, b))
+    distance, gap = found.distance[at], found.gap[at]
+    corner, most = -distance * n, np.array((discs.half_length, discs.half_width))
     q = np.minimum(np.maximum(corner.view(np.float64).reshape(-1, 2), -most), most).view(np.complex128)[:, 0]
     apart = np.abs(q - corner)
-    some = ((gap < CLOSE) & (apart > np.maximum(gap, 0.0) + WORTH)).nonzero()[0]
+    worth = (gap < CLOSE) & (apart > np.maximum(gap, 0.0) + WORTH) & (distance > 0.0)
+    some = worth.nonzero()[0]
     juts = jutting(among[at[some]]) if some.size else None
     if juts is None:
         return
     some = some[juts.at]
-    at, n, corner, q, gap, turn = at[some], n[some], corner[some], q[some], gap[some], turn[at[some]]
+    at, n, corner, q, gap = at[some], n[some], corner[some], q[some], gap[some]
+    turn = turn[at]
     straight = (q - corner) / apart[some]
     before, after = juts.before / turn, juts.after / turn
     normal = np.where(_dot(straight, before) < 0.0, _normal_beside(before, straight), straight)
@@ -112,9 +113,9 @@ def _turn_to_corners(
     is_straight, reach = normal == straight, discs.reach(normal.real, normal.imag)
     value = np.where(is_straight, -_dot(normal, q), reach.value)
     slope = np.where(is_straight, -_dot(normal, 1j * q), reach.slope)
-    away = found.distance[at] * _dot(n, normal)
+    away = distance[some] * _dot(n, normal)
 
-    better = (away - value > gap) & (found.distance[at] > 0.0) & (np.abs(normal.real) >= a / discs.radius)
+    better = (away - value > gap) & discs.ahead(normal.real)
     better &= (_dot(normal, before) >= -_TINY) & (_dot(normal, after) <= _TINY)
     to = at[better]
     found.normal[to], found.across[to] = (normal * turn)[better], normal.imag[better]

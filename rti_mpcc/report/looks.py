@@ -173,8 +173,9 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
         return _planes(np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(len(states))
     discs, margin = cover(config.vehicle, config.footprint.discs), config.footprint.margin
     centres = disc_centres(states, discs).reshape(-1, 2)
-    planes = corridor.half_planes(command.diagnostics.part, centres)
-    part, every = command.diagnostics.part, np.arange(planes.distance.size)
+    part = command.diagnostics.part
+    planes = corridor.half_planes(part, centres)
+    every = np.arange(planes.distance.size)
     faced = facing(states, planes, every, discs, lambda among: corridor.jutting(part, planes, among))
     gap = faced.gap.reshape(planes.distance.shape)
     active = gap < margin + TIGHT
