@@ -42,9 +42,10 @@ from rti_mpcc.config import (
     Vehicle,
     Weights,
 )
-from rti_mpcc.controller import RtiMpcc, Solution
+from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
+from rti_mpcc.iteration import Solution
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.types import (
     Command,

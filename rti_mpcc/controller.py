@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import hypot
 from time import perf_counter
 
 import numpy as np
-from scipy.sparse import csc_matrix
 
 from geometry import Corridor, HalfPlanes, InputError, Jutting, PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
+from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import MEASURED, CorridorRows, admitted, corridor_rows, drifting, lacking
 from rti_mpcc.ocp.facing import Index
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import (
-    StageWeights,
-    Target,
-    TargetKind,
-    arrival_weights,
-    cartesian_weights,
-    contouring_weights,
-)
+from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, cartesian_weights, contouring_weights
 from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.ocp.targets import TargetKind, goal_on, path_end, stop_on
 from rti_mpcc.qp.filling import (
     empty_values,
     fill_bounds,
@@ -38,13 +32,12 @@ from rti_mpcc.qp.filling import (
     fill_curvature,
     fill_dynamics,
     fill_initial,
+    fill_motion_bounds,
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
-from rti_mpcc.qp.solver import FAR, NEAR, Ends, Pace, QpSolution, QpSolver, Stop
+from rti_mpcc.qp.problem import QpProblem, problem_of
+from rti_mpcc.qp.solver import FAR, NEAR, Ends, Pace, QpSolution, QpSolver
 from rti_mpcc.types import Array, Trajectory
-
-RETURN_SHARE = 0.9
-"""Share of the input limits at which a measured speed or steering outside its limits must return."""
 
 OUTSIDE_PATIENCE = 10
 """While the vehicle is far outside its bounds a QP may take so many times the configured iterations at least:
@@ -53,84 +46,6 @@ SHORT = 0.1
 """Share of the corridor's margin that must be missing for that."""
 STILL = 1.0
 """A goal that moves by less than this is projected near its last projection [m]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Linearisation:
-    """What `prepare` leaves for `feedback`: the trajectory linearised about, and what acts on it.
-
-    Attributes:
-        trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
-        lengths: (N,) of the stages [s].
-        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them,
-            None where none acts; drift: see `drifting`, None without rows.
-        bounds: (2, 2) what v and delta may be at every stage, lower and upper.
-        refused: "" or why the solver refused the numbers.
-        seconds: time that the preparation took.
-    """
-
-    trajectory: Trajectory
-    frame: LocalFrame
-    states: Array
-    lengths: Array
-    weights: StageWeights
-    planes: HalfPlanes | None
-    rows: CorridorRows | None
-    drift: Array | None
-    bounds: Array
-    refused: str
-    seconds: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Solution:
-    """What one real-time iteration gave.
-
-    Attributes:
-        solved: the QP was solved; otherwise `trajectory` is the one linearised about.
-        trajectory: the plan in the world, headings on the route's branch.
-        slack: (N,) corridor slack of stages 1..N [m].
-        weights: that acted; planes: that acted, memory of their features.
-        dual: multipliers in scaled units of rows that are not eased, the next QP's guess.
-        status, iterations, refactorisations, residuals: of OSQP, see `QpSolution`.
-        stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
-        prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
-    """
-
-    solved: bool
-    trajectory: Trajectory
-    slack: Array
-    weights: StageWeights
-    planes: HalfPlanes | None
-    dual: Array
-    status: str
-    iterations: int
-    refactorisations: int
-    residuals: tuple[float, float]
-    stopped: Stop | None
-    iterate: tuple[Array, Array] | None
-    prepare_seconds: float
-    solve_seconds: float
-    feedback_seconds: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QpProblem:
-    """One QP in scaled units: min x'Px/2 + q'x, lower <= Ax <= upper, and the guess it was begun from.
-
-    Attributes:
-        cost: P (n, n), upper triangle, CSC; gradient: q (n,).
-        constraints: A (m, n), CSC; lower, upper: (m,).
-        primal: (n,), dual: (m,) guess.
-    """
-
-    cost: csc_matrix
-    gradient: Array
-    constraints: csc_matrix
-    lower: Array
-    upper: Array
-    primal: Array
-    dual: Array
 
 
 class RtiMpcc:
@@ -190,10 +105,7 @@ class RtiMpcc:
 
     def set_stop(self, theta: float) -> None:
         """Stop on the path at progress `theta` [m]."""
-        theta = min(theta, self.part.end)
-        self.target = Target(
-            pose=self.part.pose(theta), theta=theta, theta_end=self.part.end, kind=TargetKind.PATH_END
-        )
+        self.target = stop_on(self.part, min(theta, self.part.end))
 
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
@@ -331,17 +243,7 @@ class RtiMpcc:
 
     def problem(self) -> QpProblem:
         """The QP as it is now: after `feedback` the one that was solved last. For study off line."""
-        pattern, values = self._pattern, self._values
-        primal, dual = self._guess
-        return QpProblem(
-            cost=pattern.cost.matrix(values.cost.copy()),
-            gradient=values.gradient.copy(),
-            constraints=pattern.constraints.matrix(values.constraints.copy()),
-            lower=values.lower.copy(),
-            upper=values.upper.copy(),
-            primal=primal,
-            dual=dual,
-        )
+        return problem_of(self._pattern, self._values, *self._guess)
 
     def _weights(
         self, theta: Array, lengths: Array, *, arriving: bool, cartesian: bool, insists: bool
@@ -394,7 +296,15 @@ class RtiMpcc:
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
         the corridor's margin by more than `SHORT` of it.
         """
-        far_out = self._admit_motion(measured, linear)
+        far_out = fill_motion_bounds(
+            self._values,
+            self._pattern,
+            measured,
+            linear.states,
+            np.add.accumulate(linear.lengths),
+            linear.bounds,
+            self.config.limits,
+        )
         if linear.rows is None or linear.drift is None:
             return far_out
         change, margin = (measured - linear.states[0])[:MEASURED], self.config.footprint.margin
@@ -415,26 +325,6 @@ class RtiMpcc:
         )
         fill_corridor_bounds(self._values, self._pattern, bounds)
         return far_out or float(lack.max()) > SHORT * margin
-
-    def _admit_motion(self, measured: Array, linear: Linearisation) -> bool:
-        """Widen bounds on v and delta; whether by more than the first stage can give back."""
-        pattern, values, limits = self._pattern, self._values, self.config.limits
-        elapsed, far_out = None, False
-        lower, upper = block(values.lower, pattern.state_rows), block(values.upper, pattern.state_rows)
-        for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
-            value = float(measured[quantity])
-            if linear.bounds[column, 0] <= value <= linear.bounds[column, 1]:
-                continue
-            if elapsed is None:
-                elapsed = np.add.accumulate(linear.lengths)
-                units = block(pattern.row_units, pattern.state_rows) * block(values.ease, pattern.state_rows)
-            shift, drop = linear.states[1:, quantity], RETURN_SHARE * rate * elapsed
-            low, high = lower[0, column], upper[0, column]
-            top, bottom = upper[:, column], lower[:, column]
-            np.maximum(top, (value - drop - shift) / units[:, column], out=top)
-            np.minimum(bottom, (value + drop - shift) / units[:, column], out=bottom)
-            far_out |= bool(bottom[0] < low or top[0] > high)
-        return far_out
 
     def _solve(
         self,
@@ -483,23 +373,3 @@ class RtiMpcc:
             solve_seconds=result.seconds,
             feedback_seconds=perf_counter() - begun,
         )
-
-
-def goal_on(part: PathPart, goal: Pose2, *, near: float | None = None) -> Target:
-    """The goal as the target of a part.
-
-    Args:
-        near: where its last projection was, if it has hardly moved, so that noise makes no jumps [m].
-    """
-    theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
-    return Target(
-        pose=replace(goal, phi=lift(goal.phi, part.pose(theta).phi)),
-        theta=part.progress(goal, theta),
-        theta_end=part.end,
-        kind=TargetKind.POSE,
-    )
-
-
-def path_end(part: PathPart) -> Target:
-    """The part's own end as its target."""
-    return Target(pose=part.last, theta=part.end, theta_end=part.end, kind=TargetKind.PATH_END)

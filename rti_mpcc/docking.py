@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import QpProblem
 from rti_mpcc.driving import Driver
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import STATES
@@ -25,6 +24,7 @@ from rti_mpcc.planning import aim, intake, legs, route
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
 from rti_mpcc.planning.trust import by_commands, weighed
+from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import gate, ladder
 from rti_mpcc.safety.act import Act, command, emergency
 from rti_mpcc.types import Command, Status, VehicleState

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
 
 OVERRUN = 0.1

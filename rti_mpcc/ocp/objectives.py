@@ -9,20 +9,18 @@ contain the stage's share h_k / stage_length.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit
 
-from geometry import Pose2
 from rti_mpcc.config import Weights
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
 
 GOAL_CLIP = (0.5, 0.3)
 """What the pull of a goal counts at most, position [m] and heading [rad]: beyond it the cost grows
 linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed."""
-
 
 COMFORT_CLIP = 0.1
 """The same for what goes beyond comfort, in its own units: comfort gives way to the corridor and the goal."""
@@ -35,44 +33,9 @@ FIRM = 5.0
 """Time to go [s] below which an arrival's effort counts less and less, as its cube. The error that a plan
 accepts at the goal to save effort grows with 1/t_go³: without this it is all of the way left at 1 s."""
 
-
 INSISTING = 0.1
 """Share of its effort that counts in an arrival that may change its direction near the goal. An error that
 is left for later to save effort would cost another turn."""
-
-
-class TargetKind(Enum):
-    """What ends a part."""
-
-    PATH_END = "path end"
-    POSE = "pose"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Target:
-    """Where a one-direction part is to end at rest.
-
-    Attributes:
-        pose: rear axle pose, heading on the branch nearest the path's.
-        theta: progress of its projection onto the part [m].
-        theta_end: end of the part [m].
-        kind: the path's own end (or cusp), or a goal pose beside or behind it.
-    """
-
-    pose: Pose2
-    theta: float
-    theta_end: float
-    kind: TargetKind
-
-    @property
-    def stop(self) -> float:
-        """min(theta_e, theta_g): where the path stops to count [m]."""
-        return min(self.theta, self.theta_end)
-
-    @property
-    def behind(self) -> float:
-        """How far a goal pose lies behind the part's end [m]; 0 where it does not."""
-        return max(self.theta - self.theta_end, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array, Trajectory
 
 PASS = 1.0

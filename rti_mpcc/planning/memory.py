@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from estimation import GoalEstimate, PoseHistory
 from geometry import Pose2
-from rti_mpcc.controller import Solution
+from rti_mpcc.iteration import Solution
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Objective, Trajectory

@@ -9,12 +9,14 @@ import numpy as np
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import RtiMpcc, Solution
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import GOAL_CLIP, Target
+from rti_mpcc.ocp.objectives import GOAL_CLIP
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.guess import arrival_guess, backing_guess, cruise_guess
 from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished, renewed

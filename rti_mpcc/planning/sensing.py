@@ -11,7 +11,7 @@ from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
-from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE

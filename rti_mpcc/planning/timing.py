@@ -16,9 +16,8 @@ import numpy as np
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
-from rti_mpcc.controller import goal_on, path_end
 from rti_mpcc.errors import ConfigError
-from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.planning.arrival import time_to_go, within_reach
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.sensing import way_between

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rti_mpcc.config import Limits
 from rti_mpcc.model.bicycle import Step
-from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
@@ -38,6 +39,9 @@ iterations (docs/performance.md). A row that does come to act from afar takes lo
 eased."""
 MOST_EASE = 1e4
 """For bounds at infinity."""
+
+RETURN_SHARE = 0.9
+"""Share of the input limits at which a measured speed or steering outside its limits must return."""
 
 _DIAGONAL = (HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]).astype(np.float64)
 _DAMPED = _DIAGONAL * np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
@@ -230,6 +234,40 @@ def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> 
     sides = lower.shape[2]
     ease = block(values.ease, pattern.corridor_rows)[:, :, :sides]
     block(values.lower, pattern.corridor_rows)[:, :, :sides] = lower / ease
+
+
+def fill_motion_bounds(
+    values: QpValues,
+    pattern: QpPattern,
+    measured: Array,
+    states: Array,
+    elapsed: Array,
+    bounds: Array,
+    limits: Limits,
+) -> bool:
+    """Feedback phase: widen bounds on v and delta as far as the measured state (6,) needs it.
+
+    Args:
+        states: (N+1, 6) linearised about; elapsed: (N,) since the first one [s].
+        bounds: (2, 2) what v and delta may be at every stage, lower and upper.
+
+    Returns whether it is by more than the first stage can give back.
+    """
+    far_out = False
+    rows = pattern.state_rows
+    lower, upper = block(values.lower, rows), block(values.upper, rows)
+    for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
+        value = float(measured[quantity])
+        if bounds[column, 0] <= value <= bounds[column, 1]:
+            continue
+        units = block(pattern.row_units, rows)[:, column] * block(values.ease, rows)[:, column]
+        shift, drop = states[1:, quantity], RETURN_SHARE * rate * elapsed
+        low, high = lower[0, column], upper[0, column]
+        top, bottom = upper[:, column], lower[:, column]
+        np.maximum(top, (value - drop - shift) / units, out=top)
+        np.minimum(bottom, (value + drop - shift) / units, out=bottom)
+        far_out |= bool(bottom[0] < low or top[0] > high)
+    return far_out
 
 
 def fill_initial(values: QpValues, pattern: QpPattern, change: Array) -> None:

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from rti_mpcc.config import SolverSettings
-from rti_mpcc.controller import QpProblem
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import RecordingError
+from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.recording.contents import Cycle
 
 _VECTORS = {"q": "gradient", "l": "lower", "u": "upper", "x": "primal", "y": "dual"}

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from estimation import GoalMeasurement
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import Solution
 from rti_mpcc.docking import DockingController
+from rti_mpcc.iteration import Solution
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.ocp.facing import facing
 from rti_mpcc.ocp.horizon import read_only

@@ -9,7 +9,7 @@ import numpy as np
 from estimation import Judgement
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import Solution
+from rti_mpcc.iteration import Solution
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock

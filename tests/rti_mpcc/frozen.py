@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from geometry import Corridor, HalfPlanes, PathPart, PathReference, lift
 from rti_mpcc import driving
 from rti_mpcc.config import ControllerConfig, SolverSettings
-from rti_mpcc.controller import RETURN_SHARE, Linearisation, RtiMpcc, Solution
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V
@@ -26,9 +27,11 @@ from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.objectives import StageWeights, Target
+from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.qp.filling import (
+    RETURN_SHARE,
     QpValues,
     empty_values,
     fill_bounds,

@@ -8,12 +8,13 @@ import pytest
 
 from geometry import Corridor, InputError, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, Method, SolverSettings, Vehicle, Weights
-from rti_mpcc.controller import RtiMpcc, Solution
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import TargetKind
+from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.qp.solver import FAR
 from rti_mpcc.types import Array, Trajectory

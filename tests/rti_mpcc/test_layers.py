@@ -16,6 +16,7 @@ LAYERS = (
     "model",
     "ocp",
     "qp",
+    "iteration",
     "controller",
     "planning",
     "safety",

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Weights
-from rti_mpcc.ocp.objectives import Target, TargetKind, contouring_weights
+from rti_mpcc.ocp.objectives import contouring_weights
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, png
 from rti_mpcc.report.content import Picture, Section, say

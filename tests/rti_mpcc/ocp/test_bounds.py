@@ -7,7 +7,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits, SpeedProfile
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import RETREAT_REACH, StageBounds, stage_bounds
-from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.qp.pattern import BOUNDED
 
 SPEED, STEERING, PROGRESS = (int(np.flatnonzero(quantity == BOUNDED)[0]) for quantity in (V, DELTA, THETA))

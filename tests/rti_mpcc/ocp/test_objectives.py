@@ -11,13 +11,12 @@ from rti_mpcc.ocp.objectives import (
     FIRM,
     INSISTING,
     StageWeights,
-    Target,
-    TargetKind,
     arrival_weights,
     cartesian_weights,
     contouring_weights,
     sigma,
 )
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
 
 LENGTHS = np.full(70, 0.1)

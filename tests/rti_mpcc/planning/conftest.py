@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning.memory import Situation
 from rti_mpcc.planning.pace import Pace
 

@@ -11,7 +11,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import CONTROLS, STATES, THETA
-from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning import legs, route, stops
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
 from rti_mpcc.planning.guess import BACK_TIME, PASS

@@ -8,10 +8,11 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import RtiMpcc, Solution
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import Target
+from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import route, search
 from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock

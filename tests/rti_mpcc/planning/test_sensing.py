@@ -7,9 +7,8 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import path_end
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.targets import Target, TargetKind, path_end
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.memory import ControllerMemory, Situation
 from rti_mpcc.planning.pace import pace_of

@@ -11,9 +11,9 @@ import osqp
 import pytest
 
 from rti_mpcc.config import ControllerConfig, SolverSettings
-from rti_mpcc.controller import Solution
 from rti_mpcc.docking import MISTAKE
 from rti_mpcc.errors import RecordingError
+from rti_mpcc.iteration import Solution
 from rti_mpcc.planning import search
 from rti_mpcc.recording import Recorder, load_problem, read_recording, replay
 from rti_mpcc.simulation import docking_controller

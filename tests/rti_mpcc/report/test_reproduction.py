@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
-from rti_mpcc.ocp.objectives import TargetKind, contouring_weights, sigma
+from rti_mpcc.ocp.objectives import contouring_weights, sigma
+from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.report.content import Section, found, say
 from rti_mpcc.report.published import Track, published_track
 from rti_mpcc.report.reproduction import causes

@@ -9,7 +9,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.bicycle import rollout
-from rti_mpcc.ocp.objectives import Target, TargetKind
+from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning.memory import Situation
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.safety import ladder

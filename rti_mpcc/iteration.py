@@ -1,0 +1,71 @@
+"""What the two phases of a real-time iteration leave: `prepare` a linearisation, `feedback` a solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from geometry import HalfPlanes
+from rti_mpcc.ocp.corridor_rows import CorridorRows
+from rti_mpcc.ocp.frame import LocalFrame
+from rti_mpcc.ocp.objectives import StageWeights
+from rti_mpcc.qp.solver import Stop
+from rti_mpcc.types import Array, Trajectory
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linearisation:
+    """What `prepare` leaves for `feedback`: the trajectory linearised about, and what acts on it.
+
+    Attributes:
+        trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
+        lengths: (N,) of the stages [s].
+        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them,
+            None where none acts; drift: see `drifting`, None without rows.
+        bounds: (2, 2) what v and delta may be at every stage, lower and upper.
+        refused: "" or why the solver refused the numbers.
+        seconds: time that the preparation took.
+    """
+
+    trajectory: Trajectory
+    frame: LocalFrame
+    states: Array
+    lengths: Array
+    weights: StageWeights
+    planes: HalfPlanes | None
+    rows: CorridorRows | None
+    drift: Array | None
+    bounds: Array
+    refused: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """What one real-time iteration gave.
+
+    Attributes:
+        solved: the QP was solved; otherwise `trajectory` is the one linearised about.
+        trajectory: the plan in the world, headings on the route's branch.
+        slack: (N,) corridor slack of stages 1..N [m].
+        weights: that acted; planes: that acted, memory of their features.
+        dual: multipliers in scaled units of rows that are not eased, the next QP's guess.
+        status, iterations, refactorisations, residuals: of OSQP, see `QpSolution`.
+        stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
+        prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
+    """
+
+    solved: bool
+    trajectory: Trajectory
+    slack: Array
+    weights: StageWeights
+    planes: HalfPlanes | None
+    dual: Array
+    status: str
+    iterations: int
+    refactorisations: int
+    residuals: tuple[float, float]
+    stopped: Stop | None
+    iterate: tuple[Array, Array] | None
+    prepare_seconds: float
+    solve_seconds: float
+    feedback_seconds: float
