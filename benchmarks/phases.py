@@ -23,7 +23,7 @@ STEP = "the rest of the cycle"
 PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("what is measured", ("rti_mpcc.docking:weighed",)),
     ("projection", ("geometry.part:PathPart.project",)),
-    ("situation, arrival time", ("rti_mpcc.driving:Driver._assess",)),
+    ("situation, arrival time", ("rti_mpcc.navigating:Navigator._assess",)),
     ("shift of the last plan", ("rti_mpcc.controller:resample",)),
     (
         "path, weights and cost",

@@ -1,8 +1,8 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
-It composes the layers below and decides nothing itself: what comes in is checked, set against the route,
-driven by (`Driver`: `planning` decides what the cycle asks for and finds a plan, `safety` what is driven),
-and checked again on its way out.
+It composes the layers below and decides nothing itself: what comes in is checked, set against the route
+(`Navigator`), driven by (`Driver`: what the phase asks for, or the next rung of the ladder; `Scout` finds its
+first plans), and checked again on its way out.
 """
 
 from __future__ import annotations

@@ -1,124 +1,29 @@
-"""Driver: phases, search and ladder, from the situation of a cycle to what is driven in it."""
+"""Driver: phases and ladder, from the situation of a cycle to what is driven in it."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from math import inf
 
-from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Method
-from rti_mpcc.controller import RtiMpcc
+from geometry import HalfPlanes
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.planning import aim, legs, route, search, sensing, stops
+from rti_mpcc.planning import aim, route, search, stops
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.cusp import cusp_pose
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, Unfinished, renewed
-from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.search import Attempt, Start
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, renewed
+from rti_mpcc.planning.search import Attempt
 from rti_mpcc.safety import contact, ladder
 from rti_mpcc.safety.act import Act
 from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.scouting import Scout
 from rti_mpcc.types import Objective, Source, Status, Trajectory
 
 TOO_LATE = "the plan came after the deadline"
 BACKING = "driving past the goal, to back up into it"
-MISSED = 1.5
-"""A first plan that ends within so many times the goal tolerance is no reason to back up into the goal."""
 
 
-class Driver:
-    """Knows the route, what is around, and what was done in the last cycle; decides what is driven in this
-    one.
-
-    Args:
-        path: the route; corridor: its boundaries and obstacles; config: settings.
-
-    Raises:
-        CorridorError: the corridor is narrower than the body.
-    """
-
-    def __init__(self, path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> None:
-        self.path = path
-        self.config = config
-        self._surroundings = Surroundings.of(corridor, path, config)
-        self._paces = tuple(pace_of(part, config) for part in path.parts)
-        self._memory = ControllerMemory()
-        self._cusp_of: tuple[int, int, Pose2] | None = None
-        self._begin_leg()
-
-    def _begin_leg(self) -> None:
-        """The core and the pace for the active part, or for the way back along it."""
-        index, back = self._memory.part, self._memory.pull_out
-        part, self._pace = self.path.parts[index], self._paces[index]
-        if back is not None:
-            part = part.driven_back(back.begin, back.end)
-            self._pace = pace_of(part, self.config)
-        self._mpcc = RtiMpcc(part, self._surroundings.corridor, self.config, index=index)
-
-    def _next_leg(self, situation: Situation) -> ControllerMemory | None:
-        """The memory with which another part begins now, or a way back; None: this one goes on."""
-        memory = self._memory
-        if legs.has_pulled_out(memory, situation, self.config.dead_time):
-            return legs.coming_again(memory, situation)
-        if memory.pull_out is None and legs.may_change_direction(memory, situation, self.config.dead_time):
-            return legs.next_leg(memory, staged=self._to_staging)
-        way = self._way_back(situation)
-        if way is not None and route.stands(memory, situation, self.config.dead_time):
-            return legs.pulling_out(memory, situation, way)
-        return None
-
-    def _way_back(self, situation: Situation) -> PullOut | None:
-        return legs.way_back(self._memory, situation, self._mpcc.part, self.config)
-
-    def _aim(self) -> None:
-        """Give the core what the active part is to end in: a stop, its own end, or the goal."""
-        if self._may_be_free() and not route.drives(self._memory):
-            self._memory = renewed(legs.released(self._memory), looks_past=True)
-        if self._memory.stop is not None:
-            self._mpcc.set_stop(self._memory.stop.at)
-        elif self._to_staging:
-            self._mpcc.set_stop(legs.staging_stop(self._mpcc.part, self._memory.goal, self.config))
-        elif self._on_last_part:
-            self._mpcc.set_goal(self._memory.goal)
-        elif self._memory.pull_out is None and self.config.arrival:
-            self._mpcc.set_end(self._cusp())
-        else:
-            self._mpcc.set_goal(None)
-
-    def _cusp(self) -> Pose2:
-        """Where the direction is to change, clear of what is known now."""
-        index, changes = self._memory.part, self._surroundings.changes
-        if self._cusp_of is None or self._cusp_of[:2] != (index, changes):
-            pose = cusp_pose(self._mpcc.part.last, self._surroundings.corridor, index, self.config)
-            self._cusp_of = index, changes, pose
-        return self._cusp_of[2]
-
-    def _may_be_free(self) -> bool:
-        return stops.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
-
-    @property
-    def _on_last_part(self) -> bool:
-        return self._memory.part == len(self.path.parts) - 1 and self._memory.pull_out is None
-
-    @property
-    def _to_staging(self) -> bool:
-        """Whether the vehicle is to stop on the path before the last leg, to the goal pose, begins."""
-        separated = self.config.method is Method.SEPARATED
-        return separated and self._on_last_part and not self._memory.cartesian
-
-    def _assess(self) -> Situation:
-        return sensing.situation_of(
-            self._memory,
-            self._mpcc.part,
-            self._pace,
-            self._mpcc.target,
-            self.config,
-            last_part=self._on_last_part and not self._to_staging,
-        )
-
-    # -- phases -------------------------------------------------------------------------------------
+class Driver(Scout):
+    """Decides what is driven in a cycle: what its phase asks for, or the next rung of the ladder."""
 
     def _driven(self, situation: Situation, clock: CycleClock) -> Act:
         """What is driven in this cycle: a plan that came too late is not."""
@@ -215,32 +120,6 @@ class Driver:
             return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
         return None
 
-    def _sought(self, situation: Situation, cut: float) -> Situation:
-        """The situation by what another plan is to end in.
-
-        A search for another end than the present plan's is first for a way past what is in the way. Where the
-        plan is cut and there was no time for that, a stop comes first: it is found soon, and a way past can
-        be looked for while it is made for.
-        """
-        memory, begun = self._memory, self._memory.unfinished
-        left = inf
-        if begun is not None and begun.stop is None and cut < inf:
-            guess = search.first_guess(
-                self._mpcc, renewed(memory, arrive_at=begun.arrive_at, backs=begun.backs), situation
-            )
-            way = self._way_to_contact(guess, inf)
-            left = (way if way < inf else cut) - contact.stop_clearance(self.config)
-        if stops.NEAR_STOP < left < inf:
-            self._memory = stops.stop_before(memory, situation, left, None)
-        elif begun is not None and begun.stop != memory.stop:
-            self._memory = stops.seeking(memory, begun.stop)
-        elif begun is None and memory.stop is not None and (cut < inf or self._may_be_free()):
-            self._memory = stops.seeking(memory, None)
-        else:
-            return situation
-        self._aim()
-        return self._assess()
-
     def _iterate(self, situation: Situation, clock: CycleClock) -> Act:
         """One real-time iteration, and the ladder if it gives no plan."""
         memory = self._memory
@@ -255,153 +134,6 @@ class Driver:
         searching = memory.unfinished is not None
         act = self._go_on(self._memory, situation, attempt.problem, attempt, until_another=searching)
         return act or self._give_up(situation, attempt.problem, attempt)
-
-    def _search(self, situation: Situation, start: Start, clock: CycleClock) -> Attempt:
-        """Iterate, and keep the last iterate that was solved to go on from."""
-        attempt = search.converge(self._mpcc, self._memory, situation, start, clock)
-        if attempt.solved is not None:
-            self._memory = renewed(self._memory, solution=attempt.solved)
-        return attempt
-
-    def _begin(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
-        """Search from a first guess; where that misses the goal, for an arrival that backs up into it.
-
-        Where there is none either, what was found first is driven.
-        """
-        before, begun = self._memory, self._memory.unfinished
-        backing = route.begin_backing(before, situation, self.config)
-        if begun is not None and begun.backs:
-            return self._begin_backing(backing, situation, clock) or self._begin_last(
-                before, situation, clock
-            )
-        first, onward = self._begin_onward(situation, clock)
-        sought = begun is not None and begun.in_vain
-        if backing is None or sought or first.cut:
-            return first, onward
-        attempt = self._iterated_on(first, onward, begun, clock)
-        if attempt.cut:  # nothing is begun yet
-            self._memory = renewed(before, unfinished=self._memory.unfinished)
-            return attempt, situation
-        if onward.free and search.reaches(attempt, onward, MISSED):
-            return attempt, onward
-        found = self._memory
-        backed = self._begin_backing(backing, situation, clock)
-        if backed is None:
-            self._memory = found
-            self._aim()
-        return backed or (first, onward)
-
-    def _begin_last(
-        self, before: ControllerMemory, situation: Situation, clock: CycleClock
-    ) -> tuple[Attempt, Situation]:
-        """Once more onward, where a search of several cycles for an arrival that backs up was in vain."""
-        self._memory = renewed(before, unfinished=None)
-        found = self._begin_onward(situation, clock)
-        self._memory = search.sought_in_vain(self._memory)
-        return found
-
-    def _iterated_on(
-        self, attempt: Attempt, situation: Situation, begun: Unfinished | None, clock: CycleClock
-    ) -> Attempt:
-        """A first plan to the goal that misses it is iterated on.
-
-        What is left of the error then is worth less than the effort to mend it from there, and it goes on the
-        way; or something stands in the way of it.
-        """
-        done = len(attempt.solutions) + (0 if begun is None else begun.iterations)
-        missed = not (attempt.problem or attempt.squeezed or search.reaches(attempt, situation))
-        if not (situation.free and missed) or done >= 2 * search.ITERATIONS:
-            return attempt
-        more = self._search(situation, search.further(attempt), clock)
-        self._memory = search.left_unfinished(self._memory, situation, more, done)
-        return attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, cut=True)
-
-    def _begin_backing(
-        self, memory: ControllerMemory | None, situation: Situation, clock: CycleClock
-    ) -> tuple[Attempt, Situation] | None:
-        """Search for an arrival that passes the goal and backs up into it, clear of everything; None: there
-        is none.
-
-        `memory`: with which that is begun; None: there is nothing to begin.
-        """
-        if memory is None:
-            return None
-        self._memory = memory
-        self._aim()
-        attempt, _ = self._search_first(situation, clock)
-        if attempt.cut:
-            return attempt, situation
-        if not (attempt.problem or search.reaches(attempt, situation)):
-            attempt = self._further(attempt, situation, clock)
-        if not search.reaches(attempt, situation):
-            return None
-        if self._way_to_contact(attempt.solutions[-1].trajectory, inf) < inf:
-            return None
-        self._memory = route.begun(self._memory, situation)
-        return attempt, situation
-
-    def _further(self, attempt: Attempt, situation: Situation, clock: CycleClock) -> Attempt:
-        """As many iterations more, if there is time for them."""
-        more = self._search(situation, search.further(attempt), clock)
-        return attempt if more.cut else attempt.then(more)
-
-    def _search_first(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Trajectory]:
-        """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
-        guess = search.first_guess(self._mpcc, self._memory, situation)
-        unfinished = self._memory.unfinished
-        start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished, guess)
-        attempt = self._search(situation, start, clock)
-        self._memory = search.left_unfinished(self._memory, situation, attempt)
-        return attempt, guess
-
-    def _begin_onward(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
-        """Search from a first guess; where something fills the way, for a stop before it."""
-        self._memory = route.begin_phase(self._memory, situation, self.config)
-        attempt, guess = self._search_first(situation, clock)
-        if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
-            way = self._way_in(attempt, guess)
-            if way < inf and not (attempt.problem or attempt.squeezed):
-                # Not squeezed and yet not clear: it has not come to its end that far ahead.
-                attempt = self._further(attempt, situation, clock)
-                way = self._decided(attempt, self._way_in(attempt, guess))
-            if way < inf:
-                return self._begin_stop(attempt, situation, way, clock)
-        attempt = self._unless_into_a_wall(attempt, situation)
-        if not attempt.problem:
-            self._memory = route.begun(self._memory, situation)
-        return attempt, situation
-
-    def _unless_into_a_wall(self, attempt: Attempt, situation: Situation) -> Attempt:
-        """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
-        if attempt.problem or not attempt.squeezed or not route.stands(self._memory, situation):
-            return attempt
-        way = self._way_to_contact(attempt.solutions[-1].trajectory, inf)
-        if way == inf:
-            return attempt
-        return replace(attempt, problem=f"no plan from here stays clear: contact in {way:.2f} m")
-
-    def _way_in(self, attempt: Attempt, guess: Trajectory) -> float:
-        """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""
-        if attempt.problem or attempt.squeezed:
-            return self._way_to_contact(guess, inf)
-        return self._way_to_contact(attempt.solutions[-1].trajectory, inf)
-
-    def _decided(self, attempt: Attempt, way: float) -> float:
-        """The way [m], or inf in the far half of a cruise, which ends in mid-way: it has not seen enough."""
-        if attempt.problem or attempt.squeezed or self._memory.arrive_at is not None:
-            return way
-        return inf if way > 0.5 * contact.length(attempt.solutions[-1].trajectory) else way
-
-    def _begin_stop(
-        self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock
-    ) -> tuple[Attempt, Situation]:
-        left = way - contact.stop_clearance(self.config)
-        self._memory = stops.stop_before(self._memory, situation, left, self._surroundings.changes)
-        self._aim()
-        situation = self._assess()
-        if self._memory.phase is Phase.HOLDING:
-            return attempt, situation
-        return self._begin(situation, clock)
 
     def _way_on_driven(self, situation: Situation) -> float:
         """Way [m] to where a change of the obstacles cuts the plan being driven, however far along, or inf.
@@ -422,25 +154,6 @@ class Driver:
         if stops.is_old(self._memory, situation):
             return False
         return self._may_be_free() or route.arrival_due(self._memory, situation, self.config)
-
-    def _way_to_contact(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
-        """Way along a plan to a contact [m], or inf. Args: planes of its solution, if it is one's."""
-        corridor, part, touched = self._surroundings.corridor, self._memory.part, self._memory.touched
-        if touched is None and contact.surely_clear(plan, planes, corridor, part, self.config, reach):
-            return inf
-        begins_free = touched is None and planes is not None
-        return contact.way_to_contact(
-            plan, corridor, part, self.config, reach, touched, begins_free=begins_free
-        )
-
-    def _touched(self, situation: Situation) -> float | None:
-        memory, corridor = self._memory, self._surroundings.corridor
-        planes = None if memory.solution is None else memory.solution.planes
-        if memory.touched is None and contact.body_surely_clear(
-            situation.state, planes, corridor, memory.part, self.config
-        ):
-            return None
-        return contact.touched(memory.touched, situation.state, corridor, memory.part, self.config)
 
     # -- the rungs of the ladder --------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from geometry import Corridor, HalfPlanes, PathPart, PathReference, lift
-from rti_mpcc import driving
+from rti_mpcc import navigating
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Linearisation, Solution
@@ -311,7 +311,7 @@ def take(
     taker = Taker(name=f"{scenario.name} ({preset})", times=sorted(times))
     short = changed(scenario, {"simulation.duration": max(times) + 0.2})
     with monkeypatch.context() as patch:
-        patch.setattr(driving, "RtiMpcc", taker.core())
+        patch.setattr(navigating, "RtiMpcc", taker.core())
         simulate(short, preset=preset, **options)
     return taker.taken
 

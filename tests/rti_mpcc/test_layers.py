@@ -20,6 +20,8 @@ LAYERS = (
     "controller",
     "planning",
     "safety",
+    "navigating",
+    "scouting",
     "driving",
     "docking",
     "recording",

@@ -1,0 +1,125 @@
+"""Navigator: where on the route the vehicle is, what its part is to end in, and what is in the way."""
+
+from __future__ import annotations
+
+from math import inf
+
+from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.planning import legs, route, sensing, stops
+from rti_mpcc.planning.cusp import cusp_pose
+from rti_mpcc.planning.memory import ControllerMemory, PullOut, Situation, renewed
+from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.safety import contact
+from rti_mpcc.types import Trajectory
+
+
+class Navigator:
+    """Knows the route, what is around, and what was done in the last cycle.
+
+    Args:
+        path: the route; corridor: its boundaries and obstacles; config: settings.
+
+    Raises:
+        CorridorError: the corridor is narrower than the body.
+    """
+
+    def __init__(self, path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> None:
+        self.path = path
+        self.config = config
+        self._surroundings = Surroundings.of(corridor, path, config)
+        self._paces = tuple(pace_of(part, config) for part in path.parts)
+        self._memory = ControllerMemory()
+        self._cusp_of: tuple[int, int, Pose2] | None = None
+        self._begin_leg()
+
+    def _begin_leg(self) -> None:
+        """The core and the pace for the active part, or for the way back along it."""
+        index, back = self._memory.part, self._memory.pull_out
+        part, self._pace = self.path.parts[index], self._paces[index]
+        if back is not None:
+            part = part.driven_back(back.begin, back.end)
+            self._pace = pace_of(part, self.config)
+        self._mpcc = RtiMpcc(part, self._surroundings.corridor, self.config, index=index)
+
+    def _next_leg(self, situation: Situation) -> ControllerMemory | None:
+        """The memory with which another part begins now, or a way back; None: this one goes on."""
+        memory = self._memory
+        if legs.has_pulled_out(memory, situation, self.config.dead_time):
+            return legs.coming_again(memory, situation)
+        if memory.pull_out is None and legs.may_change_direction(memory, situation, self.config.dead_time):
+            return legs.next_leg(memory, staged=self._to_staging)
+        way = self._way_back(situation)
+        if way is not None and route.stands(memory, situation, self.config.dead_time):
+            return legs.pulling_out(memory, situation, way)
+        return None
+
+    def _way_back(self, situation: Situation) -> PullOut | None:
+        return legs.way_back(self._memory, situation, self._mpcc.part, self.config)
+
+    def _aim(self) -> None:
+        """Give the core what the active part is to end in: a stop, its own end, or the goal."""
+        if self._may_be_free() and not route.drives(self._memory):
+            self._memory = renewed(legs.released(self._memory), looks_past=True)
+        if self._memory.stop is not None:
+            self._mpcc.set_stop(self._memory.stop.at)
+        elif self._to_staging:
+            self._mpcc.set_stop(legs.staging_stop(self._mpcc.part, self._memory.goal, self.config))
+        elif self._on_last_part:
+            self._mpcc.set_goal(self._memory.goal)
+        elif self._memory.pull_out is None and self.config.arrival:
+            self._mpcc.set_end(self._cusp())
+        else:
+            self._mpcc.set_goal(None)
+
+    def _cusp(self) -> Pose2:
+        """Where the direction is to change, clear of what is known now."""
+        index, changes = self._memory.part, self._surroundings.changes
+        if self._cusp_of is None or self._cusp_of[:2] != (index, changes):
+            pose = cusp_pose(self._mpcc.part.last, self._surroundings.corridor, index, self.config)
+            self._cusp_of = index, changes, pose
+        return self._cusp_of[2]
+
+    def _may_be_free(self) -> bool:
+        return stops.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
+
+    @property
+    def _on_last_part(self) -> bool:
+        return self._memory.part == len(self.path.parts) - 1 and self._memory.pull_out is None
+
+    @property
+    def _to_staging(self) -> bool:
+        """Whether the vehicle is to stop on the path before the last leg, to the goal pose, begins."""
+        separated = self.config.method is Method.SEPARATED
+        return separated and self._on_last_part and not self._memory.cartesian
+
+    def _assess(self) -> Situation:
+        return sensing.situation_of(
+            self._memory,
+            self._mpcc.part,
+            self._pace,
+            self._mpcc.target,
+            self.config,
+            last_part=self._on_last_part and not self._to_staging,
+        )
+
+    def _way_to_contact(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
+        """Way along a plan to a contact [m], or inf. Args: planes of its solution, if it is one's."""
+        corridor, part, touched = self._surroundings.corridor, self._memory.part, self._memory.touched
+        if touched is None and contact.surely_clear(plan, planes, corridor, part, self.config, reach):
+            return inf
+        begins_free = touched is None and planes is not None
+        return contact.way_to_contact(
+            plan, corridor, part, self.config, reach, touched, begins_free=begins_free
+        )
+
+    def _touched(self, situation: Situation) -> float | None:
+        memory, corridor = self._memory, self._surroundings.corridor
+        planes = None if memory.solution is None else memory.solution.planes
+        if memory.touched is None and contact.body_surely_clear(
+            situation.state, planes, corridor, memory.part, self.config
+        ):
+            return None
+        return contact.touched(memory.touched, situation.state, corridor, memory.part, self.config)
