@@ -1,9 +1,11 @@
 """What a campaign costs: drawing, driving, throughput of two processes and of a Dask cluster, memory.
 
-    OMP_NUM_THREADS=1 python -m benchmarks.measure_campaigns [--courses 100] [--cases 40] [--rows 10000]
+    OMP_NUM_THREADS=1 python -m benchmarks.measure_campaigns [--courses 100] [--cases 100] [--rows 10000]
 
 Throughputs are those of whole campaigns, the start of their workers left out, best of `--rounds`, which take
-turns; they mean something on a machine with nothing else to do. Writes runs/campaigns.json; exit status 1 if
+turns; they mean something on a machine with nothing else to do, and with so many cases that the last ones,
+for which one worker waits, count for little. Seconds of CPU tell a slow machine from workers that wait: they
+are those of all workers, their start included. Writes runs/campaigns.json; exit status 1 if
 two processes are less than 1.8 times as fast as one, the cluster is more than 10 % slower than two processes,
 or the memory of the parent grows by more than 2 % behind the first tenth of the rows.
 """
@@ -13,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import sys
 from collections import Counter
 from collections.abc import Callable
@@ -46,7 +49,7 @@ CLUSTER = 0.9
 GROWTH = 0.02
 """Share by which the memory of the parent may grow."""
 UNPROFILED = {"DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False"}
-"""Dask's workers look at what they do a hundred times a second, which takes a sixth of the time."""
+"""Dask's workers look at what they do a hundred times a second, which takes some of the time."""
 REASONS = {
     "the body there crosses": "no room for the body at the goal",
     "out of reach": "the goal is out of reach of the route",
@@ -114,6 +117,12 @@ def rate(engine: Engine, settings: CampaignSettings, kept: list[str]) -> float:
     return (len(ends) - 1) / (ends[-1] - ends[0])
 
 
+def of_workers() -> float:
+    """Seconds of CPU that the processes begun by this one have taken, those that have ended."""
+    taken = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return taken.ru_utime + taken.ru_stime
+
+
 def throughput(settings: CampaignSettings, rounds: int) -> dict[str, Any]:
     """Best rates of one and two processes and of a Dask cluster of two workers, and whether rows agree."""
     os.environ |= UNPROFILED  # workers have it from here
@@ -122,8 +131,10 @@ def throughput(settings: CampaignSettings, rounds: int) -> dict[str, Any]:
     made: Any = distributed.LocalCluster  # it has no types
     rates: dict[str, list[float]] = {"one_process": [], "two_processes": [], "dask_two_workers": []}
     rows: dict[str, list[str]] = {name: [] for name in rates}
+    seconds: dict[str, list[float]] = {name: [] for name in rates}
     for _ in range(rounds):
         for name in rates:
+            before = of_workers()
             with ExitStack() as stack:
                 engine: Engine = ProcessEngine(1 if name == "one_process" else 2)
                 if name == "dask_two_workers":
@@ -133,11 +144,13 @@ def throughput(settings: CampaignSettings, rounds: int) -> dict[str, Any]:
                     cluster = stack.enter_context(made(processes=True, **options))
                     engine = DaskEngine(cluster.scheduler_address)
                 rates[name].append(rate(engine, settings, rows[name]))
-            print(f"{name}: {rates[name][-1]:.3f} cases/s", flush=True)
+            seconds[name].append(of_workers() - before)
+            print(f"{name}: {rates[name][-1]:.3f} cases/s, {seconds[name][-1]:.1f} s of CPU", flush=True)
     best = {name: max(values) for name, values in rates.items()}
     return {
         "cases": settings.count,
         "rates": rates,
+        "cpu_seconds": seconds,
         "two_to_one": best["two_processes"] / best["one_process"],
         "dask_to_two": best["dask_two_workers"] / best["two_processes"],
         "same_rows": rows["one_process"] == rows["two_processes"] == rows["dask_two_workers"],
@@ -163,7 +176,7 @@ def parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--courses", type=int, default=100, help="to draw")
     parser.add_argument("--drives", type=int, default=10, help="cases of each level to drive one by one")
-    parser.add_argument("--cases", type=int, default=40, help="of each campaign whose throughput is measured")
+    parser.add_argument("--cases", type=int, default=100, help="of each campaign that is timed")
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--rows", type=int, default=10_000)
     parser.add_argument("--only", choices=["drawing", "driving", "throughput", "memory"], nargs="+")

@@ -14,13 +14,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from hashlib import blake2b
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from geometry.sampling import SPACING, as_complex, as_pairs, chain, juts_out, ring
+from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, chain, juts_out, ring
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -162,9 +164,7 @@ class Boundary:
             mark=_mark(vertex, begins, bytes((closed, leads is not None))),
             # On the same numbers as the vertices.
             # Shrunk to their points, the cells of a line are so flat that a query visits most of them.
-            tree=cKDTree(
-                as_pairs(vertex), leafsize=64, compact_nodes=False, balanced_tree=False, copy_data=False
-            ),
+            tree=as_tree(vertex, leafsize=64, compact_nodes=False, balanced_tree=False, copy_data=False),
             coarse=coarse,
             middle=middle,
             reach=reach,

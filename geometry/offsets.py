@@ -17,14 +17,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from geometry.part import PathPart
-from geometry.sampling import SPACING, as_complex, as_pairs, merged
+from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, merged
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -167,7 +170,7 @@ class _PathDistance:
         if self._samples is None:
             n = int(np.ceil((self._part.end - self._part.start) / SPACING)) + 1
             theta = np.linspace(self._part.start, self._part.end, n)
-            tree = cKDTree(as_pairs(_points(self._part, theta, np.zeros(n))), leafsize=32)
+            tree = as_tree(_points(self._part, theta, np.zeros(n)), leafsize=32)
             self._samples = theta, tree
         return self._samples
 
@@ -214,7 +217,7 @@ class _Nearby:
 
     def __init__(self, part: PathPart) -> None:
         self._along = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _STEP)) + 1)
-        self._path = cKDTree(as_pairs(_points(part, self._along, np.zeros(self._along.size))))
+        self._path = as_tree(_points(part, self._along, np.zeros(self._along.size)))
         self._sharpest = np.abs(part.curvatures).max()
 
     def may_come_to(self, points: Complex, theta: Array, reach: Array) -> Mask:
@@ -233,9 +236,7 @@ class _Nearby:
         radius = np.maximum.reduceat(np.abs(points - np.repeat(middle, sizes)), starts)
         most, least = np.maximum.reduceat(reach, starts), np.minimum.reduceat(reach, starts)
         near = most + radius + 0.5 * _STEP
-        pairs = cKDTree(as_pairs(middle)).sparse_distance_matrix(
-            self._path, float(near.max()), output_type="ndarray"
-        )
+        pairs = as_tree(middle).sparse_distance_matrix(self._path, float(near.max()), output_type="ndarray")
         block, other = pairs["i"], self._along[pairs["j"]]
         low, high = np.minimum.reduceat(theta, starts), np.maximum.reduceat(theta, starts)
         apart = np.maximum(low[block] - other, other - high[block])

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -139,3 +143,10 @@ def as_complex(points: Array) -> Complex:
 def as_pairs(points: Complex) -> Array:
     """(...) x + iy as (..., 2)."""
     return np.ascontiguousarray(points).view(np.float64).reshape(*points.shape, 2)
+
+
+def as_tree(points: Complex, **options: Any) -> cKDTree[None]:
+    """The tree in which a point's nearest ones of (n,) are found."""
+    from scipy.spatial import cKDTree  # here: a fifth of a second to import, and needed for corridors only
+
+    return cKDTree(as_pairs(points), **options)
