@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 
+from rti_mpcc.model.layout import THETA
 from rti_mpcc.navigating import Navigator
 from rti_mpcc.planning import route, search, stops
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished, renewed
+from rti_mpcc.planning.detour import Detour, detours
+from rti_mpcc.planning.memory import ControllerMemory, Past, Phase, Situation, Unfinished, renewed
 from rti_mpcc.planning.search import Attempt, Start
 from rti_mpcc.safety import contact
 from rti_mpcc.types import Trajectory
@@ -99,8 +101,11 @@ class Scout(Navigator):
         return attempt, situation
 
     def _begin_onward(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Situation]:
-        """Search from a first guess; where something fills the way, for a stop before it."""
+        """Search from a first guess; where something fills the way, for one past it or a stop before it."""
         self._memory = route.begin_phase(self._memory, situation, self.config)
+        begun = self._memory.unfinished
+        if begun is not None and begun.past is not None:
+            return self._begin_past(begun.past, search.NOT_YET, situation, clock)
         attempt, guess = self._search_first(situation, clock)
         if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
             way = self._way_in(attempt, guess)
@@ -109,11 +114,39 @@ class Scout(Navigator):
                 attempt = self._further(attempt, situation, clock)
                 way = self._decided(attempt, self._way_in(attempt, guess))
             if way < inf:
-                return self._begin_stop(attempt, situation, way, clock)
+                return self._begin_past(self._past(situation, way), attempt, situation, clock)
         attempt = self._unless_into_a_wall(attempt, situation)
         if not attempt.problem:
             self._memory = route.begun(self._memory, situation)
         return attempt, situation
+
+    def _past(self, situation: Situation, way: float) -> Past:
+        """Ways past what fills the way."""
+        here = float(situation.state[THETA])
+        obstacles = self._surroundings.corridor.obstacles
+        found = detours(self._mpcc.part, here, situation.target.stop, obstacles, self.config)
+        return Past(detours=found, meets=here + way)
+
+    def _begin_past(
+        self, past: Past, attempt: Attempt, situation: Situation, clock: CycleClock
+    ) -> tuple[Attempt, Situation]:
+        """Search from a guess past either side of what fills the way, else for a stop before it.
+
+        `attempt`: the one before.
+        """
+        before = self._memory
+        for tried, detour in enumerate(past.detours):
+            attempt, _ = self._search_first(situation, clock, detour)
+            if attempt.cut:
+                left = replace(past, detours=past.detours[tried:])
+                self._memory = search.sought_past(self._memory, left)
+                return attempt, situation
+            fits = not (attempt.problem or attempt.squeezed)
+            if fits and self._way_to_contact(attempt.solutions[-1].trajectory, inf) == inf:
+                self._memory = route.begun(self._memory, situation)
+                return attempt, situation
+            self._memory = renewed(before, unfinished=None)
+        return self._begin_stop(attempt, situation, past.meets - float(situation.state[THETA]), clock)
 
     def _begin_stop(
         self, attempt: Attempt, situation: Situation, way: float, clock: CycleClock
@@ -126,9 +159,11 @@ class Scout(Navigator):
             return attempt, situation
         return self._begin(situation, clock)
 
-    def _search_first(self, situation: Situation, clock: CycleClock) -> tuple[Attempt, Trajectory]:
+    def _search_first(
+        self, situation: Situation, clock: CycleClock, detour: Detour | None = None
+    ) -> tuple[Attempt, Trajectory]:
         """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
-        guess = search.first_guess(self._mpcc, self._memory, situation)
+        guess = search.first_guess(self._mpcc, self._memory, situation, detour)
         unfinished = self._memory.unfinished
         start = search.from_guess(guess) if unfinished is None else search.resumed(unfinished, guess)
         attempt = self._search(situation, start, clock)

@@ -16,6 +16,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning.detour import Detour
 from rti_mpcc.types import Array, Trajectory
 
 PASS = 1.0
@@ -32,7 +33,13 @@ it [rad] has the steering turned first."""
 
 
 def arrival_guess(
-    part: PathPart, target: Target, state: Array, times: Array, way: float, config: ControllerConfig
+    part: PathPart,
+    target: Target,
+    state: Array,
+    times: Array,
+    way: float,
+    config: ControllerConfig,
+    detour: Detour | None = None,
 ) -> Trajectory:
     """A cubic over `times` (N+1,) from the speed of `state` (6,) to rest, `way` [m] further along."""
     span = times[-1] - times[0]
@@ -41,11 +48,18 @@ def arrival_guess(
     # Hermite cubic s(0) = 0, s'(0) = speed, s(1) = way, s'(1) = 0
     s = speed * span * (tau - 2.0 * tau**2 + tau**3) + way * (3.0 * tau**2 - 2.0 * tau**3)
     rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + way / span * 6.0 * (tau - tau**2)
-    return along_path(part, target, state, times, np.maximum.accumulate(s), np.maximum(rate, 0.0), config)
+    s, rate = np.maximum.accumulate(s), np.maximum(rate, 0.0)
+    return along_path(part, target, state, times, s, rate, config, detour)
 
 
 def backing_guess(
-    part: PathPart, target: Target, state: Array, times: Array, way: float, config: ControllerConfig
+    part: PathPart,
+    target: Target,
+    state: Array,
+    times: Array,
+    way: float,
+    config: ControllerConfig,
+    detour: Detour | None = None,
 ) -> Trajectory:
     """The arrival over `times` (N+1,) that ends `PASS` beyond the target, and from there straight back to it.
 
@@ -58,7 +72,7 @@ def backing_guess(
         pose=goal.compose(Pose2(d * PASS, 0.0, 0.0)),
         theta=target.theta + PASS,
     )
-    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + PASS, config).states
+    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + PASS, config, detour).states
     span = times[-1] - times[turn]
     tau = (times[turn + 1 :] - times[turn]) / span
     left = PASS * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)
@@ -74,7 +88,12 @@ def backing_guess(
 
 
 def cruise_guess(
-    part: PathPart, target: Target, state: Array, times: Array, config: ControllerConfig
+    part: PathPart,
+    target: Target,
+    state: Array,
+    times: Array,
+    config: ControllerConfig,
+    detour: Detour | None = None,
 ) -> Trajectory:
     """Speed changing at the comfort acceleration to the cruise speed, until the target's progress."""
     now = max(part.direction * float(state[V]), 0.0)
@@ -85,7 +104,7 @@ def cruise_guess(
     s = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times)))
     left = max(target.theta - float(state[THETA]), 0.0)
     rate = np.where(s < left, rate, 0.0)
-    return along_path(part, target, state, times, np.minimum(s, left), rate, config)
+    return along_path(part, target, state, times, np.minimum(s, left), rate, config, detour)
 
 
 def along_path(
@@ -96,18 +115,19 @@ def along_path(
     s: Array,
     rate: Array,
     config: ControllerConfig,
+    detour: Detour | None = None,
 ) -> Trajectory:
     """The trajectory that has driven the way `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
     The vehicle's offset from the path fades out over the first metres, the target's fades in over the last,
-    both as cubics whose slope is the heading. The guess need not obey the dynamics, the first iterations
-    see to that, but the less it slips sideways the less they have to change.
+    both as cubics whose slope is the heading; a detour is on top of that. The guess need not obey the
+    dynamics, the first iterations see to that, but the less it slips sideways the less they have to change.
     """
     lead = _lead_in(part, target, state, times, rate, config)
     led = len(lead) - 1
     if led:
         s, rate, state = s[led:] - s[led], rate[led:], lead[-1]
-    states = _faded(part, target, state, s, rate, config)
+    states = _faded(part, target, state, s, rate, config, detour)
     if led:
         states = np.vstack([lead[:-1], states])
     return _driven(times, states, config)
@@ -127,7 +147,13 @@ def _driven(times: Array, states: Array, config: ControllerConfig) -> Trajectory
 
 
 def _faded(
-    part: PathPart, target: Target, state: Array, s: Array, rate: Array, config: ControllerConfig
+    part: PathPart,
+    target: Target,
+    state: Array,
+    s: Array,
+    rate: Array,
+    config: ControllerConfig,
+    detour: Detour | None,
 ) -> Array:
     """States (n, 6) along the path from `state` on, `s` (n,) [m] further each, at speed `rate` (n,) [m/s]."""
     theta = state[THETA] + s
@@ -142,6 +168,9 @@ def _faded(
     across_end, slope_end = _fade(into, end.y, part.direction * _slope(end.phi), reach)
     along = _smooth(left) * begin.x + _smooth(into) * end.x
     across, slope = across_begin + across_end, slope_end - slope_begin
+    if detour is not None:
+        beside, turned = detour.beside(theta)
+        across, slope = across + beside, slope + turned
     c, sn = np.cos(reference.phi), np.sin(reference.phi)
     stretch = np.maximum(1.0 - part.direction * reference.slope * across, 0.2)
 

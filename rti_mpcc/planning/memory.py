@@ -12,11 +12,21 @@ from geometry import Pose2
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Objective, Trajectory
 
-__all__ = ["ControllerMemory", "Phase", "PlannedStop", "PullOut", "Situation", "Unfinished", "renewed"]
+__all__ = [
+    "ControllerMemory",
+    "Past",
+    "Phase",
+    "PlannedStop",
+    "PullOut",
+    "Situation",
+    "Unfinished",
+    "renewed",
+]
 
 
 class Phase(Enum):
@@ -63,6 +73,19 @@ class PullOut:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Past:
+    """A search from guesses past what fills the way of the first one.
+
+    Attributes:
+        detours: not tried in vain yet, the first one being tried.
+        meets: progress at which that guess meets what fills the way [m].
+    """
+
+    detours: tuple[Detour, ...]
+    meets: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Unfinished:
     """A search for a first plan that goes on in the next cycle.
 
@@ -73,6 +96,7 @@ class Unfinished:
         arrive_at: when it is to be there [s], or None; begin: when the plan begins [s].
         backs: see `ControllerMemory`.
         in_vain: an arrival that backs up was looked for before, in vain: what is found here is driven.
+        past: the guess that it began from goes past something; None: it does not.
     """
 
     solution: Solution | None
@@ -84,6 +108,7 @@ class Unfinished:
     begin: float
     backs: bool = False
     in_vain: bool = False
+    past: Past | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,8 +18,9 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.guess import arrival_guess, backing_guess, cruise_guess
-from rti_mpcc.planning.memory import ControllerMemory, Situation, Unfinished, renewed
+from rti_mpcc.planning.memory import ControllerMemory, Past, Situation, Unfinished, renewed
 from rti_mpcc.planning.route import retreat
 from rti_mpcc.qp.solver import AGAIN, FAR, Pace
 from rti_mpcc.types import Array, Objective, Trajectory
@@ -80,6 +81,9 @@ class Attempt:
         if not other.solutions:
             return self
         return replace(other, solutions=(*self.solutions, *other.solutions), retried=True)
+
+
+NOT_YET = Attempt(solutions=(), problem=NO_TIME, squeezed=False, cut=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,21 +235,29 @@ def left_unfinished(
     return renewed(memory, unfinished=unfinished)
 
 
+def sought_past(memory: ControllerMemory, past: Past) -> ControllerMemory:
+    """A search that ran out of time is for a way past what fills the way."""
+    begun = memory.unfinished
+    return memory if begun is None else renewed(memory, unfinished=replace(begun, past=past))
+
+
 def sought_in_vain(memory: ControllerMemory) -> ControllerMemory:
     """No arrival that backs up was found: a search onward that ran out of time is the last one."""
     begun = memory.unfinished
     return memory if begun is None else renewed(memory, unfinished=replace(begun, in_vain=True))
 
 
-def first_guess(mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation) -> Trajectory:
-    """Where the iterations begin for the objective that the memory has chosen."""
+def first_guess(
+    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, detour: Detour | None = None
+) -> Trajectory:
+    """Where the iterations begin for the objective that the memory has chosen, on a detour or straight on."""
     config, arrive_at = mpcc.config, memory.arrive_at
     horizon = config.cruise_horizon if arrive_at is None else arrive_at - situation.begin
     times = stage_times(situation.begin, stage_lengths(horizon, config.cycle, config.stages))
     if memory.objective is Objective.CONTOURING:
-        return cruise_guess(mpcc.part, mpcc.target, situation.state, times, config)
+        return cruise_guess(mpcc.part, mpcc.target, situation.state, times, config, detour)
     guess = backing_guess if memory.backs else arrival_guess
-    return guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
+    return guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config, detour)
 
 
 def reaches(attempt: Attempt, situation: Situation, share: float = 1.0) -> bool:
