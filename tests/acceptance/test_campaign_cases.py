@@ -13,9 +13,11 @@ ONWARD_ONLY = [44, 45, 48, 75, 77, 128, 190]
 """Out of reach onward, or with a cusp beside a boundary of the next part."""
 CORNERS = [122, 675, 707, 851, 932]
 """With a corner of a boundary close to one of the body at the goal."""
+ON_THE_PATH = [965]
+"""With an obstacle on the path that can be passed on one side only."""
 
 
-@pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS])
+@pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))
     assert row.figures is not None

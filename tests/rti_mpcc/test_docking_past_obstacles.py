@@ -1,0 +1,78 @@
+"""Obstacles on the path that can be passed on one side, not the one that a guess along the path leads to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rti_mpcc.simulation import Scenario, docking_controller, simulate
+from rti_mpcc.types import Array, Status
+from tests.rti_mpcc.docking_runs import Clocked, docking_figures, granting, present, statuses, straight
+
+LENGTH = 1.4
+FOREVER = 1e9
+
+
+def half_closed(direction: int, side: int, length: float) -> Scenario:
+    """A straight route with 5 m of room on one side, left (1) or right (-1), and 1.5 m on the other."""
+    room = sorted((5.0 * side, -1.5 * side))
+    return straight(direction, length, corridor={"left": room[1], "right": room[0]}, duration=60.0)
+
+
+def obstacle(direction: int, side: int, theta: float) -> Array:
+    """Outline (4, 2) of a square on the path that reaches 0.3 m to the closed side, 1.1 m to the open one."""
+    x, y = direction * theta, 0.4 * side
+    half = 0.5 * LENGTH
+    return np.array([[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]])
+
+
+ALL = [(1, 1), (-1, -1), *(pytest.param(*each, marks=pytest.mark.acceptance) for each in ((1, -1), (-1, 1)))]
+
+
+@pytest.mark.parametrize(("direction", "side"), ALL)
+@pytest.mark.parametrize("theta", [8.0, pytest.param(14.0, marks=pytest.mark.acceptance)])
+def test_it_passes_an_obstacle_on_the_side_where_there_is_room(
+    direction: int, side: int, theta: float
+) -> None:
+    scenario = half_closed(direction, side, 30.0)
+    outline = obstacle(direction, side, theta)
+    result = simulate(scenario, obstacles_at=present(outline, 0.0, FOREVER))
+    found = docking_figures(result)
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.05
+    assert Status.BLOCKED not in result.cycles.status
+
+
+@pytest.mark.parametrize(("direction", "side"), ALL)
+@pytest.mark.parametrize(
+    ("theta", "begin"), [(26.0, 5.0), pytest.param(20.0, 3.0, marks=pytest.mark.acceptance)]
+)
+def test_one_that_appears_while_it_drives_is_passed_without_a_stop(
+    direction: int, side: int, theta: float, begin: float
+) -> None:
+    scenario = half_closed(direction, side, 50.0)
+    outline = obstacle(direction, side, theta)
+    result = simulate(scenario, obstacles_at=present(outline, begin, FOREVER))
+    found, truth = docking_figures(result), result.truth
+    under_way = (truth.times > 3.0) & (truth.times < 20.0)
+    assert found["docked"]
+    assert found["min_clearance_m"] > 0.05
+    assert np.abs(truth.v[under_way]).min() > 0.5
+
+
+@pytest.mark.acceptance
+@pytest.mark.parametrize("iterations", [1, 2, 4])
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(("theta", "begin"), [(8.0, 0.0), (20.0, 3.0), (26.0, 5.0)])
+def test_the_search_goes_on_from_cycle_to_cycle_where_the_deadline_cuts_it(
+    theta: float, begin: float, direction: int, iterations: int
+) -> None:
+    scenario = half_closed(direction, 1, 50.0)
+    result = simulate(
+        scenario,
+        controller=Clocked(docking_controller(scenario), lambda now: granting(iterations)),
+        obstacles_at=present(obstacle(direction, 1, theta), begin, FOREVER),
+    )
+    found = docking_figures(result)
+    assert found["docked"], statuses(result)
+    assert found["min_clearance_m"] > 0.05
