@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -67,27 +68,33 @@ def detours(
     """
     vehicle = config.vehicle
     room, reach = 0.5 * vehicle.width, max(vehicle.front, vehicle.rear)
-    met = []
-    for polygon in obstacles:
-        at = part.project(*polygon.mean(axis=0).tolist())
-        pose = part.pose(at)
-        away = (polygon - (pose.x, pose.y)) @ np.array(
-            [[np.cos(pose.phi), -np.sin(pose.phi)], [np.sin(pose.phi), np.cos(pose.phi)]]
-        )
-        (_, right), (_, left) = away.min(axis=0).tolist(), away.max(axis=0).tolist()
-        half = 0.5 * float(np.ptp(away[:, 0]))
-        ahead = here <= at + half and at - half <= target + reach
-        if ahead and right < room and left > -room:
-            met.append((at, half, left, right))
+    placed = (_placed(part, polygon) for polygon in obstacles)
+    met = [
+        each
+        for each in placed
+        if here <= each.last and each.first <= target + reach and each.right < room and each.left > -room
+    ]
     if not met:
         return ()
-    at, half, left, right = min(met)
-    first, last = at - half, at + half
-    span = {
-        "begin": max(here, first - SWING) if first - here > SHORTEST else first - SHORTEST,
-        "first": first,
-        "last": last,
-        "end": min(max(target, last + SHORTEST), last + SWING),
-    }
+    first, last, right, left = min(met)
+    begin = min(max(here, first - SWING), first - SHORTEST)
+    end = max(min(target, last + SWING), last + SHORTEST)
     sides = sorted((left + room + CLEAR, right - room - CLEAR), key=abs)
-    return tuple(Detour(offset=offset, **span) for offset in sides)
+    return tuple(Detour(begin=begin, first=first, last=last, end=end, offset=offset) for offset in sides)
+
+
+class _Placed(NamedTuple):
+    """Where an obstacle is on the path: progress from `first` to `last`, from `right` to `left` of it [m]."""
+
+    first: float
+    last: float
+    right: float
+    left: float
+
+
+def _placed(part: PathPart, polygon: Array) -> _Placed:
+    at = part.project(*polygon.mean(axis=0).tolist())
+    pose = part.pose(at)
+    seen = (polygon - (pose.x, pose.y)) @ np.array([1.0, 1j]) * np.exp(-1j * pose.phi)
+    along = at + part.direction * seen.real
+    return _Placed(*(float(end) for end in (along.min(), along.max(), seen.imag.min(), seen.imag.max())))
