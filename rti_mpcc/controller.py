@@ -301,7 +301,7 @@ class RtiMpcc:
             self._pattern,
             measured,
             linear.states,
-            np.add.accumulate(linear.lengths),
+            linear.lengths,
             linear.bounds,
             self.config.limits,
         )

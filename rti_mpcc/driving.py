@@ -159,7 +159,7 @@ class Driver(Scout):
 
     def _accept(self, attempt: Attempt, situation: Situation) -> Act:
         """Drive the plan of this cycle, unless it must not be."""
-        plan = attempt.solutions[-1].trajectory
+        plan = attempt.plan
         act = self._drive(plan, Source.SOLUTION, situation, "", attempt)
         driven, memory = act.drive.source is Source.SOLUTION, self._memory
         self._memory = route.accepted(memory, plan, situation) if driven else renewed(memory, fit=plan)

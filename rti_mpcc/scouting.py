@@ -69,7 +69,7 @@ class Scout(Navigator):
         way; or something stands in the way of it.
         """
         done = len(attempt.solutions) + (0 if begun is None else begun.iterations)
-        missed = not (attempt.problem or attempt.squeezed or search.reaches(attempt, situation))
+        missed = attempt.fits and not search.reaches(attempt, situation)
         if not (situation.free and missed) or done >= 2 * search.ITERATIONS:
             return attempt
         more = self._search(situation, search.further(attempt), clock)
@@ -95,7 +95,7 @@ class Scout(Navigator):
             attempt = self._further(attempt, situation, clock)
         if not search.reaches(attempt, situation):
             return None
-        if self._way_to_contact(attempt.solutions[-1].trajectory, inf) < inf:
+        if self._way_to_contact(attempt.plan, inf) < inf:
             return None
         self._memory = route.begun(self._memory, situation)
         return attempt, situation
@@ -109,7 +109,7 @@ class Scout(Navigator):
         attempt, guess = self._search_first(situation, clock)
         if not attempt.cut and situation.free and self._surroundings.corridor.obstacles:
             way = self._way_in(attempt, guess)
-            if way < inf and not (attempt.problem or attempt.squeezed):
+            if way < inf and attempt.fits:
                 # Not squeezed and yet not clear: it has not come to its end that far ahead.
                 attempt = self._further(attempt, situation, clock)
                 way = self._decided(attempt, self._way_in(attempt, guess))
@@ -141,8 +141,7 @@ class Scout(Navigator):
                 left = replace(past, detours=past.detours[tried:])
                 self._memory = search.sought_past(self._memory, left)
                 return attempt, situation
-            fits = not (attempt.problem or attempt.squeezed)
-            if fits and self._way_to_contact(attempt.solutions[-1].trajectory, inf) == inf:
+            if attempt.fits and self._way_to_contact(attempt.plan, inf) == inf:
                 self._memory = route.begun(self._memory, situation)
                 return attempt, situation
             self._memory = renewed(before, unfinished=None)
@@ -186,22 +185,20 @@ class Scout(Navigator):
         """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
         if attempt.problem or not attempt.squeezed or not route.stands(self._memory, situation):
             return attempt
-        way = self._way_to_contact(attempt.solutions[-1].trajectory, inf)
+        way = self._way_to_contact(attempt.plan, inf)
         if way == inf:
             return attempt
         return replace(attempt, problem=f"no plan from here stays clear: contact in {way:.2f} m")
 
     def _way_in(self, attempt: Attempt, guess: Trajectory) -> float:
         """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""
-        if attempt.problem or attempt.squeezed:
-            return self._way_to_contact(guess, inf)
-        return self._way_to_contact(attempt.solutions[-1].trajectory, inf)
+        return self._way_to_contact(attempt.plan if attempt.fits else guess, inf)
 
     def _decided(self, attempt: Attempt, way: float) -> float:
         """The way [m], or inf in the far half of a cruise, which ends in mid-way: it has not seen enough."""
-        if attempt.problem or attempt.squeezed or self._memory.arrive_at is not None:
+        if not attempt.fits or self._memory.arrive_at is not None:
             return way
-        return inf if way > 0.5 * contact.length(attempt.solutions[-1].trajectory) else way
+        return inf if way > 0.5 * contact.length(attempt.plan) else way
 
     def _sought(self, situation: Situation, cut: float) -> Situation:
         """The situation by what another plan is to end in.

@@ -53,13 +53,7 @@ def arrival_guess(
 
 
 def backing_guess(
-    part: PathPart,
-    target: Target,
-    state: Array,
-    times: Array,
-    way: float,
-    config: ControllerConfig,
-    detour: Detour | None = None,
+    part: PathPart, target: Target, state: Array, times: Array, way: float, config: ControllerConfig
 ) -> Trajectory:
     """The arrival over `times` (N+1,) that ends `PASS` beyond the target, and from there straight back to it.
 
@@ -72,7 +66,7 @@ def backing_guess(
         pose=goal.compose(Pose2(d * PASS, 0.0, 0.0)),
         theta=target.theta + PASS,
     )
-    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + PASS, config, detour).states
+    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + PASS, config).states
     span = times[-1] - times[turn]
     tau = (times[turn + 1 :] - times[turn]) / span
     left = PASS * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)

@@ -76,6 +76,16 @@ class Attempt:
         """The last iterate that was solved."""
         return next((solution for solution in reversed(self.solutions) if solution.solved), None)
 
+    @property
+    def fits(self) -> bool:
+        """Whether the last iterate may be driven, as far as its QP tells, and goes past everything."""
+        return not (self.problem or self.squeezed)
+
+    @property
+    def plan(self) -> Trajectory:
+        """The last iterate."""
+        return self.solutions[-1].trajectory
+
     def then(self, other: Attempt) -> Attempt:
         """Both, one after the other: what counts is the second, unless there was no time for it."""
         if not other.solutions:
@@ -84,6 +94,7 @@ class Attempt:
 
 
 NOT_YET = Attempt(solutions=(), problem=NO_TIME, squeezed=False, cut=True)
+"""What stands for an attempt before there is one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,8 +144,7 @@ def from_guess(guess: Trajectory) -> Start:
 
 def further(attempt: Attempt) -> Start:
     """As many iterations more, for a plan that has not come to its end far ahead."""
-    plan = attempt.solutions[-1].trajectory
-    return replace(from_guess(plan), last=attempt.solved, guess=None, least=ITERATIONS)
+    return replace(from_guess(attempt.plan), last=attempt.solved, guess=None, least=ITERATIONS)
 
 
 def resumed(unfinished: Unfinished, guess: Trajectory) -> Start:
@@ -250,21 +260,25 @@ def sought_in_vain(memory: ControllerMemory) -> ControllerMemory:
 def first_guess(
     mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, detour: Detour | None = None
 ) -> Trajectory:
-    """Where the iterations begin for the objective that the memory has chosen, on a detour or straight on."""
+    """Where the iterations begin for the objective that the memory has chosen.
+
+    `detour`: on the way onward; one that backs up makes none.
+    """
     config, arrive_at = mpcc.config, memory.arrive_at
     horizon = config.cruise_horizon if arrive_at is None else arrive_at - situation.begin
     times = stage_times(situation.begin, stage_lengths(horizon, config.cycle, config.stages))
     if memory.objective is Objective.CONTOURING:
         return cruise_guess(mpcc.part, mpcc.target, situation.state, times, config, detour)
-    guess = backing_guess if memory.backs else arrival_guess
-    return guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config, detour)
+    if memory.backs:
+        return backing_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
+    return arrival_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config, detour)
 
 
 def reaches(attempt: Attempt, situation: Situation, share: float = 1.0) -> bool:
     """Whether the last iterate is a plan past everything to within a share of the tolerance of its target."""
-    if attempt.problem or attempt.squeezed:
+    if not attempt.fits:
         return False
-    end = Pose2(*attempt.solutions[-1].trajectory.states[-1, [X, Y, PHI]].tolist())
+    end = Pose2(*attempt.plan.states[-1, [X, Y, PHI]].tolist())
     return situation.inside(end.relative_to(situation.target.pose), share)
 
 

@@ -241,14 +241,14 @@ def fill_motion_bounds(
     pattern: QpPattern,
     measured: Array,
     states: Array,
-    elapsed: Array,
+    lengths: Array,
     bounds: Array,
     limits: Limits,
 ) -> bool:
     """Feedback phase: widen bounds on v and delta as far as the measured state (6,) needs it.
 
     Args:
-        states: (N+1, 6) linearised about; elapsed: (N,) since the first one [s].
+        states: (N+1, 6) linearised about; lengths: (N,) of the stages [s].
         bounds: (2, 2) what v and delta may be at every stage, lower and upper.
 
     Returns whether it is by more than the first stage can give back.
@@ -261,7 +261,7 @@ def fill_motion_bounds(
         if bounds[column, 0] <= value <= bounds[column, 1]:
             continue
         units = block(pattern.row_units, rows)[:, column] * block(values.ease, rows)[:, column]
-        shift, drop = states[1:, quantity], RETURN_SHARE * rate * elapsed
+        shift, drop = states[1:, quantity], RETURN_SHARE * rate * np.add.accumulate(lengths)
         low, high = lower[0, column], upper[0, column]
         top, bottom = upper[:, column], lower[:, column]
         np.maximum(top, (value - drop - shift) / units, out=top)

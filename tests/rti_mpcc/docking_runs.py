@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry import Pose2, ReferencePath, wrap
+from geometry import PathPart, Pose2, ReferencePath, wrap
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock, Decisions, PlayedBack
 from rti_mpcc.qp.solver import Stop
@@ -72,9 +72,15 @@ def between_obstacles(direction: int, aside: float = 0.0, length: float = 40.0) 
 
 def wall(path: ReferencePath, theta: float, half_width: float, thickness: float = 0.5) -> Array:
     """Outline (4, 2) [m] across the path at progress `theta` [m], `half_width` [m] to both sides."""
-    pose = next(part for part in path.parts if theta <= part.end).pose(theta)
-    corners = [(-0.5, -1), (0.5, -1), (0.5, 1), (-0.5, 1)]
-    placed = [pose.compose(Pose2(thickness * a, half_width * b, 0.0)) for a, b in corners]
+    part = next(part for part in path.parts if theta <= part.end)
+    return box(part, theta, -half_width, half_width, thickness)
+
+
+def box(part: PathPart, theta: float, right: float, left: float, length: float) -> Array:
+    """Outline (4, 2) in the frame of the path at progress `theta`, from `right` to `left` of it [m]."""
+    half, pose = 0.5 * length, part.pose(theta)
+    corners = [(-half, right), (half, right), (half, left), (-half, left)]
+    placed = [pose.compose(Pose2(x, y, 0.0)) for x, y in corners]
     return np.array([[corner.x, corner.y] for corner in placed])
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from rti_mpcc.simulation import Scenario, docking_controller, simulate
 from rti_mpcc.types import Array, Status
-from tests.rti_mpcc.docking_runs import Clocked, docking_figures, granting, present, statuses, straight
+from tests.rti_mpcc.docking_runs import Clocked, box, docking_figures, granting, present, statuses, straight
 
 LENGTH = 1.4
 FOREVER = 1e9
@@ -19,11 +19,10 @@ def half_closed(direction: int, side: int, length: float) -> Scenario:
     return straight(direction, length, corridor={"left": room[1], "right": room[0]}, duration=60.0)
 
 
-def obstacle(direction: int, side: int, theta: float) -> Array:
+def obstacle(scenario: Scenario, side: int, theta: float) -> Array:
     """Outline (4, 2) of a square on the path that reaches 0.3 m to the closed side, 1.1 m to the open one."""
-    x, y = direction * theta, 0.4 * side
-    half = 0.5 * LENGTH
-    return np.array([[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]])
+    right, left = sorted((-0.3 * side, 1.1 * side))
+    return box(scenario.build_path().parts[0], theta, right, left, LENGTH)
 
 
 ALL = [(1, 1), (-1, -1), *(pytest.param(*each, marks=pytest.mark.acceptance) for each in ((1, -1), (-1, 1)))]
@@ -35,7 +34,7 @@ def test_it_passes_an_obstacle_on_the_side_where_there_is_room(
     direction: int, side: int, theta: float
 ) -> None:
     scenario = half_closed(direction, side, 30.0)
-    outline = obstacle(direction, side, theta)
+    outline = obstacle(scenario, side, theta)
     result = simulate(scenario, obstacles_at=present(outline, 0.0, FOREVER))
     found = docking_figures(result)
     assert found["docked"]
@@ -51,7 +50,7 @@ def test_one_that_appears_while_it_drives_is_passed_without_a_stop(
     direction: int, side: int, theta: float, begin: float
 ) -> None:
     scenario = half_closed(direction, side, 50.0)
-    outline = obstacle(direction, side, theta)
+    outline = obstacle(scenario, side, theta)
     result = simulate(scenario, obstacles_at=present(outline, begin, FOREVER))
     found, truth = docking_figures(result), result.truth
     under_way = (truth.times > 3.0) & (truth.times < 20.0)
@@ -84,7 +83,7 @@ def test_the_search_goes_on_from_cycle_to_cycle_where_the_deadline_cuts_it(
     result = simulate(
         scenario,
         controller=Clocked(docking_controller(scenario), lambda now: granting(iterations)),
-        obstacles_at=present(obstacle(direction, 1, theta), begin, FOREVER),
+        obstacles_at=present(obstacle(scenario, 1, theta), begin, FOREVER),
     )
     found = docking_figures(result)
     assert found["docked"], statuses(result)

@@ -10,6 +10,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.detour import CLEAR, SWING, Detour, detours
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
+from tests.rti_mpcc.docking_runs import box
 
 CONFIG = ControllerConfig()
 ROOM = 0.5 * CONFIG.vehicle.width
@@ -20,12 +21,9 @@ def part(direction: int, curvature: float = 0.0) -> PathPart:
     return ReferencePath.from_segments(START, [(direction, curvature, 40.0)]).parts[0]
 
 
-def box(part: PathPart, theta: float, right: float, left: float, length: float = 1.5) -> Array:
-    """An obstacle (4, 2) in the frame of the path at progress `theta`, from `right` to `left` of it."""
-    half, pose = 0.5 * length, part.pose(theta)
-    corners = [(-half, right), (half, right), (half, left), (-half, left)]
-    placed = [pose.compose(Pose2(x, y, 0.0)) for x, y in corners]
-    return np.array([[corner.x, corner.y] for corner in placed])
+def standing(part: PathPart, theta: float, right: float, left: float) -> Array:
+    """An obstacle 1.5 m long."""
+    return box(part, theta, right, left, 1.5)
 
 
 @pytest.mark.parametrize("offset", [2.0, -3.0])
@@ -49,7 +47,7 @@ def test_the_body_clears_the_obstacle_on_either_side_and_the_shorter_way_comes_f
     direction: int, curvature: float
 ) -> None:
     route = part(direction, curvature)
-    found = detours(route, 2.0, 30.0, [box(route, 14.0, -0.3, 1.1)], CONFIG)
+    found = detours(route, 2.0, 30.0, [standing(route, 14.0, -0.3, 1.1)], CONFIG)
     np.testing.assert_allclose(
         [detour.offset for detour in found], [-0.3 - ROOM - CLEAR, 1.1 + ROOM + CLEAR], atol=1e-6
     )
@@ -63,20 +61,20 @@ def test_the_body_clears_the_obstacle_on_either_side_and_the_shorter_way_comes_f
 @pytest.mark.parametrize("direction", [1, -1])
 def test_the_mirrored_obstacle_has_the_mirrored_ways(direction: int) -> None:
     route = part(direction)
-    one = detours(route, 2.0, 30.0, [box(route, 14.0, -0.3, 1.1)], CONFIG)
-    other = detours(route, 2.0, 30.0, [box(route, 14.0, -1.1, 0.3)], CONFIG)
+    one = detours(route, 2.0, 30.0, [standing(route, 14.0, -0.3, 1.1)], CONFIG)
+    other = detours(route, 2.0, 30.0, [standing(route, 14.0, -1.1, 0.3)], CONFIG)
     np.testing.assert_allclose([each.offset for each in one], [-each.offset for each in other], atol=1e-9)
 
 
 def test_it_begins_where_the_vehicle_is_and_ends_where_it_is_to_stand() -> None:
     route = part(1)
-    for detour in detours(route, 9.0, 18.0, [box(route, 14.0, -0.3, 1.1)], CONFIG):
+    for detour in detours(route, 9.0, 18.0, [standing(route, 14.0, -0.3, 1.1)], CONFIG):
         assert (detour.begin, detour.end) == (9.0, 18.0)
 
 
 def test_right_before_the_obstacle_it_still_has_a_finite_slope() -> None:
     route = part(1)
-    for detour in detours(route, 13.2, 14.8, [box(route, 14.0, -0.3, 1.1)], CONFIG):
+    for detour in detours(route, 13.2, 14.8, [standing(route, 14.0, -0.3, 1.1)], CONFIG):
         assert np.abs(detour.beside(np.linspace(10.0, 20.0, 300))[1]).max() < pi * abs(detour.offset)
 
 
@@ -87,12 +85,12 @@ def test_there_is_none_round_what_is_beside_the_way_or_behind_or_beyond_the_end(
     theta: float, right: float, left: float
 ) -> None:
     route = part(1)
-    assert detours(route, 2.0, 30.0, [box(route, theta, right, left)], CONFIG) == ()
+    assert detours(route, 2.0, 30.0, [standing(route, theta, right, left)], CONFIG) == ()
     assert detours(route, 2.0, 30.0, [], CONFIG) == ()
 
 
 def test_it_goes_round_the_first_obstacle_that_is_met() -> None:
     route = part(1)
-    far, near = box(route, 24.0, -0.5, 0.5), box(route, 14.0, -0.5, 0.5)
+    far, near = standing(route, 24.0, -0.5, 0.5), standing(route, 14.0, -0.5, 0.5)
     (first, _) = detours(route, 2.0, 30.0, [far, near], CONFIG)
     assert first.first == pytest.approx(13.25)
