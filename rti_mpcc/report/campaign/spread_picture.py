@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below
@@ -35,6 +36,7 @@ def _histogram(axes: Axes, values: Array, label: str, percent: int) -> None:
     finite = values[np.isfinite(values)]
     axes.set_xlabel(label)
     grid(axes)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     if not finite.size:
         axes.text(0.5, 0.5, "no case", ha="center", va="center", transform=axes.transAxes)
         return
