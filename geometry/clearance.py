@@ -21,26 +21,24 @@ Mask = NDArray[np.bool_]
 def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: float) -> Mask:
     """Return (n,) whether bodies (n, m, 2) [m] come within `margin` of something or are beyond a wall.
 
+    Raises as `touches`.
+    """
+    hit = touches(walls, obstacles, bodies, margin)
+    free = np.flatnonzero(~hit)
+    hit[free] = _all_beyond(walls.sides, np.asarray(bodies, dtype=np.float64)[free])
+    return hit
+
+
+def touches(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: float) -> Mask:
+    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` [m] of something.
+
     Raises:
         InputError: wrong shape, numbers that are not finite, negative margin.
     """
     corners, shapes = _bodies(bodies)
     if not margin >= 0.0:
         raise InputError(f"margin = {margin}: must be >= 0 m.")
-    hit = _touch(walls, obstacles, corners, shapes, margin)
-    free = np.flatnonzero(~hit)
-    hit[free] = _all_beyond(walls.sides, corners[free])
-    return hit
-
-
-def touches(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Mask:
-    """Return (n,) whether bodies (n, m, 2) [m] touch something.
-
-    Raises:
-        InputError: wrong shape, numbers that are not finite.
-    """
-    corners, shapes = _bodies(bodies)
-    return _touch(walls, obstacles, corners, shapes, 0.0)
+    return _touch(walls, obstacles, corners, shapes, margin)
 
 
 def clearance(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Array:

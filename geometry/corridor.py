@@ -209,6 +209,14 @@ class Corridor:
         """
         return bodies_against.clearance(self._part(part), self.kept_out, bodies)
 
+    def clearances(self, part: int, bodies: ArrayLike) -> Array:
+        """Return `clearance` for each thing by itself (n, 1 + k): the boundaries, and k obstacles."""
+        no_walls, nothing = PartWalls.none(), Obstacles.from_polygons(())
+        single = (Obstacles.from_polygons([outline]) for outline in self.kept_out.to_polygons())
+        apart = [bodies_against.clearance(self._part(part), nothing, bodies)]
+        apart += [bodies_against.clearance(no_walls, one, bodies) for one in single]
+        return np.stack(apart, axis=-1)
+
     def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
         boundary.
@@ -222,10 +230,19 @@ class Corridor:
         """
         return bodies_against.collides(self._part(part), self.kept_out, bodies, margin)
 
-    def touches(self, part: int, bodies: ArrayLike) -> NDArray[np.bool_]:
-        """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle. Raises as
-        `half_planes`."""
-        return bodies_against.touches(self._part(part), self.kept_out, bodies)
+    def touches(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Return (n,) whether body polygons (n, m, 2) [m] come within `margin` [m] of a boundary or obstacle.
+
+        Raises as `collides`.
+        """
+        return bodies_against.touches(self._part(part), self.kept_out, bodies, margin)
+
+    def near_obstacles(self, points: Array, within: float) -> Index:
+        """Return which of points (n, 2) are nearer than `within` to an obstacle's outline [m]."""
+        boundary = self.kept_out.boundary
+        if boundary is None:
+            return np.zeros(0, dtype=np.int64)
+        return np.flatnonzero(np.isfinite(boundary.tree.query(points, distance_upper_bound=within)[0]))
 
     def narrowest(self, part: int | None = None) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].

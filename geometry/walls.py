@@ -114,6 +114,11 @@ class PartWalls:
             narrowest=narrowest,
         )
 
+    @classmethod
+    def none(cls) -> PartWalls:
+        """Return no boundaries at all."""
+        return cls(left=None, right=None, narrowest=(inf, 0.0), every=_NO_LINES)
+
     def with_tables(self) -> PartWalls:
         """Return the same walls with more kept of them, so that looking at them is faster."""
         left, right = (None if side is None else side.with_table() for side in (self.left, self.right))

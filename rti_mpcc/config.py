@@ -22,7 +22,8 @@ EXIT = 1e-3
 COMFORT_ACCELERATION = 0.4
 """By default [m/s²]."""
 PLANNED_SHARE = 0.9
-"""What a planned arrival takes of the comfort acceleration: the rest is for corrections on the way."""
+"""What a planned arrival takes of the comfort acceleration, and of the speed that narrow places allow: the
+rest is for corrections on the way."""
 NO_COMFORT = (0.0, 0.0, 0.0)
 """Weights of a method that knows no comfort."""
 
@@ -229,11 +230,35 @@ class Plausibility(Settings):
     confirmation: NonNegative = 3.0
 
 
+class Caution(Settings):
+    """What is kept from boundaries and obstacles, and when the vehicle stops for them.
+
+    Attributes:
+        hard_minimum: no plan is driven whose body comes nearer to anything than this [m]. It is what
+            lags, model errors and noise may take; the plans themselves keep `Footprint.margin`.
+        contact_tolerance: a body that overlaps something by no more than this only seems to [m]: that is
+            noise of a centimetre in place and of some milliradians in heading, at the corners.
+        stop_share: by this share more way is looked at for a stop than braking in comfort takes.
+        clear_time: a vehicle that stops drives on after its way was clear for so long [s];
+            clear_distance: and clear for so much more way than it needs to stop [m].
+        moved: an obstacle whose middle has moved by more than this within `observation` moves [m];
+            observation: its speed is what it did in so long [s]. It stands again after `clear_time`.
+    """
+
+    hard_minimum: NonNegative = 0.05
+    contact_tolerance: NonNegative = 0.02
+    stop_share: NonNegative = 0.25
+    clear_time: NonNegative = 1.0
+    clear_distance: NonNegative = 0.5
+    moved: Positive = 0.05
+    observation: Positive = 0.3
+
+
 class ControllerConfig(Settings):
     """All settings of a `DockingController`; every one has a default.
 
     Attributes:
-        vehicle, limits, weights, footprint, solver, goal_tracking, plausibility: see there.
+        vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
         cycle: time between two steps [s], 0.005 to 0.2.
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
@@ -253,6 +278,8 @@ class ControllerConfig(Settings):
             error hardly knows theta, and a plan whose progress may run back can then hang there.
         reference_turns: a plan knows that the path's heading changes with its progress. The published code
             looks the heading up by index, and its solver takes it for constant.
+        escape_speed: a vehicle whose body overlaps something may creep at up to this speed [m/s] along a
+            motion on which the overlap falls all the way; 0: it stands.
         deadline: of one step [s], or None: the solver gets what is left of it, a plan that comes later is not
             driven in its cycle. Above `EXIT`, with which alone no plan could ever be found.
     """
@@ -261,6 +288,7 @@ class ControllerConfig(Settings):
     limits: Limits = Limits()
     weights: Weights = Weights()
     footprint: Footprint = Footprint()
+    caution: Caution = Caution()
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
     plausibility: Plausibility = Plausibility()
@@ -280,6 +308,7 @@ class ControllerConfig(Settings):
     speed_profile: SpeedProfile | None = None
     progress_reverses: bool = False
     reference_turns: bool = True
+    escape_speed: NonNegative = 0.0
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
     @model_validator(mode="after")
@@ -288,6 +317,11 @@ class ControllerConfig(Settings):
             raise ValueError(
                 f"comfort_acceleration = {self.comfort_acceleration} m/s² must not be above "
                 f"limits.acceleration = {self.limits.acceleration} m/s²"
+            )
+        if self.caution.hard_minimum > self.footprint.margin:
+            raise ValueError(
+                f"caution.hard_minimum = {self.caution.hard_minimum} m must not be above "
+                f"footprint.margin = {self.footprint.margin} m"
             )
         return self
 

@@ -13,7 +13,7 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import PHI, THETA, X, Y
+from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import MEASURED, CorridorRows, admitted, corridor_rows, drifting, lacking
 from rti_mpcc.ocp.facing import Index
@@ -21,6 +21,7 @@ from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, cartesian_weights, contouring_weights
+from rti_mpcc.ocp.room import Room
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import TargetKind, goal_on, path_end, stop_on
 from rti_mpcc.qp.filling import (
@@ -71,6 +72,7 @@ class RtiMpcc:
         self._corridor = corridor
         self._discs = cover(config.vehicle, config.footprint.discs)
         self._last: Solution | None = None
+        self.room: Room | None = None
         self.target = path_end(part)
         self._goal: Pose2 | None = None
         self._allocate()
@@ -106,6 +108,10 @@ class RtiMpcc:
     def set_stop(self, theta: float) -> None:
         """Stop on the path at progress `theta` [m]."""
         self.target = stop_on(self.part, min(theta, self.part.end))
+
+    def set_room(self, room: Room | None) -> None:
+        """The room along the part, which bounds the speed; None: it does not."""
+        self.room = room
 
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
@@ -174,8 +180,9 @@ class RtiMpcc:
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         ends = arrive_at is not None or cartesian or not config.arrival
         back, reach = (config.limits.speed, np.inf) if cartesian else (retreat, RETREAT_REACH)
+        most = None if cartesian else self._speeds(shifted)
         bounds = stage_bounds(
-            config, target, self.part.direction, theta, ends=ends, retreat=back, reach=reach
+            config, target, self.part.direction, theta, ends=ends, retreat=back, reach=reach, most=most
         )
 
         values, pattern = self._values, self._pattern
@@ -266,6 +273,15 @@ class RtiMpcc:
             allocate=not self.config.arrival,
         )
 
+    def _speeds(self, plan: Trajectory) -> Array | None:
+        """Speeds (N,) that the room allows at stages 1..N [m/s]; who is faster brakes in comfort."""
+        if self.room is None:
+            return None
+        elapsed = plan.times[1:] - plan.times[0]
+        slower = abs(float(plan.states[0, V])) - self.config.comfort_acceleration * elapsed
+        speeds: Array = np.maximum(self.room.speed_at(plan.states[1:, THETA]), slower)
+        return speeds
+
     def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:
         """Boundaries nearest to the rear axle, where the published code's soft distance acts."""
         if not (weights.bound_distance.any() or weights.bound_speed.any()):
@@ -288,7 +304,8 @@ class RtiMpcc:
             return frame.juts_in(self._corridor.jutting(self.index, planes, among))
 
         margin, near = self.config.footprint.margin, self.config.footprint.near
-        return corridor_rows(states[1:], frame.planes_in(planes), self._discs, margin, near, jutting)
+        least = self.config.caution.hard_minimum
+        return corridor_rows(states[1:], frame.planes_in(planes), self._discs, margin, near, jutting, least)
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.

@@ -60,7 +60,7 @@ class DockingController(Driver):
     @property
     def corridor(self) -> Corridor:
         """Where the vehicle may be, with the obstacles that were told last."""
-        return self._surroundings.corridor
+        return self._surroundings.known
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
@@ -154,15 +154,18 @@ class DockingController(Driver):
         """Take what is new, in so far as it can be used; says what could not."""
         memory, clock_remark = intake.timed(self._memory, now, self.config.cycle)
         goal, goal_remark = intake.goal_in(goal, self.path.end)
-        surroundings, unreadable = intake.surroundings_in(self._surroundings, obstacles)
+        surroundings, unreadable = intake.surroundings_in(
+            self._surroundings, obstacles, memory.now, self.config.caution
+        )
         if obstacles is None:
             unreadable = memory.unreadable
         trust = weighed(memory.trust, state, memory.queue, memory.now, self.config)
         trust = trust.doubting(unreadable, memory.trust)
         self._memory = renewed(memory, trust=trust, unreadable=unreadable)
-        if surroundings is not self._surroundings:
-            self._surroundings = surroundings
-            self._mpcc.set_obstacles(surroundings.corridor)
+        changed = surroundings.corridor is not self._surroundings.corridor
+        self._surroundings = surroundings
+        if changed:
+            self._look_round()
         if goal is not None and goal != self._memory.planned:
             self._plan_for(goal)
         return tuple(remark for remark in (clock_remark, goal_remark) if remark)

@@ -10,11 +10,12 @@ from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, route, search, stops
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, renewed
+from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, Situation, renewed
 from rti_mpcc.planning.search import Attempt
-from rti_mpcc.safety import contact, ladder
+from rti_mpcc.safety import contact, escape, ladder
 from rti_mpcc.safety.act import Act
-from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.safety.contact import Overlap
+from rti_mpcc.safety.stopping import stopping_along, stopping_motion
 from rti_mpcc.scouting import Scout
 from rti_mpcc.types import Objective, Source, Status, Trajectory
 
@@ -35,9 +36,13 @@ class Driver(Scout):
         return act if before.pull_out is None else act.pulling_out(before.pulled_out + 1)
 
     def _act(self, situation: Situation, clock: CycleClock) -> Act:
-        self._memory = renewed(route.noticed(self._memory, situation), touched=self._touched(situation))
+        self._memory = route.noticed(self._memory, situation)
+        overlap = self._overlap(situation)
+        if overlap is not None:
+            return self._in_contact(situation, overlap)
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
+        self._watch(situation)
         self._memory = route.decide(self._memory, situation, self.config)
         phase = self._memory.phase
         if phase is Phase.HOLDING:
@@ -199,20 +204,24 @@ class Driver(Scout):
         *,
         anywhere: bool = False,
     ) -> Act:
-        """Drive a plan, unless its body meets something or the goal is not known well enough.
+        """Drive a plan, unless its body is not clear over the way to a stop or the goal is not known well
+        enough.
 
         `anywhere`: however far ahead that is.
         """
-        config, memory, rate = self.config, self._memory, float(plan.controls[0, DELTA_DOT])
+        config, memory = self.config, self._memory
         planes = attempt.solutions[-1].planes if attempt and source is Source.SOLUTION else None
-        way = self._way_to_stop_in(plan, situation, planes, anywhere=anywhere)
-        self._memory = renewed(memory, blocked=way is not None)
-        if way is not None:
-            wanted = ladder.before_contact(float(situation.state[V]), way, config)
-            return self._stop(situation, Status.BLOCKED, f"contact in {way:.2f} m", wanted, attempt, rate)
+        need = inf if anywhere else contact.stopping_way(float(situation.state[V]), config)
+        way = self._way_clear(plan, need + config.caution.clear_distance, planes)
+        self._halt(way, need if way < inf else 0.0, situation)
+        if self._memory.halt is not None:
+            reason = "waits until its way has been clear for a while"
+            if way < inf:
+                reason = f"contact in {way:.2f} m"
+            return self._stop(situation, Status.BLOCKED, reason, attempt=attempt, along=memory.driven)
         waiting = aim.must_wait(memory, situation, config)
         if waiting:
-            return self._stop(situation, Status.GOAL_LOST, waiting, attempt=attempt, steering_rate=rate)
+            return self._stop(situation, Status.GOAL_LOST, waiting, attempt=attempt, along=plan)
         return Act(
             drive=ladder.follow(plan.controls[0], source),
             status=Status.FOLLOWING if memory.objective is Objective.CONTOURING else Status.ARRIVING,
@@ -224,19 +233,45 @@ class Driver(Scout):
             attempt=attempt,
         )
 
-    def _way_to_stop_in(
-        self, plan: Trajectory, situation: Situation, planes: HalfPlanes | None, *, anywhere: bool
-    ) -> float | None:
-        """Way to a contact that the vehicle must brake for now [m], or None.
+    # -- what is in the way --------------------------------------------------------------------------
 
-        Braking, or touching something, it does so for one that is farther than it needs to stop, too.
-        """
-        need = contact.stopping_distance(float(situation.state[V]), self.config)
-        reach = inf if anywhere else need + contact.CHECKED
-        way = self._way_to_contact(plan, reach, planes)
-        wary = anywhere or self._memory.blocked or self._memory.touched is not None
-        must_stop = way < inf if wary else way <= need
-        return way if must_stop else None
+    def _in_contact(self, situation: Situation, overlap: Overlap) -> Act:
+        """Brake and stand; or creep out of it, where the settings allow that."""
+        self._memory = renewed(route.restart(self._memory), halt=Halt())
+        motion = escape.way_out(
+            situation.state, situation.begin, self._surroundings, self._memory.part, self.config
+        )
+        if motion is not None:
+            drive = ladder.follow(motion.controls[0], Source.ESCAPE)
+            return Act(
+                drive=drive, status=Status.BLOCKED, reason=f"{overlap}: creeps out of it", trajectory=motion
+            )
+        return self._stop(situation, Status.BLOCKED, str(overlap), self.config.limits.acceleration)
+
+    def _watch(self, situation: Situation) -> None:
+        """Halt where the way of the plan that is being driven is no longer clear."""
+        memory, around = self._memory, self._surroundings
+        if memory.driven is None or route.stands(memory, situation):
+            return
+        if memory.clear_of == around.changes and not around.moving:
+            return
+        speed = float(situation.state[V])
+        need = contact.stopping_way(speed, self.config)
+        motion = self._braking(situation, speed**2 / (2.0 * need), memory.driven)
+        way = self._way_clear(motion, inf)
+        if way < inf:
+            self._halt(way, need, situation)
+
+    def _halt(self, way: float, need: float, situation: Situation) -> None:
+        halt = stops.halted(self._memory.halt, way, need, situation.now, self.config.caution)
+        self._memory = renewed(self._memory, halt=halt)
+
+    def _way_clear(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
+        """Way along a plan to where it is not clear of what stands or moves [m], or inf."""
+        around = self._surroundings
+        age = self._memory.now - around.told_at
+        moving = contact.way_to_moving(plan, around.moving, age, self.config, reach)
+        return min(moving, self._way_to_contact(plan, reach, planes))
 
     def _hold(self, situation: Situation) -> Act:
         if not situation.free:
@@ -249,15 +284,6 @@ class Driver(Scout):
             return self._stop(situation, Status.SEARCHING, "standing at the planned goal, not detected yet")
         return self._stop(situation, Status.DOCKED, "standing inside the tolerance")
 
-    def _braking_needed(self, motion: Trajectory) -> float:
-        """Deceleration [m/s²] to stand before what a stopping motion meets, or to go no deeper into it."""
-        memory, config = self._memory, self.config
-        corridor = self._surroundings.corridor
-        if memory.touched is not None and contact.deepens(motion, corridor, memory.part, config):
-            return config.limits.acceleration
-        way = self._way_to_contact(motion, inf)
-        return ladder.before_contact(float(motion.states[0, V]), way, config) if way < inf else 0.0
-
     def _stop(
         self,
         situation: Situation,
@@ -265,22 +291,42 @@ class Driver(Scout):
         reason: str,
         deceleration: float | None = None,
         attempt: Attempt | None = None,
-        steering_rate: float = 0.0,
+        along: Trajectory | None = None,
     ) -> Act:
         """Brake at `deceleration` [m/s²], by default the comfort acceleration, and stand.
 
         Where that is not enough to stand before what the vehicle meets on its way, it brakes harder.
+
+        `along`: a plan to brake along, where that is as gentle as with the steering held.
         """
         config, state = self.config, situation.state
         wanted = config.comfort_acceleration if deceleration is None else deceleration
-        times = stage_times(
-            situation.begin, stage_lengths(config.cruise_horizon, config.cycle, config.stages)
-        )
-        stands = route.stands(self._memory, situation)
-        motion = stopping_motion(state, times, wanted, config.vehicle.wheelbase)
-        harder = 0.0 if stands else self._braking_needed(motion)
-        if harder > wanted:
-            wanted = harder
-            motion = stopping_motion(state, times, wanted, config.vehicle.wheelbase)
-        drive = ladder.hold(state, config) if stands else ladder.brake(state, wanted, config, steering_rate)
+        if route.stands(self._memory, situation):
+            motion, drive = self._braking(situation, wanted), ladder.hold(state, config)
+        else:
+            motion, needed = self._braking_in_time(situation, wanted, along)
+            drive = ladder.brake(state, needed, config, float(motion.controls[0, DELTA_DOT]))
         return Act(drive=drive, status=status, reason=reason, trajectory=motion, attempt=attempt)
+
+    def _braking_in_time(
+        self, situation: Situation, wanted: float, along: Trajectory | None
+    ) -> tuple[Trajectory, float]:
+        """The gentlest braking to stand in time, and its deceleration [m/s²], `wanted` at least."""
+        speed, found = float(situation.state[V]), []
+        for plan in (None,) if along is None else (along, None):
+            motion = self._braking(situation, wanted, plan)
+            way = self._way_clear(motion, inf)
+            needed = wanted if way == inf else max(wanted, ladder.before_contact(speed, way, self.config))
+            found.append((motion, needed, plan))
+        motion, needed, plan = min(found, key=lambda each: each[1])
+        return (motion if needed == wanted else self._braking(situation, needed, plan)), needed
+
+    def _braking(
+        self, situation: Situation, deceleration: float, along: Trajectory | None = None
+    ) -> Trajectory:
+        """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan where it is near it."""
+        config, state = self.config, situation.state
+        lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
+        times = stage_times(situation.begin, lengths)
+        motion = None if along is None else stopping_along(along, state, times, deceleration)
+        return motion or stopping_motion(state, times, deceleration, config.vehicle.wheelbase)

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from math import inf
 
+import numpy as np
+
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.ocp.room import room_along, with_obstacles
 from rti_mpcc.planning import legs, route, sensing, stops
 from rti_mpcc.planning.cusp import cusp_pose
 from rti_mpcc.planning.memory import ControllerMemory, PullOut, Situation, renewed
 from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import Surroundings, tell_if_narrow
+from rti_mpcc.planning.trust import by_commands
 from rti_mpcc.safety import contact
+from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.types import Trajectory
 
 
@@ -30,19 +35,32 @@ class Navigator:
         self.path = path
         self.config = config
         self._surroundings = Surroundings.of(corridor, path, config)
-        self._paces = tuple(pace_of(part, config) for part in path.parts)
+        self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(path.parts))
+        for k, room in enumerate(self._rooms):
+            tell_if_narrow(room, k, config)
         self._memory = ControllerMemory()
         self._cusp_of: tuple[int, int, Pose2] | None = None
         self._begin_leg()
 
     def _begin_leg(self) -> None:
-        """The core and the pace for the active part, or for the way back along it."""
+        """The core for the active part, or for the way back along it."""
         index, back = self._memory.part, self._memory.pull_out
-        part, self._pace = self.path.parts[index], self._paces[index]
+        part = self.path.parts[index]
         if back is not None:
             part = part.driven_back(back.begin, back.end)
-            self._pace = pace_of(part, self.config)
         self._mpcc = RtiMpcc(part, self._surroundings.corridor, self.config, index=index)
+        self._look_round()
+
+    def _look_round(self) -> None:
+        """The room along the active part, beside the obstacles that are known now, and the pace by it."""
+        core, corridor, config = self._mpcc, self._surroundings.corridor, self.config
+        if self._memory.pull_out is not None:
+            room = room_along(core.part, corridor, core.index, config)
+        else:
+            room = with_obstacles(self._rooms[core.index], core.part, corridor, core.index, config)
+        core.set_obstacles(corridor)
+        core.set_room(room if config.corridor_rows else None)
+        self._pace = pace_of(core.part, config, core.room)
 
     def _next_leg(self, situation: Situation) -> ControllerMemory | None:
         """The memory with which another part begins now, or a way back; None: this one goes on."""
@@ -106,20 +124,28 @@ class Navigator:
         )
 
     def _way_to_contact(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
-        """Way along a plan to a contact [m], or inf. Args: planes of its solution, if it is one's."""
-        corridor, part, touched = self._surroundings.corridor, self._memory.part, self._memory.touched
-        if touched is None and contact.surely_clear(plan, planes, corridor, part, self.config, reach):
+        """Way along a plan to where it is not clear of what stands [m], or inf.
+
+        `planes`: of its solution, if it is one's.
+        """
+        corridor, part = self._surroundings.corridor, self._memory.part
+        if contact.surely_clear(plan, planes, corridor, part, self.config, reach):
             return inf
-        begins_free = touched is None and planes is not None
         return contact.way_to_contact(
-            plan, corridor, part, self.config, reach, touched, begins_free=begins_free
+            plan, corridor, part, self.config, reach, begins_free=planes is not None
         )
 
-    def _touched(self, situation: Situation) -> float | None:
-        memory, corridor = self._memory, self._surroundings.corridor
+    def _overlap(self, situation: Situation) -> Overlap | None:
+        """What the body overlaps, where it is believed to be now or until the command begins to act."""
+        memory, around, config = self._memory, self._surroundings, self.config
+        believed = memory.trust.state
+        if believed is None:
+            return None
+        middle = by_commands(believed, memory.queue, memory.now, memory.now + 0.5 * config.dead_time, config)
+        states = np.stack((believed, middle, situation.state))
         planes = None if memory.solution is None else memory.solution.planes
-        if memory.touched is None and contact.body_surely_clear(
-            situation.state, planes, corridor, memory.part, self.config
+        if not around.moving and contact.bodies_surely_clear(
+            states, planes, around.corridor, memory.part, config
         ):
             return None
-        return contact.touched(memory.touched, situation.state, corridor, memory.part, self.config)
+        return contact.overlap(states, around, memory.part, config)

@@ -12,6 +12,7 @@ from estimation import GoalEstimate, Judgement
 from geometry import Pose2
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,7 @@ class Status(Enum):
     STARTING = "starting"
     """The first plan of a part is being found: standing still, or braking if the vehicle moves."""
     BLOCKED = "blocked"
-    """The plan's body leaves the corridor or meets an obstacle within the stopping distance: braking; or
+    """The body overlaps something, or is not clear of something on the way that a stop needs: braking; or
     standing before something that fills the way."""
     GOAL_LOST = "goal lost"
     """The goal has not been seen for long and is not certain enough to dock at: stopping before it."""
@@ -81,6 +82,8 @@ class Source(Enum):
     SHIFTED_PLAN = "shifted plan"
     BRAKING = "braking"
     STANDSTILL = "standstill"
+    ESCAPE = "escape"
+    """Creeping out of what the body overlaps, see `ControllerConfig.escape_speed`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -43,6 +43,7 @@ def stage_bounds(
     retreat: float = 0.0,
     reach: float = RETREAT_REACH,
     ends: bool = True,
+    most: Array | None = None,
 ) -> StageBounds:
     """The limits, one direction of motion, and the speed profile where the configuration has one.
 
@@ -52,6 +53,7 @@ def stage_bounds(
         retreat: speed allowed against the direction [m/s], from `reach` [m] before the stop point on.
         ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
             it gets there goes on along the extrapolated path.
+        most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
     """
     limits, stages = config.limits, len(theta) - 1
     speed = np.full(stages, limits.speed)
@@ -60,6 +62,8 @@ def stage_bounds(
         final = profile.at_stop(target.behind)
         left = np.maximum(target.stop - theta[1:], 0.0)
         speed = np.minimum(speed, np.sqrt(final**2 + 2.0 * profile.deceleration * left))
+    if most is not None:
+        speed = np.minimum(speed, most)
     states = np.empty((stages, 2, 3))
     slow = np.where(theta[1:] >= target.stop - reach, min(retreat, limits.speed), 0.0)
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)

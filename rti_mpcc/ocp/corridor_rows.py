@@ -5,6 +5,14 @@
 
 with h how far the disc, or the piece of the body in it, reaches towards the wall, (H6) of
 rti_mpcc.model.footprint, and at corners half-planes of (H7), rti_mpcc.ocp.facing.
+
+Between two walls that face each other the margin is at most what they leave to the body as it stands at
+that stage, less a strip to steer in, but no less than the body's hard minimum:
+
+(H8)  margin' = max(min(margin, (g + g')/2 - STRIP), d_min - (h - h_body)),   g = min n · (c - b) - h
+
+over all discs, h_body being how far the body itself reaches, its half width beside it. A slack that nothing
+can make smaller would cost by the time spent in it: the narrower the lane, the more it would pay to hurry.
 """
 
 from __future__ import annotations
@@ -17,9 +25,12 @@ import numpy as np
 from geometry import HalfPlanes, Jutting
 from rti_mpcc.model.footprint import Discs
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
-from rti_mpcc.ocp.facing import Index, facing
+from rti_mpcc.ocp.facing import Facing, Index, facing
+from rti_mpcc.ocp.room import between
 from rti_mpcc.types import Array
 
+STRIP = 0.03
+"""Left to either side to steer in, of what is between two walls [m]: rows that all bind say the same."""
 LOOSE = -100.0
 """Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation. Its slopes
 are 0 besides: a row that never binds still drags on the solver's steps."""
@@ -49,6 +60,7 @@ def corridor_rows(
     margin: float,
     near: float,
     jutting: Callable[[Index], Jutting | None],
+    least: float | None = None,
 ) -> CorridorRows | None:
     """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage); None if none
     acts.
@@ -57,6 +69,7 @@ def corridor_rows(
         jutting: which of some of the half-planes are of points that jut out, see `facing`.
         margin: kept between disc, or piece of the body, and boundary [m]; near: boundaries farther from the
             disc than that and the margin do not act [m].
+        least: d_min of (H8) [m]; None: the margin is kept whatever is left.
     """
     acts = (planes.distance.reshape(-1) < discs.radius + margin + near).nonzero()[0]
     if acts.size == 0:
@@ -68,8 +81,23 @@ def corridor_rows(
     rows[acts, X], rows[acts, Y] = faced.normal.real, faced.normal.imag
     offset = discs.offsets[acts // shape[2] % shape[1]]
     rows[acts, PHI] = offset * faced.across - faced.reach.slope
-    lower.reshape(-1)[acts] = margin - faced.gap
+    kept = margin if least is None else _margins(faced, acts, shape, discs, margin, least)
+    lower.reshape(-1)[acts] = kept - faced.gap
     return CorridorRows(slopes, lower)
+
+
+def _margins(
+    faced: Facing, acts: Index, shape: tuple[int, int, int], discs: Discs, margin: float, least: float
+) -> Array:
+    """Equation (H8): the margin (k,) of each half-plane that acts [m]."""
+    gaps, normals = np.full(shape, np.inf), np.zeros(shape, dtype=np.complex128)
+    gaps.reshape(-1)[acts], normals.reshape(-1)[acts] = faced.gap, faced.normal
+    room = between(gaps, normals) - STRIP
+    if float(room.min()) >= margin:
+        return np.full(acts.size, margin)
+    spare = np.where(faced.reach.value < discs.radius, 0.0, discs.radius - discs.half_width)
+    left = room[acts // (shape[1] * shape[2]), acts % shape[2]]
+    return np.maximum(np.minimum(left, margin), least - spare)
 
 
 def drifting(states: Array, lengths: Array, wheelbase: float) -> Array:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from estimation import Frame, GoalMeasurement
 from estimation.measurement import is_time
 from geometry import Pose2, RtiMpccError
+from rti_mpcc.config import Caution
 from rti_mpcc.planning.memory import ControllerMemory, renewed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.trust import FAR, MANY_TURNS
@@ -43,15 +44,17 @@ def goal_in(goal: Pose2 | None, end: Pose2) -> tuple[Pose2 | None, str]:
     return goal if isinstance(goal, Pose2) else Pose2(float(x), float(y), float(phi)), ""
 
 
-def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None) -> tuple[Surroundings, str]:
-    """The surroundings with these obstacles, and why they are not used (then as known)."""
+def surroundings_in(
+    known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float, caution: Caution
+) -> tuple[Surroundings, str]:
+    """The surroundings with these obstacles at `now` [s], and why they are not used (then as known)."""
     if obstacles is None:
         return known, ""
     try:
         outlines = [np.asarray(outline, dtype=np.float64) for outline in obstacles]
         if any(outline.size and not np.abs(outline).max() <= FAR for outline in outlines):
             return known, "obstacles not finite or not near"
-        return known.told(outlines), ""
+        return known.told(outlines, now, caution), ""
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
         return known, f"obstacles not readable: {' '.join(str(error).split())}"
 

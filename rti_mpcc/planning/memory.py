@@ -19,6 +19,7 @@ from rti_mpcc.types import Array, Objective, Trajectory
 
 __all__ = [
     "ControllerMemory",
+    "Halt",
     "Past",
     "Phase",
     "PlannedStop",
@@ -58,6 +59,17 @@ class PlannedStop:
     obstacles: int | None
     since: float
     from_there: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Halt:
+    """A vehicle that brakes, or stands, for something that its plan does not stay clear of.
+
+    Attributes:
+        clear_since: since when its way is clear [s], or None.
+    """
+
+    clear_since: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,8 +157,7 @@ class ControllerMemory:
         standing_since: when the vehicle came to a standstill [s], or None while it moves.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven [s].
-        blocked: the vehicle brakes before a contact that its plan would make.
-        touched: see `contact.touched`; None while the body is free.
+        halt: see `Halt`; None while nothing is in the way.
         looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
         stop: before something that fills the way, made for or held at; None where the way is free.
         looks_past: standing there, a way past it is looked for.
@@ -186,8 +197,7 @@ class ControllerMemory:
     standing_since: float | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
-    blocked: bool = False
-    touched: float | None = None
+    halt: Halt | None = None
     looked_at: float | None = None
     stop: PlannedStop | None = None
     looks_past: bool = False

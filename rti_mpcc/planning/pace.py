@@ -3,7 +3,9 @@
 The steering that the path asks for, delta(theta) = atan(L kappa), is smoothed over a few metres: no vehicle
 turns its wheels on the spot. From it, with the comfort values,
 
-(P1)  v² |tan delta| / L <= a_lat,   v |d delta / d theta| <= delta_dot,   v <= the speed limit.
+(P1)  v² |tan delta| / L <= a_lat,   v |d delta / d theta| <= delta_dot,   v <= the speed limit,
+
+and what the room beside the body allows, (P2) of rti_mpcc.ocp.room.
 """
 
 from __future__ import annotations
@@ -13,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry import PathPart
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import PLANNED_SHARE, ControllerConfig
+from rti_mpcc.ocp.room import Room
 from rti_mpcc.types import Array
 
 SPACING = 0.25
@@ -48,8 +51,8 @@ class Pace:
         return self.at(theta + way * (np.arange(pieces) + 0.5) / pieces)
 
 
-def pace_of(part: PathPart, config: ControllerConfig) -> Pace:
-    """The pace of a part, Eq. (P1)."""
+def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) -> Pace:
+    """The pace of a part, Eq. (P1), and where its room is known (P2)."""
     comfort, wheelbase = config.comfort, config.vehicle.wheelbase
     count = max(int(np.ceil((part.end - part.start) / SPACING)), 2)
     theta = np.linspace(part.start, part.end, count + 1)
@@ -59,4 +62,7 @@ def pace_of(part: PathPart, config: ControllerConfig) -> Pace:
     curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)
     turning = np.maximum(np.abs(np.gradient(steering, theta)), FLAT)
     speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), comfort.steering_rate / turning)
-    return Pace(theta=theta, speed=np.minimum(speed, config.limits.speed))
+    speed = np.minimum(speed, config.limits.speed)
+    if room is not None:
+        speed = np.minimum(speed, PLANNED_SHARE * room.speed_at(theta))
+    return Pace(theta=theta, speed=speed)

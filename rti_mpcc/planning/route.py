@@ -317,14 +317,17 @@ def retreat(memory: ControllerMemory, situation: Situation) -> float:
 
 
 def _timed(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
-    """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival."""
+    """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
+
+    A vehicle that halts, or lost cycles, gets the time again that its way takes.
+    """
     if memory.phase is Phase.CONTOURING:
         return memory
     assert memory.arrive_at is not None
     begin = situation.begin
     moved = memory.timed_for is None or apart(memory.timed_for, situation.target.pose) > MOVED
     lost = bool(memory.queue) and begin - memory.queue[-1].begins > LOST_CYCLES * config.cycle
-    if moved or lost:
+    if moved or lost or memory.halt is not None:
         due = begin + _duration(situation, config)
         # One that backs up may be past its goal, and has no way left but time to take.
         arrive_at = due if moved and not memory.backs else max(due, memory.arrive_at)

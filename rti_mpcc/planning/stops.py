@@ -4,14 +4,31 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from rti_mpcc.config import Caution
 from rti_mpcc.model.layout import THETA
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, renewed
+from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, PlannedStop, Situation, renewed
 from rti_mpcc.planning.route import LOOK_AGAIN, MOVED, apart, restart, stands
 
 NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
 NEEDS_IT = 0.2
 """A plan that is driven while another one is sought is iterated itself when it is older than this [s]."""
+
+
+def halted(halt: Halt | None, way: float, needed: float, now: float, caution: Caution) -> Halt | None:
+    """Whether the vehicle brakes, or stands, for what its plan meets after `way` [m] (inf: nothing).
+
+    It does so from when that is within what is `needed` to stop [m], until its way was clear of that, and
+    `clear_distance` more, for `clear_time`.
+    """
+    if way <= needed:
+        return Halt()
+    if halt is None:
+        return None
+    if way <= needed + caution.clear_distance:
+        return Halt()
+    since = now if halt.clear_since is None else halt.clear_since
+    return None if now - since >= caution.clear_time else Halt(clear_since=since)
 
 
 def stop_before(
@@ -36,7 +53,7 @@ def stop_before(
 def is_old(memory: ControllerMemory, situation: Situation) -> bool:
     """Whether the plan being driven has to be iterated before the search for another one goes on."""
     accepted = memory.accepted_at
-    if memory.unfinished is None or memory.blocked or accepted is None:
+    if memory.unfinished is None or memory.halt is not None or accepted is None:
         return False
     return situation.now - accepted > NEEDS_IT
 

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geometry import Corridor, CorridorError, ReferencePath
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.ocp.room import Room
+from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
 
 _log = logging.getLogger(__name__)
 
@@ -20,12 +22,15 @@ class Surroundings:
     """A corridor and its obstacles.
 
     Attributes:
-        corridor: with the obstacles in it; obstacles: their outlines (m, 2) [m].
-        changes: how often the obstacles have changed.
+        corridor: with the obstacles that stand, which plans go round; known: with all of them.
+        obstacles: all of them; told_at: when they were told last [s].
+        changes: how often those that stand have changed.
     """
 
     corridor: Corridor
-    obstacles: tuple[ArrayLike, ...]
+    known: Corridor
+    obstacles: tuple[Obstacle, ...]
+    told_at: float = 0.0
     changes: int = 0
 
     @classmethod
@@ -43,18 +48,55 @@ class Surroundings:
                 path.max_curvature,
                 config.max_curvature,
             )
-        return cls(corridor=corridor, obstacles=tuple(corridor.obstacles))
+        obstacles = tuple(first_seen(k, each, 0.0) for k, each in enumerate(corridor.obstacles))
+        return cls(corridor=corridor, known=corridor, obstacles=obstacles)
 
-    def told(self, obstacles: Sequence[ArrayLike] | None) -> Surroundings:
-        """With other obstacles; itself for None and for the same ones."""
-        if obstacles is None or same_outlines(obstacles, self.obstacles):
+    @property
+    def moving(self) -> tuple[Obstacle, ...]:
+        """The obstacles that are seen to move."""
+        return tuple(each for each in self.obstacles if each.moves)
+
+    def told(self, outlines: Sequence[ArrayLike] | None, now: float, caution: Caution) -> Surroundings:
+        """With the obstacles told at `now` [s]; for None the last ones stay.
+
+        Raises:
+            CorridorError: one that is no simple polygon.
+        """
+        if outlines is None:
             return self
-        return replace(
-            self,
-            corridor=self.corridor.with_obstacles(obstacles),
-            obstacles=tuple(np.array(outline, dtype=np.float64) for outline in obstacles),
-            changes=self.changes + 1,
+        obstacles = observed(self.obstacles, outlines, now, self.told_at, caution)
+        if obstacles is self.obstacles:
+            return replace(self, told_at=now)
+        stand = [each.outline for each in obstacles if not each.moves]
+        changed = not same_outlines(stand, [each.outline for each in self.obstacles if not each.moves])
+        corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
+        moving = len(stand) < len(obstacles)
+        everything = (
+            self.corridor.with_obstacles([each.outline for each in obstacles]) if moving else corridor
         )
+        return Surroundings(
+            corridor=corridor,
+            known=everything,
+            obstacles=obstacles,
+            told_at=now,
+            changes=self.changes + changed,
+        )
+
+
+def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:
+    """Warn of a part, the route's `index`-th, whose boundaries leave less than the margin beside the body."""
+    left, theta = room.least
+    margin, least = config.footprint.margin, config.caution.hard_minimum
+    if left >= margin:
+        return
+    consequence = f"it is driven there at {float(room.speed_at(np.array([theta]))[0]):.2f} m/s"
+    if left < least:
+        consequence = f"no plan is driven that leaves less than {least:.2f} m"
+    _log.warning(
+        "part %d: the boundaries leave %.3f m beside the body at theta = %.2f m, "
+        "less than the margin of %.2f m: %s",
+        *(index, left, theta, margin, consequence),
+    )
 
 
 def same_outlines(outlines: Sequence[ArrayLike], known: Sequence[ArrayLike]) -> bool:

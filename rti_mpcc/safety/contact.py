@@ -1,8 +1,23 @@
-"""Exact check of a plan's body against boundaries and obstacles."""
+"""Exact checks of the body: does it overlap something, and how far along a plan does it stay clear.
+
+Clear is a body that is farther than `Caution.hard_minimum` from all boundaries and all obstacles that stand.
+A plan that begins nearer, as a measurement may have it, must not come nearer still. Of an obstacle that moves
+with u it is not known what it will do next:
+
+(S2)  dist(body(t), hull(P, P + u t)) > d_min   and   dist(edge(t), hull(P, P + u t)) > d_min + |u| t_stop,
+      t_stop = dead time + cycle + |v| / a_max
+
+for all times t from now on at which the plan is there: it may go on as it does, or stop on the way; and where
+the leading edge of the body is, it may turn into any direction while the vehicle needs t_stop to stand.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from geometry import Corridor, HalfPlanes
@@ -10,24 +25,56 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import Discs, body_polygons, cover
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
-from rti_mpcc.safety.ladder import SPARE, braking
-from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.planning.obstacles import Obstacle
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.safety.ladder import SPARE
 from rti_mpcc.types import Array, Trajectory
 
-CHECKED = 3.0
-"""How far ahead along the plan contact is looked for beyond the stopping distance [m]."""
-LET_OUT = 0.2
-"""So far a body that touches something may swing its other end out to get away [m]: in reverse the front goes
-out by l²/2R, l its distance from the axle: 0.14 m on a circle of 50 m."""
-DEEPER = 0.01
-"""A contact gets worse if its clearance falls by more than this [m]."""
-STOPPING_POSES = 10
-"""Poses on the way to a standstill that are looked at for contact."""
+NEARER = 0.01
+"""A plan that begins nearer to something than it may come, comes nearer if by more than this [m]."""
 SPACING = 0.2
 """Way between two bodies that are checked [m]."""
 UNSURE = 0.02
 """Where two pieces of a boundary are about equally near, the distance of the farther one may have been found:
 it is too large by so much at most [m], see `Boundary.nearest_sample`."""
+
+
+class Overlap(NamedTuple):
+    """What a body overlaps: how deep [m], what it is, and where (x, y) [m]."""
+
+    depth: float
+    what: str
+    where: tuple[float, float]
+
+    def __str__(self) -> str:
+        x, y = self.where
+        return f"the body overlaps {self.what} by {self.depth:.2f} m at ({x:.2f}, {y:.2f})"
+
+
+def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
+    """What the bodies at `states` (n, 6) overlap, the deepest of it, beyond `Caution.contact_tolerance`."""
+    bodies = body_polygons(states, config.vehicle)
+    if not surroundings.known.collides(part, bodies).any():
+        return None
+    depth = -surroundings.known.clearance(part, bodies)
+    deepest = int(np.argmax(depth))
+    if depth[deepest] <= config.caution.contact_tolerance:
+        return None
+    return Overlap(float(depth[deepest]), *_met(shapely.Polygon(bodies[deepest]), surroundings, part))
+
+
+def _met(body: shapely.Polygon, surroundings: Surroundings, part: int) -> tuple[str, tuple[float, float]]:
+    """The name of what a body meets, and where."""
+    for obstacle in surroundings.obstacles:
+        if body.intersects(obstacle.shape):
+            at = body.intersection(obstacle.shape).centroid
+            return f"obstacles[{obstacle.index}]", (at.x, at.y)
+    for name, lines in zip(("left", "right"), surroundings.known.lines(part), strict=True):
+        for line in lines:
+            met = body.intersection(shapely.LineString(line))
+            if not met.is_empty:
+                return f"the {name} boundary", (met.centroid.x, met.centroid.y)
+    return "what lies beyond a boundary", (body.centroid.x, body.centroid.y)
 
 
 def way_to_contact(
@@ -36,41 +83,46 @@ def way_to_contact(
     part: int,
     config: ControllerConfig,
     reach: float,
-    touched: float | None = None,
     *,
     begins_free: bool = False,
 ) -> float:
-    """Way along the plan to the first body that touches something [m]; inf if none does within `reach`.
+    """Way along the plan to the first body that is not clear of what stands [m]; inf if all to `reach` are.
 
     The bodies overlap. If the first one is known to be free (`begins_free`) and none touches anything, they
     are on the side of each wall that it is on, and need not be asked whether they are beyond one.
-    A body that touches from the start on is let out: only poses with `LET_OUT` less clearance than `touched`
-    (default: than it has there) count.
     """
-    marks, bodies = _bodies(plan, config, reach)
-    touching = corridor.touches(part, bodies) if begins_free else corridor.collides(part, bodies)
-    if touching[0]:
+    marks, _, bodies = _bodies(plan, config, reach)
+    least = config.caution.hard_minimum
+    near = corridor.touches(part, bodies, least) if begins_free else corridor.collides(part, bodies, least)
+    if near[0]:
         clearance = corridor.clearance(part, bodies)
-        touching &= clearance < (float(clearance[0]) if touched is None else touched) - LET_OUT
-    return float(marks[np.argmax(touching)]) if touching.any() else np.inf
+        least = min(float(clearance[0]), least)
+        near &= clearance < (max(least - NEARER, 0.0) if least >= 0.0 else least - NEARER)
+    return float(marks[np.argmax(near)]) if near.any() else np.inf
 
 
-def touched(
-    before: float | None, state: Array, corridor: Corridor, part: int, config: ControllerConfig
-) -> float | None:
-    """The least clearance [m] that a body which touches something can still be kept at; None if it is free.
+def way_to_moving(
+    plan: Trajectory, moving: Sequence[Obstacle], ages: float, config: ControllerConfig, reach: float
+) -> float:
+    """Way along the plan to the first body that may meet an obstacle that moves, Eq. (S2) [m]; or inf.
 
-    It is found when the contact begins, by braking fully from `state` (6,), and stays while it lasts:
-    `before` is that of the cycle before. So a vehicle is let out of a contact, but not through it.
+    Args:
+        ages: how long ago the obstacles were told [s].
     """
-    if not corridor.collides(part, body_polygons(state[None, :], config.vehicle))[0]:
-        return None
-    if before is not None:
-        return before
-    most = config.limits.acceleration
-    times = np.linspace(0.0, max(abs(float(state[V])) / most, 1e-3), STOPPING_POSES)
-    motion = stopping_motion(state, times, most, config.vehicle.wheelbase)
-    return float(corridor.clearance(part, body_polygons(motion.states, config.vehicle)).min())
+    if not moving:
+        return np.inf
+    marks, states, bodies = _bodies(plan, config, reach)
+    speed = np.abs(states[:, V])
+    elapsed = ages + config.dead_time + (_times(plan, marks) - plan.times[0])
+    stop = config.dead_time + config.cycle + speed / config.limits.acceleration
+    ahead = np.where((states[:, V] >= 0.0)[:, None, None], bodies[:, 1:3], bodies[:, [0, 3]])
+    shapes, edges = shapely.polygons(bodies), shapely.linestrings(ahead)
+    near = np.zeros(len(marks), dtype=np.bool_)
+    for obstacle in moving:
+        swept, least = obstacle.swept(elapsed), config.caution.hard_minimum
+        near |= shapely.dwithin(shapes, swept, least)
+        near |= shapely.dwithin(edges, swept, least + obstacle.speed * stop)
+    return float(marks[np.argmax(near)]) if near.any() else np.inf
 
 
 def surely_clear(
@@ -81,9 +133,9 @@ def surely_clear(
     config: ControllerConfig,
     reach: float,
 ) -> bool:
-    """Whether `way_to_contact` need not be asked: no body of the plan up to `reach` [m] touches anything.
+    """Whether `way_to_contact` need not be asked: all bodies of the plan up to `reach` [m] are clear.
 
-    (S1)  d_k - |p - c_k| > r,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
+    (S1)  d_k - |p - c_k| > r + d_min,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
 
     The discs of radius r cover the body. At c_k', where their centres were linearised about or looked up
     last, they had the distances d_k to everything (`planes` of stages 1..N, of the plan's `Solution`). A
@@ -94,7 +146,7 @@ def surely_clear(
 
     Touching nothing all along, the bodies are on the side of a wall that the first one is on, and so beyond
     one only if that is, or if the way leads round an open end of it, farther than the half-planes call
-    beyond. So this holds for a vehicle whose body is free where the plan begins, see `touched`.
+    beyond. So this holds for a vehicle whose body is free where the plan begins, see `overlap`.
     """
     discs, stages = cover(config.vehicle, config.footprint.discs), len(plan.controls)
     count = len(discs.offsets)
@@ -109,23 +161,27 @@ def surely_clear(
     aside = _between_stages(plan, steps[:last], discs, config.vehicle.wheelbase)
     aside[0] *= 2.0
     np.maximum(aside[:-1], aside[1:], out=aside[:-1])
-    return bool((apart - aside).min() > discs.radius + UNSURE)
+    return bool((apart - aside).min() > discs.radius + config.caution.hard_minimum + UNSURE)
 
 
-def body_surely_clear(
-    state: Array, planes: HalfPlanes | None, corridor: Corridor, part: int, config: ControllerConfig
+def bodies_surely_clear(
+    states: Array, planes: HalfPlanes | None, corridor: Corridor, part: int, config: ControllerConfig
 ) -> bool:
-    """Whether `touched` need not be asked at `state` (6,): the body touches nothing, by (S1).
+    """Whether `overlap` need not be asked at `states` (n, 6): the bodies touch nothing that stands, by (S1).
 
     `planes` are those of the first stages of a plan that is being driven. The way from there crosses nothing
     either.
     """
     discs = cover(config.vehicle, config.footprint.discs)
-    if planes is None or len(planes.distance) < len(discs.offsets):
+    count = len(discs.offsets)
+    if planes is None or len(planes.distance) < count:
         return False
-    place = np.array([complex(state[X], state[Y])])
-    centres = _centres(place, np.exp(1j * state[[PHI]]), discs)
-    return bool(corridor.at_least(part, centres, planes).min() > discs.radius + UNSURE)
+    for state in states:
+        place = np.array([complex(state[X], state[Y])])
+        centres = _centres(place, np.exp(1j * state[[PHI]]), discs)
+        if not corridor.at_least(part, centres, planes).min() > discs.radius + UNSURE:
+            return False
+    return True
 
 
 def _centres(place: NDArray[np.complex128], axis: NDArray[np.complex128], discs: Discs) -> Array:
@@ -149,15 +205,6 @@ def _between_stages(plan: Trajectory, steps: Array, discs: Discs, wheelbase: flo
     return between
 
 
-def deepens(motion: Trajectory, corridor: Corridor, part: int, config: ControllerConfig) -> bool:
-    """Whether the body touches something along a motion that it goes deeper into."""
-    _, bodies = _bodies(motion, config, np.inf)
-    if not corridor.collides(part, bodies).any():
-        return False
-    clearance = corridor.clearance(part, bodies)
-    return bool(clearance.min() < clearance[0] - DEEPER)
-
-
 def length(plan: Trajectory) -> float:
     """Way that the plan drives [m]."""
     return float(_steps(plan).sum())
@@ -169,15 +216,21 @@ def _steps(plan: Trajectory) -> Array:
     return steps
 
 
-def _bodies(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
-    """Ways along the plan [m] up to `reach`, and the body (n, 4, 2) [m] at each."""
+def _bodies(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array, Array]:
+    """Ways along the plan (n,) [m] up to `reach`, states (n, 6) and bodies (n, 4, 2) [m] there."""
+    end = min(reach, length(plan))
+    marks = np.linspace(0.0, end, max(int(np.ceil(end / SPACING)) + 1, 2))
+    states = states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
+    return marks, states, body_polygons(states, config.vehicle)
+
+
+def _times(plan: Trajectory, marks: Array) -> Array:
+    """When (n,) [s] the plan has driven the ways `marks` (n,) [m]."""
     steps = _steps(plan)
     way = np.append(0.0, np.cumsum(steps))
-    end = min(reach, float(way[-1]))
-    marks = np.linspace(0.0, end, max(int(np.ceil(end / SPACING)) + 1, 2))
     moving = np.append(True, steps > 1e-9)
-    times = np.interp(marks, way[moving], plan.times[moving])
-    return marks, body_polygons(states_at(plan, times, config.vehicle.wheelbase), config.vehicle)
+    times: Array = np.interp(marks, way[moving], plan.times[moving])
+    return times
 
 
 def stop_clearance(config: ControllerConfig) -> float:
@@ -191,6 +244,7 @@ def stop_clearance(config: ControllerConfig) -> float:
     return overhang + footprint.margin + SPACING
 
 
-def stopping_distance(speed: float, config: ControllerConfig) -> float:
-    """Way needed to stop from `speed` [m/s] while blocked [m], with `SPARE` to spare."""
-    return speed**2 / (2.0 * braking(config)) + SPARE
+def stopping_way(speed: float, config: ControllerConfig) -> float:
+    """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and `SPARE`."""
+    in_comfort = speed**2 / (2.0 * config.comfort_acceleration)
+    return (1.0 + config.caution.stop_share) * in_comfort + SPARE

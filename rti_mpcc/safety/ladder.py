@@ -10,9 +10,10 @@
 4. Braking at `braking` with the steering held, to a standstill. It stays until there is a plan again, which
    is then sought from a fresh first guess.
 
-What is driven by 1 to 3 is checked against the corridor with the exact body: if it touches something within
-the stopping distance the vehicle brakes instead, and is blocked until the way is free further on. Whatever is
-driven passes `safety.gate`.
+What is driven by 1 to 3 is checked with the exact body: if it is not clear of everything over the way that
+the vehicle needs to stop in comfort, and a share more, the vehicle brakes instead, along the plan that it was
+driving, as gently as it stands in time. It is blocked until the way has been clear for a while, see
+`planning.stops.halted`. Whatever is driven passes `safety.gate`.
 """
 
 from __future__ import annotations
@@ -99,9 +100,9 @@ def braking(config: ControllerConfig) -> float:
 
 
 def before_contact(speed: float, way: float, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] to stand `SPARE` before a contact `way` [m] ahead, `braking` at least."""
+    """Deceleration [m/s²] to stand `SPARE` before a contact `way` [m] ahead, the comfort one at least."""
     left, most = way - SPARE, config.limits.acceleration
-    return min(max(speed**2 / (2.0 * left), braking(config)), most) if left > 0.0 else most
+    return min(max(speed**2 / (2.0 * left), config.comfort_acceleration), most) if left > 0.0 else most
 
 
 def landing(situation: Situation, config: ControllerConfig) -> float:

@@ -1,12 +1,16 @@
-"""The motion of a vehicle that brakes with its steering held: what is sent along when no plan is driven."""
+"""Motions of a vehicle that brakes to a standstill: with its steering held, or along a plan."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, A, V, X, Y
+from geometry import wrap
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array, Trajectory
+
+NEAR = (0.2, 0.1)
+"""A plan whose way passes farther than this from the vehicle [m], [rad] is not braked along."""
 
 
 def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: float) -> Trajectory:
@@ -22,7 +26,60 @@ def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: 
     states[:, PHI] += 2.0 * half_turn
     states[:, V] = forward * (speed - deceleration * elapsed)
     states[:, THETA] += np.abs(way)
-    controls = np.zeros((len(times) - 1, CONTROLS))
-    controls[:, A] = np.diff(states[:, V]) / np.diff(times)
+    return _with_controls(times, states)
+
+
+def stopping_along(plan: Trajectory, state: Array, times: Array, deceleration: float) -> Trajectory | None:
+    """Constant `deceleration` [m/s²] from `state` (6,) to rest on the way of a plan, at `times` (N+1,) [s].
+
+    The vehicle keeps what it is beside that way. None where it is not `NEAR` it, or the plan goes the other
+    way.
+    """
+    steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
+    driven = np.append(True, steps > 1e-9)
+    way, states = np.append(0.0, np.cumsum(steps))[driven], plan.states[driven]
+    speed, here = abs(float(state[V])), _way_to(state, states, way)
+    at_here = _states_at(states, way, np.array([here]))[0]
+    off = state - at_here
+    aside, turned = float(np.hypot(off[X], off[Y])), abs(float(wrap(off[PHI])))
+    if aside > NEAR[0] or turned > NEAR[1] or float(at_here[V] * state[V]) <= 0.0:
+        return None
+    elapsed = np.minimum(times - times[0], speed / deceleration)
+    left = here + speed * elapsed - 0.5 * deceleration * elapsed**2
+    found = _states_at(states, way, left)
+    found[:, : PHI + 1] += off[: PHI + 1]
+    found[:, V] = np.sign(state[V]) * (speed - deceleration * elapsed)
+    found[:, DELTA] += off[DELTA] * (elapsed == 0.0)
+    found[:, THETA] = state[THETA] + (left - here)
+    found[0] = state
+    return _with_controls(times, found)
+
+
+def _way_to(state: Array, states: Array, way: Array) -> float:
+    """The way (of `way` (n,) at `states` (n, 6)) [m] at which their polyline is nearest to `state`."""
+    if len(states) < 2:
+        return 0.0
+    place = states[:, X] + 1j * states[:, Y]
+    pieces, lengths = np.diff(place), np.diff(way)
+    share = ((complex(state[X], state[Y]) - place[:-1]) * pieces.conj()).real / np.abs(pieces) ** 2
+    share = np.clip(share, 0.0, 1.0)
+    nearest = int(np.argmin(np.abs(place[:-1] + share * pieces - complex(state[X], state[Y]))))
+    return float(way[nearest] + share[nearest] * lengths[nearest])
+
+
+def _states_at(states: Array, way: Array, at: Array) -> Array:
+    """States (m, 6) where the ways `at` (m,) [m] are driven; straight on behind the end."""
+    found = np.stack([np.interp(at, way, column) for column in states.T], axis=-1)
+    beyond = np.maximum(at - way[-1], 0.0) * np.sign(states[0, V])
+    found[:, X] += beyond * np.cos(found[:, PHI])
+    found[:, Y] += beyond * np.sin(found[:, PHI])
+    return found
+
+
+def _with_controls(times: Array, states: Array) -> Trajectory:
+    """States (N+1, 6) at `times` (N+1,) [s] with the controls that lead from one to the next."""
+    controls, lengths = np.zeros((len(times) - 1, CONTROLS)), np.diff(times)
+    controls[:, A] = np.diff(states[:, V]) / lengths
+    controls[:, DELTA_DOT] = np.diff(states[:, DELTA]) / lengths
     read_only(times, states, controls)
     return Trajectory(times=times, states=states, controls=controls)

@@ -1,0 +1,129 @@
+"""What walls that face each other leave beside the body, and how fast it is driven through there.
+
+(P2)  room = (g + g')/2,   v <= SLOW + max(room - d_min, 0) / REACTION
+
+with the gaps g, g' between the body and two walls that face each other, on either side of it. Who drives with
+a heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times the speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from geometry import Corridor, PathPart
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.types import Array, Complex
+
+FACING = -0.5
+"""Walls face each other if the cosine between their normals is below this."""
+SPACING = 0.5
+"""Between the places on a part at which the room is looked up [m]; the pieces of the body are longer."""
+SLOW = 0.3
+"""Speed with which the least room is driven through [m/s]."""
+REACTION = 0.1
+"""[s], see (P2)."""
+NEAR = 8.0
+"""Obstacles farther than this from the path leave it its room [m]."""
+
+
+def between(gaps: Array, normals: Complex) -> Array:
+    """Half of what each side (n, s) and the nearest one that faces it leave to the body [m]; inf without one.
+
+    Args:
+        gaps: (n, d, s) of the pieces of the body to the sides [m]; normals: (n, d, s), complex.
+    """
+    nearest = gaps.argmin(axis=1)[:, None]
+    gap = np.take_along_axis(gaps, nearest, axis=1)[:, 0]
+    normal = np.take_along_axis(normals, nearest, axis=1)[:, 0]
+    room = np.full(gap.shape, np.inf)
+    for one, other in combinations(range(gap.shape[1]), 2):
+        both = 0.5 * (gap[:, one] + gap[:, other])
+        face = (normal[:, one] * normal[:, other].conj()).real < FACING
+        for side in (one, other):
+            np.minimum(room[:, side], both, out=room[:, side], where=face)
+    return room
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Room:
+    """Room beside the body along a part.
+
+    Attributes:
+        theta: (n,) [m], increasing.
+        walls: (n,) room between the boundaries alone [m]; room: (n,) with the obstacles, too [m].
+        speed: (n,) highest by (P2), and from which comfort brakes down to it in time [m/s].
+    """
+
+    theta: Array
+    walls: Array
+    room: Array
+    speed: Array
+
+    @property
+    def least(self) -> tuple[float, float]:
+        """The least room between the boundaries, and its theta [m]."""
+        i = int(np.argmin(self.walls))
+        return float(self.walls[i]), float(self.theta[i])
+
+    def speed_at(self, theta: Array) -> Array:
+        """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
+        return np.interp(theta, self.theta, self.speed)
+
+
+def room_along(part: PathPart, corridor: Corridor, index: int, config: ControllerConfig) -> Room:
+    """The room on a part, which is the route's `index`-th, and the speeds that it allows."""
+    count = max(int(np.ceil((part.end - part.start) / SPACING)), 1)
+    theta = np.linspace(part.start, part.end, count + 1)
+    walls = _room(part, corridor.with_obstacles(()), index, theta, config)
+    found = Room(theta=theta, walls=walls, room=walls, speed=walls)
+    return with_obstacles(found, part, corridor, index, config)
+
+
+def with_obstacles(
+    room: Room, part: PathPart, corridor: Corridor, index: int, config: ControllerConfig
+) -> Room:
+    """The same beside the obstacles of another corridor with the same boundaries."""
+    left: Array = room.walls
+    if corridor.obstacles:
+        at = part.reference(room.theta)
+        near = corridor.near_obstacles(np.column_stack([at.x, at.y]), NEAR)
+        left = left.copy()
+        left[near] = np.minimum(left[near], _room(part, corridor, index, room.theta[near], config))
+    return replace(room, room=left, speed=_speeds(room.theta, left, config))
+
+
+def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: ControllerConfig) -> Array:
+    """Room (n,) beside bodies that stand on the path at `theta` (n,) [m]."""
+    discs, at = cover(config.vehicle, config.footprint.discs), part.reference(theta)
+    poses = np.column_stack([at.x, at.y, at.phi])
+    planes = corridor.half_planes(index, disc_centres(poses, discs).reshape(-1, 2))
+    shape = (len(theta), len(discs.offsets), planes.distance.shape[1])
+    normals = planes.normal.view(np.complex128).reshape(shape)
+    seen = normals * np.exp(-1j * at.phi)[:, None, None]
+    along, across = np.abs(seen.real), np.abs(seen.imag)
+    distance = planes.distance.reshape(shape)
+    gaps = distance - discs.half_length * along - discs.half_width * across
+    juts = corridor.jutting(index, planes, np.arange(gaps.size))
+    if juts is not None:  # there the wall ends or turns away, and it is the point that counts
+        apart = np.hypot(
+            np.maximum(distance * along - discs.half_length, 0.0),
+            np.maximum(distance * across - discs.half_width, 0.0),
+        ).reshape(-1)[juts.at]
+        gaps.reshape(-1)[juts.at] = np.maximum(gaps.reshape(-1)[juts.at], apart)
+    room: Array = between(gaps, normals).min(axis=1)
+    return room
+
+
+def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
+    """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
+    speed = SLOW + np.maximum(room - config.caution.hard_minimum, 0.0) / REACTION
+    squares = np.minimum(speed, config.limits.speed) ** 2
+    gains = 2.0 * config.comfort_acceleration * theta
+    # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.
+    ahead = np.minimum.accumulate((squares + gains)[::-1])[::-1]
+    found: Array = np.sqrt(np.minimum(squares, ahead - gains))
+    return found

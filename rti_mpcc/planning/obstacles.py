@@ -1,0 +1,138 @@
+"""Obstacles from cycle to cycle: which of them move, and how fast.
+
+An obstacle is told as a polygon, without a name. One of this cycle is taken to be the one of the last cycle
+whose middle is nearest, if it can have come from there. How fast it moves is what its middle has done over
+the last moments. The plan goes round obstacles that stand; one that moves is waited for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from geometry.outline import checked_polygon
+from rti_mpcc.config import Caution
+from rti_mpcc.types import Array
+
+FASTEST = 10.0
+"""What seems to move faster than this is another obstacle [m/s]."""
+JUMP = 0.2
+"""So far may a middle be told elsewhere, by noise, besides [m]."""
+FORGOTTEN = 1.0
+"""An obstacle that has not been told for so long [s] is where it was, and stands."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Obstacle:
+    """An obstacle and what was seen of its motion.
+
+    Attributes:
+        index: in the list that was told last.
+        outline: (m, 2) as it was told last [m]; shape: the same.
+        seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
+        velocity: (2,) [m/s]; 0 while it stands.
+        moves: whether it moves; still_since: since when it has not [s], for one that did.
+    """
+
+    index: int
+    outline: Array
+    shape: shapely.Polygon
+    seen: tuple[tuple[float, float, float], ...]
+    velocity: Array
+    moves: bool = False
+    still_since: float | None = None
+
+    @property
+    def speed(self) -> float:
+        """[m/s]."""
+        return float(np.hypot(*self.velocity))
+
+    @property
+    def settled(self) -> bool:
+        """Whether it would be the same if it were told once more at its place."""
+        return not self.moves and self.seen[0][1:] == self.seen[-1][1:]
+
+    def seen_as(self, new: Obstacle, now: float, last: float, caution: Caution) -> Obstacle:
+        """This obstacle, told at `now` [s] as `new`; it was where it is known to be until `last` [s]."""
+        place = new.seen[-1][1:]
+        stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
+        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
+        if not known:
+            return new
+        # The newest of those that are old enough, and all since.
+        old = max((k for k, each in enumerate(known) if now - each[0] >= caution.observation), default=0)
+        seen = (*known[old:], (now, *place))
+        since, x, y = seen[0]
+        moved = np.subtract(place, (x, y))
+        drifting = bool(np.hypot(*moved) > caution.moved)
+        since_when = None if drifting else (now if self.still_since is None else self.still_since)
+        still = not self.moves or (since_when is not None and now - since_when >= caution.clear_time)
+        moves = drifting or not still
+        return replace(
+            new,
+            seen=seen,
+            velocity=moved / (now - since) if moves else np.zeros(2),
+            moves=moves,
+            still_since=since_when if moves else None,
+        )
+
+    def swept(self, seconds: Array) -> Array:
+        """Shapes (n,) that hold it whenever it stops within each of `seconds` (n,), going on as it does."""
+        corners = shapely.get_coordinates(self.shape)
+        moved = corners + seconds[:, None, None] * self.velocity
+        both = np.concatenate((np.broadcast_to(corners, moved.shape), moved), axis=1)
+        return np.asarray(shapely.convex_hull(shapely.multipoints(both)))
+
+
+def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:
+    """An obstacle that was not known before. Raises CorridorError if it is no simple polygon."""
+    shape = checked_polygon(outline, f"obstacles[{index}]")
+    middle = shape.centroid
+    corners = np.array(outline, dtype=np.float64)
+    corners.setflags(write=False)
+    return Obstacle(
+        index=index, outline=corners, shape=shape, seen=((now, middle.x, middle.y),), velocity=np.zeros(2)
+    )
+
+
+def observed(
+    known: tuple[Obstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float, caution: Caution
+) -> tuple[Obstacle, ...]:
+    """The obstacles that are told at `now` [s], by those `known`, which were told at `last` [s].
+
+    The same tuple where nothing is new.
+
+    Raises:
+        CorridorError: one that is no simple polygon.
+    """
+    same = [k < len(known) and np.array_equal(known[k].outline, each) for k, each in enumerate(outlines)]
+    if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
+        return known
+    told = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
+    left = [each for k, each in enumerate(known) if not (k < len(same) and same[k])]
+    found = []
+    for k, obstacle in enumerate(told):
+        before = known[k] if same[k] else _nearest(obstacle, left, now - last)
+        if before is None:
+            found.append(obstacle)
+            continue
+        if not same[k]:
+            left.remove(before)
+        here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
+        found.append(before.seen_as(here, now, last, caution))
+    return tuple(found)
+
+
+def _nearest(obstacle: Obstacle, known: Sequence[Obstacle], seconds: float) -> Obstacle | None:
+    """The one, known `seconds` [s] ago, that this can be, or None."""
+    _, x, y = obstacle.seen[-1]
+
+    def way(other: Obstacle) -> float:
+        return float(np.hypot(x - other.seen[-1][1], y - other.seen[-1][2]))
+
+    near = [each for each in known if way(each) <= FASTEST * min(seconds, FORGOTTEN) + JUMP]
+    return min(near, key=way, default=None)

@@ -1,0 +1,101 @@
+"""Creeping out of an overlap: a decision of the user's, `ControllerConfig.escape_speed`.
+
+A way out is an arc at one steering angle on which the overlap with each thing falls from body to body until
+there is none, and the body comes nearer to nothing else. The wheels are turned before the vehicle moves.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.ocp.horizon import read_only
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.types import Array, Trajectory
+
+STEP = 0.04
+"""Way between two bodies that are checked [m]."""
+LONGEST = 2.0
+"""Longest way out [m]."""
+ANGLES = np.array([0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0])
+"""Steering angles that are tried, as shares of the largest."""
+TURNED = 0.02
+"""Wheels this near to where they are to be are there [rad]."""
+STILL = 0.02
+"""A vehicle slower than this stands [m/s]."""
+RISE_TIME = 0.3
+"""Time constant with which the speed is set [s]."""
+
+
+def way_out(
+    state: Array, begin: float, surroundings: Surroundings, part: int, config: ControllerConfig
+) -> Trajectory | None:
+    """The begin of a way out from `state` (6,) at `begin` [s], or None: there is none, or it is not wanted.
+
+    The first control turns the wheels at rest, or creeps; a vehicle that is faster than that has to brake.
+    """
+    most, speed = config.escape_speed, float(state[V])
+    if most == 0.0 or abs(speed) > most + STILL:
+        return None
+    if abs(speed) > STILL:  # it creeps already: it goes on as it does while that leads out
+        arcs = [(float(np.sign(speed)), float(state[DELTA]))]
+    else:
+        angles = sorted(config.limits.steering * ANGLES, key=lambda angle: abs(angle - state[DELTA]))
+        arcs = [(sign, float(angle)) for angle, sign in product(angles, (1.0, -1.0))]
+    ways = [(_way_free(state, *arc, surroundings, part, config), arc) for arc in arcs]
+    way, (sign, angle) = min(ways, key=lambda each: each[0])
+    return None if way == np.inf else _creep(state, sign, angle, begin, config)
+
+
+def _way_free(
+    state: Array, sign: float, steering: float, around: Surroundings, part: int, config: ControllerConfig
+) -> float:
+    """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""
+    least = config.caution.hard_minimum
+    ways = np.linspace(0.0, sign * LONGEST, round(LONGEST / STEP) + 1)
+    bodies = body_polygons(_arc(state, ways, steering, config), config.vehicle)
+    before = around.known.clearances(part, bodies[:1])[0]
+    overlaps, rest = before < 0.0, np.minimum(before, least)
+    for k in range(1, len(ways)):
+        now = around.known.clearances(part, bodies[k : k + 1])[0]
+        if (now[overlaps] <= np.minimum(before[overlaps], 0.0)).any() or (now < rest)[~overlaps].any():
+            return np.inf
+        if (now >= 0.0).all():
+            return abs(float(ways[k]))
+        before, overlaps = now, overlaps & (now < 0.0)
+    return np.inf
+
+
+def _arc(state: Array, ways: Array, steering: float, config: ControllerConfig) -> Array:
+    """States (n, 6) after `ways` (n,) [m] at one steering angle."""
+    half = 0.5 * ways * np.tan(steering) / config.vehicle.wheelbase
+    states = np.tile(state, (len(ways), 1))
+    chord = ways * np.sinc(half / np.pi)
+    states[:, X] += chord * np.cos(state[PHI] + half)
+    states[:, Y] += chord * np.sin(state[PHI] + half)
+    states[:, PHI] += 2.0 * half
+    states[:, DELTA] = steering
+    return states
+
+
+def _creep(state: Array, sign: float, angle: float, begin: float, config: ControllerConfig) -> Trajectory:
+    """Turn the wheels to `angle`, or creep on with them there, from `begin` [s] on."""
+    turn, limits, speed = angle - float(state[DELTA]), config.limits, float(state[V])
+    turned = abs(turn) <= TURNED or abs(speed) > STILL
+    wanted, most = sign * config.escape_speed if turned else 0.0, config.comfort_acceleration
+    times = np.linspace(0.0, config.stages * config.cycle, config.stages + 1)
+    speeds = wanted + (speed - wanted) * np.exp(-times / max(RISE_TIME, config.cycle))
+    controls = np.zeros((config.stages, CONTROLS))
+    controls[:, A] = np.clip(np.diff(speeds) / config.cycle, -most, most)
+    controls[0, DELTA_DOT] = np.clip(turn / config.cycle, -limits.steering_rate, limits.steering_rate)
+    speeds = speed + config.cycle * np.append(0.0, np.cumsum(controls[:, A]))
+    ways = config.cycle * np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1])))
+    states = _arc(state, ways, angle if turned else float(state[DELTA]), config)
+    states[:, V], states[0] = speeds, state
+    times += begin
+    read_only(times, states, controls)
+    return Trajectory(times=times, states=states, controls=controls)
