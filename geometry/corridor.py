@@ -227,6 +227,22 @@ class Corridor:
         `half_planes`."""
         return bodies_against.touches(self._part(part), self.kept_out, bodies)
 
+    def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
+        """Return whether a boundary with open ends lies across the straight way between two points [m].
+
+        What is far beyond such a boundary counts as behind it, on another way, and not as outside. Beyond one
+        without ends everything is outside, and `clearance` tells.
+
+        Raises:
+            InputError: a part that does not exist.
+        """
+        walls = self._part(part)
+        if not any(side.is_open for side in walls.sides):
+            return False
+        middle = 0.5 * complex(one[0] + other[0], one[1] + other[1])
+        lines = walls.near(middle, abs(complex(*one) - middle))
+        return bool(shapely.intersects(lines, shapely.LineString([one, other])))
+
     def narrowest(self, part: int | None = None) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
 
