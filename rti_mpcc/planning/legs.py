@@ -25,7 +25,15 @@ def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
     if memory.stop is not None:
         memory = released(memory)
     return renewed(
-        memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None, pulled_out=0
+        memory,
+        unfinished=None,
+        planned=goal,
+        goal=goal,
+        estimate=None,
+        estimated_at=None,
+        estimate_fit=None,
+        followed=None,
+        pulled_out=0,
     )
 
 
@@ -125,9 +133,14 @@ def next_leg(memory: ControllerMemory, *, staged: bool) -> ControllerMemory:
         part=memory.part + (not staged),
         cartesian=staged,
         planned=memory.planned,
+        goal_fit=memory.goal_fit,
+        told_fit=memory.told_fit,
+        refusal=memory.refusal,
         goal=memory.goal,
         estimate=memory.estimate,
         estimated_at=memory.estimated_at,
+        estimate_fit=memory.estimate_fit,
+        followed=memory.followed,
         poses=memory.poses,
         queue=memory.queue,
         standing_since=memory.standing_since,
