@@ -21,8 +21,10 @@ MOST_TURN = 0.5 * pi
 """The same for its heading, from the path's beside it [rad]."""
 SAME = 0.01
 """A goal at which no point of the body has moved farther than this [m] needs no other check."""
+NEARLY_SAME = 0.03
+"""The same where there was more room than that [m]."""
 ALIKE = 0.1
-"""The same for a goal at which the body crosses something, by more than that [m]."""
+"""The same for one that is farther out of reach than that [m]."""
 FULL_TURN = 2.0 * pi
 """Headings up to this [rad] are not suspected to be in degrees."""
 IN_DEGREES = pi / 6.0
@@ -40,8 +42,9 @@ class GoalFit:
         pose: the one looked at.
         problem: why it cannot be, or "".
         remark: what there is to say of it although it can, or "".
-        room: clearance of the body there [m], at least; negative: so deep it crosses something; NaN: not
-            looked at.
+        room: clearance of the body there [m]; negative: so deep it crosses something; NaN: not looked at.
+        excess: so far the body has to move, at least, until that is otherwise [m]; 0: not known.
+        beside: the path's pose nearest to it.
         changes: number of obstacle changes known then.
     """
 
@@ -49,6 +52,8 @@ class GoalFit:
     problem: str = ""
     remark: str = ""
     room: float = nan
+    excess: float = 0.0
+    beside: Pose2
     changes: int = 0
 
 
@@ -61,17 +66,17 @@ def checked(
         margin: less room than this [m] is remarked.
     """
     part = path.parts[-1]
-    nearest, hint = _beside(goal, part), degrees_hint("goal heading", goal, part)
-    problem = _misplaced(goal, nearest)
+    beside, hint = _beside(goal, part), degrees_hint("goal heading", goal, part)
+    problem, excess = _misplaced(goal, beside, vehicle)
     if problem:
-        return GoalFit(pose=goal, problem="; ".join(filter(None, (problem, hint))))
-    if corridor.cut_off(len(path.parts) - 1, (nearest.x, nearest.y), (goal.x, goal.y)):
-        return GoalFit(pose=goal, problem="a boundary lies between it and the path")
+        return GoalFit(pose=goal, problem=_joined(problem, hint), excess=excess, beside=beside)
+    if corridor.cut_off(len(path.parts) - 1, (beside.x, beside.y), (goal.x, goal.y)):
+        return GoalFit(pose=goal, problem="a boundary lies between it and the path", beside=beside)
     room = _room(goal, path, corridor, vehicle)
     if room < 0.0:
-        return GoalFit(pose=goal, problem=f"the body there {_crossing(room)}", room=room)
-    remark = "; ".join(filter(None, (_tight(room, margin), hint)))
-    return GoalFit(pose=goal, remark=remark, room=room)
+        problem = f"the body there {_crossing(room)}"
+        return GoalFit(pose=goal, problem=problem, room=room, excess=-room, beside=beside)
+    return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=beside)
 
 
 def checked_again(
@@ -83,34 +88,39 @@ def checked_again(
 ) -> GoalFit:
     """The check of a cycle, as far as the one before it does not answer it.
 
-    What is known of the room shrinks by as much as the body has moved since. Obstacles that came onto a goal
-    that stays where it is are none of its: the vehicle waits before them. One that was refused because of an
-    obstacle is free again once that has gone.
+    Obstacles that came onto a goal that stays where it is are none of its: the vehicle waits before them. One
+    that was refused because of an obstacle is free again once that has gone.
 
     Args:
         last: of the goal looked at last; None: there was none.
     """
-    changes, margin = surroundings.changes, _margin(config)
-    if last is not None:
-        moved = _moved(last.pose, goal, config.vehicle)
-        known, crosses = last.changes == changes, last.room < 0.0
-        if moved <= SAME and (known or not crosses):
-            return last
-        if crosses and known and moved < min(-last.room, ALIKE):
-            return last
-        room = last.room - moved
-        if known and room > max(margin, SAME) and not last.remark:
-            problem = _misplaced(goal, _beside(goal, path.parts[-1]))
-            return replace(last, pose=goal, problem=problem, room=room)
-    fit = checked(goal, path, surroundings.corridor, config.vehicle, margin=margin)
-    return replace(fit, changes=changes)
+    if last is not None and _answered(last, goal, surroundings.changes, config):
+        return last
+    fit = checked(goal, path, surroundings.corridor, config.vehicle, margin=_margin(config))
+    return replace(fit, changes=surroundings.changes)
+
+
+def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig) -> bool:
+    """Whether what was found of another goal holds for this one: no clearance changes by more than the body
+    has moved."""
+    vehicle, known = config.vehicle, last.changes == changes
+    moved = _moved(last.pose, goal, vehicle)
+    if last.problem:
+        return (known or not last.room < 0.0) and moved <= max(min(last.excess, ALIKE), SAME)
+    if moved <= SAME:
+        return True
+    if _misplaced(goal, last.beside, vehicle)[0]:
+        return False  # by that place of the path: another one may be nearer
+    left = last.room - moved
+    clear = known and left > _margin(config) and not last.remark
+    return clear or (moved <= NEARLY_SAME and left > 0.0)
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
     """What there is to say of the path's last pose, which is the goal where none was told."""
     room = _room(path.end, path, surroundings.corridor, config.vehicle)
     remark = f"the body at the path's end {_crossing(room)}" if room < 0.0 else _tight(room, _margin(config))
-    return GoalFit(pose=path.end, remark=remark, room=room, changes=surroundings.changes)
+    return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
 def degrees_hint(what: str, pose: Pose2, part: PathPart) -> str:
@@ -127,14 +137,17 @@ def degrees_hint(what: str, pose: Pose2, part: PathPart) -> str:
     return ""
 
 
-def _misplaced(goal: Pose2, nearest: Pose2) -> str:
-    """Why a goal is out of reach of the path, whose `nearest` pose this is, whatever stands there, or ""."""
-    distance, turn = hypot(goal.x - nearest.x, goal.y - nearest.y), _turn(goal, nearest)
+def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
+    """Why a goal is out of reach of the path, `beside` which it is, whatever stands there, or "", and how far
+    it is beyond that [m]."""
+    distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
     if distance > GOAL_REACH:
-        return f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
+        said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
+        return said, distance - GOAL_REACH
     if turn > MOST_TURN:
-        return f"turned by {turn:.4g} rad from the path beside it, at most {MOST_TURN:.4g} rad"
-    return ""
+        said = f"turned by {turn:.4g} rad from the path beside it, at most {MOST_TURN:.4g} rad"
+        return said, (turn - MOST_TURN) * _arm(vehicle)
+    return "", 0.0
 
 
 def _beside(pose: Pose2, part: PathPart) -> Pose2:
@@ -169,5 +182,13 @@ def _margin(config: ControllerConfig) -> float:
 
 def _moved(before: Pose2, now: Pose2, vehicle: Vehicle) -> float:
     """No point of the body is farther than this [m] between two poses."""
-    arm = hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width)
-    return hypot(now.x - before.x, now.y - before.y) + arm * _turn(now, before)
+    return hypot(now.x - before.x, now.y - before.y) + _arm(vehicle) * _turn(now, before)
+
+
+def _arm(vehicle: Vehicle) -> float:
+    """From the rear axle to the farthest point of the body [m]."""
+    return hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width)
+
+
+def _joined(*said: str) -> str:
+    return "; ".join(filter(None, said))

@@ -101,12 +101,12 @@ def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None) 
 
 def _far_outline(outline: Array) -> str:
     """Why the numbers of an outline cannot be used, or ""; whether it is one is for geometry to say."""
-    if outline.ndim != 2:
+    if outline.ndim == 0:
         return ""
     odd = ~(np.abs(outline) <= FAR)
     if not odd.any():
         return ""
-    value, corner = float(outline[odd][0]), int(np.argmax(odd.any(axis=1)))
+    value, corner = float(outline[odd][0]), int(np.argwhere(odd)[0, 0])
     why = f"not near, at most {FAR:g} m" if isfinite(value) else "not finite"
     return f"{why}: {value:.6g} in corner {corner}"
 

@@ -60,7 +60,9 @@ def test_the_aim_goes_from_the_plan_to_the_estimate_at_the_bounded_rate(planned:
 
 
 def unfit(pose: Pose2) -> GoalFit:
-    return GoalFit(pose=pose, problem="the body there crosses a boundary or obstacle by 0.3 m", room=-0.3)
+    return GoalFit(
+        pose=pose, problem="the body there crosses a boundary or obstacle by 0.3 m", beside=END, room=-0.3
+    )
 
 
 def test_an_estimate_that_cannot_be_the_goal_is_not_followed() -> None:
@@ -72,7 +74,12 @@ def test_an_estimate_that_cannot_be_the_goal_is_not_followed() -> None:
         # The good one is known for one cycle only: it is made for all the same.
         pose = good if k == 5 else bad
         memory = aim.aimed(
-            memory, seen(pose), END, 0.05 * k, CONFIG, GoalFit(pose=good) if k == 5 else unfit(bad)
+            memory,
+            seen(pose),
+            END,
+            0.05 * k,
+            CONFIG,
+            GoalFit(pose=good, beside=END) if k == 5 else unfit(bad),
         )
     assert memory.goal == good
     (said,) = aim.remarks(memory)
@@ -90,7 +97,7 @@ def test_an_estimate_that_is_forgotten_leaves_the_planned_goal() -> None:
 
 
 def test_what_there_is_to_say_is_of_the_goal_that_is_made_for() -> None:
-    tight, wide = GoalFit(pose=END, remark="tight", room=0.05), GoalFit(pose=END, room=1.0)
+    tight, wide = (GoalFit(pose=END, beside=END, remark=said) for said in ("tight", ""))
     assert aim.remarks(ControllerMemory()) == ()
     assert aim.remarks(ControllerMemory(goal_fit=tight, refusal="refused")) == ("refused", "tight")
     assert aim.remarks(ControllerMemory(goal_fit=tight, estimate_fit=wide, followed=END)) == ()
