@@ -244,6 +244,22 @@ class Corridor:
             return np.zeros(0, dtype=np.int64)
         return np.flatnonzero(np.isfinite(boundary.tree.query(points, distance_upper_bound=within)[0]))
 
+    def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
+        """Return whether a boundary with open ends lies across the straight way between two points [m].
+
+        What is far beyond such a boundary counts as behind it, on another way, and not as outside. Beyond one
+        without ends everything is outside, and `clearance` tells.
+
+        Raises:
+            InputError: a part that does not exist.
+        """
+        walls = self._part(part)
+        if not any(side.is_open for side in walls.sides):
+            return False
+        middle = 0.5 * complex(one[0] + other[0], one[1] + other[1])
+        lines = walls.near(middle, abs(complex(*one) - middle))
+        return bool(shapely.intersects(lines, shapely.LineString([one, other])))
+
     def narrowest(self, part: int | None = None) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
 

@@ -19,11 +19,11 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import Driver
 from rti_mpcc.model.delay import QueuedCommand, queued
-from rti_mpcc.model.layout import STATES
-from rti_mpcc.planning import aim, intake, legs, route
+from rti_mpcc.model.layout import PHI, STATES, X, Y
+from rti_mpcc.planning import aim, goals, intake, legs, route
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
-from rti_mpcc.planning.trust import by_commands, weighed
+from rti_mpcc.planning.trust import Trust, by_commands, weighed
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import gate, ladder
 from rti_mpcc.safety.act import Act, command, emergency
@@ -64,6 +64,7 @@ class DockingController(Driver):
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
+        self._memory = renewed(self._memory, goal_fit=None, told_fit=None, refusal="")
         self._plan_for(None)
 
     def step(
@@ -83,7 +84,8 @@ class DockingController(Driver):
         Args:
             state: measured at `now`.
             now: on any clock that runs on [s].
-            goal: pose to end in; None keeps the last one. Without any it is the path's last pose. With
+            goal: pose to end in; None keeps the last one. Without any it is the path's last pose. One that is
+                out of reach is not taken (`planning.goals`): the last one stays, and the reason says so. With
                 detections it is the planned goal, made for until they say better; another one than the last
                 is another dock, whose detections begin anew.
             measurements: detections of the goal that arrived since the last step, in any order.
@@ -119,7 +121,7 @@ class DockingController(Driver):
         drive = gate.admitted(act.drive, situation.state, measured, self.config)
         act = replace(act, drive=drive)
         self._remember(act, situation)
-        remarks = (*remarks, unfit) if unfit else remarks
+        remarks = (*remarks, unfit, *aim.remarks(self._memory))
         return command(act, situation, self._memory, detections, remarks, self.config, clock)
 
     def _rescue(self, before: ControllerMemory, error: Exception, clock: CycleClock) -> Command:
@@ -153,7 +155,6 @@ class DockingController(Driver):
     ) -> tuple[str, ...]:
         """Take what is new, in so far as it can be used; says what could not."""
         memory, clock_remark = intake.timed(self._memory, now, self.config.cycle)
-        goal, goal_remark = intake.goal_in(goal, self.path.end)
         surroundings, unreadable = intake.surroundings_in(
             self._surroundings, obstacles, memory.now, self.config.caution
         )
@@ -161,14 +162,26 @@ class DockingController(Driver):
             unreadable = memory.unreadable
         trust = weighed(memory.trust, state, memory.queue, memory.now, self.config)
         trust = trust.doubting(unreadable, memory.trust)
-        self._memory = renewed(memory, trust=trust, unreadable=unreadable)
+        hint = self._heading_hint(memory, trust)
+        memory = renewed(memory, trust=trust, unreadable=unreadable, heading_hint=hint)
+        self._memory, goal = intake.goal_in(goal, memory, self.path, surroundings, self.config)
         changed = surroundings.corridor is not self._surroundings.corridor
         self._surroundings = surroundings
         if changed:
             self._look_round()
-        if goal is not None and goal != self._memory.planned:
+        if goal is not None:
             self._plan_for(goal)
-        return tuple(remark for remark in (clock_remark, goal_remark) if remark)
+        return clock_remark, hint
+
+    def _heading_hint(self, memory: ControllerMemory, trust: Trust) -> str:
+        """What there is to say of the heading measured first, as long as one as large is measured."""
+        state, measured = trust.state, trust.measured
+        if state is None or measured is None or abs(float(measured[PHI])) <= goals.FULL_TURN:
+            return ""
+        if memory.trust.state is not None:
+            return memory.heading_hint
+        here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+        return goals.degrees_hint("heading", here, self.path.parts[memory.part])
 
     def _plan_for(self, goal: Pose2 | None) -> None:
         self._memory = legs.with_goal(self._memory, goal)
@@ -190,7 +203,11 @@ class DockingController(Driver):
             judgement = self._filter.update(aim.placed(own, self._memory, settings))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(now)
-        self._memory = aim.aimed(self._memory, estimate, self.path.end, now, self.config)
+        fit = None
+        if estimate.pose is not None:
+            last = self._memory.estimate_fit
+            fit = goals.checked_again(last, estimate.pose, self.path, self._surroundings, self.config)
+        self._memory = aim.aimed(self._memory, estimate, self.path.end, now, self.config, fit)
         return tuple(judgements)
 
     def _situation(self) -> Situation:

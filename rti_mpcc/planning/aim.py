@@ -15,6 +15,7 @@ from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStat
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
 from rti_mpcc.types import Array
 
@@ -43,20 +44,45 @@ def placed(
 
 
 def aimed(
-    memory: ControllerMemory, estimate: GoalEstimate, end: Pose2, now: float, config: ControllerConfig
+    memory: ControllerMemory,
+    estimate: GoalEstimate,
+    end: Pose2,
+    now: float,
+    config: ControllerConfig,
+    fit: GoalFit | None = None,
 ) -> ControllerMemory:
-    """Let the pose made for follow the estimate; until there is one it is the planned goal.
+    """Let the pose made for follow the estimate, the last one that can be the goal; until there is one it is
+    the planned goal.
 
     Args:
         end: the path's last pose, what is made for without a planned goal.
+        fit: whether the estimate can be the goal; None: it can.
     """
-    last, goal = memory.estimated_at, memory.planned
-    if estimate.pose is not None:
+    last, goal, followed = memory.estimated_at, memory.planned, memory.followed
+    if estimate.pose is None or not (fit and fit.problem):
+        followed = estimate.pose
+    if followed is not None:
         seconds = config.cycle if last is None else min(max(now - last, 0.0), LONGEST_STEP)
         tracking = config.goal_tracking
         before = memory.goal or end
-        goal = _towards(before, estimate.pose, tracking.speed * seconds, tracking.turn_rate * seconds)
-    return renewed(memory, estimate=estimate, estimated_at=now, goal=goal)
+        goal = _towards(before, followed, tracking.speed * seconds, tracking.turn_rate * seconds)
+    return renewed(
+        memory, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, goal=goal
+    )
+
+
+def remarks(memory: ControllerMemory) -> tuple[str, ...]:
+    """What there is to say of the goal told, of the one detected, and of the one made for."""
+    fit, found = memory.estimate_fit, []
+    if memory.refusal:
+        found.append(memory.refusal)
+    if fit is not None and fit.problem:
+        where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
+        found.append(f"goal detected at {where} out of reach, {fit.problem}: the last one stays")
+    made_for = memory.goal_fit if memory.followed is None else fit
+    if made_for is not None and made_for.remark:
+        found.append(made_for.remark)
+    return tuple(found)
 
 
 def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str:
@@ -97,6 +123,8 @@ def must_wait(memory: ControllerMemory, situation: Situation, config: Controller
 def never_seen(memory: ControllerMemory, config: ControllerConfig) -> bool:
     """Whether the goal has to be seen and was not."""
     seen = memory.estimate is not None and memory.estimate.status is not GoalStatus.SEARCHING
+    if memory.estimate_fit is not None and memory.followed is None:
+        seen = False  # it was detected where it cannot be
     return config.goal_tracking.required and not seen
 
 

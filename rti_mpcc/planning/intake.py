@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import hypot, isfinite
+from math import isfinite
 from typing import TypeGuard
 
 import numpy as np
@@ -15,33 +15,65 @@ from numpy.typing import ArrayLike
 
 from estimation import Frame, GoalMeasurement
 from estimation.measurement import is_time
-from geometry import Pose2, RtiMpccError
-from rti_mpcc.config import Caution
+from geometry import Pose2, ReferencePath, RtiMpccError
+from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.planning import goals
 from rti_mpcc.planning.memory import ControllerMemory, renewed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.trust import FAR, MANY_TURNS
+from rti_mpcc.types import Array
 
-GOAL_REACH = 1e3
-"""A goal farther than this from the path's end [m] is not taken."""
+STAYS = "the last one stays"
+"""End of what is said of a goal that is not taken: without one before it, that is the path's last pose."""
 STILL = 3
 """A clock that has not moved for so many cycles stands still."""
 LEAP = 3600.0
 """A clock that leaps ahead by more than this [s] was set anew."""
 
 
-def goal_in(goal: Pose2 | None, end: Pose2) -> tuple[Pose2 | None, str]:
-    """The goal, and why it is not used (then None). `end` is the path's last pose."""
-    if goal is None:
-        return None, ""
+def goal_in(
+    told: Pose2 | None,
+    memory: ControllerMemory,
+    path: ReferencePath,
+    surroundings: Surroundings,
+    config: ControllerConfig,
+) -> tuple[ControllerMemory, Pose2 | None]:
+    """The memory of what was told of the goal, and the goal if there is another one now.
+
+    A goal that was accepted stays the goal whatever comes to stand there. One that was refused does not
+    become it before it is told again.
+    """
+    taken, refusal, fit = None, memory.refusal, memory.told_fit
+    if told is not None:
+        goal, refusal = _pose(told)
+        if goal is not None and goal != memory.planned:
+            fit = goals.checked_again(fit, goal, path, surroundings, config)
+            taken = None if fit.problem else goal
+            refusal = f"goal {_text(goal)} out of reach, {fit.problem}: {STAYS}" if fit.problem else ""
+    goal_fit = memory.goal_fit if taken is None else fit
+    if goal_fit is None:
+        goal_fit = goals.end_checked(path, surroundings, config)
+    return renewed(memory, told_fit=fit, goal_fit=goal_fit, refusal=refusal), taken
+
+
+def _pose(told: Pose2) -> tuple[Pose2 | None, str]:
+    """A goal as a pose to work with, or None, and why it is none."""
     try:
-        x, y, phi = goal.x, goal.y, goal.phi
+        x, y, phi = told.x, told.y, told.phi
     except AttributeError:
-        return None, f"goal is no Pose2 but a {type(goal).__name__}, the last one stays"
+        return None, f"goal is no Pose2 but a {type(told).__name__}, {STAYS}"
     if not _all_finite(x, y, phi):
-        return None, f"goal ({x}, {y}, {phi}) not finite, the last one stays"
-    if abs(phi) > MANY_TURNS or max(abs(x), abs(y)) > FAR or hypot(x - end.x, y - end.y) > GOAL_REACH:
-        return None, f"goal ({x:.6g}, {y:.6g}, {phi:.6g}) out of reach, the last one stays"
-    return goal if isinstance(goal, Pose2) else Pose2(float(x), float(y), float(phi)), ""
+        return None, f"goal ({x}, {y}, {phi}) not finite, {STAYS}"
+    goal = told if isinstance(told, Pose2) else Pose2(float(x), float(y), float(phi))
+    if max(abs(x), abs(y)) > FAR:
+        return None, f"goal {_text(goal)} out of reach, coordinates at most {FAR:g} m: {STAYS}"
+    if abs(phi) > MANY_TURNS:
+        return None, f"goal {_text(goal)} out of reach, heading at most {MANY_TURNS:g} rad: {STAYS}"
+    return goal, ""
+
+
+def _text(goal: Pose2) -> str:
+    return f"({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g})"
 
 
 def surroundings_in(
@@ -50,13 +82,39 @@ def surroundings_in(
     """The surroundings with these obstacles at `now` [s], and why they are not used (then as known)."""
     if obstacles is None:
         return known, ""
+    outlines: list[Array] = []
     try:
-        outlines = [np.asarray(outline, dtype=np.float64) for outline in obstacles]
-        if any(outline.size and not np.abs(outline).max() <= FAR for outline in outlines):
-            return known, "obstacles not finite or not near"
+        given = list(obstacles)
+    except TypeError:
+        return known, f"obstacles are no sequence but {type(obstacles).__name__}"
+    for k, outline in enumerate(given):
+        try:
+            outlines.append(np.asarray(outline, dtype=np.float64))
+        except (ValueError, TypeError, OverflowError) as error:
+            return known, f"obstacles[{k}] not readable: {_line(error)}"
+        problem = _far_outline(outlines[k])
+        if problem:
+            return known, f"obstacles[{k}] {problem}"
+    try:
         return known.told(outlines, now, caution), ""
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
-        return known, f"obstacles not readable: {' '.join(str(error).split())}"
+        return known, f"obstacles not readable: {_line(error)}"
+
+
+def _far_outline(outline: Array) -> str:
+    """Why the numbers of an outline cannot be used, or ""; whether it is one is for geometry to say."""
+    if outline.ndim == 0:
+        return ""
+    odd = ~(np.abs(outline) <= FAR)
+    if not odd.any():
+        return ""
+    value, corner = float(outline[odd][0]), int(np.argwhere(odd)[0, 0])
+    why = f"not near, at most {FAR:g} m" if isfinite(value) else "not finite"
+    return f"{why}: {value:.6g} in corner {corner}"
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[GoalMeasurement, ...], str]:

@@ -13,10 +13,11 @@ from rti_mpcc.types import Array
 
 CUSP_REACH = 0.5
 """A vehicle that stands within this distance of a cusp may pass it [m]."""
-PULL_OUT = (8.0, 16.0)
-"""How far back along its part a vehicle pulls out that has stalled, the first and the second time [m]."""
-LEAST_WAY = 2.0
-"""A way back that is shorter is none [m]."""
+PULL_OUT = (1.8, 3.6)
+"""How far back along its part a vehicle pulls out that has stalled, the first and the second time, in lengths
+of its body: 8.1 and 16.1 m for the default one."""
+LEAST_WAY = 0.45
+"""A way back that is shorter is none, in the same: 2.0 m."""
 
 
 def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
@@ -24,7 +25,15 @@ def with_goal(memory: ControllerMemory, goal: Pose2 | None) -> ControllerMemory:
     if memory.stop is not None:
         memory = released(memory)
     return renewed(
-        memory, unfinished=None, planned=goal, goal=goal, estimate=None, estimated_at=None, pulled_out=0
+        memory,
+        unfinished=None,
+        planned=goal,
+        goal=goal,
+        estimate=None,
+        estimated_at=None,
+        estimate_fit=None,
+        followed=None,
+        pulled_out=0,
     )
 
 
@@ -53,8 +62,9 @@ def way_back(
         return None
     *here, theta = situation.state[[X, Y, PHI, THETA]].tolist()
     begin = part.progress(Pose2(*here), theta)
-    end = max(begin - PULL_OUT[memory.pulled_out], part.start)
-    return PullOut(begin=begin, end=end) if begin - end >= LEAST_WAY else None
+    length = config.vehicle.front + config.vehicle.rear
+    end = max(begin - PULL_OUT[memory.pulled_out] * length, part.start)
+    return PullOut(begin=begin, end=end) if begin - end >= LEAST_WAY * length else None
 
 
 def pulling_out(memory: ControllerMemory, situation: Situation, way: PullOut) -> ControllerMemory:
@@ -123,9 +133,14 @@ def next_leg(memory: ControllerMemory, *, staged: bool) -> ControllerMemory:
         part=memory.part + (not staged),
         cartesian=staged,
         planned=memory.planned,
+        goal_fit=memory.goal_fit,
+        told_fit=memory.told_fit,
+        refusal=memory.refusal,
         goal=memory.goal,
         estimate=memory.estimate,
         estimated_at=memory.estimated_at,
+        estimate_fit=memory.estimate_fit,
+        followed=memory.followed,
         poses=memory.poses,
         queue=memory.queue,
         standing_since=memory.standing_since,

@@ -13,6 +13,7 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.detour import Detour
+from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Objective, Trajectory
@@ -133,6 +134,7 @@ class ControllerMemory:
         clock_at: what the user's clock showed last [s]; clock_stood: so many cycles it has not moved.
         trust: what is believed of the vehicle's state.
         unreadable: what is wrong with the obstacles told last, or "".
+        heading_hint: what there is to say of the vehicle's heading when it was first measured, or "".
         part: index of the active part of the route.
         phase: see `Phase`.
         unfinished: a search for a first plan that ran out of time, or None.
@@ -147,8 +149,12 @@ class ControllerMemory:
         timed_for: the pose that this time was last set for.
         overdue_since: since when that arrival has its shortest time to go, whatever way is left [s], or None.
         planned: the user's goal pose, or None for the path's last pose.
+        goal_fit: what was found of it when it was new; told_fit: of the goal told last, taken or not; None:
+            not looked yet.
+        refusal: why the goal told last was not taken, or "".
         goal: the pose made for: `planned`, or what detections make of it.
         estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
+        estimate_fit: whether that can be the goal, or None; followed: the last one that could, or None.
         waiting: the vehicle stops, or stands, before a goal that is not known well enough.
         poses: where the vehicle has been in the last moments.
         target: what the active part ends in, at the last cycle.
@@ -171,6 +177,7 @@ class ControllerMemory:
     clock_stood: int = 0
     trust: Trust = field(default_factory=Trust)
     unreadable: str = ""
+    heading_hint: str = ""
     part: int = 0
     phase: Phase = Phase.STARTING
     unfinished: Unfinished | None = None
@@ -186,9 +193,14 @@ class ControllerMemory:
     timed_for: Pose2 | None = None
     overdue_since: float | None = None
     planned: Pose2 | None = None
+    goal_fit: GoalFit | None = None
+    told_fit: GoalFit | None = None
+    refusal: str = ""
     goal: Pose2 | None = None
     estimate: GoalEstimate | None = None
     estimated_at: float | None = None
+    estimate_fit: GoalFit | None = None
+    followed: Pose2 | None = None
     waiting: bool = False
     poses: PoseHistory = field(default_factory=PoseHistory)
     target: Target | None = None

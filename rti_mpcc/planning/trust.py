@@ -107,7 +107,7 @@ def weighed(
 ) -> Trust:
     """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
     measured = _array(told)
-    problem = _unfit(measured, config)
+    problem = _no_state(told) or _unfit(measured, config)
     seconds = now - last.at
     if last.state is None or last.measured is None or last.reckoned is None or last.gap or seconds > GAP:
         return _first(last, measured, problem, queue, now, config)
@@ -186,6 +186,19 @@ def _array(state: VehicleState) -> Array:
         return np.array([state.x, state.y, state.phi, state.v, state.delta, 0.0], dtype=np.float64)
     except (AttributeError, TypeError, ValueError, OverflowError):
         return np.full(STATES, np.nan)
+
+
+def _no_state(told: VehicleState) -> str:
+    """Why this cannot even be read as a state, or ""."""
+    for name in ("x", "y", "phi", "v", "delta"):
+        if not hasattr(told, name):
+            kind = "None" if told is None else f"a {type(told).__name__}"
+            return f"state is no VehicleState but {kind}"
+        try:
+            float(getattr(told, name))
+        except (TypeError, ValueError, OverflowError):
+            return f"state.{name} is no number but {getattr(told, name)!r:.40}"
+    return ""
 
 
 def by_commands(

@@ -63,7 +63,7 @@ def command(
         read_only(times)
         plan = replace(plan, times=times)
     told = _diagnose(act, situation, memory, detections, remarks, clock)
-    return _command(act.drive, situation.state, act.status, plan, told, config.cycle)
+    return _command(act.drive, situation.state, memory.trust.state, act.status, plan, told, config)
 
 
 def emergency(
@@ -101,24 +101,38 @@ def emergency(
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
     )
-    return _command(drive, state, Status.FAILED, motion, told, config.cycle)
+    return _command(drive, state, memory.trust.state, Status.FAILED, motion, told, config)
 
 
 def _command(
-    drive: Drive, state: Array, status: Status, plan: Trajectory, told: Diagnostics, cycle: float
+    drive: Drive,
+    state: Array,
+    believed: Array | None,
+    status: Status,
+    plan: Trajectory,
+    told: Diagnostics,
+    config: ControllerConfig,
 ) -> Command:
-    """`drive` from the state (6,) that the vehicle has when it begins to act."""
+    """`drive` from the state (6,) that the vehicle has when it begins to act; it is `believed` (6,) now."""
+    now = state if believed is None else believed
+    speed = float(state[V]) + config.cycle * drive.acceleration
+    steering = float(state[DELTA]) + config.cycle * drive.steering_rate
     return Command(
         acceleration=drive.acceleration,
         steering_rate=drive.steering_rate,
-        speed=float(state[V]) + cycle * drive.acceleration,
-        steering=float(state[DELTA]) + cycle * drive.steering_rate,
+        speed=_within(speed, config.limits.speed, float(now[V])),
+        steering=_within(steering, config.limits.steering, float(now[DELTA])),
         status=status,
         source=drive.source,
         docked=status is Status.DOCKED,
         trajectory=plan,
         diagnostics=told,
     )
+
+
+def _within(value: float, limit: float, now: float) -> float:
+    """A planned value within its limit, or no farther beyond it than the vehicle is now."""
+    return min(max(value, min(-limit, now)), max(limit, now))
 
 
 def _diagnose(

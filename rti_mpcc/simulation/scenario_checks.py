@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import hypot, pi, tan
+from math import tan
 
-import numpy as np
-
-from geometry import Corridor, Pose2, ReferencePath, wrap
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import COMFORT_ACCELERATION
 from rti_mpcc.errors import InputError
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning import goals
 from rti_mpcc.simulation.faults import SIZES
 from rti_mpcc.simulation.scenario import Scenario
-
-GOAL_REACH = 20.0
-"""Farthest goal from the path's last part [m]: beyond it a goal is taken for a mistake in the file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -202,22 +197,7 @@ def _goals(scenario: Scenario, path: ReferencePath, corridor: Corridor) -> Itera
 def _goal(
     key: str, goal: Pose2, scenario: Scenario, path: ReferencePath, corridor: Corridor
 ) -> Iterator[Problem]:
-    value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
-    part = path.parts[-1]
-    nearest = part.pose(part.project(goal.x, goal.y, heading=goal.phi))
-    distance = hypot(goal.x - nearest.x, goal.y - nearest.y)
-    turn = abs(float(wrap(goal.phi - nearest.phi)))
-    if distance > GOAL_REACH:
-        allowed = f"out of reach, {distance:.4g} m from the path's last part (at most {GOAL_REACH:g} m)"
-        yield Problem(key=key, value=value, allowed=allowed)
-    elif turn > pi / 2.0:
-        allowed = (
-            f"out of reach, turned by {turn:.4g} rad from the path beside it (at most {pi / 2.0:.4g} rad)"
-        )
-        yield Problem(key=key, value=value, allowed=allowed)
-    else:
-        body = body_polygons(np.array([[goal.x, goal.y, goal.phi]]), scenario.build_vehicle())
-        clearance = float(corridor.clearance(len(path.parts) - 1, body)[0])
-        if clearance < 0.0:
-            allowed = f"out of reach, the body there crosses a boundary or obstacle by {-clearance:.3g} m"
-            yield Problem(key=key, value=value, allowed=allowed)
+    problem = goals.checked(goal, path, corridor, scenario.build_vehicle()).problem
+    if problem:
+        value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
+        yield Problem(key=key, value=value, allowed=f"out of reach, {problem}")

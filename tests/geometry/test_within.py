@@ -184,3 +184,43 @@ def test_nothing_to_hit_is_infinitely_far() -> None:
 def test_a_bad_limit_is_refused(within: float) -> None:
     with pytest.raises(InputError, match="within = "):
         corridors()[4].half_planes(0, np.zeros((1, 2)), within=within)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "apart"),
+    [
+        ((10.0, 0.0), (10.0, 4.9), False),
+        ((10.0, 0.0), (10.0, 5.1), True),
+        ((10.0, 0.0), (10.0, -30.0), True),
+        ((40.0, 0.0), (45.0, 9.0), False),  # behind the end
+        ((0.0, 0.0), (-5.0, -9.0), False),
+        ((10.0, 20.0), (30.0, 20.0), False),
+    ],
+)
+def test_what_is_beyond_an_open_boundary_is_cut_off(
+    one: tuple[float, float], other: tuple[float, float], apart: bool
+) -> None:
+    corridor = corridors()[POLYGON - 1]
+    assert corridor.cut_off(0, one, other) == apart
+    assert corridor.cut_off(0, other, one) == apart
+
+
+def test_a_boundary_without_ends_cuts_nothing_off_and_obstacles_do_not() -> None:
+    assert not corridors()[POLYGON].cut_off(0, (10.0, 0.0), (10.0, 30.0))
+    assert not corridors()[POLYGON - 1].cut_off(0, (15.0, 0.0), (25.0, 0.0))
+    with pytest.raises(InputError, match="part = 1"):
+        corridors()[POLYGON].cut_off(1, (0.0, 0.0), (1.0, 0.0))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_between_path_and_boundary_is_cut_off(seed: int) -> None:
+    """The nearest point of the path sees it."""
+    random = np.random.default_rng(seed)
+    ways = [(1, float(random.uniform(-0.25, 0.25)), float(random.uniform(3.0, 9.0))) for _ in range(5)]
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), ways)
+    corridor = Corridor.from_offsets(path, left=4.0, right=-3.5)
+    for _ in range(100):
+        pose = path.parts[0].pose(random.uniform(0.0, path.length))
+        at = pose.compose(Pose2(0.0, random.uniform(-3.4, 3.9), 0.0))
+        nearest = path.parts[0].pose(path.parts[0].project(at.x, at.y))
+        assert not corridor.cut_off(0, (nearest.x, nearest.y), (at.x, at.y))

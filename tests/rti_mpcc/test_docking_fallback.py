@@ -127,7 +127,8 @@ def test_an_obstacle_that_is_no_polygon_stops_the_vehicle_and_says_why(outline: 
     state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)
     command = controller.step(state, now=0.0, obstacles=[np.array(outline)])
     assert (command.status, command.source) == (Status.FAILED, Source.STANDSTILL)
-    assert command.diagnostics.reason.startswith("obstacles not ")
+    assert command.diagnostics.reason.startswith("obstacles")
+    assert "obstacles[0]" in command.diagnostics.reason
     kept = controller.step(state, now=0.05)
     assert (kept.status, kept.source) == (Status.FAILED, Source.STANDSTILL)  # nothing better was told since
     assert controller.step(state, now=0.1, obstacles=[]).source is Source.SOLUTION
@@ -175,7 +176,8 @@ def test_a_state_that_is_not_finite_brakes_and_says_so(field: str, value: float)
         ({"measurements": [(1, 2, 3)]}, "measurements[0] is no GoalMeasurement but a tuple, left out"),
         ({"measurements": 5}, "measurements are no sequence but int, left out"),
         ({"measurements": None}, ""),
-        ({"state": None}, "not a finite state (x = nan, y = nan, phi = nan, v = nan, delta = nan)"),
+        ({"state": None}, "state is no VehicleState but None"),
+        ({"state": (1.0, 2.0)}, "state is no VehicleState but a tuple"),
     ],
 )
 def test_what_is_of_another_type_is_left_out_and_said(told: dict[str, Any], said: str) -> None:

@@ -13,6 +13,7 @@ from estimation import Frame, GoalEstimate, GoalFilterConfig, GoalMeasurement, G
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, GoalTracking
 from rti_mpcc.planning import aim
+from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.trust import Trust
 
@@ -56,6 +57,51 @@ def test_the_aim_goes_from_the_plan_to_the_estimate_at_the_bounded_rate(planned:
     by_way = hypot(wanted.x - start.x, wanted.y - start.y) / (0.5 * 0.05)
     by_turn = abs(wanted.phi - start.phi) / (0.3 * 0.05)
     assert steps == pytest.approx(max(by_way, by_turn), abs=1.5)
+
+
+def unfit(pose: Pose2) -> GoalFit:
+    return GoalFit(
+        pose=pose, problem="the body there crosses a boundary or obstacle by 0.3 m", beside=END, room=-0.3
+    )
+
+
+def test_an_estimate_that_cannot_be_the_goal_is_not_followed() -> None:
+    good, bad, planned = Pose2(19.0, 1.0, 0.0), Pose2(19.0, 2.6, 0.0), Pose2(18.0, 0.5, 0.0)
+    memory = ControllerMemory(planned=planned, goal=planned)
+    memory = aim.aimed(memory, seen(bad), END, 0.0, CONFIG, unfit(bad))
+    assert memory.goal == planned
+    for k in range(1, 200):
+        # The good one is known for one cycle only: it is made for all the same.
+        pose = good if k == 5 else bad
+        memory = aim.aimed(
+            memory,
+            seen(pose),
+            END,
+            0.05 * k,
+            CONFIG,
+            GoalFit(pose=good, beside=END) if k == 5 else unfit(bad),
+        )
+    assert memory.goal == good
+    (said,) = aim.remarks(memory)
+    assert said == (
+        "goal detected at (19, 2.6, 0) out of reach, the body there crosses a boundary or obstacle by 0.3 m: "
+        "the last one stays"
+    )
+
+
+def test_an_estimate_that_is_forgotten_leaves_the_planned_goal() -> None:
+    planned = Pose2(18.0, 0.5, 0.0)
+    memory = ControllerMemory(planned=planned, goal=END, followed=END)
+    after = aim.aimed(memory, GoalEstimate(status=GoalStatus.SEARCHING), END, 0.0, CONFIG)
+    assert (after.goal, after.followed) == (planned, None)
+
+
+def test_what_there_is_to_say_is_of_the_goal_that_is_made_for() -> None:
+    tight, wide = (GoalFit(pose=END, beside=END, remark=said) for said in ("tight", ""))
+    assert aim.remarks(ControllerMemory()) == ()
+    assert aim.remarks(ControllerMemory(goal_fit=tight, refusal="refused")) == ("refused", "tight")
+    assert aim.remarks(ControllerMemory(goal_fit=tight, estimate_fit=wide, followed=END)) == ()
+    assert aim.remarks(ControllerMemory(goal_fit=wide, estimate_fit=tight, followed=END)) == ("tight",)
 
 
 def test_the_aim_turns_the_short_way_across_pi() -> None:

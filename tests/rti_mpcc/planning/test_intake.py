@@ -17,7 +17,15 @@ from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.surroundings import Surroundings
 
 CYCLE = 0.05
-END = Pose2(20.0, 0.0, 0.0)
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+CONFIG = ControllerConfig()
+LANE = Surroundings.of(Corridor.from_offsets(PATH, left=5.0, right=-5.0), PATH, CONFIG)
+
+
+def goal_in(told: Any, memory: ControllerMemory | None = None) -> tuple[Pose2 | None, str]:
+    """The new goal, and why the one told is not taken."""
+    memory, goal = intake.goal_in(told, memory or ControllerMemory(), PATH, LANE, CONFIG)
+    return goal, memory.refusal
 
 
 def times(*told: float) -> list[float]:
@@ -77,7 +85,7 @@ def test_a_goal_that_cannot_be_one_is_not_used(field: int, value: Any) -> None:
     fields: list[Any] = [20.0, 1.0, 0.1]
     fields[field] = value
     goal: Any = Told(*fields)
-    used, remark = intake.goal_in(goal, END)
+    used, remark = goal_in(goal)
     assert used is None
     assert remark.startswith("goal (")
     assert remark.endswith("the last one stays")
@@ -86,12 +94,12 @@ def test_a_goal_that_cannot_be_one_is_not_used(field: int, value: Any) -> None:
 @pytest.mark.parametrize("goal", [(1, 2, 3), "x", 5.0])
 def test_a_goal_of_another_type_is_not_used(goal: Any) -> None:
     remark = f"goal is no Pose2 but a {type(goal).__name__}, the last one stays"
-    assert intake.goal_in(goal, END) == (None, remark)
+    assert goal_in(goal) == (None, remark)
 
 
 def test_what_has_the_numbers_of_a_goal_is_made_one() -> None:
     goal: Any = Told(24, np.float32(3.0), 0.1)
-    used, _ = intake.goal_in(goal, END)
+    used, _ = goal_in(goal)
     assert type(used) is Pose2
     assert used == Pose2(24.0, 3.0, 0.1)
 
@@ -138,8 +146,8 @@ def test_measurements_that_are_no_sequence_are_left_out() -> None:
 
 def test_a_goal_within_reach_is_used_and_none_is_no_problem() -> None:
     goal = Pose2(24.0, 3.0, 0.1)
-    assert intake.goal_in(goal, END) == (goal, "")
-    assert intake.goal_in(None, END) == (None, "")
+    assert goal_in(goal) == (goal, "")
+    assert goal_in(None) == (None, "")
 
 
 @pytest.fixture(scope="module")
@@ -152,26 +160,28 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
 
 
 @pytest.mark.parametrize(
-    "obstacles",
+    ("obstacles", "said"),
     [
-        [[[5.0, nan], [6.0, 1.0], [6.0, 2.0]]],
-        [[[5.0, inf], [6.0, 1.0], [6.0, 2.0]]],
-        [[[5.0, 1e300], [6.0, 1.0], [6.0, 2.0]]],
-        [[[5.0, 1.0], [6.0, 1.0]]],
-        [[5.0, 1.0, 6.0]],
-        [SQUARE, [[0.0]]],
-        [SQUARE, []],
-        [[[10**400, 1.0], [6.0, 1.0], [6.0, 2.0]]],
-        [None],
-        ["wall"],
-        5.0,
-        [[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]],
+        ([[[5.0, nan], [6.0, 1.0], [6.0, 2.0]]], "obstacles[0] not finite: nan in corner 0"),
+        ([SQUARE, SQUARE, [[5.0, 1.0], [6.0, nan], [6.0, 2.0]]], "obstacles[2] not finite: nan in corner 1"),
+        ([[[5.0, inf], [6.0, 1.0], [6.0, 2.0]]], "obstacles[0] not finite: inf in corner 0"),
+        ([SQUARE, [[5.0, 1.0], [6.0, 1.0], [6.0, 1e300]]], "obstacles[1] not near, at most 1e+07 m: 1e+300"),
+        ([[[5.0, 1.0], [6.0, 1.0]]], "obstacles not readable: obstacles[0] has 2 corner(s)"),
+        ([[5.0, 1.0, 6.0]], "obstacles not readable: obstacles[0] has shape (3,)"),
+        ([SQUARE, [[0.0]]], "obstacles not readable: obstacles[1] has shape (1, 1)"),
+        ([SQUARE, []], "obstacles not readable: obstacles[1] has shape (0,)"),
+        ([[[10**400, 1.0], [6.0, 1.0], [6.0, 2.0]]], "obstacles[0] not readable: "),
+        ([SQUARE, None], "obstacles not readable: obstacles[1] has shape ()"),
+        ([SQUARE, "wall"], "obstacles[1] not readable: "),
+        ([SQUARE, [[0.0, 1.0], [2.0]]], "obstacles[1] not readable: "),
+        (5.0, "obstacles are no sequence but float"),
+        ([[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]], "obstacles not readable: obstacles[0] is not a"),
     ],
 )
-def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any) -> None:
+def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any, said: str) -> None:
     surroundings, problem = intake.surroundings_in(known, obstacles)
     assert surroundings is known
-    assert problem.startswith("obstacles not ")
+    assert problem.startswith(said)
     assert "\n" not in problem
 
 

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from geometry import Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig, Method, Vehicle
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning import legs
 from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut
 
-CONFIG = ControllerConfig(dead_time=0.2)
+CONFIG = ControllerConfig(dead_time=0.2, vehicle=Vehicle(front=4.0, rear=1.0))
+LENGTH = 5.0  # of its body [m]
 PART = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)]).parts[0]
 
 
@@ -28,22 +29,42 @@ def pulling(**changes: Any) -> ControllerMemory:
 
 
 def test_the_second_way_back_is_longer(situations: Any) -> None:
-    here = situations.standing(18.0)
-    assert legs.way_back(stalled(), here, PART, CONFIG) == PullOut(begin=18.0, end=10.0)
-    assert legs.way_back(stalled(pulled_out=1), here, PART, CONFIG) == PullOut(begin=18.0, end=2.0)
+    here = situations.standing(19.0)
+    first, second = (legs.way_back(stalled(pulled_out=n), here, PART, CONFIG) for n in (0, 1))
+    assert first is not None
+    assert second is not None
+    assert (first.begin, first.end) == pytest.approx((19.0, 19.0 - 1.8 * LENGTH))
+    assert (second.begin, second.end) == pytest.approx((19.0, 19.0 - 3.6 * LENGTH))
     assert legs.way_back(stalled(pulled_out=2), here, PART, CONFIG) is None
+
+
+def test_the_default_vehicle_pulls_out_by_about_8_and_16_m(situations: Any) -> None:
+    here, default = situations.standing(18.0), ControllerConfig()
+    ways = [legs.way_back(stalled(pulled_out=n), here, PART, default) for n in (0, 1)]
+    assert [way and way.begin - way.end for way in ways] == pytest.approx([8.0, 16.0], abs=0.2)
+
+
+@pytest.mark.parametrize("length", [0.5, 15.0])
+def test_a_small_vehicle_pulls_out_by_less_and_a_large_one_by_more(length: float, situations: Any) -> None:
+    vehicle = Vehicle(wheelbase=0.6 * length, front=0.8 * length, rear=0.2 * length)
+    config = ControllerConfig(vehicle=vehicle)
+    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 99.0)]).parts[0]
+    way = legs.way_back(stalled(), situations.standing(60.0), part, config)
+    assert way is not None
+    assert way.begin - way.end == pytest.approx(1.8 * length)
+    assert legs.way_back(stalled(), situations.standing(0.44 * length), part, config) is None
 
 
 def test_it_begins_behind_the_end_where_the_vehicle_is_there(situations: Any) -> None:
     here = situations.standing(20.0, state=np.array([23.0, 1.0, 0.1, 0.0, 0.0, 20.0]))
     way = legs.way_back(stalled(), here, PART, CONFIG)
     assert way is not None
-    assert (way.begin, way.end) == pytest.approx((23.0, 15.0))
+    assert (way.begin, way.end) == pytest.approx((23.0, 23.0 - 1.8 * LENGTH))
 
 
 def test_it_ends_at_the_begin_of_the_part(situations: Any) -> None:
     assert legs.way_back(stalled(), situations.standing(5.0), PART, CONFIG) == PullOut(begin=5.0, end=0.0)
-    assert legs.way_back(stalled(), situations.standing(1.5), PART, CONFIG) is None
+    assert legs.way_back(stalled(), situations.standing(2.2), PART, CONFIG) is None
 
 
 @pytest.mark.parametrize("phase", [phase for phase in Phase if phase is not Phase.STALLED])

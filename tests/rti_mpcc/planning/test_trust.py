@@ -65,6 +65,24 @@ def test_what_no_vehicle_can_be_is_not_believed_and_reckoned_from_the_commands(
     assert (again.why, again.found) == ("", False)
 
 
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        (None, "state is no VehicleState but None"),
+        ((1.0, 2.0, 0.0, 0.0, 0.0), "state is no VehicleState but a tuple"),
+        (standing(phi="east"), "state.phi is no number but 'east'"),
+        (standing(v=None), "state.v is no number but None"),
+        (standing(x=10**400), "state.x is no number but 1000000"),
+    ],
+)
+def test_what_is_no_state_at_all_is_told_by_its_type(told: Any, said: str) -> None:
+    for before in (None, driven()):
+        trust = after([told], before)
+        assert trust.why.startswith(said)
+        assert len(trust.why) < 80
+    assert believed(trust)[:4] == pytest.approx([0.5, 0.0, 0.0, 1.0])
+
+
 def test_a_state_that_stays_infinite_is_not_reckoned_with() -> None:
     trust = after([cruising(0.5, x=inf)] * 5, driven())
     assert believed(trust)[0] == pytest.approx(0.7)

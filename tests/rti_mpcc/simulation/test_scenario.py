@@ -301,6 +301,11 @@ WRONG: list[tuple[str, Any, str]] = [
         [6.0, 2.5, 0.0],
         "goal = pose (6, 2.5, 0): out of reach, the body there crosses a boundary or obstacle",
     ),
+    (
+        "goal.pose",
+        [6.0, 9.0, 0.0],
+        "goal = pose (6, 9, 0): out of reach, a boundary lies between it and the path",
+    ),
     ("goal.tolerance", [0.05, 0.0, 0.03], "goal.tolerance[1] = 0.0: must be > 0"),
     ("goal.shifts", [{"at_distance": 0, "offset": [0, 0, 0]}], "goal.shifts[0].at_distance = 0: must be > 0"),
     (

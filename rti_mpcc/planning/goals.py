@@ -1,0 +1,194 @@
+"""What can be a goal: near the path's last part, turned with it, and with room for the body.
+
+One rule for scenario files and for every cycle. A cycle looks only at what is new: see `checked_again`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import hypot, nan, pi, radians
+
+import numpy as np
+
+from geometry import Corridor, PathPart, Pose2, ReferencePath, wrap
+from rti_mpcc.config import ControllerConfig, Vehicle
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning.surroundings import Surroundings
+
+GOAL_REACH = 20.0
+"""Farthest goal from the path's last part [m]: beyond it a goal is taken for a mistake."""
+MOST_TURN = 0.5 * pi
+"""The same for its heading, from the path's beside it [rad]."""
+SAME = 0.01
+"""A goal at which no point of the body has moved farther than this [m] needs no other check."""
+NEARLY_SAME = 0.03
+"""The same where there was more room than that [m]."""
+ALIKE = 0.1
+"""The same for one that is farther out of reach than that [m]."""
+FULL_TURN = 2.0 * pi
+"""Headings up to this [rad] are not suspected to be in degrees."""
+IN_DEGREES = pi / 6.0
+"""So near the path's heading [rad] one that is refused is, read in degrees, where it was meant in degrees."""
+ODD, SURELY_IN_DEGREES = 0.2, 0.1
+"""One that is not refused is suspected of it if it is farther than `ODD` from the path's heading [rad], and
+within the other in degrees."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalFit:
+    """Whether a pose can be the goal.
+
+    Attributes:
+        pose: the one looked at.
+        problem: why it cannot be, or "".
+        remark: what there is to say of it although it can, or "".
+        room: clearance of the body there [m]; negative: so deep it crosses something; NaN: not looked at.
+        excess: so far the body has to move, at least, until that is otherwise [m]; 0: not known.
+        beside: the path's pose nearest to it.
+        changes: number of obstacle changes known then.
+    """
+
+    pose: Pose2
+    problem: str = ""
+    remark: str = ""
+    room: float = nan
+    excess: float = 0.0
+    beside: Pose2
+    changes: int = 0
+
+
+def checked(
+    goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle, *, margin: float = 0.0
+) -> GoalFit:
+    """The exact check, which takes about a millisecond.
+
+    Args:
+        margin: less room than this [m] is remarked.
+    """
+    part = path.parts[-1]
+    beside, hint = _beside(goal, part), degrees_hint("goal heading", goal, part)
+    problem, excess = _misplaced(goal, beside, vehicle)
+    if problem:
+        return GoalFit(pose=goal, problem=_joined(problem, hint), excess=excess, beside=beside)
+    if corridor.cut_off(len(path.parts) - 1, (beside.x, beside.y), (goal.x, goal.y)):
+        return GoalFit(pose=goal, problem="a boundary lies between it and the path", beside=beside)
+    room = _room(goal, path, corridor, vehicle)
+    if room < 0.0:
+        problem = f"the body there {_crossing(room)}"
+        return GoalFit(pose=goal, problem=problem, room=room, excess=-room, beside=beside)
+    return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=beside)
+
+
+def checked_again(
+    last: GoalFit | None,
+    goal: Pose2,
+    path: ReferencePath,
+    surroundings: Surroundings,
+    config: ControllerConfig,
+) -> GoalFit:
+    """The check of a cycle, as far as the one before it does not answer it.
+
+    Obstacles that came onto a goal that stays where it is are none of its: the vehicle waits before them. One
+    that was refused because of an obstacle is free again once that has gone.
+
+    Args:
+        last: of the goal looked at last; None: there was none.
+    """
+    if last is not None and _answered(last, goal, surroundings.changes, config):
+        return last
+    fit = checked(goal, path, surroundings.corridor, config.vehicle, margin=_margin(config))
+    return replace(fit, changes=surroundings.changes)
+
+
+def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig) -> bool:
+    """Whether what was found of another goal holds for this one: no clearance changes by more than the body
+    has moved."""
+    vehicle, known = config.vehicle, last.changes == changes
+    moved = _moved(last.pose, goal, vehicle)
+    if last.problem:
+        return (known or not last.room < 0.0) and moved <= max(min(last.excess, ALIKE), SAME)
+    if moved <= SAME:
+        return True
+    if _misplaced(goal, last.beside, vehicle)[0]:
+        return False  # by that place of the path: another one may be nearer
+    left = last.room - moved
+    clear = known and left > _margin(config) and not last.remark
+    return clear or (moved <= NEARLY_SAME and left > 0.0)
+
+
+def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
+    """What there is to say of the path's last pose, which is the goal where none was told."""
+    room = _room(path.end, path, surroundings.corridor, config.vehicle)
+    remark = f"the body at the path's end {_crossing(room)}" if room < 0.0 else _tight(room, _margin(config))
+    return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
+
+
+def degrees_hint(what: str, pose: Pose2, part: PathPart) -> str:
+    """What to say of a heading that is far from the path's beside it, but would be near it in degrees, or "".
+
+    A heading may be on any branch. Up to a full turn, which is 6 degrees, it is taken for what it is.
+    """
+    if abs(pose.phi) <= FULL_TURN:
+        return ""
+    read = replace(pose, phi=radians(pose.phi))
+    off, in_degrees = (_turn(one, _beside(one, part)) for one in (pose, read))
+    if (off > MOST_TURN and in_degrees <= IN_DEGREES) or (off > ODD and in_degrees <= SURELY_IN_DEGREES):
+        return f"{what} {pose.phi:.6g}: in degrees? radians are expected"
+    return ""
+
+
+def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
+    """Why a goal is out of reach of the path, `beside` which it is, whatever stands there, or "", and how far
+    it is beyond that [m]."""
+    distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
+    if distance > GOAL_REACH:
+        said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
+        return said, distance - GOAL_REACH
+    if turn > MOST_TURN:
+        said = f"turned by {turn:.4g} rad from the path beside it, at most {MOST_TURN:.4g} rad"
+        return said, (turn - MOST_TURN) * _arm(vehicle)
+    return "", 0.0
+
+
+def _beside(pose: Pose2, part: PathPart) -> Pose2:
+    """The path's pose nearest to a pose, where that has about its heading if anywhere."""
+    return part.pose(part.project(pose.x, pose.y, heading=pose.phi))
+
+
+def _turn(one: Pose2, other: Pose2) -> float:
+    return abs(float(wrap(one.phi - other.phi)))
+
+
+def _room(goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle) -> float:
+    """Clearance [m] of the body at the goal."""
+    body = body_polygons(np.array([[goal.x, goal.y, goal.phi]]), vehicle)
+    return float(corridor.clearance(len(path.parts) - 1, body)[0])
+
+
+def _crossing(room: float) -> str:
+    return f"crosses a boundary or obstacle by {-room:.3g} m"
+
+
+def _tight(room: float, margin: float) -> str:
+    if room >= margin:
+        return ""
+    return f"the goal leaves {room:.2f} m beside the body, less than the margin of {margin:.2f} m"
+
+
+def _margin(config: ControllerConfig) -> float:
+    """The margin that plans keep [m]."""
+    return config.footprint.margin if config.corridor_rows else 0.0
+
+
+def _moved(before: Pose2, now: Pose2, vehicle: Vehicle) -> float:
+    """No point of the body is farther than this [m] between two poses."""
+    return hypot(now.x - before.x, now.y - before.y) + _arm(vehicle) * _turn(now, before)
+
+
+def _arm(vehicle: Vehicle) -> float:
+    """From the rear axle to the farthest point of the body [m]."""
+    return hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width)
+
+
+def _joined(*said: str) -> str:
+    return "; ".join(filter(None, said))

@@ -1,0 +1,189 @@
+"""Goals that cannot be reached, or hardly, in closed loop: never in silence, and never an exception."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import GoalMeasurement
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, DockingController, Limits, Status, VehicleState
+from rti_mpcc.config import GoalTracking
+from rti_mpcc.types import Command
+from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, Obstacles, box, drive, straight
+
+LENGTH = 12.0
+YARD = [[-3.0, -3.0], [18.0, -3.0], [18.0, 3.0], [-3.0, 3.0]]
+LANE = straight(1, LENGTH, speed=2.0)
+FENCED = straight(1, LENGTH, corridor={"polygon": YARD, "left": None, "right": None}, speed=2.0)
+START = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
+PATH = LANE.build_path()
+OBSTACLE = box(PATH.parts[0], 14.0, 1.2, 2.2, 1.0)
+
+
+def controller(**settings: Any) -> DockingController:
+    config = ControllerConfig(dead_time=0.18, limits=Limits(speed=2.0), **settings)
+    return DockingController(PATH, LANE.build_corridor(PATH), config)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "goal", "said"),
+    [
+        (FENCED, Pose2(10.0, 4.0, 0.0), "crosses a boundary or obstacle by"),
+        (LANE, Pose2(10.0, 8.0, 0.0), "a boundary lies between it and the path"),
+        (LANE, Pose2(500.0, 0.0, 0.0), "488 m from the path's last part, at most 20 m"),
+        (LANE, Pose2(LENGTH, 0.0, pi), "turned by 3.142 rad from the path beside it, at most 1.571 rad"),
+    ],
+)
+def test_a_goal_out_of_reach_is_not_driven_to_and_every_command_says_why(
+    scenario: Any, goal: Pose2, said: str
+) -> None:
+    """Without a goal that was good the path's last pose is made for."""
+    run = list(drive(scenario, 19.0, goal_at=lambda now: goal if now < 5.0 else None))
+    for plant, command in run:
+        reason = command.diagnostics.reason
+        assert f"goal ({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g}) out of reach" in reason
+        assert said in reason
+        assert reason.endswith("the last one stays")
+        assert command.status is not Status.PULLING_OUT
+        assert plant.x > -0.01
+        assert abs(plant.y) < 0.01
+    plant, command = run[-1]
+    assert command.docked
+    assert plant.x == pytest.approx(LENGTH, abs=0.05)
+
+
+def test_a_goal_in_an_obstacle_is_taken_once_that_has_gone_and_kept_when_it_comes_back() -> None:
+    """The vehicle has docked at the last good goal by nothing but that it was told again."""
+    docking, good, taken = controller(), Pose2(11.0, -0.5, 0.0), Pose2(LENGTH, 0.5, 0.0)
+
+    def aim(goal: Pose2, obstacles: Obstacles, now: float) -> tuple[float, str]:
+        command = docking.step(START, now=now, goal=goal, obstacles=obstacles)
+        return command.diagnostics.aim.x, command.diagnostics.reason
+
+    assert aim(good, [], 0.0) == (11.0, "")
+    x, reason = aim(taken, [OBSTACLE], 0.05)
+    assert x == 11.0
+    assert reason.startswith("goal (12, 0.5, 0) out of reach, the body there crosses a boundary or obstacle")
+    assert reason.endswith("the last one stays")
+    assert aim(taken, [OBSTACLE], 0.1)[0] == 11.0
+    assert aim(taken, [], 0.15) == (LENGTH, "")
+    x, reason = aim(taken, [OBSTACLE], 0.2)
+    assert x == LENGTH
+    assert "out of reach" not in reason
+
+
+@pytest.mark.parametrize("room", [0.03, 0.05, 0.09])
+def test_beside_a_wall_no_command_is_without_a_reason(room: float) -> None:
+    goal = Pose2(LENGTH, 3.0 - BODY_HALF_WIDTH - room, 0.0)
+    said = f"the goal leaves {room:.2f} m beside the body, less than the margin of 0.10 m"
+    for plant, command in drive(LANE, 6.0, goal_at=lambda _: goal):
+        assert said in command.diagnostics.reason
+        assert plant.y + BODY_HALF_WIDTH < 3.0
+
+
+def test_a_tracked_goal_that_jitters_beside_a_wall_is_never_in_it() -> None:
+    docking, rng = controller(), np.random.default_rng(1)
+    for cycle in range(60):
+        x, y, phi = rng.normal((LENGTH, 3.0 - BODY_HALF_WIDTH - 0.05, 0.0), (0.03, 0.03, 0.01))
+        command = docking.step(START, now=0.05 * cycle, goal=Pose2(x, y, phi))
+        assert np.isfinite([command.acceleration, command.steering_rate]).all()
+        planned = docking.memory.planned
+        assert planned is None or planned.y < 3.0 - BODY_HALF_WIDTH + 0.01
+
+
+def test_clearing_the_goal_clears_what_was_said_of_it() -> None:
+    docking = controller()
+    docking.step(START, now=0.0, goal=Pose2(500.0, 0.0, 0.0))
+    docking.clear_goal()
+    assert docking.step(START, now=0.05).diagnostics.reason == ""
+
+
+# -- detections -------------------------------------------------------------------------------------
+
+
+def detected(pose: Pose2, now: float) -> GoalMeasurement:
+    """In the frame of a vehicle that stands at the origin."""
+    return GoalMeasurement(stamp=now, x=pose.x, y=pose.y, phi=pose.phi, vehicle=Pose2(0.0, 0.0, 0.0))
+
+
+def seen(
+    docking: DockingController, pose: Pose2, cycles: range, goal: Pose2 | None = None
+) -> tuple[Command, ...]:
+    return tuple(
+        docking.step(START, now=0.05 * k, goal=goal, measurements=[detected(pose, 0.05 * k)]) for k in cycles
+    )
+
+
+def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
+    docking, planned = controller(), Pose2(LENGTH, 0.0, 0.0)
+    inside = seen(docking, Pose2(LENGTH, 2.6, 0.0), range(20), planned)
+    for command in inside[-5:]:
+        assert command.diagnostics.aim == planned
+        assert "goal detected at (12, 2.6" in command.diagnostics.reason
+        assert "crosses a boundary or obstacle" in command.diagnostics.reason
+        assert command.diagnostics.reason.endswith("the last one stays")
+
+
+def test_the_last_good_estimate_stays_while_it_runs_into_a_wall() -> None:
+    docking = controller()
+    seen(docking, Pose2(LENGTH, 1.5, 0.0), range(20))
+    good = docking.memory.goal
+    assert good is not None
+    assert good.y == pytest.approx(1.5, abs=0.01)
+    for k in range(20, 80):  # the dock drifts off to the side
+        (command,) = seen(docking, Pose2(LENGTH, 1.5 + 0.01 * (k - 20), 0.0), range(k, k + 1))
+    assert "goal detected at" in command.diagnostics.reason
+    assert command.diagnostics.aim.y <= 3.0 - BODY_HALF_WIDTH + 0.01
+
+
+def test_a_goal_that_was_only_detected_out_of_reach_counts_as_not_seen() -> None:
+    docking = controller(goal_tracking=GoalTracking(required=True))
+    there = VehicleState(x=LENGTH, y=0.0, phi=0.0, v=0.0, delta=0.0)
+    for k in range(30):
+        seen_aside = GoalMeasurement(stamp=0.05 * k, x=0.0, y=2.6, phi=0.0)
+        command = docking.step(there, now=0.05 * k, measurements=[seen_aside])
+    assert command.status is Status.SEARCHING
+    assert "goal detected at" in command.diagnostics.reason
+
+
+# -- degrees, and planned values --------------------------------------------------------------------
+
+
+def test_a_heading_in_degrees_is_asked_about_for_the_vehicle_and_for_its_goal() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.5 * pi), [(1, 0.0, 20.0)])
+    docking = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0))
+    state = VehicleState(x=0.0, y=0.0, phi=90.0, v=0.0, delta=0.0)
+    commands = [docking.step(state, now=0.05 * k, goal=Pose2(0.0, 20.0, 90.0)) for k in range(3)]
+    for command in commands:
+        assert "heading 90: in degrees? radians are expected" in command.diagnostics.reason
+        assert "goal heading 90: in degrees? radians are expected" in command.diagnostics.reason
+    radians = VehicleState(x=0.0, y=0.0, phi=0.5 * pi, v=0.0, delta=0.0)
+    command = docking.step(radians, now=0.15, goal=Pose2(0.0, 20.0, 0.5 * pi))
+    assert "degrees" not in command.diagnostics.reason
+
+
+@pytest.mark.parametrize("turns", [-15, 15])
+def test_a_heading_of_many_turns_is_driven_with_as_any_other(turns: int) -> None:
+    lifted = VehicleState(x=0.0, y=0.0, phi=2.0 * pi * turns, v=0.0, delta=0.0)
+    goal = Pose2(LENGTH, 0.0, -2.0 * pi * turns)
+    command = controller().step(lifted, now=0.0, goal=goal)
+    assert command.status is Status.ARRIVING
+    assert command.diagnostics.reason == ""
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_the_speed_and_steering_of_a_command_stay_within_their_limits(noise: float) -> None:
+    """As far as the vehicle itself does; noise shows it beyond its limit."""
+    speed = 1.0
+    scenario = straight(1, 20.0, speed=speed, state_noise=[0.0, 0.0, 0.0, noise, 0.0])
+    run = list(drive(scenario, 14.0))
+    assert max(command.speed for _, command in run) == pytest.approx(speed, abs=0.02)
+    for plant, command in run:
+        assert abs(command.speed) <= max(speed, abs(plant.measured.v))
+        assert abs(command.steering) <= max(0.6, abs(plant.measured.delta))
+    assert all(a.time < b.time for (a, _), (b, _) in pairwise(run))
