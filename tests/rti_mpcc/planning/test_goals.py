@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Footprint
+from rti_mpcc.config import Caution, ControllerConfig, Footprint
 from rti_mpcc.planning import goals, intake
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.memory import ControllerMemory
@@ -98,15 +98,18 @@ def test_less_room_than_the_margin_is_remarked(room: float, said: bool) -> None:
 
 def test_where_no_margin_is_kept_none_is_missed() -> None:
     tight = Pose2(15.0, 3.0 - HALF - 0.05, 0.0)
-    for config in (ControllerConfig(corridor_rows=False), ControllerConfig(footprint=Footprint(margin=0.0))):
+    for config in (
+        ControllerConfig(corridor_rows=False),
+        ControllerConfig(footprint=Footprint(margin=0.0), caution=Caution(hard_minimum=0.0)),
+    ):
         assert goals.checked_again(None, tight, PATH, LANE, config).remark == ""
 
 
 def test_the_end_of_the_path_is_the_goal_all_the_same_and_what_is_odd_there_is_said() -> None:
     assert goals.end_checked(PATH, LANE, CONFIG).remark == ""
-    beside = LANE.told([block(20.0, HALF + 0.54)])
+    beside = LANE.told([block(20.0, HALF + 0.54)], 0.0, CONFIG.caution)
     assert goals.end_checked(PATH, beside, CONFIG).remark.startswith("the goal leaves 0.04 m")
-    across = LANE.told([block(21.0, HALF)])
+    across = LANE.told([block(21.0, HALF)], 0.0, CONFIG.caution)
     remark = goals.end_checked(PATH, across, CONFIG).remark
     assert remark == "the body at the path's end crosses a boundary or obstacle by 0.5 m"
 
@@ -196,7 +199,7 @@ def test_nor_is_one_beside_or_in_a_wall_that_moves_by_less_than_a_centimetre(
 def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Pose2]) -> None:
     goal = Pose2(18.0, 0.0, 0.0)
     fit = again(None, goal)
-    covered = LANE.told([block(19.0, 0.0)])
+    covered = LANE.told([block(19.0, 0.0)], 0.0, CONFIG.caution)
     assert again(fit, goal, covered) is fit
     assert again(fit, Pose2(18.005, 0.0, 0.0), covered).problem == ""
     assert len(looked) == 1
@@ -206,12 +209,12 @@ def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Po
 def test_a_goal_refused_for_an_obstacle_is_looked_at_again_once_that_has_changed(
     looked: list[Pose2],
 ) -> None:
-    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.told([block(19.0, 0.0)])
+    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.told([block(19.0, 0.0)], 0.0, CONFIG.caution)
     fit = again(None, goal, covered)
     assert "crosses" in fit.problem
     assert again(fit, goal, covered) is fit
     assert len(looked) == 1
-    elsewhere = covered.told([block(5.0, 2.0)])
+    elsewhere = covered.told([block(5.0, 2.0)], 0.0, CONFIG.caution)
     assert again(fit, goal, elsewhere).problem == ""
 
 
@@ -219,7 +222,7 @@ def test_what_is_refused_whatever_stands_there_is_not_looked_at_again(looked: li
     goal, where = Pose2(500.0, 0.0, 0.0), LANE
     fit = again(None, goal, where)
     for k in range(5):
-        where = where.told([block(5.0 + k, 2.0)])
+        where = where.told([block(5.0 + k, 2.0)], 0.0, CONFIG.caution)
         assert again(fit, goal, where) is fit
     assert len(looked) == 1
 
@@ -232,7 +235,7 @@ steps = st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.15, 0
 def test_what_is_known_from_before_says_the_same_as_a_new_check(
     begin: float, moves: list[tuple[float, float, float]]
 ) -> None:
-    where = LANE.told([block(17.0, 0.5), block(24.0, -1.0)])
+    where = LANE.told([block(17.0, 0.5), block(24.0, -1.0)], 0.0, CONFIG.caution)
     goal, fit = Pose2(16.0, begin, 0.0), None
     for x, y, phi in moves:
         goal = Pose2(goal.x + x, goal.y + y, goal.phi + phi)

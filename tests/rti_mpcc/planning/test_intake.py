@@ -11,7 +11,7 @@ import pytest
 
 from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import Caution, ControllerConfig
 from rti_mpcc.planning import intake
 from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.surroundings import Surroundings
@@ -179,15 +179,15 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
     ],
 )
 def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any, said: str) -> None:
-    surroundings, problem = intake.surroundings_in(known, obstacles)
+    surroundings, problem = intake.surroundings_in(known, obstacles, 1.0, Caution())
     assert surroundings is known
     assert problem.startswith(said)
     assert "\n" not in problem
 
 
 def test_obstacles_are_told_and_none_keeps_the_last_ones(known: Surroundings) -> None:
-    surroundings, problem = intake.surroundings_in(known, [np.array(SQUARE)])
+    surroundings, problem = intake.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
     assert problem == ""
     assert len(surroundings.obstacles) == 1
-    assert intake.surroundings_in(surroundings, None) == (surroundings, "")
-    assert intake.surroundings_in(surroundings, [])[0].obstacles == ()
+    assert intake.surroundings_in(surroundings, None, 2.0, Caution()) == (surroundings, "")
+    assert intake.surroundings_in(surroundings, [], 2.0, Caution())[0].obstacles == ()

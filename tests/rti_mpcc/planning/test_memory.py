@@ -23,7 +23,7 @@ def test_a_renewed_memory_is_what_replace_makes_of_it() -> None:
 
 def test_a_memory_to_which_nothing_is_new_stays_itself() -> None:
     memory = ControllerMemory(time=2.0, latched="why")
-    assert renewed(memory, time=memory.time, touched=None, blocked=False) is memory
+    assert renewed(memory, time=memory.time, halt=None) is memory
 
 
 def test_a_renewed_memory_is_frozen() -> None:

@@ -15,7 +15,7 @@ from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning import legs, route, stops
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
 from rti_mpcc.planning.guess import BACK_TIME, PASS
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PlannedStop, Situation, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, PlannedStop, Situation, Unfinished
 from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array, Trajectory
 
@@ -499,7 +499,7 @@ def test_a_plan_driven_during_a_search_is_iterated_now_and_then(situations: Any)
     late = situations(now=10.0 + 1.1 * stops.NEEDS_IT)
     assert stops.is_old(memory, late)
     assert not stops.is_old(replace(memory, unfinished=None), late)
-    assert not stops.is_old(replace(memory, blocked=True), late)  # it is not driven
+    assert not stops.is_old(replace(memory, halt=Halt()), late)  # it is not driven
 
 
 def test_backing_off_is_for_another_try_near_the_goal(situations: Any) -> None:

@@ -7,10 +7,13 @@ from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Footprint
 from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
 from rti_mpcc.ocp.corridor_rows import corridor_rows
+from rti_mpcc.planning.obstacles import Obstacle, observed
+from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety import contact
-from rti_mpcc.safety.ladder import SPARE, braking
+from rti_mpcc.safety.ladder import SPARE
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.corners import no_corners
+from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig()
 WALL_AT = 20.0
@@ -67,46 +70,37 @@ def test_a_plan_that_leaves_the_corridor_makes_contact() -> None:
     assert way(leaving, corridor(wall_at=None)) == pytest.approx(14.0, abs=1.0)
 
 
-def test_a_body_that_touches_already_may_leave_but_not_press_on() -> None:
-    inside = corridor(wall_at=None, width=3.0)
-    y = 3.0 - 0.5 * CONFIG.vehicle.width + 0.05
-    begin = straight_on(2.0, 12.0, y=y)
-    outwards, inwards = begin.states.copy(), begin.states.copy()
-    outwards[:, 1] += np.linspace(0.0, 0.3, len(outwards))
-    inwards[:, 1] -= np.linspace(0.0, 0.3, len(inwards))
-    leave = Trajectory(times=begin.times, states=inwards, controls=begin.controls)
-    press = Trajectory(times=begin.times, states=outwards, controls=begin.controls)
-    assert inside.collides(0, body_polygons(begin.states[:1], CONFIG.vehicle)).all()
-    assert way(leave, inside) == np.inf
-    assert way(press, inside) == pytest.approx(10.0 * contact.LET_OUT / 0.3, abs=2.0 * contact.SPACING)
+def beside_the_wall(room: float, onwards: float) -> Trajectory:
+    """Begins with so much room to the left wall [m], and comes so much nearer to it [m]."""
+    begin = straight_on(2.0, 12.0, y=3.0 - 0.5 * CONFIG.vehicle.width - room)
+    states = begin.states.copy()
+    states[:, 1] += np.linspace(0.0, onwards, len(states))
+    return Trajectory(times=begin.times, states=states, controls=begin.controls)
 
 
-def test_a_body_that_touches_may_go_as_deep_as_braking_fully_would() -> None:
-    """Steered straight it stays where it is; turned to the wall it goes into it before it stands."""
-    inside = corridor(wall_at=None, width=3.0)
-    times, y = np.linspace(0.0, 2.0, 21), 3.0 - 0.5 * CONFIG.vehicle.width + 0.05
-    deep = straight_on(2.0, 8.0, y=y)
-    states = np.zeros((21, 6))
-    states[:, 0], states[:, 3] = np.linspace(2.0, 6.0, 21), 2.0
-    states[:, 1] = y + np.linspace(0.0, 0.45, 21)
-    states[:, 2] = np.arctan2(0.45, 4.0)
-    for steering, free in ((0.0, False), (0.6, True)):
-        states[:, 4] = steering
-        plan = Trajectory(times=times, states=states.copy(), controls=np.zeros((20, 3)))
-        found = contact.touched(None, states[0], inside, 0, CONFIG)
-        assert (contact.way_to_contact(plan, inside, 0, CONFIG, np.inf, found) == np.inf) == free
-    assert way(deep, inside) == np.inf
+def test_no_plan_is_clear_that_comes_nearer_than_the_hard_minimum() -> None:
+    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum
+    assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
+    found = way(beside_the_wall(0.3, 0.3), inside)
+    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * contact.SPACING)
+
+
+@pytest.mark.parametrize("room", [0.03, 0.0, -0.01])
+def test_a_plan_that_begins_nearer_may_leave_and_go_along_but_not_nearer(room: float) -> None:
+    inside = corridor(wall_at=None)
+    for onwards, free in ((-0.3, True), (0.0, True), (0.05, False)):
+        assert (way(beside_the_wall(room, onwards), inside) == np.inf) == free
 
 
 def test_a_plan_that_stands_still_is_checked_where_it_stands() -> None:
     assert way(straight_on(5.0, 5.0), corridor()) == np.inf
 
 
-def test_the_stopping_distance_is_that_of_the_braking_and_a_spare() -> None:
-    assert contact.stopping_distance(0.0, CONFIG) == SPARE
-    expected = 2.0**2 / (2.0 * braking(CONFIG)) + SPARE
-    assert contact.stopping_distance(2.0, CONFIG) == pytest.approx(expected)
-    assert contact.stopping_distance(-2.0, CONFIG) == pytest.approx(expected)
+def test_the_way_needed_is_that_of_stopping_in_comfort_a_share_more_and_a_spare() -> None:
+    assert contact.stopping_way(0.0, CONFIG) == SPARE
+    expected = 1.25 * 2.0**2 / (2.0 * CONFIG.comfort_acceleration) + SPARE
+    assert contact.stopping_way(2.0, CONFIG) == pytest.approx(expected)
+    assert contact.stopping_way(-2.0, CONFIG) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("discs", [1, 3, 5])
@@ -139,51 +133,98 @@ def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
     assert way(plan, inside) < np.inf
 
 
-# -- what touches already ------------------------------------------------------------------------------------
+# -- what the body overlaps ----------------------------------------------------------------------------------
 
 
-def at(x: float, v: float = 0.0) -> Array:
-    return np.array([x, 0.0, 0.0, v, 0.0, x])
+def at(x: float, y: float = 0.0) -> Array:
+    return np.array([[x, y, 0.0, 0.0, 0.0, x]])
 
 
 FREE, IN = WALL_AT - CONFIG.vehicle.front - 0.5, WALL_AT - CONFIG.vehicle.front + 0.1
 """Rear axle before the wall, and with the front 0.1 m in it [m]."""
+LEFT = 3.0 - 0.5 * CONFIG.vehicle.width
+"""Where the flank touches the left boundary [m]."""
 
 
-def touched(before: float | None, state: Array) -> float | None:
-    return contact.touched(before, state, corridor(), 0, CONFIG)
+def around(inside: Corridor) -> Surroundings:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
+    return Surroundings.of(inside, path, CONFIG)
 
 
-def test_a_body_that_is_free_has_not_touched_anything() -> None:
-    assert touched(None, at(FREE)) is None
-    assert touched(-0.3, at(FREE)) is None
+def test_what_is_overlapped_is_told_with_its_depth_and_its_place() -> None:
+    found = contact.overlap(at(IN), around(corridor()), 0, CONFIG)
+    assert found is not None
+    assert found.what == "obstacles[0]"
+    assert found.depth == pytest.approx(0.1, abs=0.01)
+    assert found.where == pytest.approx((WALL_AT + 0.05, 0.0), abs=0.01)
+    assert str(found) == "the body overlaps obstacles[0] by 0.10 m at (20.05, -0.00)"
 
 
-@pytest.mark.parametrize("speed", [0.0, 1.0, 1.5])
-def test_what_can_still_be_kept_is_known_when_the_contact_begins(speed: float) -> None:
-    found = touched(None, at(IN, speed))
-    way = 0.1 + speed**2 / (2.0 * CONFIG.limits.acceleration)
-    assert found == pytest.approx(-way, abs=0.01)
-    assert touched(-0.7, at(IN, speed)) == -0.7
+@pytest.mark.parametrize(("side", "name"), [(1.0, "the left boundary"), (-1.0, "the right boundary")])
+def test_a_boundary_is_told_by_its_side(side: float, name: str) -> None:
+    found = contact.overlap(at(10.0, side * (LEFT + 0.2)), around(corridor()), 0, CONFIG)
+    assert found is not None
+    assert found.what == name
+    assert found.depth == pytest.approx(0.2, abs=0.01)
 
 
-def test_a_body_is_let_out_of_a_contact_and_not_through_it() -> None:
-    inside, through = corridor(), straight_on(IN, IN + 5.0, n=100)
-    out = straight_on(IN, IN - 5.0, n=100)
-    assert contact.way_to_contact(out, inside, 0, CONFIG, np.inf, -0.1) == np.inf
-    found = contact.way_to_contact(through, inside, 0, CONFIG, np.inf, -0.1)
-    assert found == pytest.approx(contact.LET_OUT, abs=contact.SPACING)
-    deeper = straight_on(IN + contact.LET_OUT + 0.1, IN + 5.0, n=100)
-    # Where it began counts, not where it is by now.
-    assert contact.way_to_contact(deeper, inside, 0, CONFIG, np.inf, -0.1) == 0.0
+def test_a_body_beyond_a_boundary_overlaps_what_lies_there() -> None:
+    found = contact.overlap(at(10.0, 4.5), around(corridor()), 0, CONFIG)
+    assert found is not None
+    assert found.what == "what lies beyond a boundary"
 
 
-def test_going_deeper_is_told_from_standing_and_coming_out() -> None:
-    inside = corridor()
-    assert contact.deepens(straight_on(IN, IN + 0.2), inside, 0, CONFIG)
-    assert not contact.deepens(straight_on(IN, IN), inside, 0, CONFIG)
-    assert not contact.deepens(straight_on(IN, IN - 2.0), inside, 0, CONFIG)
-    assert not contact.deepens(straight_on(2.0, 5.0), inside, 0, CONFIG)
+def test_a_free_body_and_one_that_only_seems_to_touch_overlap_nothing() -> None:
+    inside = around(corridor())
+    tolerance = CONFIG.caution.contact_tolerance
+    assert contact.overlap(at(FREE), inside, 0, CONFIG) is None
+    assert contact.overlap(at(10.0, LEFT + 0.9 * tolerance), inside, 0, CONFIG) is None
+    assert contact.overlap(at(10.0, LEFT + 1.5 * tolerance), inside, 0, CONFIG) is not None
+
+
+def test_the_deepest_of_several_bodies_counts() -> None:
+    states = np.concatenate((at(FREE), at(IN), at(IN + 0.1)))
+    found = contact.overlap(states, around(corridor()), 0, CONFIG)
+    assert found is not None
+    assert found.depth == pytest.approx(0.2, abs=0.01)
+
+
+# -- what moves ----------------------------------------------------------------------------------------------
+
+
+def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
+    """A square of 0.6 m that has been seen to walk for a while."""
+    step = 0.05 * speed * np.array([np.cos(heading), np.sin(heading)])
+    known: tuple[Obstacle, ...] = ()
+    for k in range(-10, 1):
+        corners = square(x + k * step[0], y + k * step[1], 0.6)
+        known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1), CONFIG.caution)
+    return known[0]
+
+
+def way_to(walker: Obstacle, plan: Trajectory) -> float:
+    return contact.way_to_moving(plan, [walker], 0.0, CONFIG, np.inf)
+
+
+def test_who_walks_onto_the_way_in_time_is_met_and_who_walks_off_it_is_not() -> None:
+    plan = straight_on(0.0, 20.0)  # 2 m/s, the front is at 13.7 m after 5 s
+    assert way_to(walking(15.0, 4.0, 1.0, -0.5 * np.pi), plan) < np.inf
+    assert way_to(walking(15.0, 4.0, 1.0, 0.5 * np.pi), plan) == np.inf
+    assert way_to(walking(15.0, 14.0, 1.0, -0.5 * np.pi), plan) == np.inf
+
+
+def test_beside_the_leading_edge_it_may_turn_into_any_direction() -> None:
+    plan, room = straight_on(0.0, 20.0), 0.5 * CONFIG.vehicle.width + 0.3
+    reserve = CONFIG.dead_time + CONFIG.cycle + 2.0 / CONFIG.limits.acceleration
+    for beside, met in ((0.5 * reserve, True), (2.0 * reserve + 0.1, False)):
+        walker = walking(15.0, room + beside, 1.0, 0.0)  # along with the vehicle
+        assert (way_to(walker, plan) < np.inf) == met
+
+
+def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
+    plan, walker = straight_on(0.0, 4.0), walking(4.5, 4.4, 1.0, -0.5 * np.pi)
+    assert contact.way_to_moving(plan, [walker], 0.0, CONFIG, 1.0) == np.inf
+    assert contact.way_to_moving(plan, [walker], 0.9, CONFIG, 1.0) < np.inf
 
 
 DISCS = cover(CONFIG.vehicle, CONFIG.footprint.discs)
@@ -262,13 +303,13 @@ def test_between_coarse_stages_nothing_is_missed() -> None:
     assert not contact.surely_clear(plan, planes_of(plan, inside), inside, 0, CONFIG, np.inf)
 
 
-def test_a_body_is_surely_clear_near_where_the_plan_is() -> None:
+def test_bodies_are_surely_clear_near_where_the_plan_is() -> None:
     inside, plan = corridor(), straight_on(2.0, 8.0)
-    planes = planes_of(plan, inside)
-    assert contact.body_surely_clear(plan.states[0], planes, inside, 0, CONFIG)
-    assert not contact.body_surely_clear(plan.states[0], None, inside, 0, CONFIG)
-    assert not contact.body_surely_clear(plan.states[0], planes, corridor(wall_at=6.0), 0, CONFIG)
+    planes, first = planes_of(plan, inside), plan.states[:1]
+    assert contact.bodies_surely_clear(first, planes, inside, 0, CONFIG)
+    assert not contact.bodies_surely_clear(first, None, inside, 0, CONFIG)
+    assert not contact.bodies_surely_clear(first, planes, corridor(wall_at=6.0), 0, CONFIG)
     for y in np.linspace(-3.0, 3.0, 25):
-        state = straight_on(2.0, 8.0, y=float(y)).states[0]
-        if contact.body_surely_clear(state, planes, inside, 0, CONFIG):
-            assert contact.touched(None, state, inside, 0, CONFIG) is None
+        states = straight_on(2.0, 8.0, y=float(y)).states[:1]
+        if contact.bodies_surely_clear(states, planes, inside, 0, CONFIG):
+            assert contact.overlap(states, around(inside), 0, CONFIG) is None

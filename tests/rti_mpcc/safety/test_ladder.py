@@ -126,7 +126,7 @@ def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:
 
 
 def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
-    assert ladder.before_contact(1.0, 10.0, CONFIG) == ladder.braking(CONFIG)
+    assert ladder.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
     way = 1.0 + ladder.SPARE
     assert ladder.before_contact(2.5, way, CONFIG) == pytest.approx(2.5**2 / 2.0)
     assert ladder.before_contact(8.0, way, CONFIG) == CONFIG.limits.acceleration
