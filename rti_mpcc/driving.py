@@ -20,6 +20,8 @@ from rti_mpcc.scouting import Scout
 from rti_mpcc.types import Objective, Source, Status, Trajectory
 
 TOO_LATE = "the plan came after the deadline"
+SLOWEST = 1e-3
+"""Least deceleration of a motion that is looked at [m/s²]."""
 BACKING = "driving past the goal, to back up into it"
 
 
@@ -213,6 +215,8 @@ class Driver(Scout):
         planes = attempt.solutions[-1].planes if attempt and source is Source.SOLUTION else None
         need = inf if anywhere else contact.stopping_way(float(situation.state[V]), config)
         way = self._way_clear(plan, need + config.caution.clear_distance, planes)
+        if self._surroundings.moving:
+            way = min(way, self._way_moving(self._slowing(situation, plan), inf))
         self._halt(way, need if way < inf else 0.0, situation)
         if self._memory.halt is not None:
             reason = "waits until its way has been clear for a while"
@@ -255,12 +259,15 @@ class Driver(Scout):
             return
         if memory.clear_of == around.changes and not around.moving:
             return
+        way = self._way_clear(self._slowing(situation, memory.driven), inf)
+        if way < inf:
+            self._halt(way, inf, situation)
+
+    def _slowing(self, situation: Situation, plan: Trajectory) -> Trajectory:
+        """The motion that stands after all of the way that is looked at for a stop, along a plan."""
         speed = float(situation.state[V])
         need = contact.stopping_way(speed, self.config)
-        motion = self._braking(situation, speed**2 / (2.0 * need), memory.driven)
-        way = self._way_clear(motion, inf)
-        if way < inf:
-            self._halt(way, need, situation)
+        return self._braking(situation, max(speed**2 / (2.0 * need), SLOWEST), plan)
 
     def _halt(self, way: float, need: float, situation: Situation) -> None:
         halt = stops.halted(self._memory.halt, way, need, situation.now, self.config.caution)
@@ -268,10 +275,15 @@ class Driver(Scout):
 
     def _way_clear(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
         """Way along a plan to where it is not clear of what stands or moves [m], or inf."""
-        around = self._surroundings
-        age = self._memory.now - around.told_at
-        moving = contact.way_to_moving(plan, around.moving, age, self.config, reach)
-        return min(moving, self._way_to_contact(plan, reach, planes))
+        return min(self._way_moving(plan, reach), self._way_to_contact(plan, reach, planes))
+
+    def _way_moving(self, plan: Trajectory, reach: float) -> float:
+        """Way along a plan to what may be met of what moves [m], or inf; while halting, a while later."""
+        around, memory = self._surroundings, self._memory
+        ahead = memory.now - around.told_at
+        if memory.halt is not None:
+            ahead += self.config.caution.clear_time
+        return contact.way_to_moving(plan, around.moving, ahead, self.config, reach)
 
     def _hold(self, situation: Situation) -> Act:
         if not situation.free:

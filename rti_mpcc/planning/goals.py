@@ -117,8 +117,11 @@ def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
-    """What there is to say of the path's last pose, which is the goal where none was told."""
-    room = _room(path.end, path, surroundings.corridor, config.vehicle)
+    """What there is to say of the path's last pose, which is the goal where none was told.
+
+    Obstacles do not count: they come and go, and are waited for.
+    """
+    room = _room(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
     remark = f"the body at the path's end {_crossing(room)}" if room < 0.0 else _tight(room, _margin(config))
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 

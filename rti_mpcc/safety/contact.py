@@ -27,7 +27,6 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.safety.ladder import SPARE
 from rti_mpcc.types import Array, Trajectory
 
 NEARER = 0.01
@@ -107,7 +106,7 @@ def way_to_moving(
     """Way along the plan to the first body that may meet an obstacle that moves, Eq. (S2) [m]; or inf.
 
     Args:
-        ages: how long ago the obstacles were told [s].
+        ages: so much later than when they were told the plan is looked at as beginning [s].
     """
     if not moving:
         return np.inf
@@ -245,6 +244,6 @@ def stop_clearance(config: ControllerConfig) -> float:
 
 
 def stopping_way(speed: float, config: ControllerConfig) -> float:
-    """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and `SPARE`."""
+    """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and room to go on from."""
     in_comfort = speed**2 / (2.0 * config.comfort_acceleration)
-    return (1.0 + config.caution.stop_share) * in_comfort + SPARE
+    return (1.0 + config.caution.stop_share) * in_comfort + stop_clearance(config)

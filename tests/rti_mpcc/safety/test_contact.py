@@ -10,7 +10,6 @@ from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety import contact
-from rti_mpcc.safety.ladder import SPARE
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.corners import no_corners
 from tests.rti_mpcc.encounters import square
@@ -96,9 +95,10 @@ def test_a_plan_that_stands_still_is_checked_where_it_stands() -> None:
     assert way(straight_on(5.0, 5.0), corridor()) == np.inf
 
 
-def test_the_way_needed_is_that_of_stopping_in_comfort_a_share_more_and_a_spare() -> None:
-    assert contact.stopping_way(0.0, CONFIG) == SPARE
-    expected = 1.25 * 2.0**2 / (2.0 * CONFIG.comfort_acceleration) + SPARE
+def test_the_way_needed_is_that_of_stopping_in_comfort_a_share_more_and_room() -> None:
+    room = contact.stop_clearance(CONFIG)
+    assert contact.stopping_way(0.0, CONFIG) == room
+    expected = 1.25 * 2.0**2 / (2.0 * CONFIG.comfort_acceleration) + room
     assert contact.stopping_way(2.0, CONFIG) == pytest.approx(expected)
     assert contact.stopping_way(-2.0, CONFIG) == pytest.approx(expected)
 
