@@ -12,7 +12,7 @@ from rti_mpcc.planning import aim, route, search, stops
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, renewed
 from rti_mpcc.planning.search import Attempt
-from rti_mpcc.safety import contact, ladder
+from rti_mpcc.safety import authority, contact, ladder
 from rti_mpcc.safety.act import Act
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.scouting import Scout
@@ -38,6 +38,9 @@ class Driver(Scout):
         self._memory = renewed(route.noticed(self._memory, situation), touched=self._touched(situation))
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
+        beyond = authority.exceeded(self._memory.disturbance, self.config)
+        if beyond:
+            return self._give_up(situation, beyond)
         self._memory = route.decide(self._memory, situation, self.config)
         phase = self._memory.phase
         if phase is Phase.HOLDING:

@@ -132,6 +132,9 @@ class Diagnostics:
         prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
         deadline_missed: the configured deadline had passed when it was decided what is driven. What comes
             after that (the check of a substitute, the gate, this account) is not counted.
+        disturbance: acceleration that is counted on beside what is commanded [m/s²], a slope say; positive to
+            the front.
+        steering_offset: angle by which the wheels are taken to stand to the left of what is measured [rad].
     """
 
     theta: float
@@ -154,6 +157,8 @@ class Diagnostics:
     solve_ms: float
     step_ms: float
     deadline_missed: bool
+    disturbance: float = 0.0
+    steering_offset: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,13 +166,14 @@ class Command:
     """What the vehicle is to do until the next step.
 
     Attributes:
-        acceleration: [m/s²].
+        acceleration: [m/s²], with what it takes against the estimated disturbance.
         steering_rate: [rad/s].
-        speed, steering: planned values [m/s], [rad] at now + dead time + cycle.
+        speed, steering: planned values [m/s], [rad] at now + dead time + cycle, as they will be measured.
         status: what the controller is doing, and why.
         source: where the command comes from.
         docked: standing inside the goal tolerance.
-        trajectory: the plan that the command belongs to.
+        trajectory: the plan that the command belongs to: accelerations as they are commanded, which is less
+            the estimated disturbance, and steering as it is measured, which is less the estimated offset.
         diagnostics: how it came about.
     """
 

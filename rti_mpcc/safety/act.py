@@ -10,7 +10,8 @@ from estimation import Judgement
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
+from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.layout import DELTA, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation
@@ -63,7 +64,7 @@ def command(
         read_only(times)
         plan = replace(plan, times=times)
     told = _diagnose(act, situation, memory, detections, remarks, clock)
-    return _command(act.drive, situation.state, act.status, plan, told, config.cycle)
+    return _command(act.drive, situation.state, act.status, plan, told, config.cycle, memory.disturbance)
 
 
 def emergency(
@@ -100,25 +101,44 @@ def emergency(
         solve_ms=0.0,
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
+        disturbance=memory.disturbance.acceleration,
+        steering_offset=memory.disturbance.steering,
     )
-    return _command(drive, state, Status.FAILED, motion, told, config.cycle)
+    return _command(drive, state, Status.FAILED, motion, told, config.cycle, memory.disturbance)
 
 
 def _command(
-    drive: Drive, state: Array, status: Status, plan: Trajectory, told: Diagnostics, cycle: float
+    drive: Drive,
+    state: Array,
+    status: Status,
+    plan: Trajectory,
+    told: Diagnostics,
+    cycle: float,
+    disturbance: Disturbance,
 ) -> Command:
-    """`drive` from the state (6,) that the vehicle has when it begins to act."""
+    """`drive`, as it is sent, from the state (6,) that the vehicle has when it begins to act."""
+    d, o = disturbance
     return Command(
         acceleration=drive.acceleration,
         steering_rate=drive.steering_rate,
-        speed=float(state[V]) + cycle * drive.acceleration,
-        steering=float(state[DELTA]) + cycle * drive.steering_rate,
+        speed=float(state[V]) + cycle * (drive.acceleration + d),
+        steering=float(state[DELTA]) - o + cycle * drive.steering_rate,
         status=status,
         source=drive.source,
         docked=status is Status.DOCKED,
-        trajectory=plan,
+        trajectory=_as_sent(plan, disturbance),
         diagnostics=told,
     )
+
+
+def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
+    """The plan with the accelerations to be commanded for it, and the steering as it is measured, (O4)."""
+    if not any(disturbance):
+        return plan
+    states, controls = disturbance.measured(plan.states), plan.controls.copy()
+    controls[:, A] -= disturbance.acceleration
+    read_only(states, controls)
+    return replace(plan, states=states, controls=controls)
 
 
 def _diagnose(
@@ -152,6 +172,8 @@ def _diagnose(
         solve_ms=1e3 * sum(s.solve_seconds for s in solutions),
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
+        disturbance=memory.disturbance.acceleration,
+        steering_offset=memory.disturbance.steering,
     )
 
 
