@@ -112,13 +112,13 @@ class DisturbanceFilterConfig(Settings):
     enabled: bool = True
     speed_std: Std = 0.015
     heading_std: Std = 0.002
-    acceleration_walk: Std = 0.02
+    acceleration_walk: Std = 0.005
     steering_walk: Std = 5e-4
     speed_walk: Std = 0.005
     heading_walk: Std = 5e-4
     first_acceleration_std: Std = 0.2
     first_steering_std: Std = 0.03
-    drive_share_std: Std = 0.07
+    drive_share_std: Std = 0.15
     turn_share_std: Std = 0.03
     most_acceleration: Std = 3.0
     most_steering: Annotated[float, Field(gt=0.0, le=0.5)] = 0.1
