@@ -94,8 +94,7 @@ class DisturbanceEstimate:
 
 
 def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
-    """What is known before the first measurement. Loads the filter's library, which takes its time."""
-    _kalman()
+    """What is known before the first measurement."""
     return _frozen(np.zeros(STATES), np.diag(_first_variances(config)))
 
 
@@ -238,6 +237,11 @@ def _first_variances(config: DisturbanceFilterConfig) -> Array:
 def _frozen(mean: Array, covariance: Array) -> DisturbanceEstimate:
     mean.flags.writeable = covariance.flags.writeable = False
     return DisturbanceEstimate(mean=mean, covariance=covariance)
+
+
+def load_library() -> None:
+    """Have the filter's library loaded now, rather than with the second measurement: it takes its time."""
+    _kalman()
 
 
 def _kalman() -> tuple[Any, Any]:

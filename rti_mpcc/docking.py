@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
+from estimation.disturbance import load_library
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import Driver
@@ -51,7 +52,8 @@ class DockingController(Driver):
         super().__init__(path, corridor, config or ControllerConfig())
         tracking = self.config.goal_tracking
         self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
-        self._memory = renewed(self._memory, offsets=offsets.first(self.config))
+        if self.config.disturbance.enabled:
+            load_library()
 
     @property
     def memory(self) -> ControllerMemory:

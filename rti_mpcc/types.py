@@ -70,8 +70,8 @@ class Status(Enum):
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
     FAILED = "failed"
-    """No plan was accepted, or what is measured cannot be relied on: a substitute is driven, `reason` says
-    why."""
+    """No plan was accepted, what is measured cannot be relied on, or the drive (or the steering) is too weak
+    for what acts beside it: a substitute is driven, `reason` says why."""
 
 
 class Source(Enum):

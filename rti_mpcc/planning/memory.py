@@ -121,7 +121,8 @@ class ControllerMemory:
             clock_offset: how far it is ahead of the user's [s].
         clock_at: what the user's clock showed last [s]; clock_stood: so many cycles it has not moved.
         trust: what is believed of the vehicle's state.
-        offsets: what is known to act beside the commands, or None where that is not estimated.
+        offsets: what is known to act beside the commands, or None where that is not estimated,
+            or not yet.
         unreadable: what is wrong with the obstacles told last, or "".
         part: index of the active part of the route.
         phase: see `Phase`.

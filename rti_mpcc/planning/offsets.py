@@ -11,19 +11,14 @@ from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.trust import Trust
 
 
-def first(config: ControllerConfig) -> DisturbanceEstimate | None:
-    """What is known before the first cycle; None where nothing is estimated."""
-    return first_estimate(config.disturbance) if config.disturbance.enabled else None
-
-
 def learnt(memory: ControllerMemory, trust: Trust, config: ControllerConfig) -> DisturbanceEstimate | None:
     """The estimate after this cycle's measurement: nothing is learnt from one that is doubted.
 
     `memory`: with the commands sent up to the last cycle; `trust`: with this measurement.
     """
-    before = memory.offsets
-    if before is None or trust.state is None:
-        return before
+    if trust.state is None or not config.disturbance.enabled:
+        return memory.offsets
+    before = memory.offsets or first_estimate(config.disturbance)
     if trust.why or trust.found:
         return unseated(before)
     state, now = trust.state, memory.now

@@ -6,7 +6,8 @@ acceleration a and steering rate r are constant, so that
 
     v(t) = v0 + (a + d) t,    delta(t) = delta0 + r t                               (1)
 
-hold in closed form (d is a constant offset, a slope say, that always acts), and heading and position are integrals of known functions, one after the other:
+hold in closed form (d is a constant offset, a slope say, that always acts), and heading and position are
+integrals of known functions, one after the other:
 
     phi(t) = phi0 + integral of v tan(delta + offset) / L                           (2)
     x(t) = x0 + integral of v cos(phi),    y(t) = y0 + integral of v sin(phi)       (3)
