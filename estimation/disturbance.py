@@ -9,8 +9,9 @@ dm the means of the speed and of the measured steering, L the wheelbase:
 
 d [m/s²] is a slope, or whatever else acts along the body's axis (positive to the front, whichever way it
 drives); o [rad] the angle by which the wheels stand to the left of what is measured. g and c are shares by
-which the drive answers too strongly, and the vehicle turns too tightly (a wrong wheelbase). Nobody uses
-those: they are there so that they are not mistaken for d and o.
+which the drive answers too strongly, and the vehicle turns too tightly (a wrong wheelbase), so that they are
+not mistaken for d and o. Who counts on d has to count on g: at rest on a slope only (1 + g) a + d = 0 is
+known. c is for nobody to use.
 
 A vehicle that is held at rest (by a brake of its own, say) although it is commanded to drive off tells
 nothing about d: for `held_time` nothing is learnt from that.
@@ -86,6 +87,11 @@ class DisturbanceEstimate:
     def steering(self) -> float:
         """o [rad]."""
         return float(self.mean[O])
+
+    @property
+    def gain(self) -> float:
+        """1 + g."""
+        return 1.0 + float(self.mean[G])
 
     @property
     def stds(self) -> tuple[float, float]:
@@ -221,7 +227,11 @@ def _corrected(
     measured = np.array([motion.v, lift(motion.phi, float(mean[PHI]))])
     noise = np.diag([config.speed_std**2, config.heading_std**2])
     mean, covariance = update(mean, covariance, measured, R=noise, H=_MEASURED)
-    for quantity, most in ((D, config.most_acceleration), (O, config.most_steering)):
+    for quantity, most in (
+        (D, config.most_acceleration),
+        (G, config.most_drive_share),
+        (O, config.most_steering),
+    ):
         mean[quantity] = min(max(mean[quantity], -most), most)
     return mean, 0.5 * (covariance + covariance.T)
 

@@ -106,6 +106,7 @@ class DisturbanceFilterConfig(Settings):
         drive_share_std: by which share the drive answers too strongly or weakly; turn_share_std: the same of
             the curvature, as a wheelbase that is off makes it.
         most_acceleration, most_steering: largest |d| [m/s²] (a slope of 30 %) and |o| [rad] (6 deg).
+        most_drive_share: largest |g|.
         held_time: so long a vehicle may stand although it is commanded to drive off before that is taken for
             a slope [s]: as a parking brake takes to open.
         gap: after so long without a measurement [s] nothing is learnt of what was in between.
@@ -124,5 +125,6 @@ class DisturbanceFilterConfig(Settings):
     turn_share_std: Std = 0.03
     most_acceleration: Std = 3.0
     most_steering: Annotated[float, Field(gt=0.0, le=0.5)] = 0.1
+    most_drive_share: Annotated[float, Field(gt=0.0, le=0.9)] = 0.3
     held_time: Seconds = 1.0
     gap: Seconds = 1.0

@@ -166,14 +166,14 @@ class Command:
     """What the vehicle is to do until the next step.
 
     Attributes:
-        acceleration: [m/s²], with what it takes against the estimated disturbance.
+        acceleration: [m/s²], with what it takes against what acts beside it.
         steering_rate: [rad/s].
         speed, steering: planned values [m/s], [rad] at now + dead time + cycle, as they will be measured.
         status: what the controller is doing, and why.
         source: where the command comes from.
         docked: standing inside the goal tolerance.
-        trajectory: the plan that the command belongs to: accelerations as they are commanded, which is less
-            the estimated disturbance, and steering as it is measured, which is less the estimated offset.
+        trajectory: the plan that the command belongs to, its accelerations as they have to be commanded and
+            its steering as it will be measured.
         diagnostics: how it came about.
     """
 

@@ -40,7 +40,7 @@ def roll_forward(
         disturbance: what acts besides, see (O4); both states have the steering that is measured.
     """
     edges = [now, *(c.begins for c in queue if now < c.begins < until), until]
-    d, o = disturbance
+    d, o, gain = disturbance
     reached: tuple[float, ...] = tuple(disturbance.effective(state).tolist())
     for begin, end in pairwise(edges):
         acting = [c for c in queue if c.begins <= begin]
@@ -50,7 +50,7 @@ def roll_forward(
         a, rate = (acting[-1].acceleration, acting[-1].steering_rate) if acting else (0.0, 0.0)
         delta = reached[DELTA] - o
         turned = min(max(delta + rate * seconds, min(-steering, delta)), max(steering, delta))
-        reached = step_one(reached, (a + d, (turned - delta) / seconds, 0.0), seconds, wheelbase)
+        reached = step_one(reached, (gain * a + d, (turned - delta) / seconds, 0.0), seconds, wheelbase)
     return disturbance.measured(np.array(reached))
 
 

@@ -66,11 +66,12 @@ def stage_bounds(
     states = np.empty((stages, 2, 3))
     slow = np.where(theta[1:] >= target.stop - reach, min(retreat, limits.speed), 0.0)
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
-    d, o = disturbance
+    d, o, gain = disturbance
+    most = gain * limits.acceleration
     states[:, 0, 1], states[:, 1, 1] = o - limits.steering, o + limits.steering
     states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + overrun(target) if ends else np.inf
     controls = np.empty((stages, 2, 3))
-    controls[:, :, 0] = [d - limits.acceleration, d + limits.acceleration]
+    controls[:, :, 0] = [d - most, d + most]
     controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]
     ahead = speed if profile is not None else HEADROOM * speed
     controls[:, 1, 2] = ahead

@@ -208,7 +208,7 @@ class ControllerMemory:
     def disturbance(self) -> Disturbance:
         """What is counted on beside the commands."""
         known = self.offsets
-        return UNDISTURBED if known is None else Disturbance(known.acceleration, known.steering)
+        return UNDISTURBED if known is None else Disturbance(known.acceleration, known.steering, known.gain)
 
     @property
     def objective(self) -> Objective:

@@ -299,7 +299,7 @@ def complaint(solution: Solution, config: ControllerConfig, disturbance: Disturb
     plan, limits = solution.trajectory, config.limits
     if not (np.isfinite(plan.states).all() and np.isfinite(plan.controls).all()):
         return "the plan is not finite"
-    a, rate = plan.controls[0, A] - disturbance.acceleration, plan.controls[0, DELTA_DOT]
+    a, rate = disturbance.commanded(plan.controls[0, A]), plan.controls[0, DELTA_DOT]
     most = 1.0 + INPUT_SLACK
     if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"

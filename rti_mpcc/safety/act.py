@@ -10,7 +10,7 @@ from estimation import Judgement
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
@@ -117,11 +117,11 @@ def _command(
     disturbance: Disturbance,
 ) -> Command:
     """`drive`, as it is sent, from the state (6,) that the vehicle has when it begins to act."""
-    d, o = disturbance
+    d, o, gain = disturbance
     return Command(
         acceleration=drive.acceleration,
         steering_rate=drive.steering_rate,
-        speed=float(state[V]) + cycle * (drive.acceleration + d),
+        speed=float(state[V]) + cycle * (gain * drive.acceleration + d),
         steering=float(state[DELTA]) - o + cycle * drive.steering_rate,
         status=status,
         source=drive.source,
@@ -133,10 +133,10 @@ def _command(
 
 def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
     """The plan with the accelerations to be commanded for it, and the steering as it is measured, (O4)."""
-    if not any(disturbance):
+    if disturbance == UNDISTURBED:
         return plan
     states, controls = disturbance.measured(plan.states), plan.controls.copy()
-    controls[:, A] -= disturbance.acceleration
+    controls[:, A] = (controls[:, A] - disturbance.acceleration) / disturbance.gain
     read_only(states, controls)
     return replace(plan, states=states, controls=controls)
 

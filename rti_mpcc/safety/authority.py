@@ -15,10 +15,10 @@ the acceleration it still docks, with a tenth it no longer does."""
 def exceeded(disturbance: Disturbance, config: ControllerConfig) -> str:
     """Why the vehicle cannot be driven with this disturbance, or ""."""
     limits = config.limits
-    d, o = disturbance
-    if abs(d) > (1.0 - LEAST) * limits.acceleration:
+    holding, o = disturbance.commanded(0.0), disturbance.steering
+    if abs(holding) > (1.0 - LEAST) * limits.acceleration:
         return (
-            f"the drive is too weak for the slope: to hold the vehicle takes {-d:+.2f} m/s², "
+            f"the drive is too weak for the slope: to hold the vehicle takes {holding:+.2f} m/s², "
             f"the limit is {limits.acceleration:.2f} m/s²"
         )
     if abs(o) > (1.0 - LEAST) * limits.steering:

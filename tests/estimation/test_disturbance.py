@@ -124,6 +124,16 @@ def test_a_vehicle_held_by_its_brake_keeps_what_is_known() -> None:
     assert estimate.acceleration == pytest.approx(-0.3, abs=0.02)
 
 
+@pytest.mark.parametrize("gain", [0.9, 1.1])
+def test_at_rest_on_a_slope_what_holds_is_known_whatever_the_gain(gain: float) -> None:
+    estimate, v, a = first_estimate(CONFIG), 0.0, 0.0
+    for k in range(600):
+        estimate = updated(estimate, Motion(v=v, phi=0.0, delta=0.0), k * CYCLE, a, WHEELBASE, CONFIG)
+        a = (-2.0 * v - estimate.acceleration) / estimate.gain
+        v += CYCLE * (gain * a - 0.5)
+    assert abs(v) < 2e-4
+
+
 # -- the offset of the steering ------------------------------------------------------------------------
 
 

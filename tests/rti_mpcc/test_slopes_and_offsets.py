@@ -108,7 +108,12 @@ def test_docks_in_time_everywhere(course: str, slope: float, offset: float, nois
 @pytest.mark.acceptance
 @pytest.mark.parametrize(("slope", "offset"), [(0.3, 0.0), (-0.5, OFFSET), (0.5, -OFFSET)])
 def test_docks_with_actuators_that_lag(slope: float, offset: float) -> None:
-    check_docked(driven("cusp", slope=slope, offset=offset, lag=0.2), "cusp")
+    seconds = SLOWER * undisturbed("cusp") + 5.0
+    result = driven("cusp", slope=slope, offset=offset, lag=0.2, seconds=seconds, until_docked=False)
+    assert all(command.docked for command in result.commands[-100:])
+    assert np.abs(result.states[-60:, 3]).max() < 0.02
+    error = Pose2(*result.states[-1, :3]).relative_to(COURSES["cusp"].end)
+    assert max(abs(error.x), abs(error.y)) <= 0.05
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -168,6 +173,26 @@ def test_nothing_is_counted_on_where_it_is_switched_off() -> None:
     assert all(command.diagnostics.disturbance == 0.0 for command in result.commands)
     assert not ControllerConfig.paper().disturbance.enabled
     assert not ControllerConfig.paper_printed().disturbance.enabled
+
+
+@pytest.mark.parametrize(
+    ("slope", "gain"),
+    [
+        (-0.5, 1.1),
+        pytest.param(0.5, 0.9, marks=pytest.mark.acceptance),
+        pytest.param(-0.5, 0.9, marks=pytest.mark.acceptance),
+        pytest.param(0.5, 1.1, marks=pytest.mark.acceptance),
+    ],
+)
+def test_a_drive_of_another_gain_holds_on_a_slope(slope: float, gain: float) -> None:
+    """What holds depends on both: 1.1 times a is to be -d."""
+    scenario = load_scenario("docking_inside")
+    wrong = {"simulation.acceleration_offset": slope, "simulation.acceleration_gain": gain}
+    after = simulate(changed(scenario, wrong), seed=1)
+    found = summary(after)
+    assert found["docked"]
+    assert np.abs(after.truth.v[-20:]).max() < 0.01
+    assert found["time_to_dock_s"] <= SLOWER * 21.72  # without slope, and with the gain known
 
 
 @pytest.mark.acceptance

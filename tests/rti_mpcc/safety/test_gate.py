@@ -118,3 +118,9 @@ def test_a_command_takes_the_disturbance_up() -> None:
     got = sent(drive, known.effective(state()), state(), CONFIG, known)
     assert got.acceleration == pytest.approx(0.5)
     assert got.steering_rate == 0.1
+
+
+def test_a_command_takes_the_gain_up() -> None:
+    known = Disturbance(acceleration=-0.3, gain=1.25)
+    drive = Drive(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
+    assert sent(drive, state(), state(), CONFIG, known).acceleration == pytest.approx(0.4)
