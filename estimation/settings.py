@@ -1,4 +1,4 @@
-"""Settings of the goal filter. SI units and radians; a bad value raises `ConfigError`."""
+"""Settings of the filters. SI units and radians; a bad value raises `ConfigError`."""
 
 from __future__ import annotations
 
@@ -85,3 +85,46 @@ class GoalFilterConfig(Settings):
         """Covariance (3, 3) of x, y, heading that a goal at rest gains in `seconds` without a detection."""
         position, heading = self.position_drift**2 * seconds, self.heading_drift**2 * seconds
         return np.diag([position, position, heading])
+
+
+class DisturbanceFilterConfig(Settings):
+    """Settings of the filter of what acts beside the commands (`estimation.disturbance`).
+
+    Attributes:
+        enabled: estimate it, and count on it.
+        speed_std, heading_std: of a measured speed [m/s] and heading [rad]. Chosen as of wheel odometry and
+            an inertial unit; with better ones the estimates are slower than they could be, not worse.
+        acceleration_walk: of d [m/s²/sqrt(s)]. From rest d is found within a second, as nothing is known of
+            it then; a slope that begins on the way takes some 3 s. Four times as much follows twice as
+            fast, and then a gain that is 10 to 20 % off passes for a slope that changes with each braking:
+            the last half second before the dock took up to a second longer.
+        steering_walk: of o [rad/sqrt(s)]. At 1 m/s o follows within some 2 m, and knows 1 mrad.
+        speed_walk, heading_walk: what nobody models [m/s/sqrt(s)], [rad/sqrt(s)]: lag of the drive, slip.
+        first_acceleration_std, first_steering_std: before anything is known [m/s²], [rad]: 2 % of slope and
+            1.7 deg; a larger slope is believed after some tenths of a second all the same. The more, the
+            more the first cycles of a noisy speed make of it.
+        drive_share_std: by which share the drive answers too strongly or weakly; turn_share_std: the same of
+            the curvature, as a wheelbase that is off makes it.
+        most_acceleration, most_steering: largest |d| [m/s²] (a slope of 30 %) and |o| [rad] (6 deg).
+        most_drive_share: largest |g|.
+        held_time: so long a vehicle may stand although it is commanded to drive off before that is taken for
+            a slope [s]: as a parking brake takes to open.
+        gap: after so long without a measurement [s] nothing is learnt of what was in between.
+    """
+
+    enabled: bool = True
+    speed_std: Std = 0.015
+    heading_std: Std = 0.002
+    acceleration_walk: Std = 0.005
+    steering_walk: Std = 5e-4
+    speed_walk: Std = 0.005
+    heading_walk: Std = 5e-4
+    first_acceleration_std: Std = 0.2
+    first_steering_std: Std = 0.03
+    drive_share_std: Std = 0.1
+    turn_share_std: Std = 0.03
+    most_acceleration: Std = 3.0
+    most_steering: Annotated[float, Field(gt=0.0, le=0.5)] = 0.1
+    most_drive_share: Annotated[float, Field(gt=0.0, le=0.9)] = 0.3
+    held_time: Seconds = 1.0
+    gap: Seconds = 1.0

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from estimation import GoalFilterConfig
+from estimation import DisturbanceFilterConfig, GoalFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance, Triple
 
 EXIT = 1e-3
@@ -259,6 +259,8 @@ class ControllerConfig(Settings):
 
     Attributes:
         vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
+        disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
+            presets of the paper it is not.
         cycle: time between two steps [s], 0.005 to 0.2.
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
@@ -292,6 +294,7 @@ class ControllerConfig(Settings):
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
     plausibility: Plausibility = Plausibility()
+    disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
@@ -378,6 +381,7 @@ class ControllerConfig(Settings):
             "arrival": False,
             "speed_profile": SpeedProfile(),
             "reference_turns": False,
+            "disturbance": DisturbanceFilterConfig(enabled=False),
         }
         return cls(**{**preset, **changes})
 
@@ -392,5 +396,6 @@ class ControllerConfig(Settings):
             "weights": Weights(virtual_speed=0.0, comfort=NO_COMFORT),
             "cruise_horizon": 7.0,
             "arrival": False,
+            "disturbance": DisturbanceFilterConfig(enabled=False),
         }
         return cls(**{**preset, **changes})

@@ -12,6 +12,7 @@ from geometry import Corridor, HalfPlanes, InputError, Jutting, PathPart, Pose2,
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
@@ -131,6 +132,7 @@ class RtiMpcc:
         damping: float = 0.0,
         pace: Pace | None = None,
         again: bool = False,
+        disturbance: Disturbance = UNDISTURBED,
     ) -> Linearisation:
         """Preparation phase: everything about the QP that needs no measurement.
 
@@ -146,6 +148,7 @@ class RtiMpcc:
             pace: how the solver steps; None: as suits a plan that goes on from the last solution, or one from
                 `plan`, which may be far from its optimum.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
+            disturbance: what acts beside the commands. States and controls are with it, see (O4).
         """
         begun = perf_counter()
         config, target, wheelbase = self.config, self.target, self.config.vehicle.wheelbase
@@ -182,7 +185,15 @@ class RtiMpcc:
         back, reach = (config.limits.speed, np.inf) if cartesian else (retreat, RETREAT_REACH)
         most = None if cartesian else self._speeds(shifted)
         bounds = stage_bounds(
-            config, target, self.part.direction, theta, ends=ends, retreat=back, reach=reach, most=most
+            config,
+            target,
+            self.part.direction,
+            theta,
+            ends=ends,
+            retreat=back,
+            reach=reach,
+            disturbance=disturbance,
+            most=most,
         )
 
         values, pattern = self._values, self._pattern

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
+from estimation.disturbance import load_library
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import Driver
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.planning import aim, goals, intake, legs, route
+from rti_mpcc.planning import aim, goals, intake, legs, offsets, route
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
 from rti_mpcc.planning.trust import Trust, by_commands, weighed
@@ -51,6 +52,8 @@ class DockingController(Driver):
         super().__init__(path, corridor, config or ControllerConfig())
         tracking = self.config.goal_tracking
         self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
+        if self.config.disturbance.enabled:
+            load_library()
 
     @property
     def memory(self) -> ControllerMemory:
@@ -118,7 +121,7 @@ class DockingController(Driver):
         situation = self._situation()
         act = self._driven(situation, clock)
         measured = self._memory.trust.heeded(self.config)
-        drive = gate.admitted(act.drive, situation.state, measured, self.config)
+        drive = gate.sent(act.drive, situation.state, measured, self.config, self._memory.disturbance)
         act = replace(act, drive=drive)
         self._remember(act, situation)
         remarks = (*remarks, unfit, *aim.remarks(self._memory))
@@ -128,14 +131,15 @@ class DockingController(Driver):
         """Brake, and begin afresh in the next cycle with what was known before this one."""
         memory, config = self._memory, self.config
         reason = f"{MISTAKE}: {type(error).__name__}: {' '.join(str(error).split())}"
-        reached = before.reached
+        reached, known = before.reached, memory.disturbance
         if memory.trust.state is not None:
             begin = memory.now + config.dead_time
-            reached = by_commands(memory.trust.state, memory.queue, memory.now, begin, config)
+            reached = by_commands(memory.trust.state, memory.queue, memory.now, begin, config, known)
+            reached = known.effective(reached)
         if reached is None:
             reached = np.zeros(STATES)
         drive = ladder.brake(reached, ladder.braking(config), config)
-        drive = gate.admitted(drive, reached, memory.trust.heeded(config), config)
+        drive = gate.sent(drive, reached, memory.trust.heeded(config), config, known)
         self._memory = route.braked(memory, drive.acceleration, reason, config)
         self._begin_leg()
         return emergency(drive, reached, self._memory, reason, config, clock)
@@ -160,10 +164,11 @@ class DockingController(Driver):
         )
         if obstacles is None:
             unreadable = memory.unreadable
-        trust = weighed(memory.trust, state, memory.queue, memory.now, self.config)
+        trust = weighed(memory.trust, state, memory.queue, memory.now, self.config, memory.disturbance)
+        known = offsets.learnt(memory, trust, self.config)
         trust = trust.doubting(unreadable, memory.trust)
         hint = self._heading_hint(memory, trust)
-        memory = renewed(memory, trust=trust, unreadable=unreadable, heading_hint=hint)
+        memory = renewed(memory, trust=trust, offsets=known, unreadable=unreadable, heading_hint=hint)
         self._memory, goal = intake.goal_in(goal, memory, self.path, surroundings, self.config)
         changed = surroundings.corridor is not self._surroundings.corridor
         self._surroundings = surroundings

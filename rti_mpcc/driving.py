@@ -12,7 +12,7 @@ from rti_mpcc.planning import aim, route, search, stops
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, Situation, renewed
 from rti_mpcc.planning.search import Attempt
-from rti_mpcc.safety import contact, escape, ladder
+from rti_mpcc.safety import authority, contact, escape, ladder
 from rti_mpcc.safety.act import Act
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.stopping import stopping_along, stopping_motion
@@ -44,6 +44,9 @@ class Driver(Scout):
             return self._in_contact(situation, overlap)
         if situation.doubt:
             return self._doubt(situation, situation.doubt)
+        beyond = authority.exceeded(self._memory.disturbance, self.config)
+        if beyond:
+            return self._give_up(situation, beyond)
         self._watch(situation)
         self._memory = route.decide(self._memory, situation, self.config)
         phase = self._memory.phase

@@ -141,7 +141,8 @@ class Navigator:
         believed = memory.trust.state
         if believed is None:
             return None
-        middle = by_commands(believed, memory.queue, memory.now, memory.now + 0.5 * config.dead_time, config)
+        half = memory.now + 0.5 * config.dead_time
+        middle = by_commands(believed, memory.queue, memory.now, half, config, memory.disturbance)
         states = np.stack((believed, middle, situation.state))
         planes = None if memory.solution is None else memory.solution.planes
         if not around.moving and contact.bodies_surely_clear(

@@ -71,8 +71,8 @@ class Status(Enum):
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
     FAILED = "failed"
-    """No plan was accepted, or what is measured cannot be relied on: a substitute is driven, `reason` says
-    why."""
+    """No plan was accepted, what is measured cannot be relied on, or the drive (or the steering) is too weak
+    for what acts beside it: a substitute is driven, `reason` says why."""
 
 
 class Source(Enum):
@@ -135,6 +135,9 @@ class Diagnostics:
         prepare_ms, feedback_ms, solve_ms, step_ms: times of the phases [ms].
         deadline_missed: the configured deadline had passed when it was decided what is driven. What comes
             after that (the check of a substitute, the gate, this account) is not counted.
+        disturbance: acceleration that is counted on beside what is commanded [m/s²], a slope say; positive to
+            the front.
+        steering_offset: angle by which the wheels are taken to stand to the left of what is measured [rad].
     """
 
     theta: float
@@ -157,6 +160,8 @@ class Diagnostics:
     solve_ms: float
     step_ms: float
     deadline_missed: bool
+    disturbance: float = 0.0
+    steering_offset: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,13 +169,14 @@ class Command:
     """What the vehicle is to do until the next step.
 
     Attributes:
-        acceleration: [m/s²].
+        acceleration: [m/s²], with what it takes against what acts beside it.
         steering_rate: [rad/s].
-        speed, steering: planned values [m/s], [rad] at now + dead time + cycle.
+        speed, steering: planned values [m/s], [rad] at now + dead time + cycle, as they will be measured.
         status: what the controller is doing, and why.
         source: where the command comes from.
         docked: standing inside the goal tolerance.
-        trajectory: the plan that the command belongs to.
+        trajectory: the plan that the command belongs to, its accelerations as they have to be commanded and
+            its steering as it will be measured.
         diagnostics: how it came about.
     """
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
 
@@ -44,6 +45,7 @@ def stage_bounds(
     reach: float = RETREAT_REACH,
     ends: bool = True,
     most: Array | None = None,
+    disturbance: Disturbance = UNDISTURBED,
 ) -> StageBounds:
     """The limits, one direction of motion, and the speed profile where the configuration has one.
 
@@ -54,6 +56,7 @@ def stage_bounds(
         ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
+        disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
     """
     limits, stages = config.limits, len(theta) - 1
     speed = np.full(stages, limits.speed)
@@ -67,10 +70,12 @@ def stage_bounds(
     states = np.empty((stages, 2, 3))
     slow = np.where(theta[1:] >= target.stop - reach, min(retreat, limits.speed), 0.0)
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
-    states[:, 0, 1], states[:, 1, 1] = -limits.steering, limits.steering
+    d, o, gain = disturbance
+    strongest = gain * limits.acceleration
+    states[:, 0, 1], states[:, 1, 1] = o - limits.steering, o + limits.steering
     states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + overrun(target) if ends else np.inf
     controls = np.empty((stages, 2, 3))
-    controls[:, :, 0] = [-limits.acceleration, limits.acceleration]
+    controls[:, :, 0] = [d - strongest, d + strongest]
     controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]
     ahead = speed if profile is not None else HEADROOM * speed
     controls[:, 1, 2] = ahead

@@ -129,6 +129,7 @@ def next_leg(memory: ControllerMemory, *, staged: bool) -> ControllerMemory:
         clock_at=memory.clock_at,
         clock_stood=memory.clock_stood,
         trust=memory.trust,
+        offsets=memory.offsets,
         unreadable=memory.unreadable,
         part=memory.part + (not staged),
         cartesian=staged,

@@ -7,10 +7,11 @@ from enum import Enum
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from estimation import GoalEstimate, PoseHistory
+from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from geometry import Pose2
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.goals import GoalFit
@@ -133,6 +134,8 @@ class ControllerMemory:
             clock_offset: how far it is ahead of the user's [s].
         clock_at: what the user's clock showed last [s]; clock_stood: so many cycles it has not moved.
         trust: what is believed of the vehicle's state.
+        offsets: what is known to act beside the commands, or None where that is not estimated,
+            or not yet.
         unreadable: what is wrong with the obstacles told last, or "".
         heading_hint: what there is to say of the vehicle's heading when it was first measured, or "".
         part: index of the active part of the route.
@@ -176,6 +179,7 @@ class ControllerMemory:
     clock_at: float | None = None
     clock_stood: int = 0
     trust: Trust = field(default_factory=Trust)
+    offsets: DisturbanceEstimate | None = None
     unreadable: str = ""
     heading_hint: str = ""
     part: int = 0
@@ -223,6 +227,12 @@ class ControllerMemory:
         return self.time or 0.0
 
     @property
+    def disturbance(self) -> Disturbance:
+        """What is counted on beside the commands."""
+        known = self.offsets
+        return UNDISTURBED if known is None else Disturbance(known.acceleration, known.steering, known.gain)
+
+    @property
     def objective(self) -> Objective:
         """What the QP of this cycle asks for."""
         if self.cartesian:
@@ -260,7 +270,7 @@ class Situation:
 
     Attributes:
         now, begin: [s]; begin = now + dead time.
-        state: (6,) at `begin`, heading on the route's branch.
+        state: (6,) at `begin`, heading on the route's branch, with the steering that acts, see (O4).
         measured_speed: at `now` [m/s], as far as it is believed.
         doubt: why nothing can be planned from this state, or "".
         target: what the active part ends in.

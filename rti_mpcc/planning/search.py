@@ -12,6 +12,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -177,7 +178,7 @@ def converge(
         if solutions[-1].solved:
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved
-        problem = complaint(solutions[-1], mpcc.config)
+        problem = complaint(solutions[-1], mpcc.config, memory.disturbance)
         squeezed = start.least > 1 and _squeezed(
             solutions[-1], mpcc.target, arriving=memory.arrive_at is not None
         )
@@ -206,6 +207,7 @@ def _iterate(
         damping=start.damping,
         pace=start.pace,
         again=start.iterate is not None,
+        disturbance=memory.disturbance,
     )
     solution = mpcc.feedback(
         situation.state,
@@ -290,14 +292,14 @@ def _squeezed(solution: Solution, target: Target, *, arriving: bool) -> bool:
     return arriving and (left > GOAL_CLIP[0] or abs(end[PHI] - target.pose.phi) > GOAL_CLIP[1])
 
 
-def complaint(solution: Solution, config: ControllerConfig) -> str:
-    """Why a solution must not be driven, or ""."""
+def complaint(solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED) -> str:
+    """Why a solution must not be driven, or "". `disturbance`: what acts beside its commands."""
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
     plan, limits = solution.trajectory, config.limits
     if not (np.isfinite(plan.states).all() and np.isfinite(plan.controls).all()):
         return "the plan is not finite"
-    a, rate = plan.controls[0, A], plan.controls[0, DELTA_DOT]
+    a, rate = disturbance.commanded(plan.controls[0, A]), plan.controls[0, DELTA_DOT]
     most = 1.0 + INPUT_SLACK
     if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"

@@ -29,13 +29,15 @@ PROJECTION_REACH = 2.0
 def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: ControllerConfig) -> Array:
     """The state (6,) when a command given at `now` begins to act: what is believed, rolled forward.
 
-    It has its progress on the part and its heading on the route's branch. Before any state was believed it is
-    the part's begin.
+    It has its progress on the part, its heading on the route's branch, and the steering that acts. Before any
+    state was believed it is the part's begin.
     """
     believed, first = memory.trust.state, part.first
     if believed is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
-    reached = by_commands(believed, memory.queue, now, now + config.dead_time, config)
+    known = memory.disturbance
+    reached = by_commands(believed, memory.queue, now, now + config.dead_time, config, known)
+    reached = known.effective(reached)
     _place_on_route(reached, memory.reached, part)
     return reached
 

@@ -21,6 +21,7 @@ import numpy as np
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand, roll_forward
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
@@ -103,17 +104,25 @@ class Trust:
 
 
 def weighed(
-    last: Trust, told: VehicleState, queue: tuple[QueuedCommand, ...], now: float, config: ControllerConfig
+    last: Trust,
+    told: VehicleState,
+    queue: tuple[QueuedCommand, ...],
+    now: float,
+    config: ControllerConfig,
+    disturbance: Disturbance = UNDISTURBED,
 ) -> Trust:
-    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
+    """What to believe at `now` [s] after one more measurement.
+
+    `queue`: the commands since the last cycle; `disturbance`: what is known to act beside them.
+    """
     measured = _array(told)
     problem = _no_state(told) or _unfit(measured, config)
     seconds = now - last.at
     if last.state is None or last.measured is None or last.reckoned is None or last.gap or seconds > GAP:
-        return _first(last, measured, problem, queue, now, config)
+        return _first(last, measured, problem, queue, now, config, disturbance)
 
     def rolled(state: Array) -> Array:
-        return by_commands(state, queue, last.at, now, config)
+        return by_commands(state, queue, last.at, now, config, disturbance)
 
     expected = rolled(last.state)
     same = not problem and measured.tolist() == last.measured.tolist()
@@ -158,6 +167,7 @@ def _first(
     queue: tuple[QueuedCommand, ...],
     now: float,
     config: ControllerConfig,
+    disturbance: Disturbance,
 ) -> Trust:
     """The first measurement, or the first one after a gap, in which too much may have happened."""
     if not problem:
@@ -166,7 +176,7 @@ def _first(
     since = last.since if last.why else now
     state = last.state
     if state is not None:
-        state = by_commands(state, queue, last.at, min(now, last.at + GAP), config)
+        state = by_commands(state, queue, last.at, min(now, last.at + GAP), config, disturbance)
     return replace(
         last,
         at=now,
@@ -202,11 +212,22 @@ def _no_state(told: VehicleState) -> str:
 
 
 def by_commands(
-    state: Array, queue: tuple[QueuedCommand, ...], begin: float, end: float, config: ControllerConfig
+    state: Array,
+    queue: tuple[QueuedCommand, ...],
+    begin: float,
+    end: float,
+    config: ControllerConfig,
+    disturbance: Disturbance = UNDISTURBED,
 ) -> Array:
-    """The state (6,) at `end` [s] by the commands alone, from the one at `begin`."""
+    """The state (6,) at `end` [s] by the commands and what acts beside them, from the one at `begin`."""
     return roll_forward(
-        state, queue, begin, end, wheelbase=config.vehicle.wheelbase, steering=config.limits.steering
+        state,
+        queue,
+        begin,
+        end,
+        wheelbase=config.vehicle.wheelbase,
+        steering=config.limits.steering,
+        disturbance=disturbance,
     )
 
 

@@ -10,7 +10,8 @@ from estimation import Judgement
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.layout import DELTA, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.memory import ControllerMemory, Situation
@@ -63,7 +64,8 @@ def command(
         read_only(times)
         plan = replace(plan, times=times)
     told = _diagnose(act, situation, memory, detections, remarks, clock)
-    return _command(act.drive, situation.state, memory.trust.state, act.status, plan, told, config)
+    believed = memory.trust.state
+    return _command(act.drive, situation.state, believed, act.status, plan, told, config, memory.disturbance)
 
 
 def emergency(
@@ -100,8 +102,11 @@ def emergency(
         solve_ms=0.0,
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
+        disturbance=memory.disturbance.acceleration,
+        steering_offset=memory.disturbance.steering,
     )
-    return _command(drive, state, memory.trust.state, Status.FAILED, motion, told, config)
+    believed = memory.trust.state
+    return _command(drive, state, believed, Status.FAILED, motion, told, config, memory.disturbance)
 
 
 def _command(
@@ -112,11 +117,13 @@ def _command(
     plan: Trajectory,
     told: Diagnostics,
     config: ControllerConfig,
+    disturbance: Disturbance,
 ) -> Command:
-    """`drive` from the state (6,) that the vehicle has when it begins to act; it is `believed` (6,) now."""
+    """`drive`, as it is sent, from the state (6,) that it begins to act in; now `believed` (6,)."""
+    d, o, gain = disturbance
     now = state if believed is None else believed
-    speed = float(state[V]) + config.cycle * drive.acceleration
-    steering = float(state[DELTA]) + config.cycle * drive.steering_rate
+    speed = float(state[V]) + config.cycle * (gain * drive.acceleration + d)
+    steering = float(state[DELTA]) - o + config.cycle * drive.steering_rate
     return Command(
         acceleration=drive.acceleration,
         steering_rate=drive.steering_rate,
@@ -125,7 +132,7 @@ def _command(
         status=status,
         source=drive.source,
         docked=status is Status.DOCKED,
-        trajectory=plan,
+        trajectory=_as_sent(plan, disturbance),
         diagnostics=told,
     )
 
@@ -133,6 +140,16 @@ def _command(
 def _within(value: float, limit: float, now: float) -> float:
     """A planned value within its limit, or no farther beyond it than the vehicle is now."""
     return min(max(value, min(-limit, now)), max(limit, now))
+
+
+def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
+    """The plan with the accelerations to be commanded for it, and the steering as it is measured, (O4)."""
+    if disturbance == UNDISTURBED:
+        return plan
+    states, controls = disturbance.measured(plan.states), plan.controls.copy()
+    controls[:, A] = (controls[:, A] - disturbance.acceleration) / disturbance.gain
+    read_only(states, controls)
+    return replace(plan, states=states, controls=controls)
 
 
 def _diagnose(
@@ -166,6 +183,8 @@ def _diagnose(
         solve_ms=1e3 * sum(s.solve_seconds for s in solutions),
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
+        disturbance=memory.disturbance.acceleration,
+        steering_offset=memory.disturbance.steering,
     )
 
 

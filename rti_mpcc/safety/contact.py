@@ -244,6 +244,6 @@ def stop_clearance(config: ControllerConfig) -> float:
 
 
 def stopping_way(speed: float, config: ControllerConfig) -> float:
-    """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and room to go on from."""
+    """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and room to go on."""
     in_comfort = speed**2 / (2.0 * config.comfort_acceleration)
     return (1.0 + config.caution.stop_share) * in_comfort + stop_clearance(config)

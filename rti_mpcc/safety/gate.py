@@ -8,33 +8,62 @@ from math import isfinite
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V
 from rti_mpcc.safety.ladder import Drive, brake, braking
 from rti_mpcc.types import Array
 
 
-def admitted(drive: Drive, state: Array, measured: Array | None, config: ControllerConfig) -> Drive:
+def sent(
+    drive: Drive,
+    state: Array,
+    measured: Array | None,
+    config: ControllerConfig,
+    disturbance: Disturbance = UNDISTURBED,
+) -> Drive:
+    """What is sent so that `drive` acts from `state` (6,) on, (O4), as far as that is `admitted`."""
+    sent = replace(drive, acceleration=disturbance.commanded(drive.acceleration))
+    return admitted(sent, disturbance.measured(state), measured, config, disturbance)
+
+
+def admitted(
+    drive: Drive,
+    state: Array,
+    measured: Array | None,
+    config: ControllerConfig,
+    disturbance: Disturbance = UNDISTURBED,
+) -> Drive:
     """The drive, cut to what may be sent to a vehicle that will be in `state` (6,) when it begins to act,
     and is `measured` (6,) now.
 
     Inputs stay within their limits. Speed and steering are not led beyond theirs; where they are outside,
     they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
+    All that is of what is sent and measured; `disturbance`: what is known to act beside.
     """
     if not (isfinite(drive.acceleration) and isfinite(drive.steering_rate)):
         drive = brake(state, braking(config), config)
     limits, now = config.limits, np.full(STATES, np.nan) if measured is None else measured
     speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
-    a = _within(drive.acceleration, float(state[V]), float(now[V]), *speed, config)
+    a = _within(drive.acceleration, float(state[V]), float(now[V]), *speed, config, disturbance)
     rate = _within(drive.steering_rate, float(state[DELTA]), float(now[DELTA]), *steering, config)
     return replace(drive, acceleration=a, steering_rate=rate)
 
 
 def _within(
-    slope: float, value: float, measured: float, limit: float, most: float, config: ControllerConfig
+    slope: float,
+    value: float,
+    measured: float,
+    limit: float,
+    most: float,
+    config: ControllerConfig,
+    disturbance: Disturbance = UNDISTURBED,
 ) -> float:
-    """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back."""
-    lowest = max(min((-limit - value) / config.cycle, most), -most)
-    highest = max(min((limit - value) / config.cycle, most), -most)
+    """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back.
+
+    `disturbance`: of the acceleration, where it is that.
+    """
+    lowest = max(min(disturbance.commanded((-limit - value) / config.cycle), most), -most)
+    highest = max(min(disturbance.commanded((limit - value) / config.cycle), most), -most)
     slope = min(max(slope, lowest), highest)
     if not isfinite(measured) or abs(measured) <= limit:
         return slope

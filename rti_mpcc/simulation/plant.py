@@ -4,9 +4,10 @@ Plant and controller share no code. The plant cuts time wherever an actuator swi
 the steering reaches its stop, a fault comes or goes, weak brakes have done their work); between cuts
 acceleration a and steering rate r are constant, so that
 
-    v(t) = v0 + a t,    delta(t) = delta0 + r t                                     (1)
+    v(t) = v0 + (a + d) t,    delta(t) = delta0 + r t                               (1)
 
-hold in closed form, and heading and position are integrals of known functions, one after the other:
+hold in closed form (d is a constant offset, a slope say, that always acts), and heading and position are
+integrals of known functions, one after the other:
 
     phi(t) = phi0 + integral of v tan(delta + offset) / L                           (2)
     x(t) = x0 + integral of v cos(phi),    y(t) = y0 + integral of v sin(phi)       (3)
@@ -70,6 +71,7 @@ class PlantParameters:
         dead_time: from command to effect, on both actuators [s].
         steering_offset: the wheels stand at delta + offset [rad].
         acceleration_gain: true over commanded acceleration.
+        acceleration_offset: comes on top of it, positive to the front [m/s²].
         faults: of the actuators, in any order.
     """
 
@@ -80,6 +82,7 @@ class PlantParameters:
     dead_time: float = 0.0
     steering_offset: float = 0.0
     acceleration_gain: float = 1.0
+    acceleration_offset: float = 0.0
     faults: tuple[PlantFault, ...] = ()
 
     @classmethod
@@ -92,6 +95,7 @@ class PlantParameters:
         wheelbase_error: float = 0.0,
         steering_offset: float = 0.0,
         acceleration_gain: float = 1.0,
+        acceleration_offset: float = 0.0,
         faults: tuple[PlantFault, ...] = (),
     ) -> PlantParameters:
         """The plant of a vehicle; `wheelbase_error` is relative."""
@@ -103,6 +107,7 @@ class PlantParameters:
             dead_time=dead_time,
             steering_offset=steering_offset,
             acceleration_gain=acceleration_gain,
+            acceleration_offset=acceleration_offset,
             faults=faults,
         )
 
@@ -124,7 +129,8 @@ class PlantState:
         time: [s].
         x, y, phi: pose of the rear axle [m], [m], [rad]; phi is continuous.
         v, delta: speed [m/s] and steering angle as measured [rad].
-        acceleration, steering_rate: what the actuators were told last and do, but for faults [m/s²], [rad/s].
+        acceleration, steering_rate: what the actuators were told last and do, but for faults and the offset
+            [m/s²], [rad/s].
         pending: commands that have not taken effect, in the order of their times.
     """
 
@@ -178,7 +184,9 @@ def advance(plant: PlantState, parameters: PlantParameters, until: float) -> Pla
             return plant
         switch = plant.pending[0].time if plant.pending else inf
         steering_share, braking_share, change = _shares(plant, parameters)
-        acceleration, standstill = _acceleration_until_standstill(plant, braking_share)
+        acceleration, standstill = _acceleration_until_standstill(
+            plant, parameters.acceleration_offset, braking_share
+        )
         rate, stop = _steering_until_stop(plant, parameters, steering_share)
         end = min(until, switch, change, standstill, stop, plant.time + _LONGEST_STEP)
         plant = _integrate(plant, parameters, acceleration, rate, end, at_stop=end == stop)
@@ -209,13 +217,19 @@ def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, floa
     )
 
 
-def _acceleration_until_standstill(plant: PlantState, share: float) -> tuple[float, float]:
-    """The acceleration really done [m/s²], of which a `share` brakes, and until when it is that [s]."""
+def _acceleration_until_standstill(plant: PlantState, offset: float, share: float) -> tuple[float, float]:
+    """The acceleration really done [m/s²], and until when it is that [s].
+
+    Of what brakes only a `share` does, until the vehicle stands; the `offset` [m/s²] always acts.
+    """
     a = plant.acceleration
     if share == 1.0 or plant.v * a >= 0.0:
-        return a, inf
-    left = -plant.v / (share * a)
-    return (share * a, plant.time + left) if left > SAME_TIME else (a, inf)
+        return a + offset, inf
+    weak = share * a + offset
+    if plant.v * weak >= 0.0:
+        return weak, inf
+    left = -plant.v / weak
+    return (weak, plant.time + left) if left > SAME_TIME else (a + offset, inf)
 
 
 def _steering_until_stop(plant: PlantState, parameters: PlantParameters, share: float) -> tuple[float, float]:

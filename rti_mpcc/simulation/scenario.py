@@ -165,6 +165,8 @@ class ControllerSection(Section):
 class SimulationSection(Section):
     """The plant and the clock. Times [s]; wheelbase_error relative; steering_offset [rad].
 
+    `acceleration_offset` comes on top of what is commanded [m/s²], positive to the front.
+
     `state_noise` is the standard deviation of the measured x, y [m], phi [rad], v [m/s], delta [rad].
     """
 
@@ -175,6 +177,7 @@ class SimulationSection(Section):
     wheelbase_error: float = Field(default=0.0, ge=-0.5, le=0.5)
     steering_offset: float = Field(default=0.0, ge=-0.3, le=0.3)
     acceleration_gain: float = Field(default=1.0, ge=0.1, le=3.0)
+    acceleration_offset: float = Field(default=0.0, ge=-10.0, le=10.0)
     state_noise: StateNoise = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -292,5 +295,6 @@ class Scenario(Section):
             wheelbase_error=simulation.wheelbase_error,
             steering_offset=simulation.steering_offset,
             acceleration_gain=simulation.acceleration_gain,
+            acceleration_offset=simulation.acceleration_offset,
             faults=plant_faults(self.faults),
         )

@@ -127,10 +127,8 @@ def test_osqp_is_imported_in_one_file_of_qp() -> None:
     assert files[0].startswith("rti_mpcc/qp/")
 
 
-def test_filterpy_is_imported_in_one_file_of_estimation_at_most() -> None:
-    files = importers(ROOT, "filterpy")
-    assert len(files) <= 1
-    assert all(file.startswith("estimation/") for file in files)
+def test_filterpy_is_imported_by_the_filters_of_estimation_only() -> None:
+    assert importers(ROOT, "filterpy") == ["estimation/disturbance.py", "estimation/goal_filter.py"]
 
 
 def test_opencv_is_imported_in_one_file_and_got_from_there() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rti_mpcc.model.bicycle import rates
-from rti_mpcc.model.delay import QueuedCommand, roll_forward, still_acting
+from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward, still_acting
+from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.types import Array
 
@@ -88,3 +89,29 @@ def test_commands_that_another_has_replaced_are_forgotten() -> None:
     before = roll_forward(STATE, QUEUE, 0.12, 0.3, wheelbase=WHEELBASE, steering=STOP)
     after = roll_forward(STATE, still_acting(QUEUE, 0.12), 0.12, 0.3, wheelbase=WHEELBASE, steering=STOP)
     np.testing.assert_array_equal(before, after)
+
+
+def test_a_disturbance_acts_all_the_time_and_the_steering_stays_as_measured() -> None:
+    known = Disturbance(acceleration=-0.4, steering=0.03)
+    got = roll_forward(STATE, QUEUE, 0.0, 0.18, wheelbase=WHEELBASE, steering=STOP, disturbance=known)
+    pushed = tuple(
+        c._replace(acceleration=c.acceleration - 0.4) for c in (QueuedCommand(0.0, 0.0, 0.0), *QUEUE)
+    )
+    expected = fine(known.effective(STATE), pushed, 0.0, 0.18)
+    np.testing.assert_allclose(got, known.measured(expected), atol=1e-4)
+
+
+def test_the_stop_is_of_the_measured_steering() -> None:
+    state = np.array([0.0, 0.0, 0.0, 1.0, 0.55, 0.0])
+    left = (QueuedCommand(0.0, 0.0, 1.0),)
+    known = Disturbance(steering=0.05)
+    out = roll_forward(state, left, 0.0, 0.2, wheelbase=WHEELBASE, steering=STOP, disturbance=known)
+    assert out[DELTA] == pytest.approx(STOP)
+
+
+def test_the_mean_of_what_was_asked_for() -> None:
+    asked = sum(_share(k, 0.18) * c.acceleration for k, c in enumerate(QUEUE)) / 0.18
+    assert mean_acceleration(QUEUE, 0.0, 0.18) == pytest.approx(asked)
+    assert mean_acceleration(QUEUE, 0.06, 0.08) == pytest.approx(QUEUE[1].acceleration)
+    assert mean_acceleration((), 0.0, 0.1) == 0.0
+    assert mean_acceleration(QUEUE, 0.1, 0.1) == 0.0

@@ -5,6 +5,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits, SpeedProfile
+from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import RETREAT_REACH, StageBounds, stage_bounds
 from rti_mpcc.ocp.targets import Target, TargetKind
@@ -93,3 +94,12 @@ def test_a_goal_behind_the_end_may_be_approached_at_a_share_of_the_speed_that_st
     assert nearer == pytest.approx(1.0)
     reverse = bounds(-1, speed_profile=profile, theta=30.0 + way).states[-1, 0, SPEED]
     assert reverse == pytest.approx(-final)
+
+
+def test_bounds_are_of_what_acts() -> None:
+    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
+    config = ControllerConfig(limits=LIMITS)
+    got = stage_bounds(config, target, 1, THETAS, disturbance=Disturbance(acceleration=-0.3, steering=0.04))
+    np.testing.assert_allclose(got.controls[:, :, A], [[-2.3, 1.7]] * 70)
+    np.testing.assert_allclose(got.states[:, :, STEERING], [[-0.46, 0.54]] * 70)
+    np.testing.assert_allclose(got.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * 70)

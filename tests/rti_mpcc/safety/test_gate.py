@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.safety.gate import admitted
+from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.safety.gate import admitted, sent
 from rti_mpcc.safety.ladder import Drive
 from rti_mpcc.types import Array, Source
 
@@ -92,3 +93,34 @@ def test_without_a_measurement_it_goes_by_the_state() -> None:
     drive = Drive(acceleration=0.3, steering_rate=9.0, source=Source.SOLUTION)
     admission = admitted(drive, state(), None, CONFIG)
     assert (admission.acceleration, admission.steering_rate) == (0.3, LIMITS.steering_rate)
+
+
+@pytest.mark.parametrize("d", [-9.0, -0.5, 0.3, 20.0])
+@pytest.mark.parametrize("o", [-0.7, 0.0, 0.03])
+@pytest.mark.parametrize("v", [-10.0, 0.0, 9.9])
+@pytest.mark.parametrize("delta", [-0.6, 0.0, 0.59])
+def test_what_is_sent_is_within_the_limits_whatever_is_estimated(
+    d: float, o: float, v: float, delta: float
+) -> None:
+    known = Disturbance(acceleration=d, steering=o)
+    for a, rate in ((5.0, 1.0), (-5.0, -1.0), (0.0, 0.0)):
+        wanted = Drive(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
+        drive = sent(wanted, known.effective(state(v, delta)), state(v, delta), CONFIG, known)
+        assert abs(drive.acceleration) <= LIMITS.acceleration
+        assert abs(delta + CONFIG.cycle * drive.steering_rate) <= LIMITS.steering + 1e-12
+        can = LIMITS.acceleration > abs(d)
+        assert not can or abs(v + CONFIG.cycle * (drive.acceleration + d)) <= LIMITS.speed + 1e-12
+
+
+def test_a_command_takes_the_disturbance_up() -> None:
+    known = Disturbance(acceleration=-0.3, steering=0.02)
+    drive = Drive(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
+    got = sent(drive, known.effective(state()), state(), CONFIG, known)
+    assert got.acceleration == pytest.approx(0.5)
+    assert got.steering_rate == 0.1
+
+
+def test_a_command_takes_the_gain_up() -> None:
+    known = Disturbance(acceleration=-0.3, gain=1.25)
+    drive = Drive(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
+    assert sent(drive, state(), state(), CONFIG, known).acceleration == pytest.approx(0.4)

@@ -124,6 +124,24 @@ def test_errors_of_the_model_show_in_the_turn_only() -> None:
     assert end.phi == pytest.approx(2.0 * tan(0.32) / (1.05 * Vehicle().wheelbase), abs=1e-12)
 
 
+@pytest.mark.parametrize("step", [0.01, 0.05, 1.0])
+def test_a_slope_acts_whatever_is_commanded(step: float) -> None:
+    parameters = PlantParameters.of(Vehicle(), Limits(), acceleration_gain=1.1, acceleration_offset=-0.3)
+    end = driven(REST, parameters, 1.0, step)
+    assert (end.v, end.x) == pytest.approx((-0.3, -0.15), abs=1e-12)
+    pushed = issue(REST, parameters, acceleration=1.0, steering_rate=0.0)
+    assert driven(pushed, parameters, 1.0, step).v == pytest.approx(1.1 - 0.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.05, 1.0])
+def test_weak_brakes_on_a_slope_act_with_their_share_up_to_the_standstill(step: float) -> None:
+    weak = PlantFault(begin=0.0, end=10.0, braking_share=0.5)
+    parameters = PlantParameters.of(Vehicle(), Limits(), acceleration_offset=-0.2, faults=(weak,))
+    plant = issue(PlantState(x=0.0, y=0.0, phi=0.0, v=0.6), parameters, acceleration=-0.8, steering_rate=0.0)
+    assert driven(plant, parameters, 1.0, step).v == pytest.approx(0.0, abs=1e-9)
+    assert driven(plant, parameters, 2.0, step).v == pytest.approx(-1.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("value", [nan, inf, -inf])
 @pytest.mark.parametrize("name", ["acceleration", "steering_rate"])
 def test_command_that_is_not_finite_is_refused(name: str, value: float) -> None:

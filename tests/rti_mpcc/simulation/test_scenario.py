@@ -345,6 +345,7 @@ WRONG: list[tuple[str, Any, str]] = [
     ("simulation.wheelbase_error", 0.6, "simulation.wheelbase_error = 0.6: must be <= 0.5"),
     ("simulation.steering_offset", nan, "simulation.steering_offset = nan: must be a finite number"),
     ("simulation.acceleration_gain", 0.0, "simulation.acceleration_gain = 0.0: must be >= 0.1"),
+    ("simulation.acceleration_offset", 11.0, "simulation.acceleration_offset = 11.0: must be <= 10"),
     ("simulation.state_noise", [0.0, 0.0, 0.0, 0.0, -1.0], "simulation.state_noise[4] = -1.0: must be >= 0"),
     ("simulation.state_noise", [0.0, 0.0, 0.0], "simulation.state_noise[3]: required"),
     (

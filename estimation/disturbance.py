@@ -1,0 +1,261 @@
+"""What acts beside the commands: a disturbance of the acceleration and an offset of the steering.
+
+A Kalman filter on v, d, g, phi, o, c. With a the mean acceleration that the commands asked for over h, vm and
+dm the means of the speed and of the measured steering, L the wheelbase:
+
+(O1)  v+   = v + h (a (1 + g) + d)
+(O2)  phi+ = phi + h vm (1 + c) tan(dm + o) / L,   linearised in o and c
+(O3)  d, o, g, c walk at random;   v and phi are measured
+
+d [m/s²] is a slope, or whatever else acts along the body's axis (positive to the front, whichever way it
+drives); o [rad] the angle by which the wheels stand to the left of what is measured. g and c are shares by
+which the drive answers too strongly, and the vehicle turns too tightly (a wrong wheelbase), so that they are
+not mistaken for d and o. Who counts on d has to count on g: at rest on a slope only (1 + g) a + d = 0 is
+known. c is for nobody to use.
+
+A vehicle that is held at rest (by a brake of its own, say) although it is commanded to drive off tells
+nothing about d: for `held_time` nothing is learnt from that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import cos, tan
+from typing import Any, Final
+
+import numpy as np
+
+from estimation.settings import DisturbanceFilterConfig
+from estimation.types import Array
+from geometry import lift
+
+V: Final = 0
+"""speed [m/s]."""
+D: Final = 1
+"""disturbance of the acceleration [m/s²]."""
+G: Final = 2
+"""share by which the drive answers too strongly."""
+PHI: Final = 3
+"""heading [rad]."""
+O: Final = 4  # noqa: E741 - as in the equations
+"""offset of the steering [rad]."""
+C: Final = 5
+"""share by which the vehicle turns too tightly."""
+STATES: Final = 6
+
+_MEASURED: Final = np.eye(STATES)[[V, PHI]]
+_OFFSETS: Final = (D, G, O, C)
+
+REST = 0.03
+"""A vehicle measured slower than this [m/s] may be held at rest."""
+DRIVES_OFF = 0.05
+"""What has to be commanded beyond the disturbance [m/s²] for a vehicle at rest to be held."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """What is measured at a time: speed v [m/s], heading phi [rad] on any branch, steering delta [rad]."""
+
+    v: float
+    phi: float
+    delta: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DisturbanceEstimate:
+    """What the filter knows.
+
+    Attributes:
+        mean: (6,) v [m/s], d [m/s²], g, phi [rad], o [rad], c; covariance: (6, 6). Read-only.
+        at: when [s]; None before the first measurement, and after one that is not believed.
+        motion: measured last, or None.
+        held_since: since when the vehicle is at rest although it should drive off [s], or None.
+    """
+
+    mean: Array
+    covariance: Array
+    at: float | None = None
+    motion: Motion | None = None
+    held_since: float | None = None
+
+    @property
+    def acceleration(self) -> float:
+        """d [m/s²]."""
+        return float(self.mean[D])
+
+    @property
+    def steering(self) -> float:
+        """o [rad]."""
+        return float(self.mean[O])
+
+    @property
+    def gain(self) -> float:
+        """1 + g."""
+        return 1.0 + float(self.mean[G])
+
+    @property
+    def stds(self) -> tuple[float, float]:
+        """Standard deviations of d [m/s²] and o [rad]."""
+        return float(self.covariance[D, D]) ** 0.5, float(self.covariance[O, O]) ** 0.5
+
+
+def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
+    """What is known before the first measurement."""
+    return _frozen(np.zeros(STATES), np.diag(_first_variances(config)))
+
+
+def unseated(estimate: DisturbanceEstimate) -> DisturbanceEstimate:
+    """After a measurement that is not believed: nothing is learnt until the second one that is."""
+    return estimate if estimate.at is None else replace(estimate, at=None, held_since=None)
+
+
+def updated(
+    estimate: DisturbanceEstimate,
+    motion: Motion,
+    now: float,
+    acceleration: float,
+    wheelbase: float,
+    config: DisturbanceFilterConfig,
+) -> DisturbanceEstimate:
+    """The estimate after one more measurement, at `now` [s].
+
+    Args:
+        acceleration: mean of what the commands asked for since the last measurement [m/s²].
+        wheelbase: L [m].
+    """
+    last = estimate.motion
+    if estimate.at is None or last is None or not 0.0 <= now - estimate.at <= config.gap:
+        return _seated(estimate, motion, now, config)
+    seconds = now - estimate.at
+    if seconds == 0.0:
+        return estimate
+    if motion == last and abs(motion.v) > REST:
+        return estimate  # told once more: the next one tells of the time since then
+    mean, covariance = _predicted(estimate, last, motion, seconds, acceleration, wheelbase, config)
+    held = _is_held(mean, motion, acceleration)
+    since = (now if estimate.held_since is None else estimate.held_since) if held else None
+    if since is not None and now - since < config.held_time:
+        mean, covariance = _at_rest(mean, covariance, motion, config)
+    mean, covariance = _corrected(mean, covariance, motion, config)
+    return replace(_frozen(mean, covariance), at=now, motion=motion, held_since=since)
+
+
+def _seated(
+    estimate: DisturbanceEstimate, motion: Motion, now: float, config: DisturbanceFilterConfig
+) -> DisturbanceEstimate:
+    """Begin again at a measurement: of what was known before the offsets stay."""
+    mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
+    mean[V], mean[PHI] = motion.v, motion.phi
+    for quantity, std in ((V, config.speed_std), (PHI, config.heading_std)):
+        covariance[quantity, :] = covariance[:, quantity] = 0.0
+        covariance[quantity, quantity] = std**2
+    return replace(_frozen(mean, covariance), at=now, motion=motion)
+
+
+def _predicted(
+    estimate: DisturbanceEstimate,
+    last: Motion,
+    motion: Motion,
+    seconds: float,
+    acceleration: float,
+    wheelbase: float,
+    config: DisturbanceFilterConfig,
+) -> tuple[Array, Array]:
+    """Mean (6,) and covariance (6, 6) after `seconds`, (O1) to (O3)."""
+    x = estimate.mean
+    gained = seconds * (acceleration * (1.0 + x[G]) + x[D])
+    way = seconds * (x[V] + 0.5 * gained) / wheelbase
+    angle = 0.5 * (last.delta + motion.delta) + x[O]
+    carried = np.eye(STATES)
+    carried[V, D], carried[V, G] = seconds, seconds * acceleration
+    carried[PHI, O] = way * (1.0 + x[C]) / cos(angle) ** 2
+    carried[PHI, C] = way * tan(angle)
+    predict, _ = _kalman()
+    _, covariance = predict(x, estimate.covariance, F=carried, Q=_walk(seconds, config))
+    mean = x.copy()
+    mean[V] += gained
+    mean[PHI] += way * (1.0 + x[C]) * tan(angle)
+    return mean, _capped(covariance, config)
+
+
+def _walk(seconds: float, config: DisturbanceFilterConfig) -> Array:
+    """Covariance (6, 6) that `seconds` add."""
+    walk = np.zeros((STATES, STATES))
+    d = config.acceleration_walk**2
+    walk[V, V] = d * seconds**3 / 3.0 + config.speed_walk**2 * seconds
+    walk[V, D] = walk[D, V] = d * seconds**2 / 2.0
+    walk[D, D] = d * seconds
+    walk[PHI, PHI] = config.heading_walk**2 * seconds
+    walk[O, O] = config.steering_walk**2 * seconds
+    return walk
+
+
+def _capped(covariance: Array, config: DisturbanceFilterConfig) -> Array:
+    """Of no offset is less known than in the beginning."""
+    share = np.ones(STATES)
+    variances = np.diagonal(covariance)
+    for quantity in _OFFSETS:
+        most = _first_variances(config)[quantity]
+        if variances[quantity] > most:
+            share[quantity] = (most / variances[quantity]) ** 0.5
+    return covariance * share * share[:, None]
+
+
+def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
+    """Whether the vehicle rests although it was commanded to drive off, from the predicted `mean` (6,)."""
+    driven = acceleration * (1.0 + mean[G]) + mean[D]
+    away = abs(mean[V]) > abs(motion.v) and driven * mean[V] > 0.0
+    return bool(abs(motion.v) <= REST and abs(driven) >= DRIVES_OFF and away)
+
+
+def _at_rest(
+    mean: Array, covariance: Array, motion: Motion, config: DisturbanceFilterConfig
+) -> tuple[Array, Array]:
+    """With the speed as it is measured, whatever the offsets would make of it."""
+    mean, covariance = mean.copy(), covariance.copy()
+    mean[V] = motion.v
+    covariance[V, :] = covariance[:, V] = 0.0
+    covariance[V, V] = config.speed_std**2
+    return mean, covariance
+
+
+def _corrected(
+    mean: Array, covariance: Array, motion: Motion, config: DisturbanceFilterConfig
+) -> tuple[Array, Array]:
+    """After a measurement that is taken in."""
+    _, update = _kalman()
+    measured = np.array([motion.v, lift(motion.phi, float(mean[PHI]))])
+    noise = np.diag([config.speed_std**2, config.heading_std**2])
+    mean, covariance = update(mean, covariance, measured, R=noise, H=_MEASURED)
+    for quantity, most in (
+        (D, config.most_acceleration),
+        (G, config.most_drive_share),
+        (O, config.most_steering),
+    ):
+        mean[quantity] = min(max(mean[quantity], -most), most)
+    return mean, 0.5 * (covariance + covariance.T)
+
+
+def _first_variances(config: DisturbanceFilterConfig) -> Array:
+    stds = np.empty(STATES)
+    stds[[V, PHI]] = config.speed_std, config.heading_std
+    stds[[D, O]] = config.first_acceleration_std, config.first_steering_std
+    stds[[G, C]] = config.drive_share_std, config.turn_share_std
+    return stds**2
+
+
+def _frozen(mean: Array, covariance: Array) -> DisturbanceEstimate:
+    mean.flags.writeable = covariance.flags.writeable = False
+    return DisturbanceEstimate(mean=mean, covariance=covariance)
+
+
+def load_library() -> None:
+    """Have the filter's library loaded now, rather than with the second measurement: it takes its time."""
+    _kalman()
+
+
+def _kalman() -> tuple[Any, Any]:
+    """The library's functions `predict` and `update`: only who filters pays for loading it."""
+    from filterpy.kalman import predict, update
+
+    return predict, update

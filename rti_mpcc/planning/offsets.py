@@ -1,0 +1,27 @@
+"""What is learnt in a cycle of what acts beside the commands: pure functions on the memory."""
+
+from __future__ import annotations
+
+from estimation import DisturbanceEstimate
+from estimation.disturbance import Motion, first_estimate, unseated, updated
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import mean_acceleration
+from rti_mpcc.model.layout import DELTA, PHI, V
+from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.planning.trust import Trust
+
+
+def learnt(memory: ControllerMemory, trust: Trust, config: ControllerConfig) -> DisturbanceEstimate | None:
+    """The estimate after this cycle's measurement: nothing is learnt from one that is doubted.
+
+    `memory`: with the commands sent up to the last cycle; `trust`: with this measurement.
+    """
+    if trust.state is None or not config.disturbance.enabled:
+        return memory.offsets
+    before = memory.offsets or first_estimate(config.disturbance)
+    if trust.why or trust.found:
+        return unseated(before)
+    state, now = trust.state, memory.now
+    asked = 0.0 if before.at is None else mean_acceleration(memory.queue, before.at, now)
+    motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
+    return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)
