@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from geometry import Corridor, PathPart
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import PLANNED_SHARE, ControllerConfig
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.types import Array, Complex
 
@@ -91,8 +91,11 @@ def with_obstacles(
     if corridor.obstacles:
         at = part.reference(room.theta)
         near = corridor.near_obstacles(np.column_stack([at.x, at.y]), NEAR)
+        beside = _room(part, corridor, index, room.theta[near], config)
+        # Where the body does not fit the way leads past the other side of what stands on the path.
+        fits = beside >= config.caution.hard_minimum
         left = left.copy()
-        left[near] = np.minimum(left[near], _room(part, corridor, index, room.theta[near], config))
+        left[near[fits]] = np.minimum(left[near], beside)[fits]
     return replace(room, room=left, speed=_speeds(room.theta, left, config))
 
 
@@ -109,11 +112,12 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
     gaps = distance - discs.half_length * along - discs.half_width * across
     juts = corridor.jutting(index, planes, np.arange(gaps.size))
     if juts is not None:  # there the wall ends or turns away, and it is the point that counts
-        apart = np.hypot(
-            np.maximum(distance * along - discs.half_length, 0.0),
-            np.maximum(distance * across - discs.half_width, 0.0),
-        ).reshape(-1)[juts.at]
-        gaps.reshape(-1)[juts.at] = np.maximum(gaps.reshape(-1)[juts.at], apart)
+        to, u, v = (each.reshape(-1)[juts.at] for each in (distance, along, across))
+        ahead, beside = (
+            np.maximum(to * u - discs.half_length, 0.0),
+            np.maximum(to * v - discs.half_width, 0.0),
+        )
+        gaps.reshape(-1)[juts.at] = np.maximum(gaps.reshape(-1)[juts.at], np.hypot(ahead, beside))
     room: Array = between(gaps, normals).min(axis=1)
     return room
 
@@ -121,7 +125,7 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
 def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
     """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
     speed = SLOW + np.maximum(room - config.caution.hard_minimum, 0.0) / REACTION
-    squares = np.minimum(speed, config.limits.speed) ** 2
+    squares = np.minimum(speed, config.limits.speed / PLANNED_SHARE) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.
     ahead = np.minimum.accumulate((squares + gains)[::-1])[::-1]

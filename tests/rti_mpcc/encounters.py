@@ -138,10 +138,10 @@ class Drive:
         return self.commands[-1].docked
 
     @property
-    def switches(self) -> list[float]:
-        """Times at which braking for something turns into driving, or the reverse."""
+    def resumptions(self) -> list[float]:
+        """Times at which a vehicle that braked, or stood, drives on [s]."""
         braking = [command.source in (Source.BRAKING, Source.STANDSTILL) for command in self.commands]
-        return [float(self.times[k]) for k in range(1, len(braking)) if braking[k] != braking[k - 1]]
+        return [float(self.times[k]) for k in range(1, len(braking)) if braking[k - 1] and not braking[k]]
 
 
 def drive(
@@ -157,10 +157,12 @@ def drive(
     noise: np.random.Generator | None = None,
     stds: Sequence[float] = (0.0,) * 5,
     until_docked: bool = True,
+    before_cycle: Callable[[Plant], None] | None = None,
 ) -> Drive:
     """Drive for `seconds` [s], or until half a second after the controller says that it has docked.
 
-    Obstacles that the vehicle is in contact with at the begin make no new contact.
+    Obstacles that the vehicle is in contact with at the begin make no new contact. `before_cycle` is shown
+    the plant before each step.
     """
     plant = Plant(car=car, x=start.x, y=start.y, phi=start.phi, v=v, delta=delta)
     cycle = car.config.cycle
@@ -168,6 +170,8 @@ def drive(
     clearance, touching, docked_for = np.inf, True, 0.0
     for k in range(round(seconds / cycle)):
         now = k * cycle
+        if before_cycle is not None:
+            before_cycle(plant)
         state = plant.measured
         if noise is not None:
             off = noise.standard_normal(5) * stds
@@ -211,7 +215,7 @@ def _is_ahead(plant: Plant, shape: shapely.Polygon) -> bool:
     vehicle, sign = plant.car.vehicle, 1.0 if plant.v >= 0.0 else -1.0
     met = shape.intersection(plant.body).centroid
     along = cos(plant.phi) * (met.x - plant.x) + sin(plant.phi) * (met.y - plant.y)
-    return along > vehicle.front - 0.3 if sign > 0.0 else along < 0.3 - vehicle.rear
+    return bool(along > vehicle.front - 0.3 if sign > 0.0 else along < 0.3 - vehicle.rear)
 
 
 def stops_in_time(plant: Plant, obstacles_at: Callable[[float], Outlines], *, seconds: float = 10.0) -> bool:
