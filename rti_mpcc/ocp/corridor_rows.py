@@ -156,7 +156,8 @@ def admitted(
 
     What is `missing` of the margin a moment ahead (see `lacking`) is out of reach by then: the
     exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
-    there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back.
+    there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back,
+    and of a slow vehicle with the cube of its way.
     To get a disc aside by m over the way S the body turns by 3m/2S, what trails it by l swings out by l times
     that, and is back about 2 l later: on a circle of radius R it goes out by l s/R - s²/2R.
 
@@ -168,11 +169,12 @@ def admitted(
     stay.
 
     (H4)  lower - r - (1 - (s - 2 far) / WAY_BACK) (over + min(over, margin - r)),
-          r_i = min(margin, (1 - (t / RETURN_TIME)³) m_i
+          r_i = min(margin, max(1 - (t / RETURN_TIME)³, 1 - (s / S)³) m_i
                             + (1 - (s / (S + 2 l_i))³) max over discs j of 3 max(0, l_i - l_j) / 2S max m_j),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
-    each share being 0 to 1, and max m_j the most that is missing of that side at disc j at any stage.
+    each share being 0 to 1, m_i beyond the stages that it is known for that of the last of them, and max m_j
+    the most that is missing of that side at disc j at any stage.
 
     Args:
         missing: (n, discs, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
@@ -184,8 +186,9 @@ def admitted(
     swing = (1.5 / RETURN_WAY * behind[..., None] * missing.max(axis=0)).max(axis=1)
     share = 1.0 - np.minimum(way[:, None] / (RETURN_WAY + 2.0 * trails), 1.0) ** 3
     relief = share[..., None] * swing
-    share = 1.0 - (np.minimum(elapsed[:n], RETURN_TIME) / RETURN_TIME) ** 3
-    relief[:n] += share[:, None, None] * missing
+    share = 1.0 - np.minimum(np.minimum(elapsed / RETURN_TIME, way / RETURN_WAY), 1.0) ** 3
+    relief[:n] += share[:n, None, None] * missing
+    relief[n:] += share[n:, None, None] * missing[-1]
     np.minimum(relief, margin, out=relief)
     if over.any():
         back = np.minimum(np.maximum(1.0 - (way - 2.0 * far) / WAY_BACK, 0.0), 1.0)

@@ -1,8 +1,8 @@
 """Exact checks of the body: does it overlap something, and how far along a plan does it stay clear.
 
 Clear is a body that is farther than `Caution.hard_minimum` from all boundaries and all obstacles that stand.
-A plan that begins nearer, as a measurement may have it, must not come nearer still. Of an obstacle that moves
-with u it is not known what it will do next:
+A plan that begins nearer may swing the other end of the body out to get away, but must not touch anything.
+Of an obstacle that moves with u it is not known what it will do next:
 
 (S2)  dist(body(t), hull(P, P + u t)) > d_min   and   dist(edge(t), hull(P, P + u t)) > d_min + |u| t_stop,
       t_stop = dead time + cycle + |v| / a_max
@@ -30,7 +30,7 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
 
 NEARER = 0.01
-"""A plan that begins nearer to something than it may come, comes nearer if by more than this [m]."""
+"""A plan that begins where the body seems to touch something may go so much deeper [m]: rounding."""
 SPACING = 0.2
 """Way between two bodies that are checked [m]."""
 UNSURE = 0.02
@@ -95,8 +95,8 @@ def way_to_contact(
     near = corridor.touches(part, bodies, least) if begins_free else corridor.collides(part, bodies, least)
     if near[0]:
         clearance = corridor.clearance(part, bodies)
-        least = min(float(clearance[0]), least)
-        near &= clearance < (max(least - NEARER, 0.0) if least >= 0.0 else least - NEARER)
+        begins = float(clearance[0])
+        near &= clearance < (0.0 if begins >= 0.0 else begins - NEARER)
     return float(marks[np.argmax(near)]) if near.any() else np.inf
 
 

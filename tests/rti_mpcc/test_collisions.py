@@ -91,10 +91,10 @@ def test_out_of_a_boundary_it_creeps_on_an_arc() -> None:
 
 
 def test_noise_of_a_centimetre_at_a_wall_is_no_contact() -> None:
-    """Parked 1 cm beside a wall and measured with noise, it drives off."""
+    """Parked 3 cm beside a wall and measured with noise, it drives off."""
     config = ControllerConfig(dead_time=0.18)
     controller = DockingController(STRAIGHT, LANE, config)
-    start = Pose2(2.0, 3.0 - 0.5 * 2.069 - 0.01, 0.0)
+    start = Pose2(2.0, 3.0 - 0.5 * 2.069 - 0.03, 0.0)
     rng = np.random.default_rng(1)
     found = drive(
         controller, Car(config=config), start, 60.0, noise=rng, stds=(0.005, 0.005, 0.001, 0.01, 0.001)

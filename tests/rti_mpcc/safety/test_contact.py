@@ -85,9 +85,9 @@ def test_no_plan_is_clear_that_comes_nearer_than_the_hard_minimum() -> None:
 
 
 @pytest.mark.parametrize("room", [0.03, 0.0, -0.01])
-def test_a_plan_that_begins_nearer_may_leave_and_go_along_but_not_nearer(room: float) -> None:
+def test_a_plan_that_begins_nearer_may_leave_and_swing_out_but_not_touch(room: float) -> None:
     inside = corridor(wall_at=None)
-    for onwards, free in ((-0.3, True), (0.0, True), (0.05, False)):
+    for onwards, free in ((-0.3, True), (0.0, True), (0.5 * max(room, 0.0), True), (room + 0.05, False)):
         assert (way(beside_the_wall(room, onwards), inside) == np.inf) == free
 
 
