@@ -178,7 +178,7 @@ def test_a_vehicle_that_failed_has_failed_until_a_plan_is_driven(
         fails = 4.975 < now < 6.475
         return granting(PLENTY, stops=(FAILED,) * PLENTY if fails else ())
 
-    for plant, command in drive(scenario, 8.4, controller=Clocked(controller, clock_at)):
+    for plant, command in drive(scenario, 9.5, controller=Clocked(controller, clock_at)):
         if 6.1 < plant.time < 6.975:
             assert controller.memory.latched
             assert command.source in (Source.BRAKING, Source.STANDSTILL)

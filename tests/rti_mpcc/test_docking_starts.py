@@ -34,7 +34,7 @@ RETURN = 0.85
 """Share of a rate limit at which what is outside its limit returns at least."""
 
 LEFT, RIGHT = 1, -1
-ROOM = 0.3
+ROOM = 0.6
 """What a start at a boundary leaves beside the body [m]. A body over one stands, see test_collisions.py."""
 
 Run = list[tuple[PlantState, Command]]
@@ -247,7 +247,7 @@ def test_a_body_at_the_boundary_stays_in(name: str, direction: int) -> None:
     corridor, vehicle = scenario.build_corridor(scenario.build_path()), scenario.controller_config().vehicle
     poses = np.array([[plant.x, plant.y, plant.phi, 0.0, 0.0, 0.0] for plant, _ in run])
     clearance = corridor.clearance(0, body_polygons(poses, vehicle))
-    assert clearance[0] == pytest.approx(ROOM, abs=0.02)
+    assert clearance[0] == pytest.approx(ROOM, abs=0.05)
     assert clearance.min() > 0.0
 
 

@@ -224,10 +224,14 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
     missing = -float(rows.slopes[4, 2, 0] @ aside)
     at_once = relieved(short, aside, elapsed, margin=1.0)[4, 2, 0]
     assert at_once == pytest.approx(-missing, rel=1e-6)
-    half_way = relieved(short, aside, np.full(len(states), 0.5 * RETURN_TIME), margin=1.0)[4, 2, 0]
+    half_time, late = (np.full(len(states), share * RETURN_TIME) for share in (0.5, 1.0))
+    half_way = relieved(short, aside, half_time, 1.0, RETURN_WAY)[4, 2, 0]
     assert half_way == pytest.approx((0.5**3 - 1.0) * missing, rel=1e-6)
-    after = relieved(short, aside, np.full(len(states), RETURN_TIME), margin=1.0)
+    after = relieved(short, aside, late, 1.0, RETURN_WAY)
     np.testing.assert_array_equal(after, short.lower)
+    # A slow vehicle does not get it back by waiting.
+    slow = relieved(short, aside, late, 1.0, 0.5 * RETURN_WAY)[4, 2, 0]
+    assert slow == pytest.approx((0.5**3 - 1.0) * missing, rel=1e-6)
     inside = rows.lower.copy()
     inside[4, 2, 0] = 0.0
     little = relieved(CorridorRows(rows.slopes, inside - 9.0), aside, elapsed, margin=0.3 * missing)
@@ -245,7 +249,7 @@ def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
     late = np.full(len(states), 2.0 * RETURN_TIME)
-    for way, left in ((0.0, 1.0), (0.25 * WAY_BACK, 0.75), (WAY_BACK, 0.0), (2.0 * WAY_BACK, 0.0)):
+    for way, left in ((0.5 * WAY_BACK, 0.5), (WAY_BACK, 0.0), (2.0 * WAY_BACK, 0.0)):
         bounds = relieved(short, np.zeros(3), late, 0.1, way)
         # The vehicle lacks 0.5 m of the left boundary, which is relieved by no more than that at any stage.
         np.testing.assert_allclose(bounds[..., 0], lower[..., 0] - left * 0.5, atol=1e-12)
@@ -304,4 +308,4 @@ def test_what_trails_may_swing_out_until_it_is_back(corridor: Corridor, states: 
     much = lower - relieved(short, np.zeros(3), late, 0.1, 0.0, 100.0 * trails)
     assert much.max() == pytest.approx(0.1)  # the margin, no more
     lower[0, :, 1] = [-9.0, -9.0, -9.0, -9.0, 0.02]  # the last one lacks it: nothing trails that
-    np.testing.assert_array_equal(relieved(short, np.zeros(3), late, 0.1, 0.0, trails), lower)
+    np.testing.assert_array_equal(relieved(short, np.zeros(3), late, 0.1, RETURN_WAY, trails), lower)
