@@ -2,8 +2,9 @@
 
 (P2)  room = (g + g')/2,   v <= SLOW + max(room - d_min, 0) / REACTION
 
-with the gaps g, g' between the body and two walls that face each other, on either side of it. Who drives with
-a heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times the speed.
+with the gaps g, g' between a body on the path and two walls that face each other, on either side of it. Where
+it does not fit there by d_min it is driven beside the path, or not at all: then the room counts as the margin.
+Who drives with a heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times the speed.
 """
 
 from __future__ import annotations
@@ -124,7 +125,8 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
 
 def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
     """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
-    speed = SLOW + np.maximum(room - config.caution.hard_minimum, 0.0) / REACTION
+    least = config.caution.hard_minimum
+    speed = SLOW + (np.where(room >= least, room, config.footprint.margin) - least) / REACTION
     squares = np.minimum(speed, config.limits.speed / PLANNED_SHARE) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.

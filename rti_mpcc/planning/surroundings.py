@@ -93,7 +93,7 @@ def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:
     if left < least:
         consequence = f"no plan is driven that leaves less than {least:.2f} m"
     _log.warning(
-        "part %d: the boundaries leave %.3f m beside the body at theta = %.2f m, "
+        "part %d: the boundaries leave %.3f m beside the body on the path at theta = %.2f m, "
         "less than the margin of %.2f m: %s",
         *(index, left, theta, margin, consequence),
     )
