@@ -3,7 +3,7 @@
 (P2)  room = (g + g')/2,   v <= SLOW + max(room - d_min, 0) / REACTION
 
 with the gaps g, g' between a body on the path and two walls that face each other, on either side of it. Where
-it does not fit there by d_min it is driven beside the path, or not at all: then the room counts as the margin.
+it does not fit there by d_min it is driven beside the path, or not at all: the room counts as the margin.
 Who drives with a heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times the speed.
 """
 

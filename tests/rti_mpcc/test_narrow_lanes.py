@@ -1,16 +1,17 @@
-"""The tighter the lane, the slower: never faster than in a wide one, and docked wherever the body fits."""
+"""Lanes and slots hardly wider than the body: slower the tighter, and docked wherever it fits."""
 
 from __future__ import annotations
 
 import logging
 from functools import cache
 from itertools import pairwise
+from math import acos, sin
 
 import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController
+from rti_mpcc import ControllerConfig, DockingController, Vehicle
 from tests.rti_mpcc.encounters import Car, Drive, drive
 
 WIDE = 3.0
@@ -78,3 +79,47 @@ def test_a_lane_that_leaves_less_than_the_margin_is_told_when_it_is_built(
     assert len(messages) == (told is not None)
     if told is not None:
         assert told in messages[0]
+
+
+# -- parallel slots ------------------------------------------------------------------------------------------
+
+CAR = Vehicle(wheelbase=2.7, width=1.8, front=3.6, rear=0.85)
+BEHIND = 5.2
+"""Radius of the two arcs that lead into a slot, backwards [m]."""
+
+
+def parked(slot: float, lane: float, kerb: float) -> tuple[Drive, Pose2]:
+    """Reverse from a lane, `lane` [m] beside the slot, between two cars that leave `slot` [m], at a kerb."""
+    turn, half = acos(1.0 - lane / (2.0 * BEHIND)), 0.5 * CAR.width
+    start = Pose2(2.0 * BEHIND * sin(turn) + 3.0, lane, 0.0)
+    arcs = [(-1, -1.0 / BEHIND, BEHIND * turn), (-1, 1.0 / BEHIND, BEHIND * turn)]
+    path = ReferencePath.from_segments(start, [(-1, 0.0, 3.0), *arcs])
+    spare = 0.5 * (slot - CAR.front - CAR.rear)
+    ends = ((-CAR.rear - spare - 4.5, -CAR.rear - spare), (CAR.front + spare, CAR.front + spare + 4.5))
+    cars = [np.array([[a, -half], [b, -half], [b, half], [a, half]]) for a, b in ends]
+    side = -half - kerb
+    street = [[-8.0, side], [18.0, side], [18.0, lane + 4.0], [-8.0, lane + 4.0]]
+    config = ControllerConfig(vehicle=CAR, dead_time=0.18)
+    corridor = Corridor.from_polygon(path, street, obstacles=cars)
+    controller = DockingController(path, corridor, config)
+    found = drive(controller, Car(config=config), start, 60.0, obstacles_at=lambda now: cars)
+    return found, path.end
+
+
+@pytest.mark.parametrize(
+    ("slot", "lane", "kerb"),
+    [
+        (5.9, 2.3, 0.3),
+        *(
+            pytest.param(slot, *place, marks=long)
+            for slot in (5.6, 5.75, 6.05, 6.2)
+            for place in ((2.3, 0.3), (2.5, 0.3), (2.3, 0.5))
+        ),
+    ],
+)
+def test_slots_hardly_longer_than_the_car_are_parked_in(slot: float, lane: float, kerb: float) -> None:
+    found, goal = parked(slot, lane, kerb)
+    error = Pose2(*found.states[-1, :3].tolist()).relative_to(goal)
+    assert found.docked
+    assert found.clearance > 0.0
+    assert max(abs(error.x), abs(error.y)) < 0.05
