@@ -278,7 +278,8 @@ class Driver(Scout):
 
     def _way_clear(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
         """Way along a plan to where it is not clear of what stands or moves [m], or inf."""
-        return min(self._way_moving(plan, reach), self._way_to_contact(plan, reach, planes))
+        least = self.config.caution.hard_minimum
+        return min(self._way_moving(plan, reach), self._way_to_contact(plan, reach, planes, least))
 
     def _way_moving(self, plan: Trajectory, reach: float) -> float:
         """Way along a plan to what may be met of what moves [m], or inf; while halting, a while later."""

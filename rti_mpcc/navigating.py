@@ -123,17 +123,20 @@ class Navigator:
             last_part=self._on_last_part and not self._to_staging,
         )
 
-    def _way_to_contact(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
-        """Way along a plan to where it is not clear of what stands [m], or inf.
+    def _way_to_contact(
+        self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None, least: float = 0.0
+    ) -> float:
+        """Way along a plan to where it is nearer than `least` to what stands [m], or inf.
+
+        Far ahead stages are long: a plan that is sought has to touch nothing, one that is driven to be clear.
 
         `planes`: of its solution, if it is one's.
         """
-        corridor, part = self._surroundings.corridor, self._memory.part
-        if contact.surely_clear(plan, planes, corridor, part, self.config, reach):
+        corridor, part, config = self._surroundings.corridor, self._memory.part, self.config
+        if contact.surely_clear(plan, planes, corridor, part, config, reach, least=least):
             return inf
-        return contact.way_to_contact(
-            plan, corridor, part, self.config, reach, begins_free=planes is not None
-        )
+        free = planes is not None
+        return contact.way_to_contact(plan, corridor, part, config, reach, least=least, begins_free=free)
 
     def _overlap(self, situation: Situation) -> Overlap | None:
         """What the body overlaps, where it is believed to be now or until the command begins to act."""

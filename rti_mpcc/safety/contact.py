@@ -83,15 +83,15 @@ def way_to_contact(
     config: ControllerConfig,
     reach: float,
     *,
+    least: float,
     begins_free: bool = False,
 ) -> float:
-    """Way along the plan to the first body that is not clear of what stands [m]; inf if all to `reach` are.
+    """Way along the plan to the first body nearer than `least` to what stands [m]; inf if none to `reach` is.
 
     The bodies overlap. If the first one is known to be free (`begins_free`) and none touches anything, they
     are on the side of each wall that it is on, and need not be asked whether they are beyond one.
     """
     marks, _, bodies = _bodies(plan, config, reach)
-    least = config.caution.hard_minimum
     near = corridor.touches(part, bodies, least) if begins_free else corridor.collides(part, bodies, least)
     if near[0]:
         clearance = corridor.clearance(part, bodies)
@@ -131,10 +131,12 @@ def surely_clear(
     part: int,
     config: ControllerConfig,
     reach: float,
+    *,
+    least: float,
 ) -> bool:
-    """Whether `way_to_contact` need not be asked: all bodies of the plan up to `reach` [m] are clear.
+    """Whether `way_to_contact` need not be asked: all bodies of the plan up to `reach` [m] are `least` clear.
 
-    (S1)  d_k - |p - c_k| > r + d_min,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
+    (S1)  d_k - |p - c_k| > r + least,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
 
     The discs of radius r cover the body. At c_k', where their centres were linearised about or looked up
     last, they had the distances d_k to everything (`planes` of stages 1..N, of the plan's `Solution`). A
@@ -160,7 +162,7 @@ def surely_clear(
     aside = _between_stages(plan, steps[:last], discs, config.vehicle.wheelbase)
     aside[0] *= 2.0
     np.maximum(aside[:-1], aside[1:], out=aside[:-1])
-    return bool((apart - aside).min() > discs.radius + config.caution.hard_minimum + UNSURE)
+    return bool((apart - aside).min() > discs.radius + least + UNSURE)
 
 
 def bodies_surely_clear(

@@ -15,6 +15,7 @@ from tests.rti_mpcc.corners import no_corners
 from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig()
+LEAST = CONFIG.caution.hard_minimum
 WALL_AT = 20.0
 
 
@@ -40,7 +41,7 @@ def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0,
 
 
 def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
-    return contact.way_to_contact(plan, inside, 0, CONFIG, reach)
+    return contact.way_to_contact(plan, inside, 0, CONFIG, reach, least=LEAST)
 
 
 @pytest.mark.parametrize(("direction", "ahead"), [(1, CONFIG.vehicle.front), (-1, CONFIG.vehicle.rear)])
@@ -129,7 +130,7 @@ def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
     rows = corridor_rows(plan.states[1:], planes, discs, footprint.margin, footprint.near, no_corners)
     assert rows is not None
     assert rows.lower[-1].max() <= 0.0
-    assert not contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf)
+    assert not contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf, least=LEAST)
     assert way(plan, inside) < np.inf
 
 
@@ -264,34 +265,38 @@ def test_what_is_surely_clear_makes_no_contact(seed: int) -> None:
         for by in (0.0, 0.1, 0.4):
             solved = moved(plan, by, seed)
             reach = float(random.choice([0.0, 3.0, 8.0, np.inf]))
-            if contact.surely_clear(solved, planes_of(plan, inside), inside, 0, CONFIG, reach):
+            if contact.surely_clear(solved, planes_of(plan, inside), inside, 0, CONFIG, reach, least=LEAST):
                 assert way(solved, inside, reach) == np.inf
 
 
 def test_what_is_well_clear_surely_is() -> None:
     inside, plan = corridor(), straight_on(2.0, 8.0)
     planes = planes_of(plan, inside)
-    assert contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf)
-    assert contact.surely_clear(moved(plan, 0.05, 0), planes, inside, 0, CONFIG, np.inf)
+    assert contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf, least=LEAST)
+    assert contact.surely_clear(moved(plan, 0.05, 0), planes, inside, 0, CONFIG, np.inf, least=LEAST)
     # Known from the cycles before, and not looked up again.
     again = inside.half_planes(
         0, disc_centres(plan.states[1:], DISCS).reshape(-1, 2) + 0.1, planes, within=1.5
     )
     assert not again.normal.any()
-    assert contact.surely_clear(plan, again, inside, 0, CONFIG, np.inf)
+    assert contact.surely_clear(plan, again, inside, 0, CONFIG, np.inf, least=LEAST)
 
 
 def test_what_is_not_known_to_be_clear_is_not_surely() -> None:
     inside, plan = corridor(), straight_on(2.0, 8.0)
     planes = planes_of(plan, inside)
     onto_the_wall = straight_on(2.0, 30.0, n=60)
-    assert not contact.surely_clear(plan, None, inside, 0, CONFIG, np.inf)
-    assert not contact.surely_clear(straight_on(2.0, 8.0, n=21), planes, inside, 0, CONFIG, np.inf)
-    assert not contact.surely_clear(plan, planes, corridor(wall_at=6.0), 0, CONFIG, np.inf)
-    assert not contact.surely_clear(straight_on(2.0, 8.0, y=1.9), planes, inside, 0, CONFIG, np.inf)
+    assert not contact.surely_clear(plan, None, inside, 0, CONFIG, np.inf, least=LEAST)
+    assert not contact.surely_clear(
+        straight_on(2.0, 8.0, n=21), planes, inside, 0, CONFIG, np.inf, least=LEAST
+    )
+    assert not contact.surely_clear(plan, planes, corridor(wall_at=6.0), 0, CONFIG, np.inf, least=LEAST)
+    assert not contact.surely_clear(
+        straight_on(2.0, 8.0, y=1.9), planes, inside, 0, CONFIG, np.inf, least=LEAST
+    )
     on = planes_of(onto_the_wall, inside)
-    assert not contact.surely_clear(onto_the_wall, on, inside, 0, CONFIG, np.inf)
-    assert contact.surely_clear(onto_the_wall, on, inside, 0, CONFIG, 5.0)
+    assert not contact.surely_clear(onto_the_wall, on, inside, 0, CONFIG, np.inf, least=LEAST)
+    assert contact.surely_clear(onto_the_wall, on, inside, 0, CONFIG, 5.0, least=LEAST)
 
 
 def test_between_coarse_stages_nothing_is_missed() -> None:
@@ -300,7 +305,7 @@ def test_between_coarse_stages_nothing_is_missed() -> None:
     plan = straight_on(0.0, 16.0, n=1)
     assert not inside.collides(0, body_polygons(plan.states, CONFIG.vehicle)).any()
     assert way(plan, inside) < np.inf
-    assert not contact.surely_clear(plan, planes_of(plan, inside), inside, 0, CONFIG, np.inf)
+    assert not contact.surely_clear(plan, planes_of(plan, inside), inside, 0, CONFIG, np.inf, least=LEAST)
 
 
 def test_bodies_are_surely_clear_near_where_the_plan_is() -> None:
