@@ -50,7 +50,7 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("extraction", ("rti_mpcc.controller:RtiMpcc._read",)),
     ("feedback, rest", ("rti_mpcc.controller:RtiMpcc.feedback",)),
     ("check of the plan", ("rti_mpcc.planning.search:complaint",)),
-    ("check of the body", ("rti_mpcc.safety.contact:way_to_contact", "rti_mpcc.safety.contact:touched")),
+    ("check of the body", ("rti_mpcc.safety.contact:way_to_contact", "rti_mpcc.safety.contact:overlap")),
     ("account", ("rti_mpcc.docking:command",)),
     (STEP, ("rti_mpcc.docking:DockingController.step",)),
 )

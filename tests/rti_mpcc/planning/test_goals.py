@@ -107,11 +107,14 @@ def test_where_no_margin_is_kept_none_is_missed() -> None:
 
 def test_the_end_of_the_path_is_the_goal_all_the_same_and_what_is_odd_there_is_said() -> None:
     assert goals.end_checked(PATH, LANE, CONFIG).remark == ""
-    beside = LANE.told([block(20.0, HALF + 0.54)], 0.0, CONFIG.caution)
-    assert goals.end_checked(PATH, beside, CONFIG).remark.startswith("the goal leaves 0.04 m")
+    tight = Corridor.from_offsets(PATH, left=HALF + 0.06, right=-3.0)
+    remark = goals.end_checked(PATH, Surroundings.of(tight, PATH, CONFIG), CONFIG).remark
+    assert remark == "the goal leaves 0.06 m beside the body, less than the margin of 0.10 m"
+
+
+def test_obstacles_at_the_end_of_the_path_are_waited_for_and_not_remarked() -> None:
     across = LANE.told([block(21.0, HALF)], 0.0, CONFIG.caution)
-    remark = goals.end_checked(PATH, across, CONFIG).remark
-    assert remark == "the body at the path's end crosses a boundary or obstacle by 0.5 m"
+    assert goals.end_checked(PATH, across, CONFIG).remark == ""
 
 
 # -- degrees ----------------------------------------------------------------------------------------
