@@ -217,9 +217,10 @@ class Driver(Scout):
         config, memory = self.config, self._memory
         planes = attempt.solutions[-1].planes if attempt and source is Source.SOLUTION else None
         need = inf if anywhere else contact.stopping_way(float(situation.state[V]), config)
-        way = self._way_clear(plan, need + config.caution.clear_distance, planes)
+        later = 0.0 if memory.halt is None else config.caution.clear_time
+        way = self._way_clear(plan, need + config.caution.clear_distance, planes, later)
         if self._surroundings.moving:
-            way = min(way, self._way_moving(self._slowing(situation, plan), inf))
+            way = min(way, self._way_moving(self._slowing(situation, plan), inf, later))
         self._halt(way, need if way < inf else 0.0, situation)
         if self._memory.halt is not None:
             reason = "waits until its way has been clear for a while"
@@ -276,17 +277,17 @@ class Driver(Scout):
         halt = stops.halted(self._memory.halt, way, need, situation.now, self.config.caution)
         self._memory = renewed(self._memory, halt=halt)
 
-    def _way_clear(self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None) -> float:
+    def _way_clear(
+        self, plan: Trajectory, reach: float, planes: HalfPlanes | None = None, later: float = 0.0
+    ) -> float:
         """Way along a plan to where it is not clear of what stands or moves [m], or inf."""
         least = self.config.caution.hard_minimum
-        return min(self._way_moving(plan, reach), self._way_to_contact(plan, reach, planes, least))
+        return min(self._way_moving(plan, reach, later), self._way_to_contact(plan, reach, planes, least))
 
-    def _way_moving(self, plan: Trajectory, reach: float) -> float:
-        """Way along a plan to what may be met of what moves [m], or inf; while halting, a while later."""
-        around, memory = self._surroundings, self._memory
-        ahead = memory.now - around.told_at
-        if memory.halt is not None:
-            ahead += self.config.caution.clear_time
+    def _way_moving(self, plan: Trajectory, reach: float, later: float = 0.0) -> float:
+        """Way along a plan, begun `later` [s], to what may be met of what moves [m], or inf."""
+        around = self._surroundings
+        ahead = self._memory.now - around.told_at + later
         return contact.way_to_moving(plan, around.moving, ahead, self.config, reach)
 
     def _hold(self, situation: Situation) -> Act:
