@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Source
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import Car, Drive, Plant, copied, drive, square, stops_in_time
+from tests.rti_mpcc.promises import hold_for
 
 HALF = 4.0
 """Half width of the lane [m]."""
@@ -61,21 +61,7 @@ APPEARANCES = st.builds(
 
 def hold(draws: int, chunk: int) -> None:
     """So many drawn appearances, the same for the same `chunk`, keep the promises."""
-
-    @seed(chunk)
-    @settings(
-        max_examples=draws,
-        deadline=None,
-        database=None,
-        suppress_health_check=list(HealthCheck),
-        phases=(Phase.generate, Phase.shrink),
-        print_blob=False,
-    )
-    @given(drawn=APPEARANCES)
-    def promised(drawn: Appearance) -> None:
-        keep_promises(drawn)
-
-    promised()
+    hold_for(APPEARANCES, keep_promises, draws, chunk)
 
 
 def keep_promises(drawn: Appearance) -> None:

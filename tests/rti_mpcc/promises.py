@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
+from typing import TypeVar
 
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis.strategies import SearchStrategy
 
 from geometry import Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Source, Status, VehicleState
@@ -17,6 +20,7 @@ from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issu
 from tests.rti_mpcc.drawn import RUNS, Placed, Run, is_finite, measured, placed_state, told
 from tests.rti_mpcc.worlds import World, world
 
+T = TypeVar("T")
 ROUNDING = 1e-9
 LONGEST = 2.5
 """So long the plant is driven on between two cycles at most [s]."""
@@ -26,6 +30,11 @@ HELD_OUT = 2.0
 
 def hold(draws: int, chunk: int) -> None:
     """So many drawn runs, the same for the same `chunk`, keep the promises."""
+    hold_for(RUNS, keep_promises, draws, chunk)
+
+
+def hold_for(drawn: SearchStrategy[T], check: Callable[[T], None], draws: int, chunk: int) -> None:
+    """So many draws, the same for the same `chunk`, pass a check."""
 
     @seed(chunk)
     @settings(
@@ -36,9 +45,9 @@ def hold(draws: int, chunk: int) -> None:
         phases=(Phase.generate, Phase.shrink),
         print_blob=False,
     )
-    @given(run=RUNS)
-    def promised(run: Run) -> None:
-        keep_promises(run)
+    @given(example=drawn)
+    def promised(example: T) -> None:
+        check(example)
 
     promised()
 
