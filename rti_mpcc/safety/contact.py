@@ -174,15 +174,10 @@ def bodies_surely_clear(
     either.
     """
     discs = cover(config.vehicle, config.footprint.discs)
-    count = len(discs.offsets)
-    if planes is None or len(planes.distance) < count:
+    if planes is None or len(planes.distance) < len(states) * len(discs.offsets):
         return False
-    for state in states:
-        place = np.array([complex(state[X], state[Y])])
-        centres = _centres(place, np.exp(1j * state[[PHI]]), discs)
-        if not corridor.at_least(part, centres, planes).min() > discs.radius + UNSURE:
-            return False
-    return True
+    centres = _centres(states[:, X] + 1j * states[:, Y], np.exp(1j * states[:, PHI]), discs)
+    return bool(corridor.at_least(part, centres, planes).min() > discs.radius + UNSURE)
 
 
 def _centres(place: NDArray[np.complex128], axis: NDArray[np.complex128], discs: Discs) -> Array:
