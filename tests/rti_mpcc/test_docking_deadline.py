@@ -142,7 +142,7 @@ def block(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, float], None]:
     """Any plan meets something, from one time to another [s]."""
 
     def between(begin: float, end: float) -> None:
-        def way(self: Any, plan: Any, reach: float, planes: Any = None) -> float:
+        def way(self: Any, plan: Any, *_: Any) -> float:
             return 1.0 if begin <= self.memory.now + 1e-6 < end else inf
 
         monkeypatch.setattr(DockingController, "_way_clear", way)
