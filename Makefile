@@ -17,13 +17,14 @@ export MKL_NUM_THREADS = 1
 export MPLBACKEND = Agg
 
 .DEFAULT_GOAL := help
-.PHONY: help test lint types unit demo acceptance same soak bench clean
+.PHONY: help test lint types unit demo acceptance same reproduce soak bench clean
 
 help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
 	@echo "make test        set up $(VENV) and run lint, types and tests (lint, types, unit: one of them)"
 	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
 	@echo "make same        drive the frozen runs again: whether each command and plan is as it was, to the bit"
+	@echo "make reproduce   drive the paper's experiments again beside the published figures: runs/reproduce"
 	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
 	@echo "make bench       time the cycles of all scenarios against a yardstick; figures: runs/bench.json"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
@@ -51,6 +52,9 @@ acceptance: $(TEST)
 
 same: $(TEST)
 	$(PY) -m benchmarks.same --jobs $(WORKERS)
+
+reproduce: $(TEST)
+	$(PY) -m benchmarks.reproduction
 
 soak: $(TEST)
 	$(PY) -m benchmarks.soak

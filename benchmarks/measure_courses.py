@@ -13,8 +13,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from benchmarks.course_rows import HEADER, course_figures, course_row, courses_told
 from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
-from rti_mpcc.report.course_rows import HEADER, course_figures, course_row, courses_told
 from rti_mpcc.simulation import (
     CAMPAIGN,
     CourseRange,

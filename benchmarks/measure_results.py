@@ -11,12 +11,12 @@ from collections import Counter
 from math import degrees
 from typing import Any
 
+from benchmarks.reproduction.published import published
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
 from rti_mpcc import SolverSettings
 from rti_mpcc.ocp import objectives
 from rti_mpcc.planning import arrival, search
 from rti_mpcc.qp import filling, pattern, solver
-from rti_mpcc.report.published import published
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 
 COMMAND = "python -m benchmarks.measure_results"

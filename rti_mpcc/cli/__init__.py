@@ -1,4 +1,4 @@
-"""The command `rti-mpcc`: scenarios, run, compare, reproduce, campaigns, replay, watch (contract 3.2)."""
+"""The command `rti-mpcc`: scenarios, run, compare, campaigns, replay, watch (contract 3.2)."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, replay, reproduce, run, watch
+from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, replay, run, watch
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.report.console import warnings_on_stderr
 from rti_mpcc.simulation import builtin_names, load_scenario
 
 _INTERRUPTED = 130
-_PROGRAM = "rti-mpcc"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,33 +23,38 @@ def main(argv: Sequence[str] | None = None) -> int:
     0: docked, or identical in replay; 1: not docked, or the body crossed a boundary, or a replay differs;
     2: bad input, told in one message on stderr.
     """
+    return exit_status(_parser(), argv)
+
+
+def exit_status(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> int:
+    """Parse, run what the parser has set as `command`, and turn bad input into one message on stderr."""
     try:
-        arguments = _parser().parse_args(argv)
+        arguments = parser.parse_args(argv)
     except SystemExit as leaving:  # argparse has told what is wrong, or printed the help
         return leaving.code if isinstance(leaving.code, int) else BAD_INPUT
-    with warnings_on_stderr(_PROGRAM):
+    with warnings_on_stderr(parser.prog):
         try:
             status: int = arguments.command(arguments)
         except RtiMpccError as error:
-            return _refuse(str(error))
+            return _refuse(parser.prog, str(error))
         except OSError as error:
-            return _refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+            said = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+            return _refuse(parser.prog, said)
         except KeyboardInterrupt:
-            _refuse("interrupted")
+            _refuse(parser.prog, "interrupted")
             return _INTERRUPTED
     return status
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog=_PROGRAM, description="Dock car-like vehicles with a real-time-iteration MPCC, in simulation."
+        prog="rti-mpcc", description="Dock car-like vehicles with a real-time-iteration MPCC, in simulation."
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     listing = commands.add_parser("scenarios", help="list the built-in scenarios")
     listing.set_defaults(command=_scenarios)
     run.add_to(commands)
     compare.add_to(commands)
-    reproduce.add_to(commands)
     campaign.add_to(commands)
     campaign_case.add_to(commands)
     campaign_report.add_to(commands)
@@ -69,7 +73,7 @@ def _scenarios(arguments: argparse.Namespace) -> int:
     return DOCKED
 
 
-def _refuse(message: str) -> int:
+def _refuse(program: str, message: str) -> int:
     for line in message.splitlines():
-        sys.stderr.write(f"{_PROGRAM}: error: {line}\n")
+        sys.stderr.write(f"{program}: error: {line}\n")
     return BAD_INPUT

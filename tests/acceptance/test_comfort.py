@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.report.published import published_run
-from rti_mpcc.report.reproduction.claims import claims
-from rti_mpcc.report.reproduction.comfort_picture import SHORTEST
-from rti_mpcc.report.reproduction.runs import DOCKING, METHODS, comfort_cases
+from benchmarks.reproduction.claims import claims
+from benchmarks.reproduction.comfort_picture import SHORTEST
+from benchmarks.reproduction.published import published_run
+from benchmarks.reproduction.runs import DOCKING, METHODS, comfort_cases
 from rti_mpcc.simulation import changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import Case, drive
 
@@ -23,7 +23,7 @@ MISSED = {
         "As published, `switched` leaves the corridor",
     }
 }
-"""What does not come out as published: see `rti_mpcc.report.reproduction.causes`."""
+"""What does not come out as published: see `benchmarks.reproduction.causes`."""
 
 
 def asked(case: Case) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks.reproduction.comfort import aims
 from rti_mpcc.errors import ConfigError, ScenarioError
-from rti_mpcc.report.reproduction.comfort import aims
 from rti_mpcc.simulation import changed, load_scenario, simulate, summary
 from tests.rti_mpcc.docking_runs import short
 

@@ -8,24 +8,24 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from benchmarks.reproduction import causes
+from benchmarks.reproduction.claims import claims, missed_causes
+from benchmarks.reproduction.comfort import aims, aims_told
+from benchmarks.reproduction.docking import verdicts
+from benchmarks.reproduction.docking_pictures import HIGHEST, cut_peaks
+from benchmarks.reproduction.exactness import error_at, nearest_error, track_smoothness
+from benchmarks.reproduction.frenet_picture import frenet_figure, marked_stage, paired
+from benchmarks.reproduction.in_short import counted
+from benchmarks.reproduction.published import Track, published_track
+from benchmarks.reproduction.runs import Runs, experiment_cases
+from benchmarks.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
+from benchmarks.reproduction.verdicts import MISSED
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import contouring_weights, sigma
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.report.content import Section, found, say
-from rti_mpcc.report.published import Track, published_track
-from rti_mpcc.report.reproduction import causes
-from rti_mpcc.report.reproduction.claims import claims, missed_causes
-from rti_mpcc.report.reproduction.comfort import aims, aims_told
-from rti_mpcc.report.reproduction.docking import verdicts
-from rti_mpcc.report.reproduction.docking_pictures import HIGHEST, cut_peaks
-from rti_mpcc.report.reproduction.exactness import error_at, nearest_error, track_smoothness
-from rti_mpcc.report.reproduction.frenet_picture import frenet_figure, marked_stage, paired
-from rti_mpcc.report.reproduction.in_short import counted
-from rti_mpcc.report.reproduction.runs import Runs, experiment_cases
-from rti_mpcc.report.reproduction.schedules import SHOWN, schedule, schedules_figure, targets
-from rti_mpcc.report.reproduction.verdicts import MISSED
 
 
 def test_outcomes_are_counted() -> None:

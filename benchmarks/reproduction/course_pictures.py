@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarks.reproduction import looks
+from benchmarks.reproduction.published import Track
 from geometry import Pose2
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below, plane
 from rti_mpcc.report.ground import draw_path
-from rti_mpcc.report.published import Track
-from rti_mpcc.report.reproduction import looks
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.types import Array
 

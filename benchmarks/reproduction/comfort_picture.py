@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarks.reproduction.published import published_run
+from benchmarks.reproduction.runs import DOCKING, Runs
 from rti_mpcc.config import COMFORT_ACCELERATION
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below
-from rti_mpcc.report.published import published_run
-from rti_mpcc.report.reproduction.runs import DOCKING, Runs
 from rti_mpcc.simulation.batch import Outcome
 
 SHORTEST = 0.70

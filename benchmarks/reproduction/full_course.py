@@ -6,13 +6,9 @@ from itertools import pairwise
 from math import hypot
 from typing import Any, NamedTuple
 
-from rti_mpcc.report.axes import png
-from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
-from rti_mpcc.report.numbers import number
-from rti_mpcc.report.published import published, published_run, published_track
-from rti_mpcc.report.reproduction import looks
-from rti_mpcc.report.reproduction.course_pictures import along_figure, plane_figure
-from rti_mpcc.report.reproduction.exactness import (
+from benchmarks.reproduction import looks
+from benchmarks.reproduction.course_pictures import along_figure, plane_figure
+from benchmarks.reproduction.exactness import (
     PoseError,
     Smoothness,
     cusp_error,
@@ -21,8 +17,12 @@ from rti_mpcc.report.reproduction.exactness import (
     split_errors,
     track_smoothness,
 )
-from rti_mpcc.report.reproduction.runs import CONTOURING, DEFAULT, FULL_COURSE, Runs
-from rti_mpcc.report.reproduction.verdicts import came_out, error_told, ratio
+from benchmarks.reproduction.published import published, published_run, published_track
+from benchmarks.reproduction.runs import CONTOURING, DEFAULT, FULL_COURSE, Runs
+from benchmarks.reproduction.verdicts import came_out, error_told, ratio
+from rti_mpcc.report.axes import png
+from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
+from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome
 

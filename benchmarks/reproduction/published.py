@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array
 
 Figures = dict[str, Any]
-_FOLDER = files("rti_mpcc.report") / "published"
+_FOLDER = Path(__file__).parent / "published"
 _COLUMNS = ("t", "x", "y", "phi", "v", "delta", "a", "delta_dot")
 NEVER = {"time_in_paper_s": None, "direction_changes": None, "min_clearance_m": None}
 """What a run need not have, besides `rms` and `energy`."""

@@ -1,4 +1,4 @@
-"""`rti-mpcc reproduce`: page, numbers, pictures, refusals; with runs of a second each."""
+"""`make reproduce`: page, numbers, pictures, refusals; with runs of a second each."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from re import findall
 
 import pytest
 
-from rti_mpcc.cli import main, reproduce
-from rti_mpcc.report.reproduction import report
-from rti_mpcc.report.reproduction.report import Report
-from rti_mpcc.report.reproduction.runs import Runs, comfort_cases, experiment_cases
+from benchmarks.reproduction import __main__ as reproduce
+from benchmarks.reproduction import report
+from benchmarks.reproduction.__main__ import main
+from benchmarks.reproduction.report import Report
+from benchmarks.reproduction.runs import Runs, comfort_cases, experiment_cases
 from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import Case
 
@@ -44,7 +45,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(case, 0.1) for case in comfort_cases()])
     course = short(Case(scenario=load_scenario("docking_inside")), 0.2)
     monkeypatch.setattr(reproduce, "course_cases", lambda count: [course] * count)
-    assert main(["reproduce", "--jobs", "1", "--courses", "2", "--out", "there"]) == 0
+    assert main(["--jobs", "1", "--courses", "2", "--out", "there"]) == 0
     said = capsys.readouterr()
     assert said.err == ""
     assert "there/reproduce.html" in said.out
@@ -101,7 +102,7 @@ def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
 
     monkeypatch.setattr(report, "write_report", write_report)
     for count in (0, 2):
-        assert main(["reproduce", "--jobs", "1", "--courses", str(count)]) == 0
+        assert main(["--jobs", "1", "--courses", str(count)]) == 0
         assert len(written[-1].courses) == count
         assert [outcome.figures["method"] for outcome in written[-1].comforts] == ["separated"] * 3
         assert written[-1].figures("docking_inside")["method"] == "dynamic"
@@ -127,7 +128,7 @@ def test_bad_input_is_refused_before_the_runs(
 ) -> None:
     Path("file").write_text("")
     monkeypatch.setattr(reproduce, "drive_all", None)
-    assert main(["reproduce", *arguments]) == 2
+    assert main(arguments) == 2
     said = capsys.readouterr()
     assert message in said.err
     assert said.out == ""

@@ -1,26 +1,28 @@
-"""`rti-mpcc reproduce`: the experiments of the paper, driven again, as a page with figures and tables."""
+"""`make reproduce`: the experiments of the paper, driven again, as a page with figures and tables."""
 
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
 
-from rti_mpcc.cli.arguments import Commands, at_least_one, seed
+from benchmarks.reproduction.runs import COURSE_SEED, Runs, comfort_cases, course_cases, experiment_cases
+from rti_mpcc.cli import exit_status
+from rti_mpcc.cli.arguments import at_least_one, seed
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_written
 from rti_mpcc.report.files import make_writable
-from rti_mpcc.report.reproduction.runs import COURSE_SEED, Runs, comfort_cases, course_cases, experiment_cases
 from rti_mpcc.simulation.batch import drive_all
 
 REPRODUCED = 0
 """Exit status."""
 
 
-def add_to(commands: Commands) -> None:
-    """Add the command."""
-    parser = commands.add_parser(
-        "reproduce",
-        help="drive the paper's experiments again, write a report beside the published figures",
+def main(argv: Sequence[str] | None = None) -> int:
+    """Drive the experiments and write the report; returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.reproduction",
         description="Drive the paper's experiments again, each by the paper's methods and by preset "
         "default, and write one page with all figures and tables: what is published, what the published "
         "code does, and what is measured here.",
@@ -43,6 +45,7 @@ def add_to(commands: Commands) -> None:
     )
     parser.add_argument("--jobs", type=at_least_one, metavar="K", help="runs at a time; default: one a core")
     parser.set_defaults(command=_reproduce)
+    return exit_status(parser, argv)
 
 
 def _reproduce(arguments: argparse.Namespace) -> int:
@@ -53,7 +56,7 @@ def _reproduce(arguments: argparse.Namespace) -> int:
         cases = [*experiments, *comforts, *courses]
         driven = iter(drive_all(cases, jobs=arguments.jobs, progress=progress))
     # Not at the top: matplotlib takes longer to load than a refusal needs.
-    from rti_mpcc.report.reproduction.report import write_report
+    from benchmarks.reproduction.report import write_report
 
     runs = Runs(
         experiments=list(islice(driven, len(experiments))),
@@ -64,3 +67,7 @@ def _reproduce(arguments: argparse.Namespace) -> int:
     tell_lines(report.told)
     tell_written(report.files)
     return REPRODUCED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from benchmarks.reproduction import looks
+from benchmarks.reproduction.published import Track, published_track
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below, plane
 from rti_mpcc.report.ground import boundaries_of, draw_boundaries, draw_path
-from rti_mpcc.report.published import Track, published_track
-from rti_mpcc.report.reproduction import looks
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.types import Array
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.reproduction.parameters import setting
+from benchmarks.reproduction.published import published, published_run, published_track
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.report.published import published, published_run, published_track
-from rti_mpcc.report.reproduction.parameters import setting
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from benchmarks.reproduction import causes
+from benchmarks.reproduction.published import published_run
+from benchmarks.reproduction.verdicts import near_paper, published_times, ratio
 from rti_mpcc.report.numbers import number
-from rti_mpcc.report.published import published_run
-from rti_mpcc.report.reproduction import causes
-from rti_mpcc.report.reproduction.verdicts import near_paper, published_times, ratio
 
 Figures = Mapping[str, Any]
 SLOWER = {"docking_inside": 1.4, "docking_behind": 1.8}

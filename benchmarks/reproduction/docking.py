@@ -7,29 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from rti_mpcc.report.axes import png
-from rti_mpcc.report.comparison import PAPER as PAPER_COLUMNS
-from rti_mpcc.report.comparison import Column
-from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
-from rti_mpcc.report.numbers import number
-from rti_mpcc.report.published import published_run, published_track
-from rti_mpcc.report.reproduction import causes
-from rti_mpcc.report.reproduction.claims import claims, missed_causes, times_of
-from rti_mpcc.report.reproduction.docking_pictures import (
+from benchmarks.reproduction import causes
+from benchmarks.reproduction.claims import claims, missed_causes, times_of
+from benchmarks.reproduction.docking_pictures import (
     BODY_EVERY,
     HIGHEST,
     LONGEST,
     plane_figure,
     time_figure,
 )
-from rti_mpcc.report.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
-from rti_mpcc.report.reproduction.verdicts import (
+from benchmarks.reproduction.published import published_run, published_track
+from benchmarks.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
+from benchmarks.reproduction.verdicts import (
     beyond_told,
     came_out,
     ratio,
     time_told,
     times_told,
 )
+from rti_mpcc.report.axes import png
+from rti_mpcc.report.comparison import PAPER as PAPER_COLUMNS
+from rti_mpcc.report.comparison import Column
+from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
+from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from math import degrees
 from typing import Any
 
+from benchmarks.reproduction.exactness import PoseError
 from rti_mpcc.report.numbers import number
-from rti_mpcc.report.reproduction.exactness import PoseError
 
 Figures = Mapping[str, Any]
 CAME, MISSED, UNSAID = "comes out so", "does not come out so", "cannot be said"

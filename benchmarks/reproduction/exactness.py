@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.reproduction.published import Track
 from geometry import Pose2, ReferencePath, wrap
-from rti_mpcc.report.published import Track
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.types import Array
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from benchmarks.reproduction.published import published_run
+from benchmarks.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
+from benchmarks.reproduction.verdicts import CAME, MISSED, UNSAID, ratio
 from rti_mpcc.report.content import Block, Paragraph, Section, Table, found, say
 from rti_mpcc.report.numbers import number
-from rti_mpcc.report.published import published_run
-from rti_mpcc.report.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
-from rti_mpcc.report.reproduction.verdicts import CAME, MISSED, UNSAID, ratio
 
 _SAID = (
     "T is the first time inside the goal tolerance (0.05 m, 0.05 m, 2°), a dash where there is none. Preset "

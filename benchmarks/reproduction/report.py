@@ -6,19 +6,19 @@ import json
 from pathlib import Path
 from typing import NamedTuple
 
+from benchmarks.reproduction.comfort import comfort_section
+from benchmarks.reproduction.courses import courses_section
+from benchmarks.reproduction.docking import docking_section
+from benchmarks.reproduction.frenet_picture import frenet_section
+from benchmarks.reproduction.full_course import course_section
+from benchmarks.reproduction.in_short import in_short
+from benchmarks.reproduction.parameters import parameters_section
+from benchmarks.reproduction.published import published
+from benchmarks.reproduction.runs import DOCKING, Runs
+from benchmarks.reproduction.schedules import schedules_section
 from rti_mpcc.recording import Machine
 from rti_mpcc.report.content import Paragraph, Picture, Section, say
 from rti_mpcc.report.page import html_page
-from rti_mpcc.report.published import published
-from rti_mpcc.report.reproduction.comfort import comfort_section
-from rti_mpcc.report.reproduction.courses import courses_section
-from rti_mpcc.report.reproduction.docking import docking_section
-from rti_mpcc.report.reproduction.frenet_picture import frenet_section
-from rti_mpcc.report.reproduction.full_course import course_section
-from rti_mpcc.report.reproduction.in_short import in_short
-from rti_mpcc.report.reproduction.parameters import parameters_section
-from rti_mpcc.report.reproduction.runs import DOCKING, Runs
-from rti_mpcc.report.reproduction.schedules import schedules_section
 
 TITLE = "The experiments of the paper, driven again"
 PAGE, NUMBERS = "reproduce.html", "reproduce.json"
@@ -70,7 +70,7 @@ def about(runs: Runs, made: list[Section]) -> Section:
     """What stands before the experiments: the outcome in short, sources, how to read it."""
     origin = say(f"Origin of the published figures. {published()['origin']}")
     versions = ", ".join(f"{name} {value}" for name, value in Machine.here().versions.items() if value)
-    made_by = say(f"Made by `rti-mpcc reproduce` with {versions}.")
+    made_by = say(f"Made by `make reproduce` with {versions}.")
     return Section(
         name="about",
         title="In short",
