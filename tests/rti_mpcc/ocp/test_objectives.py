@@ -9,7 +9,6 @@ from geometry import Pose2
 from rti_mpcc.config import Weights
 from rti_mpcc.ocp.objectives import (
     FIRM,
-    INSISTING,
     StageWeights,
     arrival_weights,
     cartesian_weights,
@@ -178,14 +177,14 @@ def test_an_arrival_holds_pose_and_speed_at_its_end_and_leaves_the_path() -> Non
     assert (got.steering_rate > 0.0).all()
 
 
-def test_an_arrival_that_insists_counts_effort_little_and_the_goal_the_same() -> None:
+def test_an_arrival_that_insists_counts_a_tenth_of_the_effort_and_the_goal_the_same() -> None:
     far = np.full(70, 0.3)
     usual, insisting = (
         arrival_weights(Weights(), target(), spread(0.0, 30.0), far, insists=insists)
         for insists in (False, True)
     )
     for name in ("acceleration", "steering_rate"):
-        np.testing.assert_allclose(getattr(insisting, name), INSISTING * getattr(usual, name))
+        np.testing.assert_allclose(getattr(insisting, name), 0.1 * getattr(usual, name))
     np.testing.assert_array_equal(insisting.goal, usual.goal)
     assert (insisting.slack, insisting.scale) == (usual.slack, usual.scale)
     near = np.full(70, 0.3 * FIRM / 70.0)

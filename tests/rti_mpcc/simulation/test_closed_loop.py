@@ -63,6 +63,31 @@ def test_actuators_do_the_command_after_the_dead_time(
     assert 0.01 * np.sum(truth.acceleration[:-1]) == pytest.approx(truth.v[-1], abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "wheelbase", "offset", "gain"),
+    [
+        ("wheelbase_error", 0.05, 1.05, 0.0, 1.0),
+        ("wheelbase_error", -0.05, 0.95, 0.0, 1.0),
+        ("steering_offset", 0.03, 1.0, 0.03, 1.0),
+        ("steering_offset", -0.03, 1.0, -0.03, 1.0),
+        ("acceleration_gain", 1.2, 1.0, 0.0, 1.2),
+        ("acceleration_gain", 0.8, 1.0, 0.0, 0.8),
+    ],
+)
+def test_each_error_of_the_plant_shows_in_its_motion(
+    scripted: Any, straight: Scenario, key: str, value: float, wheelbase: float, offset: float, gain: float
+) -> None:
+    """Steered to 0.1 rad in 0.5 s while it gathers speed: the kinematic bicycle says how it goes on."""
+    scenario = changed(straight, {f"simulation.{key}": value, "simulation.duration": 2.0})
+    controller = scripted(script=lambda now, state: (1.0, 0.2 if now < 0.5 - 1e-6 else 0.0))
+    truth = simulate(scenario, controller=controller).truth
+    turned = np.gradient(truth.poses[:, 2], truth.times)[80:-1]
+    turning = truth.v * np.tan(0.1 + offset) / (wheelbase * scenario.vehicle.wheelbase)
+    assert truth.delta[80:] == pytest.approx(0.1)  # the measured angle is without the offset
+    assert truth.v[-1] == pytest.approx(gain * (2.0 - scenario.simulation.dead_time))
+    assert turned == pytest.approx(turning[80:-1], rel=1e-6)
+
+
 def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario) -> None:
     scenario = changed(straight, {"goal.offset": [-6.0, 0.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=triangle(2.0)))
