@@ -88,6 +88,20 @@ def test_each_error_of_the_plant_shows_in_its_motion(
     assert turned == pytest.approx(turning[80:-1], rel=1e-6)
 
 
+def test_progress_is_on_the_part_that_the_controller_is_on(scripted: Any, straight: Scenario) -> None:
+    there_and_back = [
+        {"direction": 1, "curvature": 0.0, "length": 6.0},
+        {"direction": -1, "curvature": 0.0, "length": 6.0},
+    ]
+    scenario = changed(straight, {"path.segments": there_and_back, "simulation.duration": 6.0})
+    controller = scripted(script=triangle(2.0), part=lambda now: int(now > 5.0 - 1e-6))
+    truth = simulate(scenario, controller=controller).truth
+    first = truth.times < 5.0 - 1e-6
+    assert (truth.part == np.where(first, 0, 1)).all()
+    assert truth.theta[first][-1] == pytest.approx(4.0)  # of six metres forward
+    assert truth.theta[~first] == pytest.approx(8.0)  # and two of those back
+
+
 def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario) -> None:
     scenario = changed(straight, {"goal.offset": [-6.0, 0.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=triangle(2.0)))
