@@ -68,6 +68,7 @@ OUTCOMES: Mapping[CaseOutcome, int] = {
     CaseOutcome.UNFINISHED: 4,
     CaseOutcome.RAISED: 5,
     CaseOutcome.WORKER_DIED: 6,
+    CaseOutcome.UNCONFIRMED: 7,
 }
 
 CAMPAIGN_SEED = 41

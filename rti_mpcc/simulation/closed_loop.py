@@ -61,7 +61,8 @@ def simulate(
 ) -> RunResult:
     """Run a scenario until 0.5 s after docking, 5 s after a latched stop, or its duration.
 
-    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. A fault that
+    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. Where the
+    controller does not say that it has docked, the run goes on until it does, for 5 s at most. A fault that
     acts at that time is watched to its end. A stop counts from the end of the last fault on: the vehicle may
     go on then. Garbage collection stays on: the cycle times are those of a user's program.
 
@@ -183,7 +184,7 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
         loop.plant = advance(loop.plant, parameters, time)
         loop.goal = loop.goal.seen_from(loop.plant.x, loop.plant.y)
         _sample(loop, time)
-        ending = ending.after(time, docked=_docked(loop), stopped=_stopped(loop))
+        ending = ending.after(time, docked=_docked(loop), stopped=_stopped(loop), said=_said(loop))
         if (reason := ending.reason(time, loop.scenario.faults)) is not None:
             return reason
     return "duration"
@@ -274,3 +275,7 @@ def _docked(loop: _Loop) -> bool:
 def _stopped(loop: _Loop) -> bool:
     standing = abs(loop.plant.v) <= STANDSTILL_SPEED
     return standing and bool(loop.commands) and loop.commands[-1].status in LATCHED
+
+
+def _said(loop: _Loop) -> bool:
+    return bool(loop.commands) and loop.commands[-1].docked

@@ -36,6 +36,7 @@ SEVERITY = (
     CaseOutcome.FAILED,
     CaseOutcome.STALLED,
     CaseOutcome.UNFINISHED,
+    CaseOutcome.UNCONFIRMED,
     CaseOutcome.DOCKED,
 )
 """What may become of a case, the worst first."""

@@ -17,7 +17,8 @@ from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import counted, number
 
 _READING = (
-    "A case is docked when the vehicle stands inside the goal tolerance for 0.5 s and still does at the end. "
+    "A case is docked when the vehicle stands inside the goal tolerance for 0.5 s and still does at the end, "
+    "and the controller says so by then; where it does not within 5 s, the case is unconfirmed. "
     "The interval of a rate is the 95 % interval by Clopper and Pearson: it holds the true rate at least 95 "
     "times in 100. A collision is a body that left the corridor or met an obstacle at any time, docked or "
     "not. The yardstick of times is 2 √((c + 1) D / a): the way D, the length of the route and the goal "

@@ -34,7 +34,9 @@ class CaseOutcome(Enum):
     """How a case ended."""
 
     DOCKED = "docked"
-    """Inside tolerance of the true goal and standing, and so at the end."""
+    """Inside tolerance of the true goal and standing, and so at the end; and the controller says so."""
+    UNCONFIRMED = "unconfirmed"
+    """The same, but the controller does not say so."""
     STALLED = "stalled"
     """The controller said so, and stood."""
     FAILED = "failed"
@@ -150,7 +152,8 @@ def row_of(index: int, outcome: Outcome) -> CampaignRow:
 def outcome_of(result: RunResult, *, docked: bool) -> CaseOutcome:
     """How a run ended, by its figures and the controller's last word."""
     if docked:
-        return CaseOutcome.DOCKED
+        said = result.cycles.status[-1] is Status.DOCKED
+        return CaseOutcome.DOCKED if said else CaseOutcome.UNCONFIRMED
     latched = {Status.STALLED: CaseOutcome.STALLED, Status.FAILED: CaseOutcome.FAILED}
     if result.ended != "stopped":
         return CaseOutcome.UNFINISHED

@@ -36,6 +36,7 @@ class Scripted:
     source: Callable[[float], Source] = lambda now: Source.SOLUTION
     part: Callable[[float], int] = lambda now: 0
     iterations: Callable[[float], int] = lambda now: 10
+    docked: Callable[[float], bool] = lambda now: True
     told: list[tuple[float, VehicleState, Pose2 | None, Sequence[Array] | None]] = field(default_factory=list)
     detections: list[tuple[GoalMeasurement, ...]] = field(default_factory=list)
 
@@ -58,7 +59,7 @@ class Scripted:
             steering=state.delta,
             status=self.status(now),
             source=self.source(now),
-            docked=False,
+            docked=self.docked(now),
             trajectory=Trajectory(times=np.zeros(2), states=np.zeros((2, 6)), controls=np.zeros((1, 3))),
             diagnostics=self._diagnostics(now),
         )

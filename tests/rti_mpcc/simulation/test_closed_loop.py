@@ -112,6 +112,18 @@ def test_run_ends_half_a_second_after_docking(scripted: Any, straight: Scenario)
     assert truth.times[-1] == pytest.approx(standing + 1.0, abs=0.0101)
 
 
+@pytest.mark.parametrize(("said", "ends"), [(5.0, 5.0), (60.0, 9.5)])
+def test_run_waits_for_the_controllers_own_word(
+    scripted: Any, straight: Scenario, said: float, ends: float
+) -> None:
+    scenario = changed(straight, {"goal.offset": [-6.0, 0.0, 0.0], "simulation.dead_time": 0.0})
+    controller = scripted(script=triangle(2.0), docked=lambda now: now > said - 1e-6)
+    result = simulate(scenario, controller=controller)
+    assert result.ended == "docked"
+    # It stands from 4.0 s on, and is docked since it was slower than 0.02 m/s.
+    assert result.truth.times[-1] == pytest.approx(ends, abs=0.05)
+
+
 def test_standing_outside_tolerance_is_not_docked(scripted: Any, straight: Scenario) -> None:
     scenario = changed(straight, {"goal.offset": [-5.9, 0.0, 0.0], "simulation.duration": 8.0})
     assert simulate(scenario, controller=scripted(script=triangle(2.0))).ended == "duration"

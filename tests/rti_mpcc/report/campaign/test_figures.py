@@ -49,6 +49,7 @@ def test_figures_are_those_of_the_rows(tmp_path: Path) -> None:
     assert (told["cases"], told["cases_asked"], told["finished"]) == (5, 4, True)
     assert told["outcomes"] == {
         "docked": 3,
+        "unconfirmed": 0,
         "unfinished": 0,
         "stalled": 1,
         "failed": 0,

@@ -133,7 +133,8 @@ def test_a_row_is_a_line_the_same_every_time(course: Scenario, outcome: Outcome)
     ("docked", "ended", "last", "expected"),
     [
         (True, "docked", Status.DOCKED, CaseOutcome.DOCKED),
-        (True, "duration", Status.SETTLING, CaseOutcome.DOCKED),
+        (True, "duration", Status.SETTLING, CaseOutcome.UNCONFIRMED),
+        (True, "docked", Status.ARRIVING, CaseOutcome.UNCONFIRMED),
         (False, "stopped", Status.STALLED, CaseOutcome.STALLED),
         (False, "stopped", Status.FAILED, CaseOutcome.FAILED),
         (False, "duration", Status.FAILED, CaseOutcome.UNFINISHED),
@@ -152,7 +153,9 @@ def test_what_did_not_dock_has_the_last_reason(outcome: Outcome) -> None:
     reasons = ("early", "late", *[""] * (len(outcome.result.cycles.times) - 2))
     result = replace(outcome.result, cycles=replace(outcome.result.cycles, reason=reasons))
     assert row_of(0, replace(outcome, result=result)).detail == "late"
-    docked = replace(outcome, result=result, figures=outcome.figures | {"docked": True})
+    words = (*result.cycles.status[:-1], Status.DOCKED)
+    said = replace(result, cycles=replace(result.cycles, status=words))
+    docked = replace(outcome, result=said, figures=outcome.figures | {"docked": True})
     assert (row_of(0, docked).outcome, row_of(0, docked).detail) == (CaseOutcome.DOCKED, "")
 
 
