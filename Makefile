@@ -47,7 +47,7 @@ demo: $(RUNTIME)
 # tests/acceptance is named so that its conftest is loaded in the process that collects the workers' figures;
 # tests/rti_mpcc has longer forms of its own tests, marked one by one.
 acceptance: $(TEST)
-	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance tests/rti_mpcc
+	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance tests/rti_mpcc tests/benchmarks
 	@echo "figures: runs/acceptance.json"
 
 same: $(TEST)

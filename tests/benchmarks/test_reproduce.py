@@ -40,6 +40,7 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
+@pytest.mark.acceptance
 def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(reproduce, "experiment_cases", lambda: list(map(short, experiment_cases())))
     monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(case, 0.1) for case in comfort_cases()])

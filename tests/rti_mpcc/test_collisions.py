@@ -18,7 +18,7 @@ def test_the_promises_hold_for_what_appears_anywhere() -> None:
     hold(10, 0)
 
 
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", range(2))
 @pytest.mark.parametrize("lag", [0.0, 0.2])
 def test_nobody_who_walks_in_plain_sight_is_run_into(number: int, lag: float) -> None:
     _, found = meet(number, 31, lag=lag)

@@ -73,6 +73,7 @@ def test_docking_inside(inside: RunResult) -> None:
     assert found["step_at_change_over"] <= 0.15
 
 
+@pytest.mark.acceptance
 def test_a_mirrored_problem_is_driven_mirrored(inside: RunResult) -> None:
     result = simulate(mirrored(load_scenario("docking_inside")))
     assert deviation(inside.truth.poses, result.truth.poses * [1.0, -1.0, -1.0]) <= 1e-3
@@ -86,7 +87,7 @@ def test_headings_may_jump_by_a_turn_on_the_way(usual: RunResult) -> None:
     assert deviation(usual.truth.poses, seen_from(Pose2(0.0, 0.0, angle), result.truth.poses)) <= 1e-3
 
 
-@pytest.mark.parametrize("turns", [1, -3])
+@pytest.mark.parametrize("turns", [-3, pytest.param(1, marks=pytest.mark.acceptance)])
 def test_a_start_heading_on_another_branch_changes_nothing(turns: int, usual: RunResult) -> None:
     start = usual.path.start
     lifted = VehicleState(x=start.x, y=start.y, phi=start.phi + 2.0 * pi * turns, v=0.0, delta=0.0)
@@ -120,7 +121,7 @@ def test_docks_with_a_noisy_state() -> None:
 # -- obstacles -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
 def test_stops_before_a_wall_and_goes_on_when_it_is_gone(direction: int) -> None:
     scenario = straight(direction, 16.0)
     outline = wall(scenario.build_path(), 11.0, 3.2)

@@ -206,7 +206,7 @@ def assert_gentle(result: RunResult) -> None:
     assert Status.FAILED not in result.cycles.status
 
 
-@pytest.mark.parametrize("iterations", [1, 3])
+@pytest.mark.parametrize("iterations", [1, pytest.param(3, marks=pytest.mark.acceptance)])
 def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
     usual = simulate(short())
     result, found = limited(short(), lambda now: granting(iterations))
@@ -215,7 +215,9 @@ def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
     assert 0.0 <= found["time_to_dock_s"] - docking_figures(usual)["time_to_dock_s"] <= 0.5
 
 
-@pytest.mark.parametrize("iterations", [1, 3, 5])
+@pytest.mark.parametrize(
+    "iterations", [1, *(pytest.param(each, marks=pytest.mark.acceptance) for each in (3, 5))]
+)
 def test_stops_before_a_wall_with_few_iterations_a_cycle_and_goes_on(iterations: int) -> None:
     scenario = course()
     outline = wall(scenario.build_path(), 16.0, 3.2)
@@ -231,6 +233,7 @@ def test_stops_before_a_wall_with_few_iterations_a_cycle_and_goes_on(iterations:
     assert BEGIN <= result.cycles.times[stops.index(True)] <= BEGIN + 0.5
 
 
+@pytest.mark.acceptance
 def test_the_same_with_the_fault_blocked() -> None:
     fault = {"kind": "blocked", "from": BEGIN, "to": GONE, "size": 10.0}
     result, found = limited(course(faults=[fault]), lambda now: granting(2))
@@ -253,7 +256,7 @@ def test_a_wall_is_not_forgotten_where_only_its_first_cycle_had_no_time() -> Non
     assert "stop before" in cycles.reason[change + 1]
 
 
-@pytest.mark.parametrize("iterations", [3, PLENTY])
+@pytest.mark.parametrize("iterations", [3, pytest.param(PLENTY, marks=pytest.mark.acceptance)])
 def test_a_nearer_wall_on_the_way_to_a_stop_is_stopped_before(iterations: int) -> None:
     scenario = course()
     path = scenario.build_path()

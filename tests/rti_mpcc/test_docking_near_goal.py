@@ -10,7 +10,7 @@ from rti_mpcc import ControllerConfig, DockingController, SolverSettings, Vehicl
 from rti_mpcc.docking import MISTAKE
 from rti_mpcc.simulation import load_scenario
 
-DRAWS = 300
+DRAWS = 100
 SCENARIO = load_scenario("docking_inside")
 PATH = SCENARIO.build_path()
 GOAL = SCENARIO.goal_pose(PATH)
@@ -32,8 +32,11 @@ def reason(state: VehicleState, config: ControllerConfig) -> str:
     return command.diagnostics.reason
 
 
-def test_no_first_cycle_is_a_mistake() -> None:
-    reasons = {seed: reason(drawn(seed), CONFIG) for seed in range(DRAWS)}
+@pytest.mark.parametrize(
+    "seeds", [range(DRAWS), pytest.param(range(DRAWS, 3 * DRAWS), marks=pytest.mark.acceptance)], ids=str
+)
+def test_no_first_cycle_is_a_mistake(seeds: range) -> None:
+    reasons = {seed: reason(drawn(seed), CONFIG) for seed in seeds}
     assert not {seed: said for seed, said in reasons.items() if MISTAKE in said}
 
 

@@ -88,7 +88,7 @@ def test_a_docking_with_detections_replays_bit_for_bit(tmp_path: Path) -> None:
     assert_identical(replay(tmp_path / "noisy.jsonl"), 41)
 
 
-@pytest.mark.parametrize("deadline", [None, 0.006])
+@pytest.mark.parametrize("deadline", [0.006, pytest.param(None, marks=pytest.mark.acceptance)])
 def test_a_run_with_every_fault_replays_bit_for_bit(tmp_path: Path, deadline: float | None) -> None:
     kinds = get_args(Kind)
     begins = 1.0 + 0.3 * np.arange(len(kinds))
