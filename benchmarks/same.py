@@ -1,6 +1,7 @@
 """Whether the controller still does to the bit what it did when `benchmarks/same.json` was frozen.
 
     make same                               # drive all of it again, say what differs
+    python -m benchmarks.same --runs        # without the 240 cases of the campaigns
     python -m benchmarks.same --only NAME   # some of it; without a NAME that fits, the names are told
     python -m benchmarks.same --freeze      # write the file anew: only where a difference is wanted
 
@@ -255,9 +256,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--freeze", action="store_true", help="write what is driven now into the file")
     parser.add_argument("--only", metavar="NAME", help="only what has this in its name")
+    parser.add_argument("--runs", action="store_true", help="only the runs, none of the campaign's cases")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
     given = parser.parse_args()
-    tasks = {name: task for name, task in TASKS.items() if not given.only or given.only in name}
+    tasks = {
+        name: task
+        for name, task in TASKS.items()
+        if (not given.only or given.only in name) and not (given.runs and isinstance(task, Row))
+    }
     if not tasks:
         print(f"--only {given.only}: fits none of {', '.join(TASKS)}", file=sys.stderr)
         return 2
