@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rti_mpcc.config import Footprint, SolverSettings, Weights
-from rti_mpcc.qp.solver import Pace
+from rti_mpcc.qp.solver import AdmmSettings
 
 PATIENT = {"solver": SolverSettings(max_iterations=1000)}
 
@@ -41,9 +41,9 @@ CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
 BLENDING = "rti_mpcc.ocp.stage_cost._blending"
-EASE_FROM = "rti_mpcc.qp.filling.EASE_FROM"
-NEAR = ("rti_mpcc.controller.NEAR", "rti_mpcc.qp.solver.NEAR")
-RELAXED = Pace(rho=0.1, over_relaxation=1.6, fine=True, eased=True)
+ROW_SCALING_FROM = "rti_mpcc.qp.filling.EASE_FROM"
+WARM = ("rti_mpcc.controller.WARM", "rti_mpcc.qp.solver.WARM")
+RELAXED = AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
 TIGHT = SolverSettings(max_iterations=20_000, tolerance=1e-7, fine_tolerance=1e-7)
 COARSE = SolverSettings(max_iterations=1000, fine_tolerance=SolverSettings().tolerance)
 
@@ -162,8 +162,8 @@ VARIATIONS = (
         for letter, what, settings, constants in (
             ("o", "as it is", PATIENT, {}),
             ("o", "tight: all QPs to 1e-7", {"solver": TIGHT}, {}),
-            ("o", "bounds that are far off count in full", PATIENT, {EASE_FROM: 1e9}),
-            ("p", "over-relaxation 1.6 from cycle to cycle", PATIENT, dict.fromkeys(NEAR, RELAXED)),
+            ("o", "bounds that are far off count in full", PATIENT, {ROW_SCALING_FROM: 1e9}),
+            ("p", "over-relaxation 1.6 from cycle to cycle", PATIENT, dict.fromkeys(WARM, RELAXED)),
             ("q", "no fine tolerance first", {"solver": COARSE}, {}),
         )
     ),

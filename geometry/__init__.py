@@ -5,11 +5,11 @@ from __future__ import annotations
 from geometry.angles import lift, wrap
 from geometry.corridor import Corridor, Narrowing
 from geometry.errors import CorridorError, InputError, PathError, RtiMpccError
-from geometry.jutting import Jutting
 from geometry.lines import CorridorLines, PartLines
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
 from geometry.pose import Pose2
+from geometry.reflex_vertices import ReflexVertices
 from geometry.walls import HalfPlanes
 
 __all__ = [
@@ -18,7 +18,6 @@ __all__ = [
     "CorridorLines",
     "HalfPlanes",
     "InputError",
-    "Jutting",
     "Narrowing",
     "PartLines",
     "PathError",
@@ -26,6 +25,7 @@ __all__ = [
     "PathReference",
     "Pose2",
     "ReferencePath",
+    "ReflexVertices",
     "RtiMpccError",
     "lift",
     "wrap",

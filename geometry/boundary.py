@@ -132,19 +132,21 @@ class Boundary:
         begins = np.array(list(accumulate((each.vertex.size for each in chains), initial=0)))
         # The samples of a single polyline may be its own points.
         vertex = np.concatenate([each.vertex for each in chains]) if len(chains) > 1 else chains[0].vertex
-        first, last, jutting, added = (
+        first, last, reflex_vertices, added = (
             np.concatenate([getattr(each, name) + at for each, at in zip(chains, begins[:-1], strict=True)])
-            for name in ("first", "last", "jutting", "added")
+            for name in ("first", "last", "reflex_vertices", "added")
         )
         even = np.arange(0, vertex.size, STRIDE, dtype=np.int32)
-        coarse = np.unique(np.concatenate((even, first, last, jutting), dtype=np.int32, casting="same_kind"))
+        coarse = np.unique(
+            np.concatenate((even, first, last, reflex_vertices), dtype=np.int32, casting="same_kind")
+        )
         middle, reach = _groups(vertex, coarse)
         is_end = np.zeros(vertex.size, dtype=np.bool_)
         is_end[begins[:-1]] = is_end[begins[1:] - 1] = True
         ends = np.flatnonzero(is_end)
         at_ends = _at_ends(vertex, begins, first, ends, closed, leads)
         juts = np.zeros(vertex.size, dtype=np.bool_)
-        juts[jutting] = True
+        juts[reflex_vertices] = True
         juts[ends] = (at_ends.features[2] != 0) | juts_out(at_ends.segments[2] * at_ends.segments[1].conj())
         return cls(
             vertex=vertex,

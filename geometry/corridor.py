@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from geometry import clearance as bodies_against
 from geometry.boundary import Boundary
 from geometry.errors import CorridorError, InputError
-from geometry.jutting import Jutting, jutting
 from geometry.lines import CorridorLines
 from geometry.offsets import sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
 from geometry.path import ReferencePath
+from geometry.reflex_vertices import ReflexVertices, reflex_vertices
 from geometry.sampling import as_complex
 from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, marks_of, with_tables
 
@@ -177,7 +177,7 @@ class Corridor:
         """
         return half_planes(self._sides(part), points, previous, hysteresis, within)
 
-    def jutting(self, part: int, planes: HalfPlanes, among: Index) -> Jutting | None:
+    def reflex_vertices(self, part: int, planes: HalfPlanes, among: Index) -> ReflexVertices | None:
         """Return which of some half-planes are of corners that jut out, or of open ends; None if none is.
 
         Args:
@@ -185,9 +185,9 @@ class Corridor:
             planes: of this corridor.
             among: (k,) those that are asked for, point * sides + side.
         """
-        return jutting(self._sides(part), planes, among)
+        return reflex_vertices(self._sides(part), planes, among)
 
-    def at_least(self, part: int, points: Array, planes: HalfPlanes) -> Array:
+    def lower_bound(self, part: int, points: Array, planes: HalfPlanes) -> Array:
         """Return how far points (m, 2) are from all boundaries and obstacles at least (m,) [m].
 
         They are where the first m points of `planes` have moved to. A distance changes by no more than its
@@ -197,7 +197,7 @@ class Corridor:
         seen, sides = planes.seen, self._sides(part)
         if seen is None or seen.marks != marks_of(sides):
             return np.zeros(len(points))
-        apart: Array = seen.at_least(as_complex(points)).min(axis=1, initial=inf)
+        apart: Array = seen.lower_bound(as_complex(points)).min(axis=1, initial=inf)
         return apart
 
     def clearance(self, part: int, bodies: ArrayLike) -> Array:

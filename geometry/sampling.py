@@ -33,7 +33,7 @@ _THINNED = 1e-5  # [m] no point that is left out is farther from the line than t
 class Chain:
     """One sampled polyline; attributes as in geometry.boundary.Boundary, indices from 0.
 
-    `jutting` (j,) are the samples at corners that jut into the allowed side.
+    `reflex_vertices` (j,) are the samples at corners that jut into the allowed side.
     """
 
     vertex: Complex
@@ -41,7 +41,7 @@ class Chain:
     first: Index
     last: Index
     is_loop: Mask
-    jutting: Index
+    reflex_vertices: Index
 
 
 def ring(line: Complex) -> Chain:
@@ -59,7 +59,7 @@ def chain(line: Complex, *, is_ring: bool = False) -> Chain:
     """Sample a polyline (m,); a ring repeats its first point at its end. One that is dense is not copied."""
     line = merged(line)
     vertex, given = _dense(line)
-    receding, jutting = _corners(line)
+    receding, reflex_vertices = _corners(line)
     starts = np.append(0, given[receding])
     smooth_seam = line.size > 1 and not bool(recedes((line[1] - line[0]) * (line[-1] - line[-2]).conj()))
     return Chain(
@@ -68,7 +68,7 @@ def chain(line: Complex, *, is_ring: bool = False) -> Chain:
         first=starts,
         last=np.append(starts[1:], vertex.size - 1),
         is_loop=np.full(starts.size, is_ring and smooth_seam and starts.size == 1),
-        jutting=given[jutting],
+        reflex_vertices=given[reflex_vertices],
     )
 
 
@@ -92,13 +92,13 @@ def _dense(line: Complex) -> tuple[Complex, Index]:
 
 def _corners(line: Complex) -> tuple[Index, Index]:
     """The points of a polyline (m,) at which it recedes, and at which it juts out."""
-    receding, jutting = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    receding, reflex_vertices = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for i in range(0, line.size - 2, _BLOCK):
         way = np.diff(line[i : i + _BLOCK + 2])
         turn = way[1:] * way[:-1].conj()
         receding.append(np.flatnonzero(recedes(turn)) + i + 1)
-        jutting.append(np.flatnonzero(juts_out(turn)) + i + 1)
-    return np.concatenate(receding), np.concatenate(jutting)
+        reflex_vertices.append(np.flatnonzero(juts_out(turn)) + i + 1)
+    return np.concatenate(receding), np.concatenate(reflex_vertices)
 
 
 def recedes(turn: Complex) -> Mask:

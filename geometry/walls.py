@@ -29,7 +29,7 @@ BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but be
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Seen:
+class DistanceCache:
     """Where n points were when their distance to each of s sides was looked up last.
 
     A distance changes by no more than its point moves, so it tells how far away a boundary is at least.
@@ -44,7 +44,7 @@ class Seen:
     distance: Array
     marks: tuple[int | None, ...]
 
-    def at_least(self, points: Complex) -> Array:
+    def lower_bound(self, points: Complex) -> Array:
         """Distances (m, s) [m] that the first m <= n of the points have at least now that they are at
         x + iy (m,) [m]; if positive, they have crossed nothing on a straight way there."""
         moved: Array = np.abs(as_complex(self.place[: points.size]) - points[:, None])
@@ -72,7 +72,7 @@ class HalfPlanes:
     distance: Array
     feature: Index
     sample: Index
-    seen: Seen | None = None
+    seen: DistanceCache | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -284,12 +284,12 @@ def _from_memory(
     if seen is None or seen.marks != marks:
         far = np.zeros(shape, dtype=np.bool_)
         bound = np.full(shape, inf)
-        seen = Seen(place=np.zeros((*shape, 2)), distance=bound.copy(), marks=marks)
+        seen = DistanceCache(place=np.zeros((*shape, 2)), distance=bound.copy(), marks=marks)
     else:
-        bound = seen.at_least(c)
+        bound = seen.lower_bound(c)
         far = bound > [max(within, BEHIND) if side is not None and side.is_open else within for side in sides]
         if not far.all():  # else nothing of it will be written to
-            seen = Seen(place=seen.place.copy(), distance=seen.distance.copy(), marks=marks)
+            seen = DistanceCache(place=seen.place.copy(), distance=seen.distance.copy(), marks=marks)
     none = np.full((2, *shape), -1, dtype=np.int64)
     zero = np.zeros((2, *shape, 2))
     return far, HalfPlanes(

@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from geometry import Corridor, HalfPlanes, InputError, Jutting, PathPart, Pose2, lift
+from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, ReflexVertices, lift
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
@@ -16,13 +16,20 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
-from rti_mpcc.ocp.corridor_rows import MEASURED, CorridorRows, admitted, corridor_rows, drifting, lacking
-from rti_mpcc.ocp.facing import Index
+from rti_mpcc.ocp.corridor_rows import (
+    MEASURED,
+    CorridorRows,
+    corridor_rows,
+    free_response,
+    margin_deficit,
+    relaxed_bounds,
+)
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, cartesian_weights, contouring_weights
 from rti_mpcc.ocp.room import Room
+from rti_mpcc.ocp.separating_planes import Index
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import TargetKind, goal_on, path_end, stop_on
 from rti_mpcc.qp.filling import (
@@ -38,7 +45,7 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
-from rti_mpcc.qp.solver import FAR, NEAR, Ends, Pace, QpSolution, QpSolver
+from rti_mpcc.qp.solver import COLD, WARM, AdmmSettings, Ends, QpSolution, QpSolver
 from rti_mpcc.types import Array, Trajectory
 
 OUTSIDE_PATIENCE = 10
@@ -130,7 +137,7 @@ class RtiMpcc:
         cartesian: bool = False,
         retreat: float = 0.0,
         damping: float = 0.0,
-        pace: Pace | None = None,
+        pace: AdmmSettings | None = None,
         again: bool = False,
         disturbance: Disturbance = UNDISTURBED,
     ) -> Linearisation:
@@ -159,7 +166,7 @@ class RtiMpcc:
         else:
             last = last or self._last
             plan = last.trajectory if last else None
-        pace = pace or (FAR if last is None else NEAR)
+        pace = pace or (COLD if last is None else WARM)
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
@@ -203,11 +210,11 @@ class RtiMpcc:
             change_of_scale = weights.scale / last.weights.scale
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, bounds, states, controls, eased=pace.eased)
+        fill_bounds(values, pattern, bounds, states, controls, rows_scaled=pace.rows_scaled)
         planes = None if cartesian else self._planes(shifted.states, last)
         rows = None if planes is None else self._rows(states, planes, frame)
-        drift = None if rows is None else drifting(states, lengths, wheelbase)
-        fill_corridor(values, pattern, rows, eased=pace.eased)
+        drift = None if rows is None else free_response(states, lengths, wheelbase)
+        fill_corridor(values, pattern, rows, rows_scaled=pace.rows_scaled)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
@@ -311,12 +318,14 @@ class RtiMpcc:
     def _rows(self, states: Array, planes: HalfPlanes, frame: LocalFrame) -> CorridorRows | None:
         """Corridor rows about local states (N+1, 6) with the half-planes of stages 1..N in the world."""
 
-        def jutting(among: Index) -> Jutting | None:
-            return frame.juts_in(self._corridor.jutting(self.index, planes, among))
+        def reflex_vertices(among: Index) -> ReflexVertices | None:
+            return frame.reflex_vertices_in(self._corridor.reflex_vertices(self.index, planes, among))
 
         margin, near = self.config.footprint.margin, self.config.footprint.near
         least = self.config.caution.hard_minimum
-        return corridor_rows(states[1:], frame.planes_in(planes), self._discs, margin, near, jutting, least)
+        return corridor_rows(
+            states[1:], frame.planes_in(planes), self._discs, margin, near, reflex_vertices, least
+        )
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
@@ -336,12 +345,12 @@ class RtiMpcc:
         if linear.rows is None or linear.drift is None:
             return far_out
         change, margin = (measured - linear.states[0])[:MEASURED], self.config.footprint.margin
-        missing = lacking(linear.rows, linear.drift, change)
+        missing = margin_deficit(linear.rows, linear.drift, change)
         if missing is None:
             return far_out
         lack = missing[0].max(axis=0)
         vehicle, direction, states = self.config.vehicle, self.part.direction, linear.states
-        bounds = admitted(
+        bounds = relaxed_bounds(
             linear.rows,
             missing,
             np.add.accumulate(linear.lengths),
@@ -368,7 +377,7 @@ class RtiMpcc:
         if self._last is not None:
             block(primal, pattern.slack_columns)[...] = self._last.slack / SLACK_UNIT
             if len(self._last.dual) == rows:
-                dual = self._last.dual * self._values.ease
+                dual = self._last.dual * self._values.row_scaling
         if iterate is not None and len(iterate[1]) == len(dual):
             primal, dual = iterate
         self._guess = (primal, dual)
@@ -380,7 +389,7 @@ class RtiMpcc:
         pattern, shifted = self._pattern, linear.trajectory
         change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         if result.solved:
-            change, dual = result.primal * pattern.column_units, result.dual / self._values.ease
+            change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
         states = linear.frame.states_out(linear.states + block(change, pattern.state_columns))
         controls = shifted.controls + block(change, pattern.control_columns)
         read_only(states, controls, shifted.times)

@@ -1,8 +1,8 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
 It composes the layers below and decides nothing itself: what comes in is checked, set against the route
-(`Navigator`), driven by (`Driver`: what the phase asks for, or the next rung of the ladder; `Scout` finds its
-first plans), and checked again on its way out.
+(`Navigator`), driven by (`Driver`: what the phase asks for, or the next rung of the fallback; `Scout` finds
+its first plans), and checked again on its way out.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import Driver
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.planning import aim, goals, intake, legs, offsets, route
+from rti_mpcc.planning import aim, goals, legs, offsets, route, validation
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
-from rti_mpcc.planning.trust import Trust, by_commands, weighed
+from rti_mpcc.planning.memory import ControllerMemory, PlanningContext, renewed
+from rti_mpcc.planning.plausibility import StateMonitor, by_commands, validate_measurement
 from rti_mpcc.qp.problem import QpProblem
-from rti_mpcc.safety import gate, ladder
-from rti_mpcc.safety.act import Act, command, emergency
+from rti_mpcc.safety import fallback, limiter
+from rti_mpcc.safety.decision import ControlDecision, command, emergency
 from rti_mpcc.types import Command, Status, VehicleState
 
 _log = logging.getLogger(__name__)
@@ -67,7 +67,7 @@ class DockingController(Driver):
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
-        self._memory = renewed(self._memory, goal_fit=None, told_fit=None, refusal="")
+        self._memory = renewed(self._memory, goal_fit=None, given_fit=None, refusal="")
         self._plan_for(None)
 
     def step(
@@ -115,34 +115,36 @@ class DockingController(Driver):
         clock: CycleClock,
     ) -> Command:
         remarks = self._receive(state, now, goal, obstacles)
-        measurements, unfit = intake.measurements_in(measurements)
+        measurements, unfit = validation.measurements_in(measurements)
         detections = self._locate_goal(measurements)
         self._aim()
         situation = self._situation()
-        act = self._driven(situation, clock)
-        measured = self._memory.trust.heeded(self.config)
-        drive = gate.sent(act.drive, situation.state, measured, self.config, self._memory.disturbance)
-        act = replace(act, drive=drive)
-        self._remember(act, situation)
+        decision = self._driven(situation, clock)
+        measured = self._memory.monitor.heeded(self.config)
+        control = limiter.saturate_command(
+            decision.control, situation.state, measured, self.config, self._memory.disturbance
+        )
+        decision = replace(decision, control=control)
+        self._remember(decision, situation)
         remarks = (*remarks, unfit, *aim.remarks(self._memory))
-        return command(act, situation, self._memory, detections, remarks, self.config, clock)
+        return command(decision, situation, self._memory, detections, remarks, self.config, clock)
 
     def _rescue(self, before: ControllerMemory, error: Exception, clock: CycleClock) -> Command:
         """Brake, and begin afresh in the next cycle with what was known before this one."""
         memory, config = self._memory, self.config
         reason = f"{MISTAKE}: {type(error).__name__}: {' '.join(str(error).split())}"
         reached, known = before.reached, memory.disturbance
-        if memory.trust.state is not None:
+        if memory.monitor.state is not None:
             begin = memory.now + config.dead_time
-            reached = by_commands(memory.trust.state, memory.queue, memory.now, begin, config, known)
+            reached = by_commands(memory.monitor.state, memory.queue, memory.now, begin, config, known)
             reached = known.effective(reached)
         if reached is None:
             reached = np.zeros(STATES)
-        drive = ladder.brake(reached, ladder.braking(config), config)
-        drive = gate.sent(drive, reached, memory.trust.heeded(config), config, known)
-        self._memory = route.braked(memory, drive.acceleration, reason, config)
+        control = fallback.brake(reached, fallback.braking(config), config)
+        control = limiter.saturate_command(control, reached, memory.monitor.heeded(config), config, known)
+        self._memory = route.braked(memory, control.acceleration, reason, config)
         self._begin_leg()
-        return emergency(drive, reached, self._memory, reason, config, clock)
+        return emergency(control, reached, self._memory, reason, config, clock)
 
     def problem(self) -> QpProblem:
         """The QP of the last cycle that solved one, for study off line."""
@@ -158,18 +160,20 @@ class DockingController(Driver):
         obstacles: Sequence[ArrayLike] | None,
     ) -> tuple[str, ...]:
         """Take what is new, in so far as it can be used; says what could not."""
-        memory, clock_remark = intake.timed(self._memory, now, self.config.cycle)
-        surroundings, unreadable = intake.surroundings_in(
+        memory, clock_remark = validation.timed(self._memory, now, self.config.cycle)
+        surroundings, unreadable = validation.surroundings_in(
             self._surroundings, obstacles, memory.now, self.config.caution
         )
         if obstacles is None:
             unreadable = memory.unreadable
-        trust = weighed(memory.trust, state, memory.queue, memory.now, self.config, memory.disturbance)
-        known = offsets.learnt(memory, trust, self.config)
-        trust = trust.doubting(unreadable, memory.trust)
-        hint = self._heading_hint(memory, trust)
-        memory = renewed(memory, trust=trust, offsets=known, unreadable=unreadable, heading_hint=hint)
-        self._memory, goal = intake.goal_in(goal, memory, self.path, surroundings, self.config)
+        monitor = validate_measurement(
+            memory.monitor, state, memory.queue, memory.now, self.config, memory.disturbance
+        )
+        known = offsets.learnt(memory, monitor, self.config)
+        monitor = monitor.doubting(unreadable, memory.monitor)
+        hint = self._heading_hint(memory, monitor)
+        memory = renewed(memory, monitor=monitor, offsets=known, unreadable=unreadable, heading_hint=hint)
+        self._memory, goal = validation.goal_in(goal, memory, self.path, surroundings, self.config)
         changed = surroundings.corridor is not self._surroundings.corridor
         self._surroundings = surroundings
         if changed:
@@ -178,12 +182,12 @@ class DockingController(Driver):
             self._plan_for(goal)
         return clock_remark, hint
 
-    def _heading_hint(self, memory: ControllerMemory, trust: Trust) -> str:
+    def _heading_hint(self, memory: ControllerMemory, monitor: StateMonitor) -> str:
         """What there is to say of the heading measured first, as long as one as large is measured."""
-        state, measured = trust.state, trust.measured
+        state, measured = monitor.state, monitor.measured
         if state is None or measured is None or abs(float(measured[PHI])) <= goals.FULL_TURN:
             return ""
-        if memory.trust.state is not None:
+        if memory.monitor.state is not None:
             return memory.heading_hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
         return goals.degrees_hint("heading", here, self.path.parts[memory.part])
@@ -204,7 +208,7 @@ class DockingController(Driver):
         self._filter.predict(now)
         judgements = []
         for measurement in measurements:
-            own = intake.measurement_in(measurement, self._memory.clock_offset)
+            own = validation.measurement_in(measurement, self._memory.clock_offset)
             judgement = self._filter.update(aim.placed(own, self._memory, settings))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(now)
@@ -212,12 +216,12 @@ class DockingController(Driver):
         if estimate.pose is not None:
             last = self._memory.estimate_fit
             fit = goals.checked_again(last, estimate.pose, self.path, self._surroundings, self.config)
-        self._memory = aim.aimed(self._memory, estimate, self.path.end, now, self.config, fit)
+        self._memory = aim.rate_limited_goal(self._memory, estimate, self.path.end, now, self.config, fit)
         return tuple(judgements)
 
-    def _situation(self) -> Situation:
+    def _situation(self) -> PlanningContext:
         """Where the command will begin to act, on the part that the vehicle is on by then."""
-        if self._memory.trust.found:
+        if self._memory.monitor.found:
             self._memory = route.found(self._memory)
         situation = self._assess()
         memory = self._next_leg(situation)
@@ -228,16 +232,16 @@ class DockingController(Driver):
         self._aim()
         return self._assess()
 
-    def _remember(self, act: Act, situation: Situation) -> None:
+    def _remember(self, decision: ControlDecision, situation: PlanningContext) -> None:
         """Queue the command; a vehicle that stands blocked begins afresh."""
-        drive = act.drive
-        sent = QueuedCommand(situation.begin, drive.acceleration, drive.steering_rate)
-        queue = queued(self._memory.queue, sent, situation.now)
-        waiting = act.status is Status.GOAL_LOST
+        control = decision.control
+        saturate_command = QueuedCommand(situation.begin, control.acceleration, control.steering_rate)
+        queue = queued(self._memory.queue, saturate_command, situation.now)
+        waiting = decision.status is Status.GOAL_LOST
         self._memory = renewed(self._memory, queue=queue, reached=situation.state, waiting=waiting)
         looking = self._memory.stop is not None or self._memory.looks_past
-        if act.status is Status.BLOCKED and not looking:
-            if route.stands(self._memory, situation) and route.looks_again(self._memory, situation):
+        if decision.status is Status.BLOCKED and not looking:
+            if route.is_stationary(self._memory, situation) and route.replan_due(self._memory, situation):
                 self._memory = renewed(route.restart(self._memory), looked_at=situation.now)
         elif not self._memory.latched:
             self._memory = renewed(self._memory, looked_at=None)

@@ -1,4 +1,4 @@
-"""Driver: phases and ladder, from the situation of a cycle to what is driven in it."""
+"""Driver: phases and fallback, from the situation of a cycle to what is driven in it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import aim, route, search, stops
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, Situation, renewed
-from rti_mpcc.planning.search import Attempt
-from rti_mpcc.safety import authority, contact, escape, ladder
-from rti_mpcc.safety.act import Act
+from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, PlanningContext, renewed
+from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.safety import authority, contact, escape, fallback
 from rti_mpcc.safety.contact import Overlap
+from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.safety.stopping import stopping_along, stopping_motion
 from rti_mpcc.scouting import Scout
 from rti_mpcc.types import Objective, Source, Status, Trajectory
@@ -26,18 +26,18 @@ BACKING = "driving past the goal, to back up into it"
 
 
 class Driver(Scout):
-    """Decides what is driven in a cycle: what its phase asks for, or the next rung of the ladder."""
+    """Decides what is driven in a cycle: what its phase asks for, or the next rung of the fallback."""
 
-    def _driven(self, situation: Situation, clock: CycleClock) -> Act:
+    def _driven(self, situation: PlanningContext, clock: CycleClock) -> ControlDecision:
         """What is driven in this cycle: a plan that came too late is not."""
         before = self._memory
-        act = self._act(situation, clock)
-        if clock.late() and act.drive.source is Source.SOLUTION:
-            last = self._go_on(before, situation, TOO_LATE, act.attempt, until_another=True)
-            act = last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=act.attempt)
-        return act if before.pull_out is None else act.pulling_out(before.pulled_out + 1)
+        decision = self._decide(situation, clock)
+        if clock.late() and decision.control.source is Source.SOLUTION:
+            last = self._go_on(before, situation, TOO_LATE, decision.attempt, until_another=True)
+            decision = last or self._stop(situation, Status.STARTING, TOO_LATE, attempt=decision.attempt)
+        return decision if before.pull_out is None else decision.pulling_out(before.pulled_out + 1)
 
-    def _act(self, situation: Situation, clock: CycleClock) -> Act:
+    def _decide(self, situation: PlanningContext, clock: CycleClock) -> ControlDecision:
         self._memory = route.noticed(self._memory, situation)
         overlap = self._overlap(situation)
         if overlap is not None:
@@ -53,7 +53,7 @@ class Driver(Scout):
         if phase is Phase.HOLDING:
             return self._hold(situation)
         waiting = aim.must_wait(self._memory, situation, self.config)
-        if waiting and route.stands(self._memory, situation):
+        if waiting and route.is_stationary(self._memory, situation):
             self._memory = route.restart(self._memory)
             return self._stop(situation, Status.GOAL_LOST, waiting)
         if phase is Phase.STALLED:
@@ -61,34 +61,34 @@ class Driver(Scout):
             stays = self._way_back(situation) is None
             return stalled if stays else stalled.pulling_out(self._memory.pulled_out + 1)
         if phase is Phase.SETTLING:
-            wanted = ladder.landing(situation, self.config)
+            wanted = fallback.settling_deceleration(situation, self.config)
             return self._stop(situation, Status.SETTLING, "braking to rest at the target", wanted)
         if phase is Phase.STARTING:
             return self._start(situation, clock)
         cut = self._way_on_driven(situation)
         if cut < inf or self._wants_another_plan(situation):
-            act = self._change_over(situation, clock, cut)
-            if act is not None:
-                return act
+            decision = self._change_over(situation, clock, cut)
+            if decision is not None:
+                return decision
         if route.cartesian_due(self._memory, situation, self.config):
             self._memory = renewed(self._memory, cartesian=True, solution=None)
         return self._iterate(situation, clock)
 
-    def _doubt(self, situation: Situation, doubt: str) -> Act:
+    def _doubt(self, situation: PlanningContext, doubt: str) -> ControlDecision:
         """Drive on along the last plan for a moment, by what is believed; then brake."""
-        memory, trust = self._memory, self._memory.trust
+        memory, monitor = self._memory, self._memory.monitor
         driving = route.drives(memory) and not memory.latched
-        short = situation.now - trust.since <= self.config.plausibility.blind
-        if driving and short and not trust.obstinate:
-            act = self._go_on(memory, situation, doubt)
-            if act is not None:
-                return replace(act, status=Status.FAILED)
+        short = situation.now - monitor.since <= self.config.plausibility.blind
+        if driving and short and not monitor.steering_fault:
+            decision = self._go_on(memory, situation, doubt)
+            if decision is not None:
+                return replace(decision, status=Status.FAILED)
         return self._give_up(situation, doubt)
 
-    def _start(self, situation: Situation, clock: CycleClock) -> Act:
+    def _start(self, situation: PlanningContext, clock: CycleClock) -> ControlDecision:
         """Look for a first plan."""
-        stands, latched = route.stands(self._memory, situation), self._memory.latched
-        if stands and not route.looks_again(self._memory, situation):
+        is_stationary, latched = route.is_stationary(self._memory, situation), self._memory.latched
+        if is_stationary and not route.replan_due(self._memory, situation):
             status = Status.FAILED if latched else Status.BLOCKED
             return self._stop(situation, status, f"standing, looks again soon: {latched or 'contact ahead'}")
         attempt, situation = self._begin(situation, clock)
@@ -98,16 +98,18 @@ class Driver(Scout):
             return self._accept(attempt, situation)
         looks_past = self._memory.looks_past
         going_on = looks_past and attempt.cut
-        if not (latched or going_on) and route.stands(self._memory, situation, route.PATIENCE):
+        if not (latched or going_on) and route.is_stationary(self._memory, situation, route.PATIENCE):
             latched = attempt.problem
             self._memory = renewed(self._memory, latched=latched)
-        if latched and stands:
+        if latched and is_stationary:
             self._memory = renewed(self._memory, looked_at=situation.now)
         searching = Status.BLOCKED if looks_past else Status.STARTING
         status = Status.FAILED if latched else searching
-        return self._stop(situation, status, attempt.problem, ladder.braking(self.config), attempt)
+        return self._stop(situation, status, attempt.problem, fallback.braking(self.config), attempt)
 
-    def _change_over(self, situation: Situation, clock: CycleClock, cut: float) -> Act | None:
+    def _change_over(
+        self, situation: PlanningContext, clock: CycleClock, cut: float
+    ) -> ControlDecision | None:
         """Turn from the present plan to the first one of another objective; None: not yet.
 
         `cut`: way [m] to what cuts the present plan, inf if nothing does.
@@ -126,12 +128,12 @@ class Driver(Scout):
             self._memory = stops.still_filled(self._memory, situation)
         self._aim()
         if route.too_late(driving, situation, self.config):
-            wanted = ladder.braking(self.config)
+            wanted = fallback.braking(self.config)
             return self._stop(situation, Status.FAILED, attempt.problem, wanted, attempt)
         return None
 
-    def _iterate(self, situation: Situation, clock: CycleClock) -> Act:
-        """One real-time iteration, and the ladder if it gives no plan."""
+    def _iterate(self, situation: PlanningContext, clock: CycleClock) -> ControlDecision:
+        """One real-time iteration, and the fallback if it gives no plan."""
         memory = self._memory
         start = search.going_on(memory.solution)
         if memory.solution is None and memory.fit is not None:  # another objective from here on
@@ -142,10 +144,10 @@ class Driver(Scout):
         if not attempt.problem:
             return self._accept(attempt, situation)
         searching = memory.unfinished is not None
-        act = self._go_on(self._memory, situation, attempt.problem, attempt, until_another=searching)
-        return act or self._give_up(situation, attempt.problem, attempt)
+        decision = self._go_on(self._memory, situation, attempt.problem, attempt, until_another=searching)
+        return decision or self._give_up(situation, attempt.problem, attempt)
 
-    def _way_on_driven(self, situation: Situation) -> float:
+    def _way_on_driven(self, situation: PlanningContext) -> float:
         """Way [m] to where a change of the obstacles cuts the plan being driven, however far along, or inf.
 
         Looked for in every cycle until a plan is driven that they do not cut.
@@ -159,56 +161,60 @@ class Driver(Scout):
             self._memory = stops.found_clear(memory, changes)
         return way - max(float(situation.state[THETA] - plan.states[0, THETA]), 0.0)
 
-    def _wants_another_plan(self, situation: Situation) -> bool:
+    def _wants_another_plan(self, situation: PlanningContext) -> bool:
         """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
         if stops.is_old(self._memory, situation):
             return False
-        return self._may_be_free() or route.arrival_due(self._memory, situation, self.config)
+        return self._way_may_be_free() or route.arrival_due(self._memory, situation, self.config)
 
-    # -- the rungs of the ladder --------------------------------------------------------------------
+    # -- the rungs of the fallback --------------------------------------------------------------------
 
-    def _accept(self, attempt: Attempt, situation: Situation) -> Act:
+    def _accept(self, attempt: SqpResult, situation: PlanningContext) -> ControlDecision:
         """Drive the plan of this cycle, unless it must not be."""
         plan = attempt.plan
-        act = self._drive(plan, Source.SOLUTION, situation, "", attempt)
-        driven, memory = act.drive.source is Source.SOLUTION, self._memory
+        decision = self._follow_plan(plan, Source.SOLUTION, situation, "", attempt)
+        driven, memory = decision.control.source is Source.SOLUTION, self._memory
         self._memory = route.accepted(memory, plan, situation) if driven else renewed(memory, fit=plan)
-        return act
+        return decision
 
     def _go_on(
         self,
         memory: ControllerMemory,
-        situation: Situation,
+        situation: PlanningContext,
         problem: str,
-        attempt: Attempt | None = None,
+        attempt: SqpResult | None = None,
         *,
         until_another: bool = False,
-    ) -> Act | None:
+    ) -> ControlDecision | None:
         """Drive the last accepted plan in this memory on; None if there is none that may be.
 
         It must be clear to its end, unless it is driven only until another one, that is on its way, is there.
         """
-        plan = ladder.driven_on(memory.driven, memory.accepted_at, situation, self.config)
+        plan = fallback.shifted_plan(memory.driven, memory.accepted_at, situation, self.config)
         if plan is None:
             return None
-        return self._drive(plan, Source.SHIFTED_PLAN, situation, problem, attempt, anywhere=not until_another)
+        return self._follow_plan(
+            plan, Source.SHIFTED_PLAN, situation, problem, attempt, anywhere=not until_another
+        )
 
-    def _give_up(self, situation: Situation, problem: str, attempt: Attempt | None = None) -> Act:
+    def _give_up(
+        self, situation: PlanningContext, problem: str, attempt: SqpResult | None = None
+    ) -> ControlDecision:
         """Brake to a standstill; what moved begins afresh once there is a reason to."""
         if self._memory.phase not in (Phase.HOLDING, Phase.STALLED):
             self._memory = renewed(route.restart(self._memory), latched=problem)
-        return self._stop(situation, Status.FAILED, problem, ladder.braking(self.config), attempt)
+        return self._stop(situation, Status.FAILED, problem, fallback.braking(self.config), attempt)
 
-    def _drive(
+    def _follow_plan(
         self,
         plan: Trajectory,
         source: Source,
-        situation: Situation,
+        situation: PlanningContext,
         problem: str,
-        attempt: Attempt | None,
+        attempt: SqpResult | None,
         *,
         anywhere: bool = False,
-    ) -> Act:
+    ) -> ControlDecision:
         """Drive a plan, unless its body is not clear over the way to a stop or the goal is not known well
         enough.
 
@@ -230,36 +236,39 @@ class Driver(Scout):
         waiting = aim.must_wait(memory, situation, config)
         if waiting:
             return self._stop(situation, Status.GOAL_LOST, waiting, attempt=attempt, along=plan)
-        return Act(
-            drive=ladder.follow(plan.controls[0], source),
+        return ControlDecision(
+            control=fallback.follow(plan.controls[0], source),
             status=Status.FOLLOWING if memory.objective is Objective.CONTOURING else Status.ARRIVING,
             reason=problem
             or ("" if situation.free else "making for a stop before something in the way")
             or aim.remark(memory)
-            or (BACKING if memory.backs else ""),
+            or (BACKING if memory.reverse_into_goal else ""),
             trajectory=plan,
             attempt=attempt,
         )
 
     # -- what is in the way --------------------------------------------------------------------------
 
-    def _in_contact(self, situation: Situation, overlap: Overlap) -> Act:
+    def _in_contact(self, situation: PlanningContext, overlap: Overlap) -> ControlDecision:
         """Brake and stand; or creep out of it, where the settings allow that."""
         self._memory = renewed(route.restart(self._memory), halt=Halt())
         motion = escape.way_out(
             situation.state, situation.begin, self._surroundings, self._memory.part, self.config
         )
         if motion is not None:
-            drive = ladder.follow(motion.controls[0], Source.ESCAPE)
-            return Act(
-                drive=drive, status=Status.BLOCKED, reason=f"{overlap}: creeps out of it", trajectory=motion
+            control = fallback.follow(motion.controls[0], Source.ESCAPE)
+            return ControlDecision(
+                control=control,
+                status=Status.BLOCKED,
+                reason=f"{overlap}: creeps out of it",
+                trajectory=motion,
             )
         return self._stop(situation, Status.BLOCKED, str(overlap), self.config.limits.acceleration)
 
-    def _watch(self, situation: Situation) -> None:
+    def _watch(self, situation: PlanningContext) -> None:
         """Halt where the way of the plan that is being driven is no longer clear."""
         memory, around = self._memory, self._surroundings
-        if memory.driven is None or route.stands(memory, situation):
+        if memory.driven is None or route.is_stationary(memory, situation):
             return
         if memory.clear_of == around.changes and not around.moving:
             return
@@ -267,13 +276,13 @@ class Driver(Scout):
         if way < inf:
             self._halt(way, inf, situation)
 
-    def _slowing(self, situation: Situation, plan: Trajectory) -> Trajectory:
+    def _slowing(self, situation: PlanningContext, plan: Trajectory) -> Trajectory:
         """The motion that stands after all of the way that is looked at for a stop, along a plan."""
         speed = float(situation.state[V])
         need = contact.stopping_way(speed, self.config)
         return self._braking(situation, max(speed**2 / (2.0 * need), SLOWEST), plan)
 
-    def _halt(self, way: float, need: float, situation: Situation) -> None:
+    def _halt(self, way: float, need: float, situation: PlanningContext) -> None:
         halt = stops.halted(self._memory.halt, way, need, situation.now, self.config.caution)
         self._memory = renewed(self._memory, halt=halt)
 
@@ -287,10 +296,10 @@ class Driver(Scout):
     def _way_moving(self, plan: Trajectory, reach: float, later: float = 0.0) -> float:
         """Way along a plan, begun `later` [s], to what may be met of what moves [m], or inf."""
         around = self._surroundings
-        ahead = self._memory.now - around.told_at + later
+        ahead = self._memory.now - around.given_at + later
         return contact.way_to_moving(plan, around.moving, ahead, self.config, reach)
 
-    def _hold(self, situation: Situation) -> Act:
+    def _hold(self, situation: PlanningContext) -> ControlDecision:
         if not situation.free:
             return self._stop(situation, Status.BLOCKED, "standing before something that fills the way")
         if not situation.last_part:
@@ -303,13 +312,13 @@ class Driver(Scout):
 
     def _stop(
         self,
-        situation: Situation,
+        situation: PlanningContext,
         status: Status,
         reason: str,
         deceleration: float | None = None,
-        attempt: Attempt | None = None,
+        attempt: SqpResult | None = None,
         along: Trajectory | None = None,
-    ) -> Act:
+    ) -> ControlDecision:
         """Brake at `deceleration` [m/s²], by default the comfort acceleration, and stand.
 
         Where that is not enough to stand before what the vehicle meets on its way, it brakes harder.
@@ -318,28 +327,30 @@ class Driver(Scout):
         """
         config, state = self.config, situation.state
         wanted = config.comfort_acceleration if deceleration is None else deceleration
-        if route.stands(self._memory, situation):
-            motion, drive = self._braking(situation, wanted), ladder.hold(state, config)
+        if route.is_stationary(self._memory, situation):
+            motion, control = self._braking(situation, wanted), fallback.hold(state, config)
         else:
             motion, needed = self._braking_in_time(situation, wanted, along)
-            drive = ladder.brake(state, needed, config, float(motion.controls[0, DELTA_DOT]))
-        return Act(drive=drive, status=status, reason=reason, trajectory=motion, attempt=attempt)
+            control = fallback.brake(state, needed, config, float(motion.controls[0, DELTA_DOT]))
+        return ControlDecision(
+            control=control, status=status, reason=reason, trajectory=motion, attempt=attempt
+        )
 
     def _braking_in_time(
-        self, situation: Situation, wanted: float, along: Trajectory | None
+        self, situation: PlanningContext, wanted: float, along: Trajectory | None
     ) -> tuple[Trajectory, float]:
         """The gentlest braking to stand in time, and its deceleration [m/s²], `wanted` at least."""
         speed, found = float(situation.state[V]), []
         for plan in (None,) if along is None else (along, None):
             motion = self._braking(situation, wanted, plan)
             way = self._way_clear(motion, inf)
-            needed = wanted if way == inf else max(wanted, ladder.before_contact(speed, way, self.config))
+            needed = wanted if way == inf else max(wanted, fallback.before_contact(speed, way, self.config))
             found.append((motion, needed, plan))
         motion, needed, plan = min(found, key=lambda each: each[1])
         return (motion if needed == wanted else self._braking(situation, needed, plan)), needed
 
     def _braking(
-        self, situation: Situation, deceleration: float, along: Trajectory | None = None
+        self, situation: PlanningContext, deceleration: float, along: Trajectory | None = None
     ) -> Trajectory:
         """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan where it is near it."""
         config, state = self.config, situation.state

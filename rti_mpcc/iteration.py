@@ -20,7 +20,7 @@ class Linearisation:
         trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
         lengths: (N,) of the stages [s].
         weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them,
-            None where none acts; drift: see `drifting`, None without rows.
+            None where none acts; drift: see `free_response`, None without rows.
         bounds: (2, 2) what v and delta may be at every stage, lower and upper.
         refused: "" or why the solver refused the numbers.
         seconds: time that the preparation took.
@@ -48,7 +48,7 @@ class Solution:
         trajectory: the plan in the world, headings on the route's branch.
         slack: (N,) corridor slack of stages 1..N [m].
         weights: that acted; planes: that acted, memory of their features.
-        dual: multipliers in scaled units of rows that are not eased, the next QP's guess.
+        dual: multipliers in scaled units of rows that are not scaled down, the next QP's guess.
         status, iterations, refactorisations, residuals: of OSQP, see `QpSolution`.
         stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
         prepare_seconds, solve_seconds, feedback_seconds: times of the phases.

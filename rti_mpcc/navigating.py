@@ -12,10 +12,10 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.ocp.room import room_along, with_obstacles
 from rti_mpcc.planning import legs, route, sensing, stops
 from rti_mpcc.planning.cusp import cusp_pose
-from rti_mpcc.planning.memory import ControllerMemory, PullOut, Situation, renewed
+from rti_mpcc.planning.memory import ControllerMemory, PlanningContext, PullOut, renewed
 from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.surroundings import Surroundings, tell_if_narrow
-from rti_mpcc.planning.trust import by_commands
 from rti_mpcc.safety import contact
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.types import Trajectory
@@ -62,7 +62,7 @@ class Navigator:
         core.set_room(room if config.corridor_rows else None)
         self._pace = pace_of(core.part, config, core.room)
 
-    def _next_leg(self, situation: Situation) -> ControllerMemory | None:
+    def _next_leg(self, situation: PlanningContext) -> ControllerMemory | None:
         """The memory with which another part begins now, or a way back; None: this one goes on."""
         memory = self._memory
         if legs.has_pulled_out(memory, situation, self.config.dead_time):
@@ -70,16 +70,16 @@ class Navigator:
         if memory.pull_out is None and legs.may_change_direction(memory, situation, self.config.dead_time):
             return legs.next_leg(memory, staged=self._to_staging)
         way = self._way_back(situation)
-        if way is not None and route.stands(memory, situation, self.config.dead_time):
+        if way is not None and route.is_stationary(memory, situation, self.config.dead_time):
             return legs.pulling_out(memory, situation, way)
         return None
 
-    def _way_back(self, situation: Situation) -> PullOut | None:
+    def _way_back(self, situation: PlanningContext) -> PullOut | None:
         return legs.way_back(self._memory, situation, self._mpcc.part, self.config)
 
     def _aim(self) -> None:
         """Give the core what the active part is to end in: a stop, its own end, or the goal."""
-        if self._may_be_free() and not route.drives(self._memory):
+        if self._way_may_be_free() and not route.drives(self._memory):
             self._memory = renewed(legs.released(self._memory), looks_past=True)
         if self._memory.stop is not None:
             self._mpcc.set_stop(self._memory.stop.at)
@@ -100,8 +100,8 @@ class Navigator:
             self._cusp_of = index, changes, pose
         return self._cusp_of[2]
 
-    def _may_be_free(self) -> bool:
-        return stops.may_be_free(self._memory, self._memory.now, self._surroundings.changes)
+    def _way_may_be_free(self) -> bool:
+        return stops.way_may_be_free(self._memory, self._memory.now, self._surroundings.changes)
 
     @property
     def _on_last_part(self) -> bool:
@@ -113,7 +113,7 @@ class Navigator:
         separated = self.config.method is Method.SEPARATED
         return separated and self._on_last_part and not self._memory.cartesian
 
-    def _assess(self) -> Situation:
+    def _assess(self) -> PlanningContext:
         return sensing.situation_of(
             self._memory,
             self._mpcc.part,
@@ -138,10 +138,10 @@ class Navigator:
         free = planes is not None
         return contact.way_to_contact(plan, corridor, part, config, reach, least=least, begins_free=free)
 
-    def _overlap(self, situation: Situation) -> Overlap | None:
+    def _overlap(self, situation: PlanningContext) -> Overlap | None:
         """What the body overlaps, where it is believed to be now or until the command begins to act."""
         memory, around, config = self._memory, self._surroundings, self.config
-        believed = memory.trust.state
+        believed = memory.monitor.state
         if believed is None:
             return None
         half = memory.now + 0.5 * config.dead_time

@@ -4,7 +4,7 @@
 (H2)  n_x dx + n_y dy + (o (n_y cos phi - n_x sin phi) - dh/dphi) dphi + slack >= h + margin - n · (c - b)
 
 with h how far the disc, or the piece of the body in it, reaches towards the wall, (H6) of
-rti_mpcc.model.footprint, and at corners half-planes of (H7), rti_mpcc.ocp.facing.
+rti_mpcc.model.footprint, and at corners half-planes of (H7), rti_mpcc.ocp.separating_planes.
 
 Between two walls that face each other the margin is at most what they leave to the body as it stands at
 that stage, less a strip to steer in, but no less than the body's hard minimum:
@@ -22,11 +22,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry import HalfPlanes, Jutting
+from geometry import HalfPlanes, ReflexVertices
 from rti_mpcc.model.footprint import Discs
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
-from rti_mpcc.ocp.facing import Facing, Index, facing
 from rti_mpcc.ocp.room import between
+from rti_mpcc.ocp.separating_planes import Index, SeparatingPlanes, separating_planes
 from rti_mpcc.types import Array
 
 STRIP = 0.03
@@ -59,14 +59,14 @@ def corridor_rows(
     discs: Discs,
     margin: float,
     near: float,
-    jutting: Callable[[Index], Jutting | None],
+    reflex_vertices: Callable[[Index], ReflexVertices | None],
     least: float | None = None,
 ) -> CorridorRows | None:
     """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage); None if none
     acts.
 
     Args:
-        jutting: which of some of the half-planes are of points that jut out, see `facing`.
+        reflex_vertices: which of some of the half-planes are of points that jut out, see `separating_planes`.
         margin: kept between disc, or piece of the body, and boundary [m]; near: boundaries farther from the
             disc than that and the margin do not act [m].
         least: d_min of (H8) [m]; None: the margin is kept whatever is left.
@@ -75,7 +75,7 @@ def corridor_rows(
     if acts.size == 0:
         return None
     shape = (len(states), len(discs.offsets), planes.distance.shape[1])
-    faced = facing(states, planes, acts, discs, jutting)
+    faced = separating_planes(states, planes, acts, discs, reflex_vertices)
     slopes, lower = np.zeros((*shape, 3)), np.full(shape, LOOSE)
     rows = slopes.reshape(-1, 3)
     rows[acts, X], rows[acts, Y] = faced.normal.real, faced.normal.imag
@@ -87,7 +87,12 @@ def corridor_rows(
 
 
 def _margins(
-    faced: Facing, acts: Index, shape: tuple[int, int, int], discs: Discs, margin: float, least: float
+    faced: SeparatingPlanes,
+    acts: Index,
+    shape: tuple[int, int, int],
+    discs: Discs,
+    margin: float,
+    least: float,
 ) -> Array:
     """Equation (H8): the margin (k,) of each half-plane that acts [m]."""
     gaps, normals = np.full(shape, np.inf), np.zeros(shape, dtype=np.complex128)
@@ -100,7 +105,7 @@ def _margins(
     return np.maximum(np.minimum(left, margin), least - spare)
 
 
-def drifting(states: Array, lengths: Array, wheelbase: float) -> Array:
+def free_response(states: Array, lengths: Array, wheelbase: float) -> Array:
     """How x, y, phi of the first n stages follow what the plan begins with, its controls kept: (n, 3, 5).
 
     (H5)  dphi_k = dphi + s_k ddelta (1 + tan²delta)/L
@@ -128,12 +133,12 @@ def drifting(states: Array, lengths: Array, wheelbase: float) -> Array:
     return by
 
 
-def lacking(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
+def margin_deficit(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
     """What of the corridor and its margin is missing at the first n stages (n, discs, sides) [m], or None if
     nothing is.
 
     Args:
-        drift: (n, 3, 5) of the plan linearised about, see `drifting`.
+        drift: (n, 3, 5) of the plan linearised about, see `free_response`.
         change: (5,) in x, y, phi, v, delta that the plan begins with beside it.
     """
     n = len(drift)
@@ -141,7 +146,7 @@ def lacking(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
     return np.maximum(missing, 0.0) if float(missing.max()) > 0.0 else None
 
 
-def admitted(
+def relaxed_bounds(
     rows: CorridorRows,
     missing: Array,
     elapsed: Array,
@@ -154,7 +159,7 @@ def admitted(
 ) -> Array:
     """Lower bounds (N, discs, sides) that give back step by step what is missing.
 
-    What is `missing` of the margin a moment ahead (see `lacking`) is out of reach by then: the
+    What is `missing` of the margin a moment ahead (see `margin_deficit`) is out of reach by then: the
     exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
     there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back,
     and of a slow vehicle with the cube of its way.

@@ -7,7 +7,7 @@ from math import cos, sin
 
 import numpy as np
 
-from geometry import HalfPlanes, Jutting, PathReference, Pose2
+from geometry import HalfPlanes, PathReference, Pose2, ReflexVertices
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.types import Array
 
@@ -63,7 +63,7 @@ class LocalFrame:
         normal = planes.normal.view(np.complex128) * self._turn.conjugate()
         return replace(planes, normal=normal.view(np.float64))
 
-    def juts_in(self, juts: Jutting | None) -> Jutting | None:
+    def reflex_vertices_in(self, juts: ReflexVertices | None) -> ReflexVertices | None:
         """Corners of boundaries with tangents turned into this frame."""
         if juts is None:
             return None

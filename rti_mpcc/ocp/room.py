@@ -111,7 +111,7 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
     along, across = np.abs(seen.real), np.abs(seen.imag)
     distance = planes.distance.reshape(shape)
     gaps = distance - discs.half_length * along - discs.half_width * across
-    juts = corridor.jutting(index, planes, np.arange(gaps.size))
+    juts = corridor.reflex_vertices(index, planes, np.arange(gaps.size))
     if juts is not None:  # there the wall ends or turns away, and it is the point that counts
         to, u, v = (each.reshape(-1)[juts.at] for each in (distance, along, across))
         ahead, beside = (

@@ -16,7 +16,7 @@ from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.goals import GoalFit
-from rti_mpcc.planning.memory import ControllerMemory, Situation, renewed
+from rti_mpcc.planning.memory import ControllerMemory, PlanningContext, renewed
 from rti_mpcc.types import Array
 
 LONGEST_STEP = 0.5
@@ -27,10 +27,10 @@ NEAR = 0.3
 
 def noted(memory: ControllerMemory, length: float) -> ControllerMemory:
     """Keep where the vehicle is: detections of the last `length` [s] may still arrive."""
-    trust = memory.trust
-    if trust.why or trust.state is None:
+    monitor = memory.monitor
+    if monitor.why or monitor.state is None:
         return memory
-    here = Pose2(float(trust.state[X]), float(trust.state[Y]), float(trust.state[PHI]))
+    here = Pose2(float(monitor.state[X]), float(monitor.state[Y]), float(monitor.state[PHI]))
     return renewed(memory, poses=memory.poses.noted(memory.now, here, length=length))
 
 
@@ -43,7 +43,7 @@ def placed(
     return replace(measurement, vehicle=memory.poses.at(measurement.stamp, ahead=settings.clock_skew))
 
 
-def aimed(
+def rate_limited_goal(
     memory: ControllerMemory,
     estimate: GoalEstimate,
     end: Pose2,
@@ -110,7 +110,7 @@ def remark(memory: ControllerMemory) -> str:
     return f"goal not seen for {estimate.age:.1f} s, going on to where it was"
 
 
-def must_wait(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> str:
+def must_wait(memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
     if not (situation.last_part and situation.free):
         return ""

@@ -52,7 +52,7 @@ def arrival_guess(
     return along_path(part, target, state, times, s, rate, config, detour)
 
 
-def backing_guess(
+def reverse_guess(
     part: PathPart, target: Target, state: Array, times: Array, way: float, config: ControllerConfig
 ) -> Trajectory:
     """The arrival over `times` (N+1,) that ends `PASS` beyond the target, and from there straight back to it.

@@ -7,8 +7,15 @@ from math import hypot
 from geometry import PathPart, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, THETA, X, Y
-from rti_mpcc.planning.memory import ControllerMemory, Phase, PullOut, Situation, renewed
-from rti_mpcc.planning.route import PATIENCE, STANDSTILL_SPEED, STANDSTILL_TIME, comes_again, restart, stands
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlanningContext, PullOut, renewed
+from rti_mpcc.planning.route import (
+    PATIENCE,
+    STANDSTILL_SPEED,
+    STANDSTILL_TIME,
+    is_stationary,
+    recovery_enabled,
+    restart,
+)
 from rti_mpcc.types import Array
 
 CUSP_REACH = 0.5
@@ -42,23 +49,23 @@ def released(memory: ControllerMemory) -> ControllerMemory:
     return renewed(restart(memory), stop=None)
 
 
-def may_change_direction(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:
+def may_change_direction(memory: ControllerMemory, situation: PlanningContext, dead_time: float) -> bool:
     """Whether the next part may begin: standing at the cusp with nothing left in the queue."""
-    if situation.last_part or not situation.free or not stands(memory, situation, dead_time):
+    if situation.last_part or not situation.free or not is_stationary(memory, situation, dead_time):
         return False
     if abs(situation.measured_speed) > STANDSTILL_SPEED:
         return False
     if situation.inside(situation.error):
         return True
-    return _near(situation) and stands(memory, situation, max(STANDSTILL_TIME, dead_time))
+    return _near(situation) and is_stationary(memory, situation, max(STANDSTILL_TIME, dead_time))
 
 
 def way_back(
-    memory: ControllerMemory, situation: Situation, part: PathPart, config: ControllerConfig
+    memory: ControllerMemory, situation: PlanningContext, part: PathPart, config: ControllerConfig
 ) -> PullOut | None:
     """The way back that a vehicle which has stalled is to drive next; None if it has to stay where it is."""
     stalled = memory.phase is Phase.STALLED and situation.free and memory.pull_out is None
-    if not (stalled and comes_again(config) and memory.pulled_out < len(PULL_OUT)):
+    if not (stalled and recovery_enabled(config) and memory.pulled_out < len(PULL_OUT)):
         return None
     *here, theta = situation.state[[X, Y, PHI, THETA]].tolist()
     begin = part.progress(Pose2(*here), theta)
@@ -67,7 +74,7 @@ def way_back(
     return PullOut(begin=begin, end=end) if begin - end >= LEAST_WAY * length else None
 
 
-def pulling_out(memory: ControllerMemory, situation: Situation, way: PullOut) -> ControllerMemory:
+def pulling_out(memory: ControllerMemory, situation: PlanningContext, way: PullOut) -> ControllerMemory:
     """The memory at the beginning of a way back."""
     return renewed(
         restart(memory),
@@ -78,15 +85,15 @@ def pulling_out(memory: ControllerMemory, situation: Situation, way: PullOut) ->
     )
 
 
-def has_pulled_out(memory: ControllerMemory, situation: Situation, dead_time: float) -> bool:
+def has_pulled_out(memory: ControllerMemory, situation: PlanningContext, dead_time: float) -> bool:
     """Whether the way back is over: at its end, or where there is no getting on."""
-    if memory.pull_out is None or not stands(memory, situation, dead_time):
+    if memory.pull_out is None or not is_stationary(memory, situation, dead_time):
         return False
     there = situation.free and (_near(situation) or memory.phase is Phase.STALLED)
-    return there or stands(memory, situation, PATIENCE)
+    return there or is_stationary(memory, situation, PATIENCE)
 
 
-def coming_again(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def coming_again(memory: ControllerMemory, situation: PlanningContext) -> ControllerMemory:
     """The memory at the end of a way back."""
     assert memory.pull_out is not None
     theta = 2.0 * memory.pull_out.begin - float(situation.state[THETA])
@@ -102,7 +109,7 @@ def coming_again(memory: ControllerMemory, situation: Situation) -> ControllerMe
     )
 
 
-def _near(situation: Situation) -> bool:
+def _near(situation: PlanningContext) -> bool:
     """Whether the target, a cusp or the end of a way back, is near enough to go on from."""
     return hypot(situation.error.x, situation.error.y) <= CUSP_REACH
 
@@ -128,14 +135,14 @@ def next_leg(memory: ControllerMemory, *, staged: bool) -> ControllerMemory:
         clock_offset=memory.clock_offset,
         clock_at=memory.clock_at,
         clock_stood=memory.clock_stood,
-        trust=memory.trust,
+        monitor=memory.monitor,
         offsets=memory.offsets,
         unreadable=memory.unreadable,
         part=memory.part + (not staged),
         cartesian=staged,
         planned=memory.planned,
         goal_fit=memory.goal_fit,
-        told_fit=memory.told_fit,
+        given_fit=memory.given_fit,
         refusal=memory.refusal,
         goal=memory.goal,
         estimate=memory.estimate,

@@ -16,7 +16,7 @@ from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.pace import Pace
-from rti_mpcc.planning.trust import Trust
+from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.types import Array, Objective, Trajectory
 
 __all__ = [
@@ -25,9 +25,9 @@ __all__ = [
     "Past",
     "Phase",
     "PlannedStop",
+    "PlanningContext",
     "PullOut",
-    "Situation",
-    "Unfinished",
+    "SuspendedSearch",
     "renewed",
 ]
 
@@ -100,7 +100,7 @@ class Past:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Unfinished:
+class SuspendedSearch:
     """A search for a first plan that goes on in the next cycle.
 
     Attributes:
@@ -120,8 +120,8 @@ class Unfinished:
     stop: PlannedStop | None
     arrive_at: float | None
     begin: float
-    backs: bool = False
-    in_vain: bool = False
+    reverse_into_goal: bool = False
+    reverse_failed: bool = False
     past: Past | None = None
 
 
@@ -136,7 +136,7 @@ class ControllerMemory:
         trust: what is believed of the vehicle's state.
         offsets: what is known to act beside the commands, or None where that is not estimated,
             or not yet.
-        unreadable: what is wrong with the obstacles told last, or "".
+        unreadable: what is wrong with the obstacles given last, or "".
         heading_hint: what there is to say of the vehicle's heading when it was first measured, or "".
         part: index of the active part of the route.
         phase: see `Phase`.
@@ -152,9 +152,9 @@ class ControllerMemory:
         timed_for: the pose that this time was last set for.
         overdue_since: since when that arrival has its shortest time to go, whatever way is left [s], or None.
         planned: the user's goal pose, or None for the path's last pose.
-        goal_fit: what was found of it when it was new; told_fit: of the goal told last, taken or not; None:
+        goal_fit: what was found of it when it was new; given_fit: of the goal given last, taken or not; None:
             not looked yet.
-        refusal: why the goal told last was not taken, or "".
+        refusal: why the goal given last was not taken, or "".
         goal: the pose made for: `planned`, or what detections make of it.
         estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
         estimate_fit: whether that can be the goal, or None; followed: the last one that could, or None.
@@ -178,13 +178,13 @@ class ControllerMemory:
     clock_offset: float = 0.0
     clock_at: float | None = None
     clock_stood: int = 0
-    trust: Trust = field(default_factory=Trust)
+    monitor: StateMonitor = field(default_factory=StateMonitor)
     offsets: DisturbanceEstimate | None = None
     unreadable: str = ""
     heading_hint: str = ""
     part: int = 0
     phase: Phase = Phase.STARTING
-    unfinished: Unfinished | None = None
+    unfinished: SuspendedSearch | None = None
     latched: str = ""
     solution: Solution | None = None
     fit: Trajectory | None = None
@@ -192,13 +192,13 @@ class ControllerMemory:
     accepted_at: float | None = None
     clear_of: int = 0
     arrive_at: float | None = None
-    backs: bool = False
+    reverse_into_goal: bool = False
     cartesian: bool = False
     timed_for: Pose2 | None = None
     overdue_since: float | None = None
     planned: Pose2 | None = None
     goal_fit: GoalFit | None = None
-    told_fit: GoalFit | None = None
+    given_fit: GoalFit | None = None
     refusal: str = ""
     goal: Pose2 | None = None
     estimate: GoalEstimate | None = None
@@ -265,7 +265,7 @@ else:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Situation:
+class PlanningContext:
     """Where the vehicle will be when the command of this cycle begins to act.
 
     Attributes:

@@ -68,10 +68,10 @@ class Obstacle:
         seen = (*known[old:], (now, *place))
         since, x, y = seen[0]
         moved = np.subtract(place, (x, y))
-        drifting = bool(np.hypot(*moved) > caution.moved)
-        since_when = None if drifting else (now if self.still_since is None else self.still_since)
+        free_response = bool(np.hypot(*moved) > caution.moved)
+        since_when = None if free_response else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= caution.clear_time)
-        moves = drifting or not still
+        moves = free_response or not still
         return replace(
             new,
             seen=seen,
@@ -112,10 +112,10 @@ def observed(
     same = [k < len(known) and np.array_equal(known[k].outline, each) for k, each in enumerate(outlines)]
     if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
         return known
-    told = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
+    given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
     left = [each for k, each in enumerate(known) if not (k < len(same) and same[k])]
     found = []
-    for k, obstacle in enumerate(told):
+    for k, obstacle in enumerate(given):
         before = known[k] if same[k] else _nearest(obstacle, left, now - last)
         if before is None:
             found.append(obstacle)

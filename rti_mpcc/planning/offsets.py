@@ -8,20 +8,22 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import mean_acceleration
 from rti_mpcc.model.layout import DELTA, PHI, V
 from rti_mpcc.planning.memory import ControllerMemory
-from rti_mpcc.planning.trust import Trust
+from rti_mpcc.planning.plausibility import StateMonitor
 
 
-def learnt(memory: ControllerMemory, trust: Trust, config: ControllerConfig) -> DisturbanceEstimate | None:
+def learnt(
+    memory: ControllerMemory, monitor: StateMonitor, config: ControllerConfig
+) -> DisturbanceEstimate | None:
     """The estimate after this cycle's measurement: nothing is learnt from one that is doubted.
 
-    `memory`: with the commands sent up to the last cycle; `trust`: with this measurement.
+    `memory`: with the commands sent up to the last cycle; `monitor`: with this measurement.
     """
-    if trust.state is None or not config.disturbance.enabled:
+    if monitor.state is None or not config.disturbance.enabled:
         return memory.offsets
     before = memory.offsets or first_estimate(config.disturbance)
-    if trust.why or trust.found:
+    if monitor.why or monitor.found:
         return unseated(before)
-    state, now = trust.state, memory.now
+    state, now = monitor.state, memory.now
     asked = 0.0 if before.at is None else mean_acceleration(memory.queue, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)

@@ -12,7 +12,7 @@ from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.ocp.bounds import RETREAT_REACH
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.guess import BACK_TIME, PASS
-from rti_mpcc.planning.memory import ControllerMemory, Phase, Situation, Unfinished, renewed
+from rti_mpcc.planning.memory import ControllerMemory, Phase, PlanningContext, SuspendedSearch, renewed
 from rti_mpcc.types import Trajectory
 
 STANDSTILL_SPEED = 0.02
@@ -53,7 +53,9 @@ MOVED = 0.1
 """A target that has moved by more than this is a new arrival [m]."""
 
 
-def decide(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+def decide(
+    memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig
+) -> ControllerMemory:
     """The phase of this cycle."""
     decided = _phase(memory, situation, config)
     # A stalled vehicle remembers what it stalled before: a target that creeps away is noticed.
@@ -61,7 +63,9 @@ def decide(memory: ControllerMemory, situation: Situation, config: ControllerCon
     return renewed(decided, target=memory.target if stays else situation.target)
 
 
-def _phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+def _phase(
+    memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig
+) -> ControllerMemory:
     if memory.phase is Phase.HOLDING:
         return _held(memory, situation)
     if memory.phase is Phase.STALLED:
@@ -70,7 +74,7 @@ def _phase(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if memory.phase is Phase.SETTLING:
         return _settled(memory, situation)
     if memory.phase is Phase.STARTING:
-        there = situation.inside(situation.error) and stands(memory, situation)
+        there = situation.inside(situation.error) and is_stationary(memory, situation)
         return renewed(memory, phase=Phase.HOLDING, outside_since=None) if there else memory
     stopping = situation.speed <= SETTLE_TIME * config.comfort_acceleration
     overdue = memory.overdue_since is not None and situation.now - memory.overdue_since >= OVERDUE
@@ -86,12 +90,12 @@ def drives(memory: ControllerMemory) -> bool:
     return memory.phase in (Phase.CONTOURING, Phase.ARRIVING)
 
 
-def arrival_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+def arrival_due(memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle should turn to its arrival now."""
     return memory.phase is Phase.CONTOURING and _arrives(memory, situation, config)
 
 
-def cartesian_due(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+def cartesian_due(memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig) -> bool:
     """Whether from here on only the goal pose is to count (`Method.SWITCHED`): by the way along the path."""
     if (
         memory.cartesian
@@ -103,14 +107,16 @@ def cartesian_due(memory: ControllerMemory, situation: Situation, config: Contro
     return left <= config.weights.transition_reach
 
 
-def too_late(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+def too_late(memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
     needed = situation.speed**2 / (2.0 * config.comfort_acceleration)
     contouring = memory.phase is Phase.CONTOURING and not memory.cartesian
     return contouring and situation.way <= needed
 
 
-def begin_phase(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+def begin_phase(
+    memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig
+) -> ControllerMemory:
     """Choose between contouring and a planned arrival, for a vehicle about to begin one.
 
     A search that ran out of time goes on with what it was for, unless the target has moved since. While the
@@ -119,7 +125,7 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     """
     begun = memory.unfinished
     if begun is not None and apart(begun.target.pose, situation.target.pose) <= MOVED:
-        if stands(memory, situation):
+        if is_stationary(memory, situation):
             begun = _later(begun, situation.begin - begun.begin)
         elif begun.arrive_at is not None:
             duration = _duration(situation, config)
@@ -129,11 +135,11 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
             memory,
             unfinished=begun,
             arrive_at=begun.arrive_at,
-            backs=begun.backs,
+            reverse_into_goal=begun.reverse_into_goal,
             timed_for=situation.target.pose,
             overdue_since=None,
         )
-    memory = renewed(memory, unfinished=None, backs=False)
+    memory = renewed(memory, unfinished=None, reverse_into_goal=False)
     if not _arrives(memory, situation, config):
         return renewed(memory, arrive_at=None, overdue_since=None)
     duration = _duration(situation, config)
@@ -149,28 +155,30 @@ def begin_phase(memory: ControllerMemory, situation: Situation, config: Controll
     )
 
 
-def begin_backing(
-    memory: ControllerMemory, situation: Situation, config: ControllerConfig
+def begin_reverse(
+    memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig
 ) -> ControllerMemory | None:
     """The same for an arrival that passes the goal and backs up into it; None: there is none to begin."""
-    if not (comes_again(config) and situation.last_part and situation.free):
+    if not (recovery_enabled(config) and situation.last_part and situation.free):
         return None
     begun = memory.unfinished
-    if begun is not None and not begun.backs:  # it was for an arrival onward, which was found meanwhile
+    if (
+        begun is not None and not begun.reverse_into_goal
+    ):  # it was for an arrival onward, which was found meanwhile
         memory = renewed(memory, unfinished=None)
     memory = begin_phase(memory, situation, config)
-    if memory.arrive_at is None or memory.backs:
-        return memory if memory.backs else None
+    if memory.arrive_at is None or memory.reverse_into_goal:
+        return memory if memory.reverse_into_goal else None
     duration = _duration(situation, config, beyond=PASS) + BACK_TIME
-    return renewed(memory, backs=True, arrive_at=situation.begin + duration)
+    return renewed(memory, reverse_into_goal=True, arrive_at=situation.begin + duration)
 
 
-def comes_again(config: ControllerConfig) -> bool:
+def recovery_enabled(config: ControllerConfig) -> bool:
     """Whether a goal that is missed is made for by other ways: the paper's objectives stall as they did."""
     return config.arrival and config.method is Method.DYNAMIC
 
 
-def stands(memory: ControllerMemory, situation: Situation, seconds: float = 0.0) -> bool:
+def is_stationary(memory: ControllerMemory, situation: PlanningContext, seconds: float = 0.0) -> bool:
     """Whether the vehicle has been standing for `seconds`."""
     since = memory.standing_since
     return since is not None and situation.now - since >= seconds
@@ -187,7 +195,7 @@ def restart(memory: ControllerMemory) -> ControllerMemory:
         driven=None,
         accepted_at=None,
         arrive_at=None,
-        backs=False,
+        reverse_into_goal=False,
         overdue_since=None,
         outside_since=None,
     )
@@ -203,20 +211,20 @@ def found(memory: ControllerMemory) -> ControllerMemory:
     return renewed(restart(memory), reached=None)
 
 
-def looks_again(memory: ControllerMemory, situation: Situation) -> bool:
+def replan_due(memory: ControllerMemory, situation: PlanningContext) -> bool:
     """Whether a vehicle that stands blocked should look for a plan in this cycle, or goes on looking."""
     if memory.unfinished is not None:
         return True
     return memory.looked_at is None or not 0.0 <= situation.now - memory.looked_at < LOOK_AGAIN
 
 
-def begun(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def begun(memory: ControllerMemory, situation: PlanningContext) -> ControllerMemory:
     """A first plan was found: drive it."""
     phase = Phase.CONTOURING if memory.arrive_at is None else Phase.ARRIVING
     return renewed(memory, phase=phase, driving_since=situation.now, unfinished=None)
 
 
-def accepted(memory: ControllerMemory, plan: Trajectory, situation: Situation) -> ControllerMemory:
+def accepted(memory: ControllerMemory, plan: Trajectory, situation: PlanningContext) -> ControllerMemory:
     """A plan was accepted for driving: nothing holds the vehicle any more."""
     return renewed(
         memory,
@@ -238,7 +246,7 @@ def braked(
     return renewed(restart(memory), queue=queue, latched=reason, reached=None)
 
 
-def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def noticed(memory: ControllerMemory, situation: PlanningContext) -> ControllerMemory:
     """Keep since when the vehicle stands."""
     speed = max(abs(situation.measured_speed), abs(float(situation.state[V])))
     stood = memory.standing_since
@@ -247,14 +255,14 @@ def noticed(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
     return renewed(memory, standing_since=since if standing else None)
 
 
-def _held(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def _held(memory: ControllerMemory, situation: PlanningContext) -> ControllerMemory:
     """Hold on unless the target is clearly elsewhere."""
     if not situation.free or situation.inside(situation.error):
         return renewed(memory, outside_since=None)
     return _outside(memory, situation)
 
 
-def _outside(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def _outside(memory: ControllerMemory, situation: PlanningContext) -> ControllerMemory:
     """A vehicle that stands outside the tolerance begins again: noise may show it just there for a moment."""
     since = situation.now if memory.outside_since is None else memory.outside_since
     just_now = situation.now - since < DOUBT_TIME
@@ -263,8 +271,8 @@ def _outside(memory: ControllerMemory, situation: Situation) -> ControllerMemory
     return restart(memory)
 
 
-def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
-    if not stands(memory, situation):
+def _settled(memory: ControllerMemory, situation: PlanningContext) -> ControllerMemory:
+    if not is_stationary(memory, situation):
         # It will stop outside: the target has moved away while braking.
         return memory if situation.inside(situation.stop_error) else restart(memory)
     if situation.free and not situation.inside(situation.error):
@@ -272,7 +280,7 @@ def _settled(memory: ControllerMemory, situation: Situation) -> ControllerMemory
     return renewed(memory, phase=Phase.HOLDING, restarts=0, outside_since=None)
 
 
-def _arrives(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> bool:
+def _arrives(memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig) -> bool:
     """Whether one planned arrival is to bring the vehicle to its target from here."""
     if not config.arrival or memory.cartesian or (config.method is Method.SWITCHED and situation.last_part):
         return False
@@ -280,28 +288,30 @@ def _arrives(memory: ControllerMemory, situation: Situation, config: ControllerC
     return within_reach(situation.way, situation.speed, config, situation.pace, theta)
 
 
-def _duration(situation: Situation, config: ControllerConfig, beyond: float = 0.0) -> float:
+def _duration(situation: PlanningContext, config: ControllerConfig, beyond: float = 0.0) -> float:
     """What the arrival, or one so much beyond the target [m], takes from here [s]."""
     way = situation.way + beyond
     highest = situation.pace.ahead(float(situation.state[THETA]), way)
     return time_to_go(way, situation.speed, config.arrival_acceleration, highest)
 
 
-def _beside(memory: ControllerMemory, situation: Situation) -> bool:
+def _beside(memory: ControllerMemory, situation: PlanningContext) -> bool:
     """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
     error, (_, across, heading) = situation.error, situation.tolerance
     near = hypot(error.x, error.y) <= RETREAT_REACH
-    return near and stands(memory, situation) and (abs(error.y) > across or abs(error.phi) > heading)
+    return near and is_stationary(memory, situation) and (abs(error.y) > across or abs(error.phi) > heading)
 
 
-def _stuck(memory: ControllerMemory, situation: Situation) -> bool:
+def _stuck(memory: ControllerMemory, situation: PlanningContext) -> bool:
     """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about."""
-    standing = stands(memory, situation, TURNING_TIME if memory.cartesian else STANDSTILL_TIME)
+    standing = is_stationary(memory, situation, TURNING_TIME if memory.cartesian else STANDSTILL_TIME)
     on_its_way = memory.arrive_at is not None and memory.overdue_since is None
     return standing and not on_its_way and situation.now - memory.driving_since > STANDSTILL_TIME
 
 
-def _stalled(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+def _stalled(
+    memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig
+) -> ControllerMemory:
     if not situation.free or situation.inside(situation.error):
         return renewed(memory, phase=Phase.HOLDING, restarts=0)
     # Without a planned arrival another try is the same again: only an arrival backs off and comes back.
@@ -310,13 +320,15 @@ def _stalled(memory: ControllerMemory, situation: Situation, config: ControllerC
     return renewed(restart(memory), restarts=memory.restarts + 1)
 
 
-def retreat(memory: ControllerMemory, situation: Situation) -> float:
+def retreat(memory: ControllerMemory, situation: PlanningContext) -> float:
     """Speed allowed near the target against the part's direction [m/s]: to back up into it, or try again."""
     near = hypot(situation.error.x, situation.error.y) <= RETREAT_REACH
-    return RETREAT_SPEED if memory.backs or (memory.restarts > 0 and near) else 0.0
+    return RETREAT_SPEED if memory.reverse_into_goal or (memory.restarts > 0 and near) else 0.0
 
 
-def _timed(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+def _timed(
+    memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig
+) -> ControllerMemory:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
 
     A vehicle that halts, or lost cycles, gets the time again that its way takes.
@@ -330,7 +342,7 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     if moved or lost or memory.halt is not None:
         due = begin + _duration(situation, config)
         # One that backs up may be past its goal, and has no way left but time to take.
-        arrive_at = due if moved and not memory.backs else max(due, memory.arrive_at)
+        arrive_at = due if moved and not memory.reverse_into_goal else max(due, memory.arrive_at)
         timed_for = situation.target.pose if moved else memory.timed_for
         return renewed(memory, arrive_at=arrive_at, timed_for=timed_for, overdue_since=None)
     if memory.arrive_at >= begin + FLOOR:
@@ -339,14 +351,14 @@ def _timed(memory: ControllerMemory, situation: Situation, config: ControllerCon
     return renewed(memory, arrive_at=begin + FLOOR, overdue_since=since)
 
 
-def _elsewhere(memory: ControllerMemory, situation: Situation) -> bool:
+def _elsewhere(memory: ControllerMemory, situation: PlanningContext) -> bool:
     """Whether the target is no longer where the vehicle stalled before it."""
     if memory.target is None:
         return True
     return not situation.inside(situation.target.pose.relative_to(memory.target.pose), SETTLE_SHARE)
 
 
-def _later(begun: Unfinished, seconds: float) -> Unfinished:
+def _later(begun: SuspendedSearch, seconds: float) -> SuspendedSearch:
     """The same search for a plan that begins so much later [s]."""
     solution, arrive_at = begun.solution, begun.arrive_at
     if solution is not None:

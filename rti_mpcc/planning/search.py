@@ -20,10 +20,10 @@ from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.detour import Detour
-from rti_mpcc.planning.guess import arrival_guess, backing_guess, cruise_guess
-from rti_mpcc.planning.memory import ControllerMemory, Past, Situation, Unfinished, renewed
+from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
+from rti_mpcc.planning.memory import ControllerMemory, Past, PlanningContext, SuspendedSearch, renewed
 from rti_mpcc.planning.route import retreat
-from rti_mpcc.qp.solver import AGAIN, FAR, Pace
+from rti_mpcc.qp.solver import COLD, RETRY, AdmmSettings
 from rti_mpcc.types import Array, Objective, Trajectory
 
 ITERATIONS = 10
@@ -55,7 +55,7 @@ SQUEEZED = 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Attempt:
+class SqpResult:
     """The iterations of one cycle.
 
     Attributes:
@@ -68,7 +68,7 @@ class Attempt:
 
     solutions: tuple[Solution, ...]
     problem: str
-    squeezed: bool
+    corridor_infeasible: bool
     cut: bool = False
     retried: bool = False
 
@@ -80,26 +80,26 @@ class Attempt:
     @property
     def fits(self) -> bool:
         """Whether the last iterate may be driven, as far as its QP tells, and goes past everything."""
-        return not (self.problem or self.squeezed)
+        return not (self.problem or self.corridor_infeasible)
 
     @property
     def plan(self) -> Trajectory:
         """The last iterate."""
         return self.solutions[-1].trajectory
 
-    def then(self, other: Attempt) -> Attempt:
+    def then(self, other: SqpResult) -> SqpResult:
         """Both, one after the other: what counts is the second, unless there was no time for it."""
         if not other.solutions:
             return self
         return replace(other, solutions=(*self.solutions, *other.solutions), retried=True)
 
 
-NOT_YET = Attempt(solutions=(), problem=NO_TIME, squeezed=False, cut=True)
+NOT_YET = SqpResult(solutions=(), problem=NO_TIME, corridor_infeasible=False, cut=True)
 """What stands for an attempt before there is one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Start:
+class InitialIterate:
     """Where a search begins.
 
     Attributes:
@@ -116,39 +116,39 @@ class Start:
     least: int = 1
     most: int = ITERATIONS
     damping: float = DAMPING
-    pace: Pace | None = None
+    pace: AdmmSettings | None = None
     patience: int = 1
     unsolved: int = 1
 
 
-def going_on(solution: Solution | None) -> Start:
+def going_on(solution: Solution | None) -> InitialIterate:
     """One iteration a cycle, more while there is a problem."""
-    return Start(last=solution)
+    return InitialIterate(last=solution)
 
 
-def clean(plan: Trajectory) -> Start:
+def clean(plan: Trajectory) -> InitialIterate:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return Start(guess=plan, pace=AGAIN, patience=CLEAN_PATIENCE)
+    return InitialIterate(guess=plan, pace=RETRY, patience=CLEAN_PATIENCE)
 
 
-def from_guess(guess: Trajectory) -> Start:
+def from_guess(guess: Trajectory) -> InitialIterate:
     """The first plan of an objective."""
-    return Start(
+    return InitialIterate(
         guess=guess,
         least=FIRST_ITERATIONS,
         damping=START_DAMPING,
-        pace=FAR,
+        pace=COLD,
         patience=PATIENCE,
         unsolved=UNSOLVED,
     )
 
 
-def further(attempt: Attempt) -> Start:
+def further(attempt: SqpResult) -> InitialIterate:
     """As many iterations more, for a plan that has not come to its end far ahead."""
     return replace(from_guess(attempt.plan), last=attempt.solved, guess=None, least=ITERATIONS)
 
 
-def resumed(unfinished: Unfinished, guess: Trajectory) -> Start:
+def resumed(unfinished: SuspendedSearch, guess: Trajectory) -> InitialIterate:
     """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
     done = unfinished.iterations
     return replace(
@@ -162,31 +162,42 @@ def resumed(unfinished: Unfinished, guess: Trajectory) -> Start:
 
 
 def converge(
-    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, start: Start, clock: CycleClock
-) -> Attempt:
+    mpcc: RtiMpcc,
+    memory: ControllerMemory,
+    situation: PlanningContext,
+    start: InitialIterate,
+    clock: CycleClock,
+) -> SqpResult:
     """Iterate until the last iterate can be driven, in so far as there is time."""
     solutions: list[Solution] = []
-    problem, squeezed, unsolved = NO_TIME, False, 0
+    problem, corridor_infeasible, unsolved = NO_TIME, False, 0
     last, guess = start.last, start.guess
     while len(solutions) < start.most:
         if not clock.grants():
-            return Attempt(
-                solutions=tuple(solutions), problem=problem or NO_TIME, squeezed=squeezed, cut=True
+            return SqpResult(
+                solutions=tuple(solutions),
+                problem=problem or NO_TIME,
+                corridor_infeasible=corridor_infeasible,
+                cut=True,
             )
         begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
         solutions.append(_iterate(mpcc, memory, situation, begin, clock))
         if solutions[-1].solved:
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved
-        problem = complaint(solutions[-1], mpcc.config, memory.disturbance)
-        squeezed = start.least > 1 and _squeezed(
+        problem = rejection_reason(solutions[-1], mpcc.config, memory.disturbance)
+        corridor_infeasible = start.least > 1 and _corridor_infeasible(
             solutions[-1], mpcc.target, arriving=memory.arrive_at is not None
         )
         if _ran_out_of_time(solutions[-1]):
-            return Attempt(solutions=tuple(solutions), problem=problem, squeezed=squeezed, cut=True)
-        if unsolved >= start.unsolved or (len(solutions) >= start.least and not problem and not squeezed):
+            return SqpResult(
+                solutions=tuple(solutions), problem=problem, corridor_infeasible=corridor_infeasible, cut=True
+            )
+        if unsolved >= start.unsolved or (
+            len(solutions) >= start.least and not problem and not corridor_infeasible
+        ):
             break
-    return Attempt(solutions=tuple(solutions), problem=problem, squeezed=squeezed)
+    return SqpResult(solutions=tuple(solutions), problem=problem, corridor_infeasible=corridor_infeasible)
 
 
 def _ran_out_of_time(solution: Solution) -> bool:
@@ -194,7 +205,11 @@ def _ran_out_of_time(solution: Solution) -> bool:
 
 
 def _iterate(
-    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, start: Start, clock: CycleClock
+    mpcc: RtiMpcc,
+    memory: ControllerMemory,
+    situation: PlanningContext,
+    start: InitialIterate,
+    clock: CycleClock,
 ) -> Solution:
     """One real-time iteration."""
     mpcc.prepare(
@@ -221,7 +236,7 @@ def _iterate(
 
 
 def left_unfinished(
-    memory: ControllerMemory, situation: Situation, attempt: Attempt, done: int = 0
+    memory: ControllerMemory, situation: PlanningContext, attempt: SqpResult, done: int = 0
 ) -> ControllerMemory:
     """Keep a search that ran out of time, to go on with in the next cycle, and what it is for.
 
@@ -233,7 +248,7 @@ def left_unfinished(
     if before is not None and not attempt.solutions:
         return memory
     solved = sum(solution.solved for solution in attempt.solutions)
-    unfinished = Unfinished(
+    unfinished = SuspendedSearch(
         solution=attempt.solved or (before.solution if before else None),
         iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
         iterations=(before.iterations if before else done) + solved,
@@ -241,8 +256,8 @@ def left_unfinished(
         stop=memory.stop,
         arrive_at=memory.arrive_at,
         begin=situation.begin,
-        backs=memory.backs,
-        in_vain=before is not None and before.in_vain,
+        reverse_into_goal=memory.reverse_into_goal,
+        reverse_failed=before is not None and before.reverse_failed,
     )
     return renewed(memory, unfinished=unfinished)
 
@@ -253,14 +268,14 @@ def sought_past(memory: ControllerMemory, past: Past) -> ControllerMemory:
     return memory if begun is None else renewed(memory, unfinished=replace(begun, past=past))
 
 
-def sought_in_vain(memory: ControllerMemory) -> ControllerMemory:
+def reverse_search_failed(memory: ControllerMemory) -> ControllerMemory:
     """No arrival that backs up was found: a search onward that ran out of time is the last one."""
     begun = memory.unfinished
-    return memory if begun is None else renewed(memory, unfinished=replace(begun, in_vain=True))
+    return memory if begun is None else renewed(memory, unfinished=replace(begun, reverse_failed=True))
 
 
 def first_guess(
-    mpcc: RtiMpcc, memory: ControllerMemory, situation: Situation, detour: Detour | None = None
+    mpcc: RtiMpcc, memory: ControllerMemory, situation: PlanningContext, detour: Detour | None = None
 ) -> Trajectory:
     """Where the iterations begin for the objective that the memory has chosen.
 
@@ -271,12 +286,12 @@ def first_guess(
     times = stage_times(situation.begin, stage_lengths(horizon, config.cycle, config.stages))
     if memory.objective is Objective.CONTOURING:
         return cruise_guess(mpcc.part, mpcc.target, situation.state, times, config, detour)
-    if memory.backs:
-        return backing_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
+    if memory.reverse_into_goal:
+        return reverse_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
     return arrival_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config, detour)
 
 
-def reaches(attempt: Attempt, situation: Situation, share: float = 1.0) -> bool:
+def reaches(attempt: SqpResult, situation: PlanningContext, share: float = 1.0) -> bool:
     """Whether the last iterate is a plan past everything to within a share of the tolerance of its target."""
     if not attempt.fits:
         return False
@@ -284,7 +299,7 @@ def reaches(attempt: Attempt, situation: Situation, share: float = 1.0) -> bool:
     return situation.inside(end.relative_to(situation.target.pose), share)
 
 
-def _squeezed(solution: Solution, target: Target, *, arriving: bool) -> bool:
+def _corridor_infeasible(solution: Solution, target: Target, *, arriving: bool) -> bool:
     if float(solution.slack.max()) > SQUEEZED:
         return True
     end = solution.trajectory.states[-1]
@@ -292,7 +307,9 @@ def _squeezed(solution: Solution, target: Target, *, arriving: bool) -> bool:
     return arriving and (left > GOAL_CLIP[0] or abs(end[PHI] - target.pose.phi) > GOAL_CLIP[1])
 
 
-def complaint(solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED) -> str:
+def rejection_reason(
+    solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED
+) -> str:
     """Why a solution must not be driven, or "". `disturbance`: what acts beside its commands."""
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"

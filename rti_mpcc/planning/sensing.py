@@ -12,10 +12,10 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.memory import ControllerMemory, PlanningContext
 from rti_mpcc.planning.pace import Pace
+from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
-from rti_mpcc.planning.trust import by_commands
 from rti_mpcc.types import Array
 
 PASSED = 0.5
@@ -32,7 +32,7 @@ def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: 
     It has its progress on the part, its heading on the route's branch, and the steering that acts. Before any
     state was believed it is the part's begin.
     """
-    believed, first = memory.trust.state, part.first
+    believed, first = memory.monitor.state, part.first
     if believed is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     known = memory.disturbance
@@ -50,13 +50,13 @@ def situation_of(
     config: ControllerConfig,
     *,
     last_part: bool,
-) -> Situation:
+) -> PlanningContext:
     """The situation of this cycle by what is believed of the vehicle."""
-    believed, free = memory.trust.state, memory.stop is None
+    believed, free = memory.monitor.state, memory.stop is None
     speed = 0.0 if believed is None else float(believed[V])
     reached = reached_state(memory.now, memory, part, config)
     situation = assess(reached, memory.now, speed, part, pace, target, config, last_part=last_part, free=free)
-    return replace(situation, doubt=memory.trust.why) if memory.trust.why else situation
+    return replace(situation, doubt=memory.monitor.why) if memory.monitor.why else situation
 
 
 def assess(
@@ -70,12 +70,12 @@ def assess(
     *,
     last_part: bool,
     free: bool,
-) -> Situation:
+) -> PlanningContext:
     """Set the state `reached` (6,) against the path and the target."""
     x, y, phi, v, _, theta = reached.tolist()
     here, on_path = Pose2(x, y, phi), part.pose(theta)
     tolerance = config.goal_tolerance if last_part else CUSP_TOLERANCE
-    return Situation(
+    return PlanningContext(
         now=now,
         begin=now + config.dead_time,
         state=reached,

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from rti_mpcc.config import Caution
 from rti_mpcc.model.layout import THETA
-from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, PlannedStop, Situation, renewed
-from rti_mpcc.planning.route import LOOK_AGAIN, MOVED, apart, restart, stands
+from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, PlannedStop, PlanningContext, renewed
+from rti_mpcc.planning.route import LOOK_AGAIN, MOVED, apart, is_stationary, restart
 
 NEAR_STOP = 0.2
 """A vehicle that stands this near to such a stop stays [m]."""
@@ -32,7 +32,7 @@ def halted(halt: Halt | None, way: float, needed: float, now: float, caution: Ca
 
 
 def stop_before(
-    memory: ControllerMemory, situation: Situation, way: float, obstacle_changes: int | None
+    memory: ControllerMemory, situation: PlanningContext, way: float, obstacle_changes: int | None
 ) -> ControllerMemory:
     """Something fills the way: make for a stop `way` [m] ahead, or stay where that is near.
 
@@ -44,13 +44,13 @@ def stop_before(
         goal=memory.goal,
         obstacles=obstacle_changes,
         since=situation.now,
-        from_there=stays and stands(memory, situation),
+        from_there=stays and is_stationary(memory, situation),
     )
     memory = renewed(restart(memory), stop=stop, looks_past=memory.looks_past and not stays)
     return renewed(memory, phase=Phase.HOLDING) if stays else memory
 
 
-def is_old(memory: ControllerMemory, situation: Situation) -> bool:
+def is_old(memory: ControllerMemory, situation: PlanningContext) -> bool:
     """Whether the plan being driven has to be iterated before the search for another one goes on."""
     accepted = memory.accepted_at
     if memory.unfinished is None or memory.halt is not None or accepted is None:
@@ -68,14 +68,16 @@ def unconfirmed(memory: ControllerMemory) -> bool:
     return memory.stop is not None and memory.stop.obstacles is None
 
 
-def confirmed(memory: ControllerMemory, situation: Situation, obstacle_changes: int) -> ControllerMemory:
+def confirmed(
+    memory: ControllerMemory, situation: PlanningContext, obstacle_changes: int
+) -> ControllerMemory:
     """There is no way past the stop that is made for."""
     assert memory.stop is not None
     stop = replace(memory.stop, goal=memory.goal, obstacles=obstacle_changes, since=situation.now)
     return renewed(memory, stop=stop, unfinished=None)
 
 
-def still_filled(memory: ControllerMemory, situation: Situation) -> ControllerMemory:
+def still_filled(memory: ControllerMemory, situation: PlanningContext) -> ControllerMemory:
     """Another plan than the one to the stop was looked for in vain: not again at once."""
     stop = memory.stop
     return memory if stop is None else renewed(memory, stop=replace(stop, since=situation.now))
@@ -88,7 +90,7 @@ def found_clear(memory: ControllerMemory, obstacle_changes: int) -> ControllerMe
     return renewed(memory, clear_of=obstacle_changes, unfinished=begun if for_arrival else None)
 
 
-def may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
+def way_may_be_free(memory: ControllerMemory, now: float, obstacle_changes: int) -> bool:
     """Whether it is worth looking again if something still fills the way.
 
     From the stop itself it is once: what could not be passed in one go from far away may be from rest there.

@@ -23,14 +23,14 @@ class Surroundings:
 
     Attributes:
         corridor: with the obstacles that stand, which plans go round; known: with all of them.
-        obstacles: all of them; told_at: when they were told last [s].
+        obstacles: all of them; given_at: when they were given last [s].
         changes: how often those that stand have changed.
     """
 
     corridor: Corridor
     known: Corridor
     obstacles: tuple[Obstacle, ...]
-    told_at: float = 0.0
+    given_at: float = 0.0
     changes: int = 0
 
     @classmethod
@@ -56,7 +56,7 @@ class Surroundings:
         """The obstacles that are seen to move."""
         return tuple(each for each in self.obstacles if each.moves)
 
-    def told(self, outlines: Sequence[ArrayLike] | None, now: float, caution: Caution) -> Surroundings:
+    def updated(self, outlines: Sequence[ArrayLike] | None, now: float, caution: Caution) -> Surroundings:
         """With the obstacles told at `now` [s]; for None the last ones stay.
 
         Raises:
@@ -64,9 +64,9 @@ class Surroundings:
         """
         if outlines is None:
             return self
-        obstacles = observed(self.obstacles, outlines, now, self.told_at, caution)
+        obstacles = observed(self.obstacles, outlines, now, self.given_at, caution)
         if obstacles is self.obstacles:
-            return replace(self, told_at=now)
+            return replace(self, given_at=now)
         stand = [each.outline for each in obstacles if not each.moves]
         changed = not same_outlines(stand, [each.outline for each in self.obstacles if not each.moves])
         corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
@@ -78,7 +78,7 @@ class Surroundings:
             corridor=corridor,
             known=everything,
             obstacles=obstacles,
-            told_at=now,
+            given_at=now,
             changes=self.changes + changed,
         )
 

@@ -31,13 +31,13 @@ CHANGE_WEIGHT = 1e-6
 IDLE_WEIGHT = 1e-2
 """Weight on the change of progress where no Frenet cost acts on it: it just goes on as planned."""
 
-EASE_FROM = 0.02
-"""An inequality farther from its bound than this, in units of its row, counts in proportion to that: `ease`
-times less at a distance of `ease` times this. Every row drags on the solver's steps like a proximal term,
-active or not, and a plan whose shape costs little would be held by bounds that are far off for hundreds of
-iterations (docs/performance.md). A row that does come to act from afar takes long: with a first guess none is
-eased."""
-MOST_EASE = 1e4
+ROW_SCALING_FROM = 0.02
+"""An inequality farther from its bound than this, in units of its row, counts in proportion to that: k times
+less at a distance of k times this (`QpValues.row_scaling` is k). Every row drags on the solver's steps like a
+proximal term, active or not, and a plan whose shape costs little would be held by bounds that are far off for
+hundreds of iterations (docs/performance.md). A row that does come to act from afar takes long: with a first
+guess none is scaled down."""
+MOST_ROW_SCALING = 1e4
 """For bounds at infinity."""
 
 RETURN_SHARE = 0.9
@@ -55,7 +55,7 @@ class QpValues:
 
     Attributes:
         cost: (nnz P,); gradient: (n,); constraints: (nnz A,); lower, upper: (m,).
-        ease: (m,) so many of its units a row counts in, see `EASE_FROM`.
+        row_scaling: (m,) so many of its units a row counts in, see `ROW_SCALING_FROM`.
     """
 
     cost: Array
@@ -63,7 +63,7 @@ class QpValues:
     constraints: Array
     lower: Array
     upper: Array
-    ease: Array
+    row_scaling: Array
 
 
 def empty_values(pattern: QpPattern) -> QpValues:
@@ -75,7 +75,7 @@ def empty_values(pattern: QpPattern) -> QpValues:
         constraints=pattern.constraints.constant.copy(),
         lower=np.full(rows, -np.inf),
         upper=np.full(rows, np.inf),
-        ease=np.ones(rows),
+        row_scaling=np.ones(rows),
     )
     values.cost[pattern.cost.groups["slacks"]] = CHANGE_WEIGHT
     values.lower[pattern.slack_rows] = 0.0
@@ -159,12 +159,12 @@ def fill_bounds(
     states: Array,
     controls: Array,
     *,
-    eased: bool = True,
+    rows_scaled: bool = True,
 ) -> None:
     """Bounds on the changes of `states` (N+1, 6) and `controls` (N, 3).
 
     Args:
-        eased: bounds that are far off count less, see `EASE_FROM`.
+        rows_scaled: bounds that are far off count less, see `ROW_SCALING_FROM`.
     """
     # Rows on states and on controls follow each other: both in one go, along axis 0.
     rows = pattern.bound_rows
@@ -175,65 +175,65 @@ def fill_bounds(
         np.subtract(limits.transpose(1, 0, 2), about, out=scaled[:, kind])
     scaled /= block(pattern.row_units, rows)
     lower, upper = scaled
-    ease = _ease(np.minimum(upper, -lower), eased)
-    scaled /= ease
-    pattern.constraints.write(values.constraints, "bounds", 1.0 / ease)
-    block(values.ease, rows)[...] = ease
+    row_scaling = _row_scaling(np.minimum(upper, -lower), rows_scaled)
+    scaled /= row_scaling
+    pattern.constraints.write(values.constraints, "bounds", 1.0 / row_scaling)
+    block(values.row_scaling, rows)[...] = row_scaling
     block(values.lower, rows)[...] = lower
     block(values.upper, rows)[...] = upper
 
 
 def fill_corridor(
-    values: QpValues, pattern: QpPattern, rows: CorridorRows | None, *, eased: bool = True
+    values: QpValues, pattern: QpPattern, rows: CorridorRows | None, *, rows_scaled: bool = True
 ) -> None:
     """The half-planes of all discs; those of sides that the corridor no longer has, or all, are loose.
 
     Args:
-        eased: as in `fill_bounds`.
+        rows_scaled: as in `fill_bounds`.
     """
     lower = block(values.lower, pattern.corridor_rows)
     if rows is None or rows.lower.shape[2] < lower.shape[2]:
         _loosen(values, pattern)
     if rows is None:
         return
-    _write_half_planes(values, pattern, rows, _ease(-rows.lower, eased))
+    _write_half_planes(values, pattern, rows, _row_scaling(-rows.lower, rows_scaled))
 
 
 def _loosen(values: QpValues, pattern: QpPattern) -> None:
     """No half-plane acts: no slopes, but still a relief, which keeps the pattern."""
     lower = block(values.lower, pattern.corridor_rows)
-    ease = float(_ease(np.array(-LOOSE), eased=True))
-    if (lower == LOOSE / ease).all():
+    row_scaling = float(_row_scaling(np.array(-LOOSE), rows_scaled=True))
+    if (lower == LOOSE / row_scaling).all():
         return
     rows = CorridorRows(np.zeros((*lower.shape, 3)), np.full(lower.shape, LOOSE))
-    _write_half_planes(values, pattern, rows, np.full(lower.shape, ease))
+    _write_half_planes(values, pattern, rows, np.full(lower.shape, row_scaling))
 
 
-def _write_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows, ease: Array) -> None:
-    """Rows and slack of the sides that there are, each counting `ease` times less."""
+def _write_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows, row_scaling: Array) -> None:
+    """Rows and slack of the sides that there are, each counting `row_scaling` times less."""
     sides = rows.lower.shape[2]
     by = np.empty((*rows.lower.shape, 4))
-    np.divide(rows.slopes, ease[..., None], out=by[..., :3])
-    np.divide(1.0, ease, out=by[..., 3])
+    np.divide(rows.slopes, row_scaling[..., None], out=by[..., :3])
+    np.divide(1.0, row_scaling, out=by[..., 3])
     slots = pattern.constraints
     groups, scales = slots.groups["half-planes"][:, :, :sides], slots.scales["half-planes"][:, :, :sides]
     values.constraints[groups] = by * scales
-    block(values.ease, pattern.corridor_rows)[:, :, :sides] = ease
-    block(values.lower, pattern.corridor_rows)[:, :, :sides] = rows.lower / ease
+    block(values.row_scaling, pattern.corridor_rows)[:, :, :sides] = row_scaling
+    block(values.lower, pattern.corridor_rows)[:, :, :sides] = rows.lower / row_scaling
 
 
-def _ease(distance: Array, eased: bool) -> Array:
+def _row_scaling(distance: Array, rows_scaled: bool) -> Array:
     """Factor on the units of rows whose bounds are at `distance`, in these units."""
-    if not eased:
+    if not rows_scaled:
         return np.ones_like(distance)
-    return np.minimum(np.maximum(distance / EASE_FROM, 1.0), MOST_EASE)
+    return np.minimum(np.maximum(distance / ROW_SCALING_FROM, 1.0), MOST_ROW_SCALING)
 
 
 def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> None:
     """Feedback phase: other lower bounds (N, discs, sides) [m] of the half-planes that were filled last."""
     sides = lower.shape[2]
-    ease = block(values.ease, pattern.corridor_rows)[:, :, :sides]
-    block(values.lower, pattern.corridor_rows)[:, :, :sides] = lower / ease
+    row_scaling = block(values.row_scaling, pattern.corridor_rows)[:, :, :sides]
+    block(values.lower, pattern.corridor_rows)[:, :, :sides] = lower / row_scaling
 
 
 def fill_motion_bounds(
@@ -260,7 +260,7 @@ def fill_motion_bounds(
         value = float(measured[quantity])
         if bounds[column, 0] <= value <= bounds[column, 1]:
             continue
-        units = block(pattern.row_units, rows)[:, column] * block(values.ease, rows)[:, column]
+        units = block(pattern.row_units, rows)[:, column] * block(values.row_scaling, rows)[:, column]
         shift, drop = states[1:, quantity], RETURN_SHARE * rate * np.add.accumulate(lengths)
         low, high = lower[0, column], upper[0, column]
         top, bottom = upper[:, column], lower[:, column]

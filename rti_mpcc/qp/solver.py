@@ -35,28 +35,28 @@ UNFINISHED = frozenset(
 """What a QP is called that has had its iterations and not come to an end."""
 
 
-class Pace(NamedTuple):
+class AdmmSettings(NamedTuple):
     """How OSQP steps.
 
     Attributes:
         rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
         fine: it is to come to the fine tolerance in its first iterations.
-        eased: bounds that are far off count less, see `qp.filling.EASE_FROM`.
+        rows_scaled: bounds that are far off count less, see `qp.filling.ROW_SCALING_FROM`.
     """
 
     rho: float
     over_relaxation: float
     fine: bool
-    eased: bool
+    rows_scaled: bool
 
 
-NEAR = Pace(rho=0.1, over_relaxation=1.0, fine=True, eased=True)
+WARM = AdmmSettings(rho=0.1, over_relaxation=1.0, fine=True, rows_scaled=True)
 """Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
 settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
 its guess takes 3 (docs/performance.md)."""
-FAR = Pace(rho=0.1, over_relaxation=1.6, fine=False, eased=False)
+COLD = AdmmSettings(rho=0.1, over_relaxation=1.6, fine=False, rows_scaled=False)
 """From a first guess, where rows come to act that are far from it: there are hundreds of iterations to do."""
-AGAIN = Pace(rho=10.0, over_relaxation=1.6, fine=False, eased=False)
+RETRY = AdmmSettings(rho=10.0, over_relaxation=1.6, fine=False, rows_scaled=False)
 """Once more from a clean start. What did not come to its end the first time mostly has multipliers at the
 slack's weight, a thousand times the usual ones, to which small steps take too long (docs/performance.md)."""
 SLICE = 48
@@ -112,11 +112,11 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
-        self._pace = NEAR
+        self._pace = WARM
         self._most = settings.max_iterations
         self._sliced = (SLICE, settings.tolerance)
 
-    def pace(self, pace: Pace) -> None:
+    def pace(self, pace: AdmmSettings) -> None:
         """Step so from now on. Another pace than the last begins with its own step-size parameter."""
         if pace != self._pace:
             self._pace = pace

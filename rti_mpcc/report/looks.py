@@ -15,9 +15,9 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.ocp.facing import facing
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.ocp.objectives import StageWeights
+from rti_mpcc.ocp.separating_planes import separating_planes
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import Controller
 from rti_mpcc.types import Array, Command, Source, VehicleState
@@ -176,7 +176,9 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     part = command.diagnostics.part
     planes = corridor.half_planes(part, centres)
     every = np.arange(planes.distance.size)
-    faced = facing(states, planes, every, discs, lambda among: corridor.jutting(part, planes, among))
+    faced = separating_planes(
+        states, planes, every, discs, lambda among: corridor.reflex_vertices(part, planes, among)
+    )
     gap = faced.gap.reshape(planes.distance.shape)
     active = gap < margin + TIGHT
     lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)

@@ -158,7 +158,7 @@ def surely_clear(
     # Of the stages that bodies up to `reach` lie between, and one more against rounding.
     last = min(int(np.searchsorted(np.cumsum(steps), reach)) + 2, stages)
     centres = _centres(place[1 : last + 1], np.exp(1j * plan.states[1 : last + 1, PHI]), discs)
-    apart = corridor.at_least(part, centres, planes).reshape(last, count).min(axis=1)
+    apart = corridor.lower_bound(part, centres, planes).reshape(last, count).min(axis=1)
     aside = _between_stages(plan, steps[:last], discs, config.vehicle.wheelbase)
     aside[0] *= 2.0
     np.maximum(aside[:-1], aside[1:], out=aside[:-1])
@@ -177,7 +177,7 @@ def bodies_surely_clear(
     if planes is None or len(planes.distance) < len(states) * len(discs.offsets):
         return False
     centres = _centres(states[:, X] + 1j * states[:, Y], np.exp(1j * states[:, PHI]), discs)
-    return bool(corridor.at_least(part, centres, planes).min() > discs.radius + UNSURE)
+    return bool(corridor.lower_bound(part, centres, planes).min() > discs.radius + UNSURE)
 
 
 def _centres(place: NDArray[np.complex128], axis: NDArray[np.complex128], discs: Discs) -> Array:

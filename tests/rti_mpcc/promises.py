@@ -99,9 +99,9 @@ def check_return(controller: DockingController, state: VehicleState, command: Co
 
     Only measurements that have contradicted one another for long don't keep a vehicle from braking.
     """
-    config, trust = controller.config, controller.memory.trust
-    odd = trust.odd_since is not None and trust.at - trust.odd_since > config.plausibility.blind
-    slows = odd and trust.state is not None and trust.state[V] * command.acceleration < 0.0
+    config, monitor = controller.config, controller.memory.monitor
+    odd = monitor.odd_since is not None and monitor.at - monitor.odd_since > config.plausibility.blind
+    slows = odd and monitor.state is not None and monitor.state[V] * command.acceleration < 0.0
     for value, limit, rate in (
         (0.0 if slows else state.v, config.limits.speed, command.acceleration),
         (state.delta, config.limits.steering, command.steering_rate),

@@ -170,8 +170,10 @@ def test_a_search_that_is_cut_goes_on_in_the_next_cycle(iterations: int) -> None
             break
     assert command.docked
     assert controller.memory.pulled_out == 0
-    assert [backs for backs, _ in groupby(each.backs for each in begun)] == [False, True]
-    backing = [each.iterations for each in begun if each.backs]
+    assert [
+        reverse_into_goal for reverse_into_goal, _ in groupby(each.reverse_into_goal for each in begun)
+    ] == [False, True]
+    backing = [each.iterations for each in begun if each.reverse_into_goal]
     assert backing == sorted(backing)
 
 

@@ -12,7 +12,7 @@ import pytest
 from rti_mpcc import DockingController
 from rti_mpcc.driving import TOO_LATE
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.safety.ladder import braking
+from rti_mpcc.safety.fallback import braking
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.forced_clock import FAILED
 from rti_mpcc.simulation.plant import PlantState

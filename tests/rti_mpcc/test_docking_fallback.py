@@ -14,8 +14,8 @@ from geometry import Corridor, CorridorError, InputError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
 from rti_mpcc.docking import MISTAKE
 from rti_mpcc.planning import search
-from rti_mpcc.planning.search import Attempt
-from rti_mpcc.safety.ladder import PLAN_LIFE
+from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.safety.fallback import PLAN_LIFE
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Command, Source, Status, VehicleState
@@ -31,12 +31,12 @@ def fail(monkeypatch: pytest.MonkeyPatch) -> Fail:
     found = search.converge
 
     def between(begin: float, end: float) -> None:
-        def converge(mpcc: Any, memory: Any, situation: Any, guess: Any, clock: Any) -> Attempt:
+        def converge(mpcc: Any, memory: Any, situation: Any, guess: Any, clock: Any) -> SqpResult:
             attempt = found(mpcc, memory, situation, guess, clock)
             if not begin <= situation.now < end:
                 return attempt
             refused = tuple(replace(s, solved=False, status="made up") for s in attempt.solutions)
-            return Attempt(solutions=refused, problem=REFUSED, squeezed=False)
+            return SqpResult(solutions=refused, problem=REFUSED, corridor_infeasible=False)
 
         monkeypatch.setattr(search, "converge", converge)
 
@@ -227,7 +227,7 @@ def test_a_mistake_in_the_program_brakes_and_the_next_cycle_goes_on(
 ) -> None:
     found = search.converge
 
-    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> Attempt:
+    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> SqpResult:
         if 5.0 <= situation.now < 5.2:
             raise ZeroDivisionError("made up\nin two lines")
         return found(mpcc, memory, situation, start, clock)
@@ -250,7 +250,7 @@ def test_a_mistake_that_lasts_brings_the_vehicle_to_rest_and_leaves_it_there(
 ) -> None:
     found = search.converge
 
-    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> Attempt:
+    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> SqpResult:
         if situation.now >= 5.0:
             raise ZeroDivisionError("made up")
         return found(mpcc, memory, situation, start, clock)

@@ -16,10 +16,10 @@ from rti_mpcc.ocp.corridor_rows import (
     RETURN_WAY,
     WAY_BACK,
     CorridorRows,
-    admitted,
     corridor_rows,
-    drifting,
-    lacking,
+    free_response,
+    margin_deficit,
+    relaxed_bounds,
 )
 from rti_mpcc.types import Array
 from tests.rti_mpcc.corners import no_corners
@@ -189,12 +189,12 @@ def relieved(
     way: float = 0.0,
     trails: Array | None = None,
 ) -> Array:
-    """`admitted` with what the vehicle lacks itself, all stages being `way` [m] along; nothing trails."""
-    missing = lacking(rows, STAYS, np.append(change, [0.0, 0.0]))
+    """`relaxed_bounds` with what the vehicle lacks itself, all stages `way` [m] along; nothing trails."""
+    missing = margin_deficit(rows, STAYS, np.append(change, [0.0, 0.0]))
     if missing is None:
         return rows.lower
     over = np.maximum(missing[0].max(axis=0) - margin, 0.0)
-    return admitted(
+    return relaxed_bounds(
         rows,
         missing,
         elapsed,
@@ -279,7 +279,7 @@ def test_a_plan_begun_beside_another_drifts_as_the_vehicle_does(speed: float, st
     lengths = np.append(0.05, np.full(29, 0.1))
     begin = np.array([0.3, -0.2, 0.7, speed, steering, 0.0])
     controls = np.zeros((len(lengths), CONTROLS))
-    by = drifting(rollout(begin, controls, lengths, 2.9), lengths, 2.9)
+    by = free_response(rollout(begin, controls, lengths, 2.9), lengths, 2.9)
     assert np.cumsum(lengths)[len(by) - 1] < RETURN_TIME <= np.cumsum(lengths)[len(by)]
 
     def poses(measured: Array) -> Array:

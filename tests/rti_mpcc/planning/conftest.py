@@ -9,7 +9,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.ocp.targets import Target, TargetKind
-from rti_mpcc.planning.memory import Situation
+from rti_mpcc.planning.memory import PlanningContext
 from rti_mpcc.planning.pace import Pace
 
 
@@ -21,7 +21,7 @@ def target_at(x: float) -> Target:
 class Situations:
     """Makes situations on a straight path; default: cruising forwards at 1 m/s, 10 m before the goal."""
 
-    def __call__(self, **changes: Any) -> Situation:
+    def __call__(self, **changes: Any) -> PlanningContext:
         usual: dict[str, Any] = {
             "now": 10.0,
             "begin": 10.2,
@@ -39,9 +39,9 @@ class Situations:
             "stop_error": Pose2(-8.75, 0.0, 0.0),
             "tolerance": (0.05, 0.05, 0.035),
         }
-        return Situation(**{**usual, **changes})
+        return PlanningContext(**{**usual, **changes})
 
-    def standing(self, x: float = 20.0, **changes: Any) -> Situation:
+    def standing(self, x: float = 20.0, **changes: Any) -> PlanningContext:
         """At rest `x` [m] along."""
         error = Pose2(x - 20.0, 0.0, 0.0)
         usual: dict[str, Any] = {

@@ -15,7 +15,7 @@ from rti_mpcc.config import ControllerConfig, GoalTracking
 from rti_mpcc.planning import aim
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.memory import ControllerMemory
-from rti_mpcc.planning.trust import Trust
+from rti_mpcc.planning.plausibility import StateMonitor
 
 CONFIG = ControllerConfig(cycle=0.05, goal_tracking=GoalTracking(speed=0.5, turn_rate=0.3))
 END = Pose2(20.0, 0.0, 0.0)
@@ -37,8 +37,10 @@ def lost(*stds: float) -> ControllerMemory:
 def test_while_searching_the_planned_goal_is_made_for() -> None:
     searching = GoalEstimate(status=GoalStatus.SEARCHING)
     planned = Pose2(19.0, 1.0, 0.1)
-    assert aim.aimed(ControllerMemory(planned=planned), searching, END, 1.0, CONFIG).goal == planned
-    assert aim.aimed(ControllerMemory(), searching, END, 1.0, CONFIG).goal is None
+    assert (
+        aim.rate_limited_goal(ControllerMemory(planned=planned), searching, END, 1.0, CONFIG).goal == planned
+    )
+    assert aim.rate_limited_goal(ControllerMemory(), searching, END, 1.0, CONFIG).goal is None
 
 
 @pytest.mark.parametrize("planned", [Pose2(19.0, 1.0, 0.1), None])
@@ -48,7 +50,7 @@ def test_the_aim_goes_from_the_plan_to_the_estimate_at_the_bounded_rate(planned:
     steps = 0
     while memory.goal != wanted:
         steps += 1
-        memory = aim.aimed(memory, seen(wanted), END, 0.05 * steps, CONFIG)
+        memory = aim.rate_limited_goal(memory, seen(wanted), END, 0.05 * steps, CONFIG)
         assert memory.goal is not None
         assert hypot(memory.goal.x - before.x, memory.goal.y - before.y) <= 0.5 * 0.05 + 1e-9
         assert abs(memory.goal.phi - before.phi) <= 0.3 * 0.05 + 1e-9
@@ -68,12 +70,12 @@ def unfit(pose: Pose2) -> GoalFit:
 def test_an_estimate_that_cannot_be_the_goal_is_not_followed() -> None:
     good, bad, planned = Pose2(19.0, 1.0, 0.0), Pose2(19.0, 2.6, 0.0), Pose2(18.0, 0.5, 0.0)
     memory = ControllerMemory(planned=planned, goal=planned)
-    memory = aim.aimed(memory, seen(bad), END, 0.0, CONFIG, unfit(bad))
+    memory = aim.rate_limited_goal(memory, seen(bad), END, 0.0, CONFIG, unfit(bad))
     assert memory.goal == planned
     for k in range(1, 200):
         # The good one is known for one cycle only: it is made for all the same.
         pose = good if k == 5 else bad
-        memory = aim.aimed(
+        memory = aim.rate_limited_goal(
             memory,
             seen(pose),
             END,
@@ -92,7 +94,7 @@ def test_an_estimate_that_cannot_be_the_goal_is_not_followed() -> None:
 def test_an_estimate_that_is_forgotten_leaves_the_planned_goal() -> None:
     planned = Pose2(18.0, 0.5, 0.0)
     memory = ControllerMemory(planned=planned, goal=END, followed=END)
-    after = aim.aimed(memory, GoalEstimate(status=GoalStatus.SEARCHING), END, 0.0, CONFIG)
+    after = aim.rate_limited_goal(memory, GoalEstimate(status=GoalStatus.SEARCHING), END, 0.0, CONFIG)
     assert (after.goal, after.followed) == (planned, None)
 
 
@@ -106,26 +108,26 @@ def test_what_there_is_to_say_is_of_the_goal_that_is_made_for() -> None:
 
 def test_the_aim_turns_the_short_way_across_pi() -> None:
     memory = ControllerMemory(goal=Pose2(0.0, 0.0, pi - 0.005), estimated_at=0.0)
-    after = aim.aimed(memory, seen(Pose2(0.0, 0.0, -pi + 0.005)), END, 0.05, CONFIG)
+    after = aim.rate_limited_goal(memory, seen(Pose2(0.0, 0.0, -pi + 0.005)), END, 0.05, CONFIG)
     assert after.goal is not None
     assert after.goal.phi == pytest.approx(pi + 0.005)
 
 
 def test_a_gap_or_a_clock_that_runs_back_gives_no_leap() -> None:
     memory = ControllerMemory(goal=END, estimated_at=10.0)
-    late = aim.aimed(memory, seen(Pose2(30.0, 0.0, 0.0)), END, 70.0, CONFIG).goal
+    late = aim.rate_limited_goal(memory, seen(Pose2(30.0, 0.0, 0.0)), END, 70.0, CONFIG).goal
     assert late is not None
     assert late.x == pytest.approx(20.0 + 0.5 * aim.LONGEST_STEP)
-    assert aim.aimed(memory, seen(Pose2(30.0, 0.0, 0.0)), END, 9.0, CONFIG).goal == END
+    assert aim.rate_limited_goal(memory, seen(Pose2(30.0, 0.0, 0.0)), END, 9.0, CONFIG).goal == END
 
 
 def test_a_detection_is_given_the_pose_at_its_stamp_unless_it_brings_one() -> None:
     memory = ControllerMemory()
     for now in (0.0, 0.1, 0.2):
         state = np.array([10.0 * now, 0.0, 0.0, 10.0, 0.0, 0.0])
-        memory = aim.noted(replace(memory, time=now, trust=Trust(state=state)), 1.0)
-    doubted = Trust(state=state, why="not a finite state")
-    assert aim.noted(replace(memory, time=0.3, trust=doubted), 1.0).poses is memory.poses
+        memory = aim.noted(replace(memory, time=now, monitor=StateMonitor(state=state)), 1.0)
+    doubted = StateMonitor(state=state, why="not a finite state")
+    assert aim.noted(replace(memory, time=0.3, monitor=doubted), 1.0).poses is memory.poses
     settings = GoalFilterConfig()
     detection = GoalMeasurement(stamp=0.15, x=1.0, y=0.0, phi=0.0, frame=Frame.VEHICLE)
     placed = aim.placed(detection, memory, settings).vehicle

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import Caution, ControllerConfig, Footprint
-from rti_mpcc.planning import goals, intake
+from rti_mpcc.planning import goals, validation
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.surroundings import Surroundings
@@ -65,7 +65,7 @@ def looked(monkeypatch: pytest.MonkeyPatch) -> list[Pose2]:
 )
 def test_a_goal_out_of_reach_is_told_by_its_value_and_limit(goal: Pose2, problem: str) -> None:
     assert check(goal).problem == problem
-    memory, taken = intake.goal_in(goal, ControllerMemory(), PATH, LANE, CONFIG)
+    memory, taken = validation.goal_in(goal, ControllerMemory(), PATH, LANE, CONFIG)
     assert taken is None
     text = f"({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g})"
     assert memory.refusal == f"goal {text} out of reach, {problem}: the last one stays"
@@ -113,7 +113,7 @@ def test_the_end_of_the_path_is_the_goal_all_the_same_and_what_is_odd_there_is_s
 
 
 def test_obstacles_at_the_end_of_the_path_are_waited_for_and_not_remarked() -> None:
-    across = LANE.told([block(21.0, HALF)], 0.0, CONFIG.caution)
+    across = LANE.updated([block(21.0, HALF)], 0.0, CONFIG.caution)
     assert goals.end_checked(PATH, across, CONFIG).remark == ""
 
 
@@ -202,7 +202,7 @@ def test_nor_is_one_beside_or_in_a_wall_that_moves_by_less_than_a_centimetre(
 def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Pose2]) -> None:
     goal = Pose2(18.0, 0.0, 0.0)
     fit = again(None, goal)
-    covered = LANE.told([block(19.0, 0.0)], 0.0, CONFIG.caution)
+    covered = LANE.updated([block(19.0, 0.0)], 0.0, CONFIG.caution)
     assert again(fit, goal, covered) is fit
     assert again(fit, Pose2(18.005, 0.0, 0.0), covered).problem == ""
     assert len(looked) == 1
@@ -212,12 +212,12 @@ def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Po
 def test_a_goal_refused_for_an_obstacle_is_looked_at_again_once_that_has_changed(
     looked: list[Pose2],
 ) -> None:
-    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.told([block(19.0, 0.0)], 0.0, CONFIG.caution)
+    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.updated([block(19.0, 0.0)], 0.0, CONFIG.caution)
     fit = again(None, goal, covered)
     assert "crosses" in fit.problem
     assert again(fit, goal, covered) is fit
     assert len(looked) == 1
-    elsewhere = covered.told([block(5.0, 2.0)], 0.0, CONFIG.caution)
+    elsewhere = covered.updated([block(5.0, 2.0)], 0.0, CONFIG.caution)
     assert again(fit, goal, elsewhere).problem == ""
 
 
@@ -225,7 +225,7 @@ def test_what_is_refused_whatever_stands_there_is_not_looked_at_again(looked: li
     goal, where = Pose2(500.0, 0.0, 0.0), LANE
     fit = again(None, goal, where)
     for k in range(5):
-        where = where.told([block(5.0 + k, 2.0)], 0.0, CONFIG.caution)
+        where = where.updated([block(5.0 + k, 2.0)], 0.0, CONFIG.caution)
         assert again(fit, goal, where) is fit
     assert len(looked) == 1
 
@@ -238,7 +238,7 @@ steps = st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.15, 0
 def test_what_is_known_from_before_says_the_same_as_a_new_check(
     begin: float, moves: list[tuple[float, float, float]]
 ) -> None:
-    where = LANE.told([block(17.0, 0.5), block(24.0, -1.0)], 0.0, CONFIG.caution)
+    where = LANE.updated([block(17.0, 0.5), block(24.0, -1.0)], 0.0, CONFIG.caution)
     goal, fit = Pose2(16.0, begin, 0.0), None
     for x, y, phi in moves:
         goal = Pose2(goal.x + x, goal.y + y, goal.phi + phi)
@@ -252,12 +252,12 @@ def test_what_is_known_from_before_says_the_same_as_a_new_check(
 
 
 def told(memory: ControllerMemory, goal: Pose2 | None, where: Surroundings = LANE) -> ControllerMemory:
-    memory, taken = intake.goal_in(goal, memory, PATH, where, CONFIG)
+    memory, taken = validation.goal_in(goal, memory, PATH, where, CONFIG)
     return memory if taken is None else ControllerMemory(planned=taken, **kept(memory))
 
 
 def kept(memory: ControllerMemory) -> dict[str, Any]:
-    return {name: getattr(memory, name) for name in ("goal_fit", "told_fit", "refusal")}
+    return {name: getattr(memory, name) for name in ("goal_fit", "given_fit", "refusal")}
 
 
 def test_a_refusal_is_remembered_until_a_goal_is_taken() -> None:
@@ -289,7 +289,7 @@ def test_no_value_raises_and_what_is_taken_can_be_reached(x: Any, y: Any, phi: A
 
     goal: Any = Told()
     goal.x, goal.y, goal.phi = (18.0, 0.1, phi) if near else (x, y, phi)
-    memory, taken = intake.goal_in(goal, ControllerMemory(), PATH, LANE, CONFIG)
+    memory, taken = validation.goal_in(goal, ControllerMemory(), PATH, LANE, CONFIG)
     assert (taken is None) == bool(memory.refusal)
     if taken is not None:
         assert hypot(taken.x - 10.0, taken.y) <= 30.0 + 1e-9

@@ -11,7 +11,7 @@ from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.planning.guess import BACK_TIME, PASS, arrival_guess, backing_guess, cruise_guess
+from rti_mpcc.planning.guess import BACK_TIME, PASS, arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.search import defect
 from rti_mpcc.types import Array, Trajectory
 
@@ -168,7 +168,7 @@ def test_a_plan_too_short_for_turning_the_steering_first_is_a_guess_all_the_same
 
 
 def backing(mpcc: RtiMpcc, state: Array, seconds: float = 30.0) -> Trajectory:
-    return arrival(mpcc, state, seconds, of=backing_guess)
+    return arrival(mpcc, state, seconds, of=reverse_guess)
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.0])

@@ -127,5 +127,7 @@ def test_another_goal_is_another_docking() -> None:
 
 def test_the_way_back_and_what_comes_after_it_do_not_back_up(situations: Any) -> None:
     here = situations.standing(18.0)
-    assert not legs.pulling_out(stalled(backs=True), here, PullOut(begin=18.5, end=10.5)).backs
-    assert not legs.coming_again(pulling(backs=True), here).backs
+    assert not legs.pulling_out(
+        stalled(reverse_into_goal=True), here, PullOut(begin=18.5, end=10.5)
+    ).reverse_into_goal
+    assert not legs.coming_again(pulling(reverse_into_goal=True), here).reverse_into_goal

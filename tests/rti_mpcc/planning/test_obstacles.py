@@ -111,12 +111,12 @@ def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:
     corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
     around, still = Surroundings.of(corridor, path, ControllerConfig()), square(10.0, 3.0, 1.0)
     for k in range(10):
-        around = around.told([still, square(20.0, -4.0 + 0.1 * k, 0.6)], 0.05 * k, CAUTION)
+        around = around.updated([still, square(20.0, -4.0 + 0.1 * k, 0.6)], 0.05 * k, CAUTION)
     assert [each.index for each in around.moving] == [1]
     assert len(around.corridor.obstacles) == 1
     assert len(around.known.obstacles) == 2
     changes = around.changes
-    again = around.told([still, square(20.0, -2.9, 0.6)], 0.5, CAUTION)
+    again = around.updated([still, square(20.0, -2.9, 0.6)], 0.5, CAUTION)
     assert again.changes == changes
     assert again.corridor is around.corridor
-    assert around.told(None, 0.6, CAUTION) is around
+    assert around.updated(None, 0.6, CAUTION) is around

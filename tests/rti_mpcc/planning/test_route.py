@@ -15,8 +15,15 @@ from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning import legs, route, stops
 from rti_mpcc.planning.arrival import FLOOR, time_to_go
 from rti_mpcc.planning.guess import BACK_TIME, PASS
-from rti_mpcc.planning.memory import ControllerMemory, Halt, Phase, PlannedStop, Situation, Unfinished
-from rti_mpcc.planning.trust import Trust
+from rti_mpcc.planning.memory import (
+    ControllerMemory,
+    Halt,
+    Phase,
+    PlannedStop,
+    PlanningContext,
+    SuspendedSearch,
+)
+from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig(dead_time=0.2)
@@ -24,7 +31,9 @@ NEAR = Pose2(0.01, -0.01, 0.01)
 """Inside half the tolerance."""
 
 
-def decided(memory: ControllerMemory, situation: Situation, config: ControllerConfig) -> ControllerMemory:
+def decided(
+    memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig
+) -> ControllerMemory:
     return route.decide(route.noticed(memory, situation), situation, config)
 
 
@@ -233,8 +242,8 @@ def test_standing_is_counted_from_its_first_cycle_and_ends_with_motion(situation
     assert memory.standing_since == 3.0
     memory = decided(memory, situations.standing(12.0, now=3.5), CONFIG)
     assert memory.standing_since == 3.0
-    assert route.stands(memory, situations.standing(12.0, now=4.0), 1.0)
-    assert not route.stands(memory, situations.standing(12.0, now=3.9), 1.0)
+    assert route.is_stationary(memory, situations.standing(12.0, now=4.0), 1.0)
+    assert not route.is_stationary(memory, situations.standing(12.0, now=3.9), 1.0)
     assert decided(memory, situations(now=4.0), CONFIG).standing_since is None
 
 
@@ -337,7 +346,7 @@ def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_noth
         "standing_since": 9.0,
         "time": 9.1,
         "clock_offset": 3.0,
-        "trust": Trust(at=9.1),
+        "monitor": StateMonitor(at=9.1),
     }
     memory = arriving(**kept, restarts=1, stop=stop_at(3.0), waiting=True)
     assert legs.next_leg(memory, staged=False) == ControllerMemory(part=1, **kept)
@@ -410,14 +419,14 @@ def test_a_stop_is_made_for_or_kept_where_it_is_near(situations: Any) -> None:
 
 def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situations: Any) -> None:
     memory = stops.stop_before(arriving(), situations(), 4.0, 7)
-    assert not stops.may_be_free(memory, 30.0, 7)
-    assert not stops.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 8)
-    assert stops.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 8)
-    assert not stops.may_be_free(arriving(), 30.0, 8)
+    assert not stops.way_may_be_free(memory, 30.0, 7)
+    assert not stops.way_may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 8)
+    assert stops.way_may_be_free(memory, 10.0 + route.LOOK_AGAIN, 8)
+    assert not stops.way_may_be_free(arriving(), 30.0, 8)
     goal = Pose2(20.0, 0.0, 0.0)
     known = stops.stop_before(arriving(goal=goal), situations(), 4.0, 7)
-    assert not stops.may_be_free(replace(known, goal=Pose2(20.05, 0.0, 0.0)), 30.0, 7)
-    assert stops.may_be_free(replace(known, goal=Pose2(20.2, 0.0, 0.0)), 30.0, 7)
+    assert not stops.way_may_be_free(replace(known, goal=Pose2(20.05, 0.0, 0.0)), 30.0, 7)
+    assert stops.way_may_be_free(replace(known, goal=Pose2(20.2, 0.0, 0.0)), 30.0, 7)
     free = legs.released(memory)
     assert free.stop is None
     assert free.phase is Phase.STARTING
@@ -426,16 +435,16 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once(situati
 def test_from_a_stop_before_something_it_looks_once_more(situations: Any) -> None:
     moving = stops.stop_before(arriving(), situations(), stops.NEAR_STOP, 7)
     assert moving.phase is Phase.HOLDING
-    assert not stops.may_be_free(moving, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
-    assert stops.may_be_free(moving, 10.0 + route.LOOK_AGAIN, 7)
+    assert not stops.way_may_be_free(moving, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
+    assert stops.way_may_be_free(moving, 10.0 + route.LOOK_AGAIN, 7)
     standing = replace(legs.released(moving), standing_since=9.0)
     there = stops.stop_before(standing, situations.standing(12.0), stops.NEAR_STOP, 7)
     assert there.phase is Phase.HOLDING
-    assert not stops.may_be_free(there, 60.0, 7)
-    assert stops.may_be_free(there, 60.0, 8)
+    assert not stops.way_may_be_free(there, 60.0, 7)
+    assert stops.way_may_be_free(there, 60.0, 8)
     # Standing elsewhere it is not the place to look from.
     far = stops.stop_before(standing, situations.standing(12.0), 4.0, 7)
-    assert stops.may_be_free(replace(far, phase=Phase.HOLDING), 60.0, 7)
+    assert stops.way_may_be_free(replace(far, phase=Phase.HOLDING), 60.0, 7)
 
 
 def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop(situations: Any) -> None:
@@ -446,24 +455,24 @@ def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop(situations: Any
     assert not route.accepted(looking, plan, situations()).looks_past
 
 
-def begun_for(stop: PlannedStop | None) -> Unfinished:
-    return Unfinished(
+def begun_for(stop: PlannedStop | None) -> SuspendedSearch:
+    return SuspendedSearch(
         solution=None, iterations=2, iterate=None, target=target_at(9.0), stop=stop, arrive_at=12.0, begin=9.0
     )
 
 
 def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon(situations: Any) -> None:
     memory = stops.stop_before(arriving(), situations(), 4.0, None)
-    assert not stops.may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
-    assert stops.may_be_free(memory, 10.0 + route.LOOK_AGAIN, 7)
+    assert not stops.way_may_be_free(memory, 10.0 + 0.9 * route.LOOK_AGAIN, 7)
+    assert stops.way_may_be_free(memory, 10.0 + route.LOOK_AGAIN, 7)
     again = stops.still_filled(memory, situations(now=10.5))
-    assert not stops.may_be_free(again, 10.9, 7)
-    assert stops.may_be_free(again, 11.0, 7)
+    assert not stops.way_may_be_free(again, 10.9, 7)
+    assert stops.way_may_be_free(again, 11.0, 7)
     assert stops.unconfirmed(memory)
     known = stops.confirmed(memory, situations(now=11.0), 7)
     assert not stops.unconfirmed(known)
-    assert not stops.may_be_free(known, 30.0, 7)
-    assert stops.may_be_free(known, 30.0, 8)
+    assert not stops.way_may_be_free(known, 30.0, 7)
+    assert stops.way_may_be_free(known, 30.0, 8)
     free = arriving()
     assert not stops.unconfirmed(free)
     assert stops.still_filled(free, situations()) is free
@@ -530,10 +539,10 @@ def test_without_a_planned_arrival_there_is_no_other_try(situations: Any) -> Non
 
 def test_a_blocked_vehicle_looks_again_now_and_then(situations: Any) -> None:
     looked = ControllerMemory(looked_at=10.0)
-    assert route.looks_again(ControllerMemory(), situations.standing(now=10.0))
-    assert not route.looks_again(looked, situations.standing(now=10.0 + 0.9 * route.LOOK_AGAIN))
-    assert route.looks_again(looked, situations.standing(now=10.0 + route.LOOK_AGAIN))
-    assert route.looks_again(looked, situations.standing(now=3.0))  # a clock that was set back
+    assert route.replan_due(ControllerMemory(), situations.standing(now=10.0))
+    assert not route.replan_due(looked, situations.standing(now=10.0 + 0.9 * route.LOOK_AGAIN))
+    assert route.replan_due(looked, situations.standing(now=10.0 + route.LOOK_AGAIN))
+    assert route.replan_due(looked, situations.standing(now=3.0))  # a clock that was set back
 
 
 def test_a_vehicle_that_stands_inside_the_tolerance_at_the_begin_holds(situations: Any) -> None:
@@ -576,16 +585,16 @@ def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
 def test_backing_up_takes_the_way_past_the_goal_and_the_way_back(situations: Any) -> None:
     memory = arriving()
     onward = route.begin_phase(memory, situations(), CONFIG)
-    backing = route.begin_backing(memory, situations(), CONFIG)
+    backing = route.begin_reverse(memory, situations(), CONFIG)
     assert backing is not None
-    assert backing.backs
-    assert not onward.backs
+    assert backing.reverse_into_goal
+    assert not onward.reverse_into_goal
     acceleration = CONFIG.arrival_acceleration
     assert backing.arrive_at == pytest.approx(10.2 + time_to_go(10.0 + PASS, 1.0, acceleration) + BACK_TIME)
     assert onward.arrive_at is not None
     assert backing.arrive_at is not None
     assert backing.arrive_at > onward.arrive_at + BACK_TIME
-    assert replace(backing, backs=False, arrive_at=onward.arrive_at) == onward
+    assert replace(backing, reverse_into_goal=False, arrive_at=onward.arrive_at) == onward
 
 
 @pytest.mark.parametrize(
@@ -599,61 +608,63 @@ def test_backing_up_takes_the_way_past_the_goal_and_the_way_back(situations: Any
 def test_only_planned_arrivals_of_the_dynamic_method_back_up(
     config: ControllerConfig, situations: Any
 ) -> None:
-    assert not route.comes_again(config)
-    assert route.begin_backing(arriving(), situations(), config) is None
+    assert not route.recovery_enabled(config)
+    assert route.begin_reverse(arriving(), situations(), config) is None
 
 
 @pytest.mark.parametrize("changes", [{"last_part": False}, {"free": False}])
 def test_none_backs_up_into_a_cusp_or_a_stop(changes: dict[str, Any], situations: Any) -> None:
-    assert route.comes_again(CONFIG)
-    assert route.begin_backing(arriving(), situations(**changes), CONFIG) is None
+    assert route.recovery_enabled(CONFIG)
+    assert route.begin_reverse(arriving(), situations(**changes), CONFIG) is None
 
 
 def test_none_backs_up_while_contouring_is_due(situations: Any) -> None:
     far = situations(way=200.0)
     assert route.begin_phase(arriving(), far, CONFIG).arrive_at is None
-    assert route.begin_backing(arriving(), far, CONFIG) is None
+    assert route.begin_reverse(arriving(), far, CONFIG) is None
 
 
-def begun_to(goal: Target, *, backs: bool) -> Unfinished:
-    return replace(begun_for(None), target=goal, arrive_at=40.0, begin=10.15, backs=backs)
+def begun_to(goal: Target, *, reverse_into_goal: bool) -> SuspendedSearch:
+    return replace(
+        begun_for(None), target=goal, arrive_at=40.0, begin=10.15, reverse_into_goal=reverse_into_goal
+    )
 
 
 def test_a_search_for_backing_up_goes_on_with_its_time_of_arrival(situations: Any) -> None:
     situation = situations()
-    memory = arriving(unfinished=begun_to(situation.target, backs=True))
-    after = route.begin_backing(memory, situation, CONFIG)
+    memory = arriving(unfinished=begun_to(situation.target, reverse_into_goal=True))
+    after = route.begin_reverse(memory, situation, CONFIG)
     assert after is not None
-    assert (after.backs, after.arrive_at, after.unfinished) == (True, 40.0, memory.unfinished)
+    assert (after.reverse_into_goal, after.arrive_at, after.unfinished) == (True, 40.0, memory.unfinished)
     moved = replace(situation, target=target_at(19.0))
-    elsewhere = route.begin_backing(memory, moved, CONFIG)
+    elsewhere = route.begin_reverse(memory, moved, CONFIG)
     assert elsewhere is not None
     assert elsewhere.unfinished is None
-    assert elsewhere.backs
+    assert elsewhere.reverse_into_goal
     assert elsewhere.arrive_at != 40.0
 
 
 def test_a_search_onward_that_goes_on_is_not_for_backing_up(situations: Any) -> None:
     situation = situations()
-    memory = arriving(unfinished=begun_to(situation.target, backs=False), backs=True)
-    assert not route.begin_phase(memory, situation, CONFIG).backs
+    memory = arriving(unfinished=begun_to(situation.target, reverse_into_goal=False), reverse_into_goal=True)
+    assert not route.begin_phase(memory, situation, CONFIG).reverse_into_goal
 
 
 def test_what_begins_afresh_does_not_back_up(situations: Any) -> None:
-    backing = arriving(backs=True, restarts=0)
-    assert not route.restart(backing).backs
-    assert not route.found(backing).backs
-    assert not route.begin_phase(backing, situations(), CONFIG).backs
-    assert not route.begin_phase(backing, situations(way=200.0), CONFIG).backs
-    assert not stops.stop_before(backing, situations(), 4.0, 7).backs
-    assert not stops.seeking(backing, None).backs
-    assert not legs.next_leg(backing, staged=False).backs
-    assert route.begun(backing, situations()).backs
+    backing = arriving(reverse_into_goal=True, restarts=0)
+    assert not route.restart(backing).reverse_into_goal
+    assert not route.found(backing).reverse_into_goal
+    assert not route.begin_phase(backing, situations(), CONFIG).reverse_into_goal
+    assert not route.begin_phase(backing, situations(way=200.0), CONFIG).reverse_into_goal
+    assert not stops.stop_before(backing, situations(), 4.0, 7).reverse_into_goal
+    assert not stops.seeking(backing, None).reverse_into_goal
+    assert not legs.next_leg(backing, staged=False).reverse_into_goal
+    assert route.begun(backing, situations()).reverse_into_goal
 
 
 def test_one_that_backs_up_may_go_back_wherever_its_bounds_let_it(situations: Any) -> None:
     for x in (19.8, 17.5, 5.0):
-        assert route.retreat(arriving(backs=True), situations.standing(x)) == route.RETREAT_SPEED
+        assert route.retreat(arriving(reverse_into_goal=True), situations.standing(x)) == route.RETREAT_SPEED
     assert route.retreat(arriving(), situations.standing(17.5)) == 0.0
 
 
@@ -662,19 +673,19 @@ def test_a_goal_that_moves_leaves_one_that_backs_up_its_time(x: float, situation
     """It may be past the goal already: no way is left onward, but the one back."""
     state = np.array([x, 0.0, 0.0, 0.2, 0.0, min(x, 20.0)])
     moved = situations(target=target_at(19.8), state=state, way=max(19.8 - x, 0.0), speed=0.2)
-    assert decided(arriving(arrive_at=30.0, backs=True), moved, CONFIG).arrive_at == 30.0
+    assert decided(arriving(arrive_at=30.0, reverse_into_goal=True), moved, CONFIG).arrive_at == 30.0
     onward = decided(arriving(arrive_at=30.0), moved, CONFIG).arrive_at
     assert onward is not None
     assert onward < 30.0
-    soon = decided(arriving(arrive_at=11.0, backs=True), moved, CONFIG)
+    soon = decided(arriving(arrive_at=11.0, reverse_into_goal=True), moved, CONFIG)
     assert soon.arrive_at == pytest.approx(max(onward, 11.0))
 
 
 def test_backing_up_is_not_sought_from_a_search_onward(situations: Any) -> None:
     situation = situations()
-    memory = arriving(unfinished=begun_to(situation.target, backs=False))
-    after = route.begin_backing(memory, situation, CONFIG)
+    memory = arriving(unfinished=begun_to(situation.target, reverse_into_goal=False))
+    after = route.begin_reverse(memory, situation, CONFIG)
     assert after is not None
-    assert after.backs
+    assert after.reverse_into_goal
     assert after.unfinished is None
     assert after.arrive_at != 40.0

@@ -17,7 +17,7 @@ from rti_mpcc.planning import route, search
 from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.guess import PASS
-from rti_mpcc.planning.memory import ControllerMemory, PlannedStop, Unfinished
+from rti_mpcc.planning.memory import ControllerMemory, PlannedStop, SuspendedSearch
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig()
@@ -67,13 +67,13 @@ def put(row: int, column: int | slice, value: Any) -> Any:
 
 
 def test_a_plan_that_obeys_the_model_is_accepted(solution: Solution) -> None:
-    assert search.complaint(solution, CONFIG) == ""
+    assert search.rejection_reason(solution, CONFIG) == ""
     assert search.defect(solution.trajectory, CONFIG.vehicle.wheelbase) == pytest.approx((0.0, 0.0))
 
 
 def test_what_osqp_did_not_solve_is_refused_by_its_word(solution: Solution) -> None:
     refused = replace(solution, solved=False, status="primal infeasible")
-    assert search.complaint(refused, CONFIG) == "the QP was not solved: primal infeasible"
+    assert search.rejection_reason(refused, CONFIG) == "the QP was not solved: primal infeasible"
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
@@ -82,7 +82,7 @@ def test_a_plan_that_is_not_finite_is_refused(value: float, solution: Solution) 
         changed(solution, states=put(30, 2, value)),
         changed(solution, controls=put(30, 1, value)),
     ):
-        assert search.complaint(broken, CONFIG) == "the plan is not finite"
+        assert search.rejection_reason(broken, CONFIG) == "the plan is not finite"
 
 
 @pytest.mark.parametrize(("column", "value"), [(0, 5.2), (0, -5.2), (1, 1.1), (1, -1.1)])
@@ -90,7 +90,7 @@ def test_a_plan_that_begins_outside_the_input_limits_is_refused(
     column: int, value: float, solution: Solution
 ) -> None:
     broken = changed(solution, controls=put(0, column, value))
-    assert "outside the input limits" in search.complaint(broken, CONFIG)
+    assert "outside the input limits" in search.rejection_reason(broken, CONFIG)
 
 
 @pytest.mark.parametrize(("column", "value"), [(0, 0.06), (1, -0.06), (2, 0.04)])
@@ -99,13 +99,13 @@ def test_a_plan_that_breaks_the_dynamics_is_refused(column: int, value: float, s
         states[5:, column] += value  # one jump after 0.3 s
         return states
 
-    assert "breaks the dynamics" in search.complaint(changed(solution, states=later), CONFIG)
+    assert "breaks the dynamics" in search.rejection_reason(changed(solution, states=later), CONFIG)
 
 
 def test_what_a_plan_breaks_far_ahead_does_not_matter_yet(solution: Solution) -> None:
     broken = changed(solution, states=put(40, 0, 99.0))
     assert broken.trajectory.times[39] > search.CHECKED_SPAN
-    assert search.complaint(broken, CONFIG) == ""
+    assert search.rejection_reason(broken, CONFIG) == ""
 
 
 def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc, situations: Any) -> None:
@@ -115,7 +115,7 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc, situ
     assert guess.times[-1] == pytest.approx(15.0)
     attempt = search.converge(mpcc, memory, situation, search.from_guess(guess), CycleClock())
     assert attempt.problem == ""
-    assert not attempt.squeezed
+    assert not attempt.corridor_infeasible
     assert search.FIRST_ITERATIONS <= len(attempt.solutions) <= search.ITERATIONS
     again = search.converge(mpcc, memory, situation, search.going_on(attempt.solved), CycleClock())
     assert len(again.solutions) == 1
@@ -146,9 +146,9 @@ def test_a_plan_with_a_disc_beyond_a_boundary_is_refused_unless_it_begins_there(
     slack = np.full(len(solution.trajectory.controls), 1.2)
     slack[30] = 1.5
     slack[0] = 0.0
-    assert "leaves the corridor by 1.50 m" in search.complaint(replace(solution, slack=slack), CONFIG)
+    assert "leaves the corridor by 1.50 m" in search.rejection_reason(replace(solution, slack=slack), CONFIG)
     slack[0] = 0.5
-    assert search.complaint(replace(solution, slack=slack), CONFIG) == ""
+    assert search.rejection_reason(replace(solution, slack=slack), CONFIG) == ""
 
 
 class Granting(CycleClock):
@@ -188,9 +188,9 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situ
     assert search.left_unfinished(memory, situation, rest).unfinished is None
 
 
-def unfinished(solution: Solution, target: Target) -> Unfinished:
+def unfinished(solution: Solution, target: Target) -> SuspendedSearch:
     """A search for an arrival at 15 s, planned to begin at 0.2 s."""
-    return Unfinished(
+    return SuspendedSearch(
         solution=solution, iterations=2, iterate=None, target=target, stop=None, arrive_at=15.0, begin=0.2
     )
 
@@ -240,7 +240,7 @@ def test_a_search_for_a_target_that_has_moved_is_dropped(
 def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc, situations: Any) -> None:
     stop = PlannedStop(at=7.0, goal=None, obstacles=1, since=0.0)
     situation = situations(target=mpcc.target, begin=0.2)
-    none = search.Attempt(solutions=(), problem=search.NO_TIME, squeezed=False, cut=True)
+    none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
     memory = search.left_unfinished(ControllerMemory(stop=stop, arrive_at=15.0), situation, none)
     begun = memory.unfinished
     assert begun is not None
@@ -262,18 +262,18 @@ def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, s
 def test_the_first_guess_of_one_that_backs_up_passes_the_goal(mpcc: RtiMpcc, situations: Any) -> None:
     situation = situations(target=mpcc.target, begin=0.2)
     onward = search.first_guess(mpcc, ControllerMemory(arrive_at=30.0), situation)
-    backing = search.first_guess(mpcc, ControllerMemory(arrive_at=30.0, backs=True), situation)
+    backing = search.first_guess(mpcc, ControllerMemory(arrive_at=30.0, reverse_into_goal=True), situation)
     assert onward.states[:, 0].max() == pytest.approx(20.0)
     assert backing.states[:, 0].max() == pytest.approx(20.0 + PASS)
     assert backing.states[-1, 0] == pytest.approx(20.0)
     np.testing.assert_array_equal(backing.times, onward.times)
 
 
-def ending(solution: Solution, pose: Pose2, **changes: Any) -> search.Attempt:
+def ending(solution: Solution, pose: Pose2, **changes: Any) -> search.SqpResult:
     """A search whose plan ends there."""
     ends = changed(solution, states=put(-1, slice(0, 3), [pose.x, pose.y, pose.phi]))
-    usual: dict[str, Any] = {"solutions": (solution, ends), "problem": "", "squeezed": False}
-    return search.Attempt(**{**usual, **changes})
+    usual: dict[str, Any] = {"solutions": (solution, ends), "problem": "", "corridor_infeasible": False}
+    return search.SqpResult(**{**usual, **changes})
 
 
 @pytest.mark.parametrize(
@@ -298,38 +298,38 @@ def test_a_plan_reaches_its_target_within_the_tolerance(
 def test_a_plan_not_to_be_driven_or_squeezed_reaches_nothing(solution: Solution, situations: Any) -> None:
     goal = situations().target.pose
     assert search.reaches(ending(solution, goal), situations())
-    assert not search.reaches(ending(solution, goal, squeezed=True), situations())
+    assert not search.reaches(ending(solution, goal, corridor_infeasible=True), situations())
     assert not search.reaches(ending(solution, goal, problem="why"), situations())
-    none = search.Attempt(solutions=(), problem=search.NO_TIME, squeezed=False, cut=True)
+    none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
     assert not search.reaches(none, situations())
 
 
-@pytest.mark.parametrize("backs", [True, False])
+@pytest.mark.parametrize("reverse_into_goal", [True, False])
 def test_a_search_for_backing_up_that_ran_out_of_time_stays_one(
-    backs: bool, mpcc: RtiMpcc, solution: Solution, situations: Any
+    reverse_into_goal: bool, mpcc: RtiMpcc, solution: Solution, situations: Any
 ) -> None:
     situation = situations(target=mpcc.target, begin=0.2)
-    cut = search.Attempt(solutions=(solution,), problem=search.NO_TIME, squeezed=False, cut=True)
-    before = ControllerMemory(arrive_at=15.0, backs=backs)
+    cut = search.SqpResult(solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
+    before = ControllerMemory(arrive_at=15.0, reverse_into_goal=reverse_into_goal)
     begun = search.left_unfinished(before, situation, cut).unfinished
     assert begun is not None
-    assert begun.backs == backs
+    assert begun.reverse_into_goal == reverse_into_goal
     driving = ControllerMemory(unfinished=begun, arrive_at=13.0)
     after = route.begin_phase(driving, situations(target=mpcc.target, now=0.05, begin=0.25), CONFIG)
-    assert (after.backs, after.arrive_at) == (backs, 15.0)
+    assert (after.reverse_into_goal, after.arrive_at) == (reverse_into_goal, 15.0)
 
 
 def test_a_search_after_one_in_vain_for_backing_up_knows_that_until_it_ends(
     mpcc: RtiMpcc, solution: Solution, situations: Any
 ) -> None:
     situation = situations(target=mpcc.target, begin=0.2)
-    cut = search.Attempt(solutions=(solution,), problem=search.NO_TIME, squeezed=False, cut=True)
+    cut = search.SqpResult(solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
     memory = search.left_unfinished(ControllerMemory(arrive_at=15.0), situation, cut)
     assert memory.unfinished is not None
-    assert not memory.unfinished.in_vain
-    later = search.left_unfinished(search.sought_in_vain(memory), situation, cut)
+    assert not memory.unfinished.reverse_failed
+    later = search.left_unfinished(search.reverse_search_failed(memory), situation, cut)
     assert later.unfinished is not None
-    assert later.unfinished.in_vain
+    assert later.unfinished.reverse_failed
     over = search.left_unfinished(later, situation, replace(cut, cut=False))
     assert over.unfinished is None
-    assert search.sought_in_vain(over) is over
+    assert search.reverse_search_failed(over) is over

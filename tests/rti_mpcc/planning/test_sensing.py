@@ -10,10 +10,10 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target, TargetKind, path_end
 from rti_mpcc.planning import sensing
-from rti_mpcc.planning.memory import ControllerMemory, Situation
+from rti_mpcc.planning.memory import ControllerMemory, PlanningContext
 from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
-from rti_mpcc.planning.trust import Trust
 from rti_mpcc.types import Array
 
 CONFIG = ControllerConfig(dead_time=0.2)
@@ -30,7 +30,7 @@ def assess(
     *,
     last_part: bool = True,
     free: bool = True,
-) -> Situation:
+) -> PlanningContext:
     return sensing.assess(
         reached,
         1.0,
@@ -46,8 +46,8 @@ def assess(
 
 def test_the_state_is_rolled_over_the_queued_commands() -> None:
     queue = (QueuedCommand(0.9, 0.5, 0.0), QueuedCommand(1.1, -0.5, 0.1))
-    trust = Trust(state=np.array([3.0, 0.0, 0.0, 1.0, 0.0, 0.0]))
-    reached = sensing.reached_state(1.0, ControllerMemory(trust=trust, queue=queue), part(), CONFIG)
+    monitor = StateMonitor(state=np.array([3.0, 0.0, 0.0, 1.0, 0.0, 0.0]))
+    reached = sensing.reached_state(1.0, ControllerMemory(monitor=monitor, queue=queue), part(), CONFIG)
     assert reached[3] == pytest.approx(1.0)
     assert reached[4] == pytest.approx(0.01)
     assert reached[0] == pytest.approx(3.0 + 0.2 + 0.5 * 0.1**2, abs=1e-4)
@@ -56,20 +56,20 @@ def test_the_state_is_rolled_over_the_queued_commands() -> None:
 
 @pytest.mark.parametrize("turns", [-2, 0, 1])
 def test_the_heading_is_set_on_the_branch_of_the_route(turns: int) -> None:
-    trust = Trust(state=np.array([3.0, 0.2, 0.1 + 2.0 * pi * turns, 0.0, 0.0, 0.0]))
-    first = sensing.reached_state(1.0, ControllerMemory(trust=trust), part(), CONFIG)
+    monitor = StateMonitor(state=np.array([3.0, 0.2, 0.1 + 2.0 * pi * turns, 0.0, 0.0, 0.0]))
+    first = sensing.reached_state(1.0, ControllerMemory(monitor=monitor), part(), CONFIG)
     assert first[2] == pytest.approx(0.1)
-    later = sensing.reached_state(1.0, ControllerMemory(trust=trust, reached=first), part(), CONFIG)
+    later = sensing.reached_state(1.0, ControllerMemory(monitor=monitor, reached=first), part(), CONFIG)
     assert later[2] == pytest.approx(0.1)
 
 
 def test_the_progress_follows_the_last_cycles_where_the_route_comes_back_near_itself() -> None:
     loop = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.25, 40.0)]).parts[0]
     twice_round = loop.pose(5.0 + 8.0 * pi)
-    trust = Trust(state=np.array([twice_round.x, twice_round.y, twice_round.phi, 0.0, 0.0, 0.0]))
+    monitor = StateMonitor(state=np.array([twice_round.x, twice_round.y, twice_round.phi, 0.0, 0.0, 0.0]))
     for theta in (5.0, 5.0 + 8.0 * pi):
         last = np.array([twice_round.x, twice_round.y, loop.pose(theta).phi, 0.0, 0.0, theta - 0.3])
-        reached = sensing.reached_state(1.0, ControllerMemory(trust=trust, reached=last), loop, CONFIG)
+        reached = sensing.reached_state(1.0, ControllerMemory(monitor=monitor, reached=last), loop, CONFIG)
         assert reached[5] == pytest.approx(theta, abs=1e-6)
 
 
@@ -116,7 +116,7 @@ def test_what_is_far_off_the_path_is_doubted() -> None:
 
 
 def test_what_is_doubted_is_said_and_nothing_known_is_the_begin_of_the_part() -> None:
-    memory = ControllerMemory(trust=Trust(why="not a finite state"))
+    memory = ControllerMemory(monitor=StateMonitor(why="not a finite state"))
     situation = sensing.situation_of(
         memory, part(), pace_of(part(), CONFIG), path_end(part()), CONFIG, last_part=True
     )

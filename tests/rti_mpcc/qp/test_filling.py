@@ -14,8 +14,8 @@ from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.filling import (
     CHANGE_WEIGHT,
-    EASE_FROM,
     IDLE_WEIGHT,
+    ROW_SCALING_FROM,
     QpValues,
     empty_values,
     fill_bounds,
@@ -75,13 +75,13 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
 
 
 def filled(
-    pattern: QpPattern, parts: Parts, values: QpValues | None = None, *, eased: bool = False
+    pattern: QpPattern, parts: Parts, values: QpValues | None = None, *, rows_scaled: bool = False
 ) -> QpValues:
     values = values or empty_values(pattern)
     fill_cost(values, pattern, parts.cost, SLACK, SCALE)
     fill_dynamics(values, pattern, parts.step, parts.states)
-    fill_bounds(values, pattern, parts.bounds, parts.states, parts.controls, eased=eased)
-    fill_corridor(values, pattern, parts.rows, eased=eased)
+    fill_bounds(values, pattern, parts.bounds, parts.states, parts.controls, rows_scaled=rows_scaled)
+    fill_corridor(values, pattern, parts.rows, rows_scaled=rows_scaled)
     fill_initial(values, pattern, parts.initial)
     return values
 
@@ -170,28 +170,30 @@ def test_the_sparse_qp_is_the_dense_one(pattern: QpPattern) -> None:
 def test_rows_count_less_the_farther_their_bounds_are(pattern: QpPattern) -> None:
     """The same rows divided by their ease, which is 1 where a bound is near."""
     parts = drawn()
-    plain, eased = filled(pattern, parts), filled(pattern, parts, eased=True)
+    plain, rows_scaled = filled(pattern, parts), filled(pattern, parts, rows_scaled=True)
     rows = [pattern.state_rows, pattern.control_rows, pattern.corridor_rows]
-    ease = eased.ease[np.concatenate([each.ravel() for each in rows])]
-    assert ease.min() == 1.0
-    assert np.median(ease) > 2.0
+    row_scaling = rows_scaled.row_scaling[np.concatenate([each.ravel() for each in rows])]
+    assert row_scaling.min() == 1.0
+    assert np.median(row_scaling) > 2.0
     for name in ("lower", "upper"):
-        np.testing.assert_allclose(getattr(eased, name) * eased.ease, getattr(plain, name), rtol=1e-12)
-    matrices = [pattern.constraints.matrix(values.constraints).toarray() for values in (plain, eased)]
-    np.testing.assert_allclose(matrices[1] * eased.ease[:, None], matrices[0], atol=1e-12)
+        np.testing.assert_allclose(
+            getattr(rows_scaled, name) * rows_scaled.row_scaling, getattr(plain, name), rtol=1e-12
+        )
+    matrices = [pattern.constraints.matrix(values.constraints).toarray() for values in (plain, rows_scaled)]
+    np.testing.assert_allclose(matrices[1] * rows_scaled.row_scaling[:, None], matrices[0], atol=1e-12)
     beyond = np.minimum(-plain.lower, plain.upper)
-    expected = np.where(beyond > EASE_FROM, beyond / EASE_FROM, 1.0)
+    expected = np.where(beyond > ROW_SCALING_FROM, beyond / ROW_SCALING_FROM, 1.0)
     inequalities = np.isin(np.arange(len(beyond)), np.concatenate([each.ravel() for each in rows]))
-    np.testing.assert_allclose(eased.ease, np.where(inequalities, expected, 1.0))
+    np.testing.assert_allclose(rows_scaled.row_scaling, np.where(inequalities, expected, 1.0))
 
 
 def test_a_bound_at_infinity_is_eased_finitely(pattern: QpPattern) -> None:
     parts = drawn()
     parts.bounds.states[:, 0] = -np.inf
     parts.bounds.states[:, 1] = np.inf
-    values = filled(pattern, parts, eased=True)
+    values = filled(pattern, parts, rows_scaled=True)
     assert np.isfinite(values.constraints).all()
-    assert np.isfinite(values.ease).all()
+    assert np.isfinite(values.row_scaling).all()
     assert np.isneginf(values.lower[pattern.state_rows]).all()
 
 
@@ -251,7 +253,7 @@ def test_without_half_planes_their_rows_are_loose_and_slopeless() -> None:
     values = empty_values(pattern)
     fill_corridor(values, pattern, parts.rows)
     fill_corridor(values, pattern, None)
-    lower = (values.lower * values.ease)[pattern.corridor_rows]
+    lower = (values.lower * values.row_scaling)[pattern.corridor_rows]
     np.testing.assert_allclose(lower, LOOSE)
     rows = pattern.constraints.matrix(values.constraints).toarray()[pattern.corridor_rows.ravel()]
     rows[:, pattern.slack_columns] = 0.0

@@ -57,12 +57,12 @@ class Drive:
             StageBounds(states=self.state_bounds, controls=self.control_bounds),
             states,
             controls,
-            eased=False,  # the plan comes to its bounds from afar
+            rows_scaled=False,  # the plan comes to its bounds from afar
         )
         slopes, lower = np.zeros((N, 1, 1, 3)), np.full((N, 1, 1), -100.0)
         if self.wall is not None:  # y >= wall
             slopes[..., 1], lower[...] = 1.0, self.wall
-        fill_corridor(values, pattern, CorridorRows(slopes, lower), eased=False)
+        fill_corridor(values, pattern, CorridorRows(slopes, lower), rows_scaled=False)
         fill_initial(values, pattern, np.zeros(STATES))
         solver = QpSolver(pattern, SolverSettings(tolerance=1e-7, max_iterations=100_000))
         assert solver.update(values) == ""

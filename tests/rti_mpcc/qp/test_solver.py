@@ -10,7 +10,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solver import FAR, NEAR, SLICE, QpSolution, QpSolver
+from rti_mpcc.qp.solver import COLD, SLICE, WARM, QpSolution, QpSolver
 from rti_mpcc.types import Array
 
 STAGES = 10
@@ -105,7 +105,7 @@ def test_a_near_qp_that_soon_is_fine_is_and_another_one_is_good_enough(pattern: 
     values = problem(pattern, 1)
     coarse = SolverSettings(tolerance=1e-2, fine_tolerance=1e-9, fine_iterations=5000, max_iterations=10_000)
     hasty = coarse.model_copy(update={"fine_iterations": 2})
-    for settings, pace, fine in ((coarse, NEAR, True), (coarse, FAR, False), (hasty, NEAR, False)):
+    for settings, pace, fine in ((coarse, WARM, True), (coarse, COLD, False), (hasty, WARM, False)):
         solver = QpSolver(pattern, settings)
         solver.pace(pace)
         solver.update(values)
@@ -127,9 +127,9 @@ def test_paces_come_to_the_same_solution_and_may_change(pattern: QpPattern) -> N
     values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
     solver.update(values)
     near = solve(solver, values)
-    solver.pace(FAR)
+    solver.pace(COLD)
     far = solve(solver, values)
-    solver.pace(NEAR)
+    solver.pace(WARM)
     again = solve(solver, values)
     for solution in (near, far, again):
         good(solution, values, pattern)
@@ -211,8 +211,8 @@ def test_a_qp_is_stopped_after_a_slice_and_goes_on_from_there(pattern: QpPattern
     zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
     tight = SolverSettings(tolerance=1e-9, max_iterations=5000)
     whole, other = QpSolver(pattern, tight), QpSolver(pattern, tight)
-    whole.pace(FAR)  # without a first slice for the fine tolerance
-    other.pace(FAR)
+    whole.pace(COLD)  # without a first slice for the fine tolerance
+    other.pace(COLD)
     whole.update(values)
     other.update(values)
     expected = whole.solve(values, *zero)
@@ -242,12 +242,12 @@ def test_slices_are_one_solve(pattern: QpPattern) -> None:
     values = problem(pattern, 1)
     settings = SolverSettings(tolerance=1e-7, max_iterations=1000)
     solver = QpSolver(pattern, settings)
-    solver.pace(FAR)
+    solver.pace(COLD)
     solver.update(values)
     sliced = solve(solver, values)
     assert sliced.iterations > SLICE
     fresh = QpSolver(pattern, settings)
-    fresh.pace(FAR)
+    fresh.pace(COLD)
     fresh.update(values)
     info, primal, dual = fresh._slice(settings.max_iterations, settings.tolerance)
     assert info.iter == sliced.iterations

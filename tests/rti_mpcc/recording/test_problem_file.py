@@ -112,7 +112,7 @@ def test_a_mistake_of_the_program_leaves_no_qp(tmp_path: Path, monkeypatch: pyte
     def mistaken(solution: Solution, config: ControllerConfig) -> str:
         raise KeyError("after the QP was solved")
 
-    monkeypatch.setattr(search, "complaint", mistaken)
+    monkeypatch.setattr(search, "rejection_reason", mistaken)
     with Recorder(
         docking_controller(SCENARIO), tmp_path / "run.jsonl", dump_failed=tmp_path / "qp"
     ) as recorder:

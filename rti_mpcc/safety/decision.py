@@ -14,9 +14,9 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, Situation
-from rti_mpcc.planning.search import Attempt
-from rti_mpcc.safety.ladder import Drive, braking
+from rti_mpcc.planning.memory import ControllerMemory, PlanningContext
+from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.safety.fallback import ControlInput, braking
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
 
@@ -32,16 +32,16 @@ _AS_PULLING_OUT = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Act:
+class ControlDecision:
     """The drive of a cycle, why, the plan it belongs to, and the search that was made for it, if any."""
 
-    drive: Drive
+    control: ControlInput
     status: Status
     reason: str
     trajectory: Trajectory
-    attempt: Attempt | None = None
+    attempt: SqpResult | None = None
 
-    def pulling_out(self, time: int) -> Act:
+    def pulling_out(self, time: int) -> ControlDecision:
         """The same on, or just before, the way back that is driven for the first or second `time`."""
         remark = f"pulling out, to come again ({time}. time)"
         status = Status.PULLING_OUT if self.status in _AS_PULLING_OUT else self.status
@@ -49,8 +49,8 @@ class Act:
 
 
 def command(
-    act: Act,
-    situation: Situation,
+    decision: ControlDecision,
+    situation: PlanningContext,
     memory: ControllerMemory,
     detections: tuple[Judgement, ...],
     remarks: tuple[str, ...],
@@ -58,18 +58,27 @@ def command(
     clock: CycleClock,
 ) -> Command:
     """The command of a cycle that was told `detections`, and has `remarks` on what else it was told."""
-    plan = act.trajectory
+    plan = decision.trajectory
     if memory.clock_offset:
         times = plan.times - memory.clock_offset
         read_only(times)
         plan = replace(plan, times=times)
-    told = _diagnose(act, situation, memory, detections, remarks, clock)
-    believed = memory.trust.state
-    return _command(act.drive, situation.state, believed, act.status, plan, told, config, memory.disturbance)
+    diagnostics = _diagnose(decision, situation, memory, detections, remarks, clock)
+    believed = memory.monitor.state
+    return _command(
+        decision.control,
+        situation.state,
+        believed,
+        decision.status,
+        plan,
+        diagnostics,
+        config,
+        memory.disturbance,
+    )
 
 
 def emergency(
-    drive: Drive,
+    control: ControlInput,
     state: Array,
     memory: ControllerMemory,
     reason: str,
@@ -81,7 +90,7 @@ def emergency(
     begin = memory.now - memory.clock_offset + config.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, braking(config), config.vehicle.wheelbase)
-    told = Diagnostics(
+    diagnostics = Diagnostics(
         theta=float(state[THETA]),
         part=memory.part,
         objective=Objective.CONTOURING,
@@ -105,35 +114,35 @@ def emergency(
         disturbance=memory.disturbance.acceleration,
         steering_offset=memory.disturbance.steering,
     )
-    believed = memory.trust.state
-    return _command(drive, state, believed, Status.FAILED, motion, told, config, memory.disturbance)
+    believed = memory.monitor.state
+    return _command(control, state, believed, Status.FAILED, motion, diagnostics, config, memory.disturbance)
 
 
 def _command(
-    drive: Drive,
+    control: ControlInput,
     state: Array,
     believed: Array | None,
     status: Status,
     plan: Trajectory,
-    told: Diagnostics,
+    diagnostics: Diagnostics,
     config: ControllerConfig,
     disturbance: Disturbance,
 ) -> Command:
-    """`drive`, as it is sent, from the state (6,) that it begins to act in; now `believed` (6,)."""
+    """`control`, as it is sent, from the state (6,) that it begins to act in; now `believed` (6,)."""
     d, o, gain = disturbance
     now = state if believed is None else believed
-    speed = float(state[V]) + config.cycle * (gain * drive.acceleration + d)
-    steering = float(state[DELTA]) - o + config.cycle * drive.steering_rate
+    speed = float(state[V]) + config.cycle * (gain * control.acceleration + d)
+    steering = float(state[DELTA]) - o + config.cycle * control.steering_rate
     return Command(
-        acceleration=drive.acceleration,
-        steering_rate=drive.steering_rate,
+        acceleration=control.acceleration,
+        steering_rate=control.steering_rate,
         speed=_within(speed, config.limits.speed, float(now[V])),
         steering=_within(steering, config.limits.steering, float(now[DELTA])),
         status=status,
-        source=drive.source,
+        source=control.source,
         docked=status is Status.DOCKED,
         trajectory=_as_sent(plan, disturbance),
-        diagnostics=told,
+        diagnostics=diagnostics,
     )
 
 
@@ -153,14 +162,14 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
 
 
 def _diagnose(
-    act: Act,
-    situation: Situation,
+    decision: ControlDecision,
+    situation: PlanningContext,
     memory: ControllerMemory,
     detections: tuple[Judgement, ...],
     remarks: tuple[str, ...],
     clock: CycleClock,
 ) -> Diagnostics:
-    solutions = act.attempt.solutions if act.attempt else ()
+    solutions = decision.attempt.solutions if decision.attempt else ()
     arrive_at = memory.arrive_at
     return Diagnostics(
         theta=float(situation.state[THETA]),
@@ -168,13 +177,13 @@ def _diagnose(
         objective=memory.objective,
         weights=_first_weights(solutions),
         time_to_go=None if arrive_at is None else arrive_at - situation.begin,
-        failed=act.attempt is not None and bool(act.attempt.problem),
+        failed=decision.attempt is not None and bool(decision.attempt.problem),
         solver_status=solutions[-1].status if solutions else "",
         iterations=sum(s.iterations for s in solutions),
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
-        retried=act.attempt is not None and act.attempt.retried,
+        retried=decision.attempt is not None and decision.attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        reason="; ".join(part for part in (act.reason, *remarks) if part),
+        reason="; ".join(part for part in (decision.reason, *remarks) if part),
         aim=situation.target.pose,
         goal=memory.estimate,
         detections=detections,

@@ -10,9 +10,9 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.ocp.targets import Target, TargetKind
-from rti_mpcc.planning.memory import Situation
+from rti_mpcc.planning.memory import PlanningContext
 from rti_mpcc.planning.pace import Pace
-from rti_mpcc.safety import ladder
+from rti_mpcc.safety import fallback
 from rti_mpcc.types import Array, Source, Trajectory
 
 CONFIG = ControllerConfig()
@@ -22,10 +22,10 @@ def state(v: float = 1.0, delta: float = 0.0) -> Array:
     return np.array([0.0, 0.0, 0.0, v, delta, 0.0])
 
 
-def before_the_goal(left: float, speed: float, direction: int = 1) -> Situation:
+def before_the_goal(left: float, speed: float, direction: int = 1) -> PlanningContext:
     """`left` [m] before the goal at `speed` [m/s] in the direction of the part."""
     values: dict[str, Any] = {"now": 0.0, "begin": 0.0, "doubt": "", "last_part": True, "free": True}
-    return Situation(
+    return PlanningContext(
         state=state(direction * speed),
         measured_speed=direction * speed,
         target=Target(pose=Pose2(0.0, 0.0, 0.0), theta=9.0, theta_end=9.0, kind=TargetKind.POSE),
@@ -41,22 +41,22 @@ def before_the_goal(left: float, speed: float, direction: int = 1) -> Situation:
 
 
 def test_a_plan_is_followed_as_it_is() -> None:
-    drive = ladder.follow(np.array([0.3, -0.2, 1.0]), Source.SOLUTION)
-    assert (drive.acceleration, drive.steering_rate, drive.source) == (0.3, -0.2, Source.SOLUTION)
+    control = fallback.follow(np.array([0.3, -0.2, 1.0]), Source.SOLUTION)
+    assert (control.acceleration, control.steering_rate, control.source) == (0.3, -0.2, Source.SOLUTION)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_braking_is_against_the_motion(sign: float) -> None:
-    drive = ladder.brake(state(sign * 2.0, 0.3), 1.6, CONFIG)
-    assert drive.acceleration == pytest.approx(-sign * 1.6)
-    assert (drive.steering_rate, drive.source) == (0.0, Source.BRAKING)
+    control = fallback.brake(state(sign * 2.0, 0.3), 1.6, CONFIG)
+    assert control.acceleration == pytest.approx(-sign * 1.6)
+    assert (control.steering_rate, control.source) == (0.0, Source.BRAKING)
 
 
 def test_braking_keeps_to_the_limit() -> None:
     weak = ControllerConfig(limits=Limits(acceleration=0.7))
-    assert ladder.brake(state(2.0), 1.6, weak).acceleration == pytest.approx(-0.7)
-    assert ladder.braking(weak) == pytest.approx(0.7)
-    assert ladder.braking(CONFIG) == pytest.approx(4.0 * CONFIG.comfort_acceleration)
+    assert fallback.brake(state(2.0), 1.6, weak).acceleration == pytest.approx(-0.7)
+    assert fallback.braking(weak) == pytest.approx(0.7)
+    assert fallback.braking(CONFIG) == pytest.approx(4.0 * CONFIG.comfort_acceleration)
 
 
 @pytest.mark.parametrize("cycle", [0.005, 0.05, 0.2])
@@ -65,7 +65,7 @@ def test_braking_ends_at_rest_without_turning_round(speed: float, cycle: float) 
     config = ControllerConfig(cycle=cycle)
     v = speed
     for _ in range(round(4.0 / cycle)):
-        v += cycle * ladder.brake(state(v), 0.4, config).acceleration
+        v += cycle * fallback.brake(state(v), 0.4, config).acceleration
         assert v * speed >= -1e-12
     assert abs(v) <= 1e-3
 
@@ -73,15 +73,15 @@ def test_braking_ends_at_rest_without_turning_round(speed: float, cycle: float) 
 @pytest.mark.parametrize("speed", [0.5, -0.5])
 def test_hard_braking_is_hard_to_the_last_cycle(speed: float) -> None:
     """Softness costs way: what is braked for may be near."""
-    hard = ladder.brake(state(speed), 5.0, CONFIG)
+    hard = fallback.brake(state(speed), 5.0, CONFIG)
     assert hard.acceleration == pytest.approx(-np.sign(speed) * 5.0)
-    last = ladder.brake(state(0.1 * speed), 5.0, CONFIG)
+    last = fallback.brake(state(0.1 * speed), 5.0, CONFIG)
     assert last.acceleration * CONFIG.cycle == pytest.approx(-0.1 * speed)
 
 
 def test_the_steering_goes_on_while_braking_and_not_at_rest() -> None:
-    assert ladder.brake(state(1.0, 0.1), 1.6, CONFIG, 0.5).steering_rate == 0.5
-    assert ladder.brake(state(0.05, 0.1), 1.6, CONFIG, 0.5).steering_rate == 0.0
+    assert fallback.brake(state(1.0, 0.1), 1.6, CONFIG, 0.5).steering_rate == 0.5
+    assert fallback.brake(state(0.05, 0.1), 1.6, CONFIG, 0.5).steering_rate == 0.0
 
 
 def plan(begin: float = 0.0, speed: float = 1.0) -> Trajectory:
@@ -96,7 +96,7 @@ def plan(begin: float = 0.0, speed: float = 1.0) -> Trajectory:
 def test_the_last_plan_is_driven_on_from_where_the_vehicle_is() -> None:
     situation = replace(before_the_goal(9.0, 1.05), now=0.5, begin=0.5)
     situation.state[:] = [0.6, 0.1, 0.0, 1.0, 0.02, 0.6]
-    on = ladder.driven_on(plan(), 0.0, situation, CONFIG)
+    on = fallback.shifted_plan(plan(), 0.0, situation, CONFIG)
     assert on is not None
     assert on.states[0].tolist() == situation.state.tolist()
     assert on.controls[0, 0] == pytest.approx(0.1)
@@ -113,31 +113,31 @@ def test_a_plan_that_is_old_or_far_off_is_not_driven_on(
 ) -> None:
     situation = replace(before_the_goal(9.0, 1.05), now=0.5, begin=0.5)
     situation.state[:3] = [x, y, phi]
-    assert ladder.driven_on(plan(), accepted_at, situation, CONFIG) is None
-    assert ladder.driven_on(None, 0.0, situation, CONFIG) is None
+    assert fallback.shifted_plan(plan(), accepted_at, situation, CONFIG) is None
+    assert fallback.shifted_plan(None, 0.0, situation, CONFIG) is None
 
 
 def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:
-    drive = ladder.hold(state(0.01, 0.3), CONFIG)
-    assert drive.acceleration == pytest.approx(-0.01 / ladder.HOLDING_TIME)
-    assert (drive.steering_rate, drive.source) == (0.0, Source.STANDSTILL)
-    assert ladder.hold(state(0.0), CONFIG).acceleration == 0.0
-    assert ladder.hold(state(9.0), CONFIG).acceleration == -CONFIG.limits.acceleration
+    control = fallback.hold(state(0.01, 0.3), CONFIG)
+    assert control.acceleration == pytest.approx(-0.01 / fallback.HOLDING_TIME)
+    assert (control.steering_rate, control.source) == (0.0, Source.STANDSTILL)
+    assert fallback.hold(state(0.0), CONFIG).acceleration == 0.0
+    assert fallback.hold(state(9.0), CONFIG).acceleration == -CONFIG.limits.acceleration
 
 
 def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
-    assert ladder.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
-    way = 1.0 + ladder.SPARE
-    assert ladder.before_contact(2.5, way, CONFIG) == pytest.approx(2.5**2 / 2.0)
-    assert ladder.before_contact(8.0, way, CONFIG) == CONFIG.limits.acceleration
-    assert ladder.before_contact(1.0, 0.0, CONFIG) == CONFIG.limits.acceleration
+    assert fallback.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
+    way = 1.0 + fallback.SPARE
+    assert fallback.before_contact(2.5, way, CONFIG) == pytest.approx(2.5**2 / 2.0)
+    assert fallback.before_contact(8.0, way, CONFIG) == CONFIG.limits.acceleration
+    assert fallback.before_contact(1.0, 0.0, CONFIG) == CONFIG.limits.acceleration
 
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_landing_comes_to_rest_at_the_goal_within_a_factor_of_the_comfort(direction: int) -> None:
     comfort = CONFIG.comfort_acceleration
-    exact = ladder.landing(before_the_goal(0.1, 0.3, direction), CONFIG)
+    exact = fallback.settling_deceleration(before_the_goal(0.1, 0.3, direction), CONFIG)
     assert exact == pytest.approx(0.3**2 / 0.2)
-    assert ladder.landing(before_the_goal(0.01, 0.3, direction), CONFIG) == 2.0 * comfort
-    assert ladder.landing(before_the_goal(1.0, 0.1, direction), CONFIG) == 0.5 * comfort
-    assert ladder.landing(before_the_goal(-0.02, 0.1, direction), CONFIG) == 2.0 * comfort
+    assert fallback.settling_deceleration(before_the_goal(0.01, 0.3, direction), CONFIG) == 2.0 * comfort
+    assert fallback.settling_deceleration(before_the_goal(1.0, 0.1, direction), CONFIG) == 0.5 * comfort
+    assert fallback.settling_deceleration(before_the_goal(-0.02, 0.1, direction), CONFIG) == 2.0 * comfort

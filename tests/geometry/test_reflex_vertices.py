@@ -3,21 +3,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geometry import Corridor, HalfPlanes, Jutting, Narrowing, Pose2, ReferencePath
+from geometry import Corridor, HalfPlanes, Narrowing, Pose2, ReferencePath, ReflexVertices
 
 STRAIGHT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 BLOCK = [(8.0, -1.0), (10.0, -1.0), (10.0, 1.0), (8.0, 1.0)]
 
 
-def jutting(corridor: Corridor, *points: tuple[float, float]) -> Jutting | None:
+def reflex_vertices(corridor: Corridor, *points: tuple[float, float]) -> ReflexVertices | None:
     return all_jutting(corridor, corridor.half_planes(0, np.array(points)))
 
 
-def all_jutting(corridor: Corridor, planes: HalfPlanes) -> Jutting | None:
-    return corridor.jutting(0, planes, np.arange(planes.distance.size))
+def all_jutting(corridor: Corridor, planes: HalfPlanes) -> ReflexVertices | None:
+    return corridor.reflex_vertices(0, planes, np.arange(planes.distance.size))
 
 
-def only(found: Jutting | None, row: int, side: int, sides: int) -> tuple[complex, complex]:
+def only(found: ReflexVertices | None, row: int, side: int, sides: int) -> tuple[complex, complex]:
     """Tangents of the one entry, which has to be of that point and side."""
     assert found is not None
     np.testing.assert_array_equal(found.at, [row * sides + side])
@@ -25,13 +25,16 @@ def only(found: Jutting | None, row: int, side: int, sides: int) -> tuple[comple
 
 
 def test_beside_straight_walls_nothing_juts_out() -> None:
-    assert jutting(Corridor.from_offsets(STRAIGHT, left=4.0, right=-3.0), (3.0, 1.0), (12.0, -1.0)) is None
+    assert (
+        reflex_vertices(Corridor.from_offsets(STRAIGHT, left=4.0, right=-3.0), (3.0, 1.0), (12.0, -1.0))
+        is None
+    )
 
 
 def test_beyond_open_ends_the_tangent_that_leads_nowhere_is_missing() -> None:
     corridor = Corridor.from_offsets(STRAIGHT, left=4.0, right=-3.0)
     # The left wall is stored from its far end on, so that the allowed side is on its left.
-    found = jutting(corridor, (-2.0, 1.0), (22.0, 1.0), (5.0, 0.0))
+    found = reflex_vertices(corridor, (-2.0, 1.0), (22.0, 1.0), (5.0, 0.0))
     assert found is not None
     tangents = dict(zip(found.at.tolist(), zip(found.before, found.after, strict=True), strict=True))
     assert tangents == {0: (-1.0, 0.0), 1: (0.0, 1.0), 2: (0.0, -1.0), 3: (1.0, 0.0)}
@@ -41,7 +44,7 @@ def test_at_corners_that_jut_out_both_tangents_are_there() -> None:
     stepped = Corridor.from_offsets(
         STRAIGHT, left=4.0, right=-3.0, narrowings=[Narrowing(10.0, 14.0, left=2.0)]
     )
-    before, after = only(jutting(stepped, (9.0, 0.5)), 0, 0, 2)
+    before, after = only(reflex_vertices(stepped, (9.0, 0.5)), 0, 0, 2)
     assert before == pytest.approx(-1.0)
     assert after == pytest.approx(1j)
 
@@ -50,7 +53,7 @@ def test_corners_that_recede_are_none() -> None:
     stepped = Corridor.from_offsets(
         STRAIGHT, left=4.0, right=-3.0, narrowings=[Narrowing(10.0, 14.0, left=2.0)]
     )
-    assert jutting(stepped, (9.9, 4.4)) is None
+    assert reflex_vertices(stepped, (9.9, 4.4)) is None
 
 
 @pytest.mark.parametrize("turns", range(4))
@@ -60,7 +63,7 @@ def test_all_corners_of_a_ring_jut_out_that_it_is_closed_at_too(turns: int) -> N
     corners = [
         (x + dx, y + dy) for (x, y), (dx, dy) in zip(BLOCK, np.sign(np.array(BLOCK) - [9, 0]), strict=True)
     ]
-    found = jutting(corridor, *corners)
+    found = reflex_vertices(corridor, *corners)
     assert found is not None
     np.testing.assert_array_equal(found.at, [2, 5, 8, 11])
     # The outside is on the left, so the outline turns right by 90 deg.
@@ -70,7 +73,7 @@ def test_all_corners_of_a_ring_jut_out_that_it_is_closed_at_too(turns: int) -> N
 def test_a_smooth_bend_has_no_corners() -> None:
     bend = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.2, 8.0)])
     corridor = Corridor.from_offsets(bend, left=3.0, right=-3.0)
-    assert jutting(corridor, (2.0, 0.0), (3.0, 0.5)) is None
+    assert reflex_vertices(corridor, (2.0, 0.0), (3.0, 0.5)) is None
 
 
 def test_what_was_not_looked_up_does_not_jut_out() -> None:
@@ -86,8 +89,8 @@ def test_what_was_not_looked_up_does_not_jut_out() -> None:
 def test_only_those_asked_for_are_told_of() -> None:
     corridor = Corridor.from_offsets(STRAIGHT, left=4.0, right=-3.0)
     planes = corridor.half_planes(0, np.array([(-2.0, 1.0), (22.0, 1.0), (5.0, 0.0)]))
-    found = corridor.jutting(0, planes, np.array([5, 3, 0]))
+    found = corridor.reflex_vertices(0, planes, np.array([5, 3, 0]))
     assert found is not None
     told = dict(zip(found.at.tolist(), found.before.tolist(), strict=True))
     assert told == {1: 1.0, 2: -1.0}
-    assert corridor.jutting(0, planes, np.array([4, 5])) is None
+    assert corridor.reflex_vertices(0, planes, np.array([4, 5])) is None

@@ -47,7 +47,7 @@ OBSTINATE = "the steering does not follow its commands"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Trust:
+class StateMonitor:
     """What is believed at the time `at` [s], and why the measurement is not.
 
     Attributes:
@@ -78,7 +78,7 @@ class Trust:
     tries: int = 0
 
     @property
-    def obstinate(self) -> bool:
+    def steering_fault(self) -> bool:
         """Whether it is the steering that cannot be relied on, not the measurement."""
         return self.why.startswith(OBSTINATE)
 
@@ -96,27 +96,27 @@ class Trust:
         heeded[V] = np.nan
         return heeded
 
-    def doubting(self, problem: str, last: Trust) -> Trust:
+    def doubting(self, problem: str, last: StateMonitor) -> StateMonitor:
         """With a `problem` that has nothing to do with the vehicle's state, "" for none."""
         if not problem or self.why:
             return self
         return replace(self, why=problem, since=last.since if last.why else self.at)
 
 
-def weighed(
-    last: Trust,
-    told: VehicleState,
+def validate_measurement(
+    last: StateMonitor,
+    given: VehicleState,
     queue: tuple[QueuedCommand, ...],
     now: float,
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
-) -> Trust:
+) -> StateMonitor:
     """What to believe at `now` [s] after one more measurement.
 
     `queue`: the commands since the last cycle; `disturbance`: what is known to act beside them.
     """
-    measured = _array(told)
-    problem = _no_state(told) or _unfit(measured, config)
+    measured = _array(given)
+    problem = _no_state(given) or _unfit(measured, config)
     seconds = now - last.at
     if last.state is None or last.measured is None or last.reckoned is None or last.gap or seconds > GAP:
         return _first(last, measured, problem, queue, now, config, disturbance)
@@ -132,12 +132,12 @@ def weighed(
     gap = last.steering_gap * exp(-seconds / config.plausibility.steering_time)
     if not problem:
         gap += float(measured[DELTA] - expected[DELTA])
-        problem = _obstinate(gap, last, config)
+        problem = _steering_fault(gap, last, config)
     alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
     agrees = problem and alike and abs(float(measured[V])) <= SLOW
     if frozen:
         agrees = agrees and last.tries < FROZEN_TRIES and abs(float(reckoned[V])) <= SLOW
-    trust = replace(
+    monitor = replace(
         last,
         at=now,
         state=_believed(measured, expected, reckoned if frozen else None, problem, config),
@@ -151,28 +151,28 @@ def weighed(
         odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
         tries=last.tries if same else 0,
     )
-    since = trust.agrees_since
-    if since is None or now - since < config.plausibility.confirmation * 2**trust.tries:
-        return trust
-    tries = trust.tries + bool(frozen)
+    since = monitor.agrees_since
+    if since is None or now - since < config.plausibility.confirmation * 2**monitor.tries:
+        return monitor
+    tries = monitor.tries + bool(frozen)
     return replace(
-        trust, state=measured, reckoned=measured, steering_gap=0.0, why="", found=True, tries=tries
+        monitor, state=measured, reckoned=measured, steering_gap=0.0, why="", found=True, tries=tries
     )
 
 
 def _first(
-    last: Trust,
+    last: StateMonitor,
     measured: Array,
     problem: str,
     queue: tuple[QueuedCommand, ...],
     now: float,
     config: ControllerConfig,
     disturbance: Disturbance,
-) -> Trust:
+) -> StateMonitor:
     """The first measurement, or the first one after a gap, in which too much may have happened."""
     if not problem:
         found = last.state is not None
-        return Trust(at=now, state=measured, measured=measured, reckoned=measured, found=found)
+        return StateMonitor(at=now, state=measured, measured=measured, reckoned=measured, found=found)
     since = last.since if last.why else now
     state = last.state
     if state is not None:
@@ -198,16 +198,16 @@ def _array(state: VehicleState) -> Array:
         return np.full(STATES, np.nan)
 
 
-def _no_state(told: VehicleState) -> str:
+def _no_state(given: VehicleState) -> str:
     """Why this cannot even be read as a state, or ""."""
     for name in ("x", "y", "phi", "v", "delta"):
-        if not hasattr(told, name):
-            kind = "None" if told is None else f"a {type(told).__name__}"
+        if not hasattr(given, name):
+            kind = "None" if given is None else f"a {type(given).__name__}"
             return f"state is no VehicleState but {kind}"
         try:
-            float(getattr(told, name))
+            float(getattr(given, name))
         except (TypeError, ValueError, OverflowError):
-            return f"state.{name} is no number but {getattr(told, name)!r:.40}"
+            return f"state.{name} is no number but {getattr(given, name)!r:.40}"
     return ""
 
 
@@ -238,8 +238,8 @@ def _unfit(state: Array, config: ControllerConfig) -> str:
     placed = max(abs(x), abs(y)) <= FAR and abs(phi) <= MANY_TURNS
     if finite and placed and abs(v) <= MOST_SPEED * config.limits.speed and abs(delta) <= MOST_STEERING:
         return ""
-    told = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
-    return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {told}"
+    given = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
+    return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {given}"
 
 
 def _frozen(measured: Array, reckoned: Array, config: ControllerConfig) -> str:
@@ -276,9 +276,9 @@ def _alike(
     return not _far(measured, rolled(before), seconds, config)
 
 
-def _obstinate(gap: float, last: Trust, config: ControllerConfig) -> str:
+def _steering_fault(gap: float, last: StateMonitor, config: ControllerConfig) -> str:
     """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
-    if last.obstinate:
+    if last.steering_fault:
         return last.why
     return f"{OBSTINATE}: {gap:+.2f} rad off" if abs(gap) > config.plausibility.steering_gap else ""
 

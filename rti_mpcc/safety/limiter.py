@@ -10,29 +10,29 @@ import numpy as np
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V
-from rti_mpcc.safety.ladder import Drive, brake, braking
+from rti_mpcc.safety.fallback import ControlInput, brake, braking
 from rti_mpcc.types import Array
 
 
-def sent(
-    drive: Drive,
+def saturate_command(
+    control: ControlInput,
     state: Array,
     measured: Array | None,
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
-) -> Drive:
-    """What is sent so that `drive` acts from `state` (6,) on, (O4), as far as that is `admitted`."""
-    sent = replace(drive, acceleration=disturbance.commanded(drive.acceleration))
-    return admitted(sent, disturbance.measured(state), measured, config, disturbance)
+) -> ControlInput:
+    """What is sent so that `control` acts from `state` (6,) on, (O4), as far as that is `saturate`."""
+    saturate_command = replace(control, acceleration=disturbance.commanded(control.acceleration))
+    return saturate(saturate_command, disturbance.measured(state), measured, config, disturbance)
 
 
-def admitted(
-    drive: Drive,
+def saturate(
+    control: ControlInput,
     state: Array,
     measured: Array | None,
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
-) -> Drive:
+) -> ControlInput:
     """The drive, cut to what may be sent to a vehicle that will be in `state` (6,) when it begins to act,
     and is `measured` (6,) now.
 
@@ -40,13 +40,13 @@ def admitted(
     they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
     All that is of what is sent and measured; `disturbance`: what is known to act beside.
     """
-    if not (isfinite(drive.acceleration) and isfinite(drive.steering_rate)):
-        drive = brake(state, braking(config), config)
+    if not (isfinite(control.acceleration) and isfinite(control.steering_rate)):
+        control = brake(state, braking(config), config)
     limits, now = config.limits, np.full(STATES, np.nan) if measured is None else measured
     speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
-    a = _within(drive.acceleration, float(state[V]), float(now[V]), *speed, config, disturbance)
-    rate = _within(drive.steering_rate, float(state[DELTA]), float(now[DELTA]), *steering, config)
-    return replace(drive, acceleration=a, steering_rate=rate)
+    a = _within(control.acceleration, float(state[V]), float(now[V]), *speed, config, disturbance)
+    rate = _within(control.steering_rate, float(state[DELTA]), float(now[DELTA]), *steering, config)
+    return replace(control, acceleration=a, steering_rate=rate)
 
 
 def _within(

@@ -20,7 +20,7 @@ Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 
 
-class Jutting(NamedTuple):
+class ReflexVertices(NamedTuple):
     """Those of some half-planes whose boundary points jut out.
 
     Attributes:
@@ -33,7 +33,9 @@ class Jutting(NamedTuple):
     after: Complex
 
 
-def jutting(sides: Sequence[Boundary | None], planes: HalfPlanes, among: Index) -> Jutting | None:
+def reflex_vertices(
+    sides: Sequence[Boundary | None], planes: HalfPlanes, among: Index
+) -> ReflexVertices | None:
     """Return those of half-planes `among` (k,), point * sides + side; None if there are none."""
     sample, side = planes.sample.reshape(-1)[among], among % len(sides)
     found = [
@@ -45,10 +47,12 @@ def jutting(sides: Sequence[Boundary | None], planes: HalfPlanes, among: Index) 
     if not some:
         return None
     at, before, after = (np.concatenate(each) for each in zip(*some, strict=True))
-    return Jutting(at, before, after)
+    return ReflexVertices(at, before, after)
 
 
-def _of_side(side: Boundary, planes: HalfPlanes, among: Index, rows: Index, sample: Index) -> Jutting | None:
+def _of_side(
+    side: Boundary, planes: HalfPlanes, among: Index, rows: Index, sample: Index
+) -> ReflexVertices | None:
     """Those of one side, which `rows` of `among` are of."""
     rows = rows[side.juts.take(sample[rows], mode="clip")]
     rows = rows[sample[rows] >= 0]
@@ -59,7 +63,7 @@ def _of_side(side: Boundary, planes: HalfPlanes, among: Index, rows: Index, samp
         return None
     found = side.beside(sample[rows])
     tangents, lengths = found.segments[1:3], found.segments[3]
-    return Jutting(
+    return ReflexVertices(
         rows,
         np.where(lengths.real > 0.0, tangents[0], 0.0),
         np.where(lengths.imag > 0.0, tangents[1], 0.0),

@@ -1,8 +1,8 @@
-"""The ladder: which plan is driven, and what is driven instead when there is none.
+"""The fallback: which plan is driven, and what is driven instead when there is none.
 
-1. The solution of this cycle, if `planning.search.complaint` has none: OSQP calls it solved, all of it is
-   finite, it begins within the input limits, its first 2 s obey the dynamics, and its slack leaves no disc's
-   centre beyond a boundary.
+1. The solution of this cycle, if `planning.search.rejection_reason` has none: OSQP calls it solved, all of it
+   is finite, it begins within the input limits, its first 2 s obey the dynamics, and its slack leaves no
+   disc's centre beyond a boundary.
 2. If it does not hold and there is time, the same sought once more from a clean start: from the last plan
    without a complaint, with nothing kept of the solver's last answers.
 3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
@@ -13,7 +13,7 @@
 What is driven by 1 to 3 is checked with the exact body: if it is not clear of everything over the way that
 the vehicle needs to stop in comfort, and a share more, the vehicle brakes instead, along the plan that it was
 driving, as gently as it stands in time. It is blocked until the way has been clear for a while, see
-`planning.stops.halted`. Whatever is driven passes `safety.gate`.
+`planning.stops.halted`. Whatever is driven passes `safety.limiter`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, resample, stage_times
-from rti_mpcc.planning.memory import Situation
+from rti_mpcc.planning.memory import PlanningContext
 from rti_mpcc.types import Array, Source, Trajectory
 
 PLAN_LIFE = 1.0
@@ -46,7 +46,7 @@ SLOW = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Drive:
+class ControlInput:
     """What is sent to the vehicle: acceleration [m/s²], steering rate [rad/s], and where it comes from."""
 
     acceleration: float
@@ -54,12 +54,16 @@ class Drive:
     source: Source
 
 
-def follow(controls: Array, source: Source) -> Drive:
+def follow(controls: Array, source: Source) -> ControlInput:
     """Drive the first control (3,) of a plan."""
-    return Drive(acceleration=float(controls[A]), steering_rate=float(controls[DELTA_DOT]), source=source)
+    return ControlInput(
+        acceleration=float(controls[A]), steering_rate=float(controls[DELTA_DOT]), source=source
+    )
 
 
-def brake(state: Array, deceleration: float, config: ControllerConfig, steering_rate: float = 0.0) -> Drive:
+def brake(
+    state: Array, deceleration: float, config: ControllerConfig, steering_rate: float = 0.0
+) -> ControlInput:
     """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than `braking`.
 
     `steering_rate` [rad/s] is kept on.
@@ -68,11 +72,13 @@ def brake(state: Array, deceleration: float, config: ControllerConfig, steering_
     soft = config.cycle if deceleration > braking(config) else max(SETTLING_TIME, config.cycle)
     wanted = min(deceleration, abs(speed) / soft, config.limits.acceleration)
     rate = steering_rate if abs(speed) > SLOW else 0.0
-    return Drive(acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING)
+    return ControlInput(
+        acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING
+    )
 
 
-def driven_on(
-    plan: Trajectory | None, accepted_at: float | None, situation: Situation, config: ControllerConfig
+def shifted_plan(
+    plan: Trajectory | None, accepted_at: float | None, situation: PlanningContext, config: ControllerConfig
 ) -> Trajectory | None:
     """The last accepted plan, driven on from where the vehicle is; None if it is too old or too far off."""
     if plan is None or accepted_at is None or not 0.0 <= situation.now - accepted_at <= PLAN_LIFE:
@@ -87,11 +93,11 @@ def driven_on(
     return Trajectory(times=times, states=states, controls=shifted.controls)
 
 
-def hold(state: Array, config: ControllerConfig) -> Drive:
+def hold(state: Array, config: ControllerConfig) -> ControlInput:
     """Stay at a standstill: what speed is left fades out gently, so that noise hardly shows."""
     most = config.limits.acceleration
     wanted = max(min(-float(state[V]) / HOLDING_TIME, most), -most)
-    return Drive(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
+    return ControlInput(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
 
 
 def braking(config: ControllerConfig) -> float:
@@ -105,7 +111,7 @@ def before_contact(speed: float, way: float, config: ControllerConfig) -> float:
     return min(max(speed**2 / (2.0 * left), config.comfort_acceleration), most) if left > 0.0 else most
 
 
-def landing(situation: Situation, config: ControllerConfig) -> float:
+def settling_deceleration(situation: PlanningContext, config: ControllerConfig) -> float:
     """Deceleration [m/s²] that comes to rest at the target's length, within a factor 2 of the comfort one."""
     left = -situation.direction * situation.error.x
     comfort = config.comfort_acceleration

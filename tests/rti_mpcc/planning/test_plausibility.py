@@ -11,7 +11,7 @@ import pytest
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.planning.trust import FROZEN_TRIES, Trust, weighed
+from rti_mpcc.planning.plausibility import FROZEN_TRIES, StateMonitor, validate_measurement
 from rti_mpcc.types import VehicleState
 
 CONFIG = ControllerConfig(cycle=0.05)
@@ -29,28 +29,28 @@ def standing(x: float = 0.0, **changes: Any) -> VehicleState:
 
 
 def after(
-    states: Iterable[VehicleState], trust: Trust | None = None, queue: tuple[QueuedCommand, ...] = ()
-) -> Trust:
+    states: Iterable[VehicleState], monitor: StateMonitor | None = None, queue: tuple[QueuedCommand, ...] = ()
+) -> StateMonitor:
     """After a cycle for each of these states, going on from where the trust ends."""
-    trust = trust or Trust(at=-CONFIG.cycle)
+    monitor = monitor or StateMonitor(at=-CONFIG.cycle)
     for state in states:
-        trust = weighed(trust, state, queue, round(trust.at + CONFIG.cycle, 9), CONFIG)
-    return trust
+        monitor = validate_measurement(monitor, state, queue, round(monitor.at + CONFIG.cycle, 9), CONFIG)
+    return monitor
 
 
-def driven(cycles: int = 10) -> Trust:
+def driven(cycles: int = 10) -> StateMonitor:
     return after(cruising(k * CONFIG.cycle) for k in range(cycles))
 
 
-def believed(trust: Trust) -> list[float]:
-    assert trust.state is not None
-    return [float(value) for value in trust.state[:5]]
+def believed(monitor: StateMonitor) -> list[float]:
+    assert monitor.state is not None
+    return [float(value) for value in monitor.state[:5]]
 
 
 def test_what_is_measured_is_believed() -> None:
-    trust = driven()
-    assert trust.why == ""
-    assert believed(trust) == [0.45, 0.0, 0.0, 1.0, 0.0]
+    monitor = driven()
+    assert monitor.why == ""
+    assert believed(monitor) == [0.45, 0.0, 0.0, 1.0, 0.0]
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf, 1e300, 1e8])
@@ -58,15 +58,15 @@ def test_what_is_measured_is_believed() -> None:
 def test_what_no_vehicle_can_be_is_not_believed_and_reckoned_from_the_commands(
     field: str, value: float
 ) -> None:
-    trust = after([cruising(0.5, **{field: value})], driven())
-    assert ("not a finite state" if abs(value) > 1e301 or value != value else "not a state") in trust.why
-    assert believed(trust)[:4] == pytest.approx([0.5, 0.0, 0.0, 1.0])
-    again = after([cruising(0.55)], trust)
+    monitor = after([cruising(0.5, **{field: value})], driven())
+    assert ("not a finite state" if abs(value) > 1e301 or value != value else "not a state") in monitor.why
+    assert believed(monitor)[:4] == pytest.approx([0.5, 0.0, 0.0, 1.0])
+    again = after([cruising(0.55)], monitor)
     assert (again.why, again.found) == ("", False)
 
 
 @pytest.mark.parametrize(
-    ("told", "said"),
+    ("given", "said"),
     [
         (None, "state is no VehicleState but None"),
         ((1.0, 2.0, 0.0, 0.0, 0.0), "state is no VehicleState but a tuple"),
@@ -75,25 +75,25 @@ def test_what_no_vehicle_can_be_is_not_believed_and_reckoned_from_the_commands(
         (standing(x=10**400), "state.x is no number but 1000000"),
     ],
 )
-def test_what_is_no_state_at_all_is_told_by_its_type(told: Any, said: str) -> None:
+def test_what_is_no_state_at_all_is_told_by_its_type(given: Any, said: str) -> None:
     for before in (None, driven()):
-        trust = after([told], before)
-        assert trust.why.startswith(said)
-        assert len(trust.why) < 80
-    assert believed(trust)[:4] == pytest.approx([0.5, 0.0, 0.0, 1.0])
+        monitor = after([given], before)
+        assert monitor.why.startswith(said)
+        assert len(monitor.why) < 80
+    assert believed(monitor)[:4] == pytest.approx([0.5, 0.0, 0.0, 1.0])
 
 
 def test_a_state_that_stays_infinite_is_not_reckoned_with() -> None:
-    trust = after([cruising(0.5, x=inf)] * 5, driven())
-    assert believed(trust)[0] == pytest.approx(0.7)
-    assert after([cruising(0.75)], trust).why == ""
+    monitor = after([cruising(0.5, x=inf)] * 5, driven())
+    assert believed(monitor)[0] == pytest.approx(0.7)
+    assert after([cruising(0.75)], monitor).why == ""
 
 
 def test_without_any_state_nothing_is_believed() -> None:
-    trust = after([cruising(0.0, x=nan), cruising(0.05, x=nan)])
-    assert trust.state is None
-    assert trust.since == 0.0
-    assert after([cruising(0.1)], trust).why == ""
+    monitor = after([cruising(0.0, x=nan), cruising(0.05, x=nan)])
+    assert monitor.state is None
+    assert monitor.since == 0.0
+    assert after([cruising(0.1)], monitor).why == ""
 
 
 @pytest.mark.parametrize(
@@ -122,45 +122,45 @@ def test_another_branch_of_the_heading_is_no_jump(turn: float) -> None:
 
 def test_the_speed_of_a_vehicle_set_down_elsewhere_is_believed() -> None:
     """It has to brake by what it is measured to do."""
-    trust = after([cruising(0.5, y=3.0, v=0.8)], driven())
-    assert believed(trust)[3] == 0.8
+    monitor = after([cruising(0.5, y=3.0, v=0.8)], driven())
+    assert believed(monitor)[3] == 0.8
 
 
 def test_a_vehicle_that_moves_and_is_measured_in_one_place_is_reckoned_further() -> None:
     assert after([cruising(0.45)] * 3, driven()).why == ""  # a sensor may be slower than the controller
-    trust = after([cruising(0.45)] * 6, driven())
-    assert "does not change" in trust.why
-    assert believed(trust)[0] == pytest.approx(0.75)
-    assert trust.since == pytest.approx(0.7)  # 0.25 m further
-    assert after([cruising(0.8)], trust).why == ""
+    monitor = after([cruising(0.45)] * 6, driven())
+    assert "does not change" in monitor.why
+    assert believed(monitor)[0] == pytest.approx(0.75)
+    assert monitor.since == pytest.approx(0.7)  # 0.25 m further
+    assert after([cruising(0.8)], monitor).why == ""
 
 
 def test_a_vehicle_that_should_have_begun_to_move_is_not_measured() -> None:
     moving = (QueuedCommand(-1.0, 0.5, 0.0),)
-    trust = after([standing()] * 20, queue=moving)
-    assert "does not change" in trust.why
+    monitor = after([standing()] * 20, queue=moving)
+    assert "does not change" in monitor.why
     assert after([standing()] * 200).why == ""
 
 
 def test_steering_that_does_not_follow_is_found_out_and_given_its_time() -> None:
     turning = (QueuedCommand(-1.0, 0.0, 0.5),)
     states = [cruising(k * CONFIG.cycle) for k in range(12)]
-    trust = after(states, queue=turning)
-    assert "the steering does not follow" in trust.why
-    assert believed(trust)[3] == 1.0
-    stopped = after([standing(0.6)] * 20, trust)
+    monitor = after(states, queue=turning)
+    assert "the steering does not follow" in monitor.why
+    assert believed(monitor)[3] == 1.0
+    stopped = after([standing(0.6)] * 20, monitor)
     assert "steering" in stopped.why
-    rested = after([standing(0.6)] * 100, trust)
+    rested = after([standing(0.6)] * 100, monitor)
     assert (rested.why, rested.steering_gap) == ("", 0.0)
 
 
 def test_a_steering_that_follows_with_noise_and_a_lag_is_not_obstinate() -> None:
     turning = (QueuedCommand(-1.0, 0.0, 0.2),)
     lag = [cruising(k * 0.05, delta=0.2 * max(k * 0.05 - 0.2, 0.0) + 0.01 * (-1) ** k) for k in range(60)]
-    trust = after(lag[:1], queue=turning)
+    monitor = after(lag[:1], queue=turning)
     for state in lag[1:]:
-        trust = after([state], trust, turning)
-        assert trust.why == ""
+        monitor = after([state], monitor, turning)
+        assert monitor.why == ""
 
 
 def test_a_vehicle_that_was_set_down_elsewhere_is_there_once_it_has_stood_there() -> None:
@@ -178,21 +178,21 @@ def test_a_vehicle_that_was_set_down_elsewhere_is_there_once_it_has_stood_there(
 
 def test_measurements_that_disagree_with_one_another_are_never_believed() -> None:
     wild = [standing(0.0, y=3.0 + 2.0 * (k % 2)) for k in range(300)]
-    trust = after([standing()])
+    monitor = after([standing()])
     for state in wild:
-        trust = after([state], trust)
-        assert trust.why != ""
+        monitor = after([state], monitor)
+        assert monitor.why != ""
 
 
 def test_after_a_gap_a_measurement_is_taken_as_it_is() -> None:
-    trust = weighed(driven(), cruising(9.0, y=5.0), (), 3.0, CONFIG)
-    assert (trust.why, trust.found) == ("", True)
-    assert weighed(driven(), cruising(9.0, y=nan), (), 3.0, CONFIG).why != ""
+    monitor = validate_measurement(driven(), cruising(9.0, y=5.0), (), 3.0, CONFIG)
+    assert (monitor.why, monitor.found) == ("", True)
+    assert validate_measurement(driven(), cruising(9.0, y=nan), (), 3.0, CONFIG).why != ""
 
 
 def test_another_problem_is_doubt_too_and_counts_from_its_begin() -> None:
-    trust = driven()
-    first = after([cruising(0.5)], trust).doubting("obstacles not readable", trust)
+    monitor = driven()
+    first = after([cruising(0.5)], monitor).doubting("obstacles not readable", monitor)
     assert (first.why, first.since) == ("obstacles not readable", 0.5)
     assert believed(first)[0] == 0.5
     second = after([cruising(0.55)], first).doubting("obstacles not readable", first)
@@ -201,36 +201,36 @@ def test_another_problem_is_doubt_too_and_counts_from_its_begin() -> None:
 
 
 def test_a_bad_measurement_after_a_gap_is_no_better_known_than_the_gap() -> None:
-    spoiled = weighed(driven(), cruising(3.0, y=nan), (), 3.0, CONFIG)
+    spoiled = validate_measurement(driven(), cruising(3.0, y=nan), (), 3.0, CONFIG)
     assert spoiled.why != ""
     assert believed(spoiled)[0] == pytest.approx(0.45 + 1.0)  # rolled forward, but not for ever
-    found = weighed(spoiled, cruising(3.05, y=0.5), (), 3.05, CONFIG)
+    found = validate_measurement(spoiled, cruising(3.05, y=0.5), (), 3.05, CONFIG)
     assert (found.why, found.found, found.gap) == ("", True, False)
     assert believed(found)[:2] == [3.05, 0.5]
 
 
 def test_a_vehicle_that_cannot_move_is_tried_again_each_time_after_twice_the_time() -> None:
     """Its state is told in round numbers; by its commands it begins to move and brakes again."""
-    trust, tried = after([standing()]), [0.0]
+    monitor, tried = after([standing()]), [0.0]
     for _ in range(2000):
-        since = trust.at - tried[-1]
+        since = monitor.at - tried[-1]
         pushed = 1.0 if since < 1.0 else -1.0 if since < 2.0 else 0.0
         queue = (QueuedCommand(-1.0, pushed, 0.0),)
-        trust = after([standing()], trust, queue)
-        if trust.found:
-            tried.append(trust.at)
-    assert trust.why != ""
-    assert trust.tries == FROZEN_TRIES
+        monitor = after([standing()], monitor, queue)
+        if monitor.found:
+            tried.append(monitor.at)
+    assert monitor.why != ""
+    assert monitor.tries == FROZEN_TRIES
     waits = np.diff(tried)
     assert len(waits) == FROZEN_TRIES
     np.testing.assert_allclose(np.diff(waits), CHECKS.confirmation * np.array([1.0, 2.0]), atol=0.2)
-    assert after([standing(x=0.001)] * 200, trust, (QueuedCommand(-1.0, 0.0, 0.0),)).why == ""
+    assert after([standing(x=0.001)] * 200, monitor, (QueuedCommand(-1.0, 0.0, 0.0),)).why == ""
 
 
 def test_only_for_a_moment_may_measurements_that_contradict_one_another_hold_a_command_back() -> None:
-    trust = after([cruising(0.5, v=31.0)], driven())
-    assert trust.heeded(CONFIG) is trust.measured
-    lasting = after([cruising(0.5 + 0.05 * k, v=31.0) for k in range(1, 9)], trust)
+    monitor = after([cruising(0.5, v=31.0)], driven())
+    assert monitor.heeded(CONFIG) is monitor.measured
+    lasting = after([cruising(0.5 + 0.05 * k, v=31.0) for k in range(1, 9)], monitor)
     assert lasting.why != ""
     heeded = lasting.heeded(CONFIG)
     assert heeded is not None

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rti_mpcc.safety.act import _within
+from rti_mpcc.safety.decision import _within
 
 numbers = st.floats(-20.0, 20.0)
 

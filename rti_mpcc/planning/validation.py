@@ -19,8 +19,8 @@ from geometry import Pose2, ReferencePath, RtiMpccError
 from rti_mpcc.config import Caution, ControllerConfig
 from rti_mpcc.planning import goals
 from rti_mpcc.planning.memory import ControllerMemory, renewed
+from rti_mpcc.planning.plausibility import FAR, MANY_TURNS
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.planning.trust import FAR, MANY_TURNS
 from rti_mpcc.types import Array
 
 STAYS = "the last one stays"
@@ -32,7 +32,7 @@ LEAP = 3600.0
 
 
 def goal_in(
-    told: Pose2 | None,
+    given: Pose2 | None,
     memory: ControllerMemory,
     path: ReferencePath,
     surroundings: Surroundings,
@@ -43,9 +43,9 @@ def goal_in(
     A goal that was accepted stays the goal whatever comes to stand there. One that was refused does not
     become it before it is told again.
     """
-    taken, refusal, fit = None, memory.refusal, memory.told_fit
-    if told is not None:
-        goal, refusal = _pose(told)
+    taken, refusal, fit = None, memory.refusal, memory.given_fit
+    if given is not None:
+        goal, refusal = _pose(given)
         if goal is not None and goal != memory.planned:
             fit = goals.checked_again(fit, goal, path, surroundings, config)
             taken = None if fit.problem else goal
@@ -53,18 +53,18 @@ def goal_in(
     goal_fit = memory.goal_fit if taken is None else fit
     if goal_fit is None:
         goal_fit = goals.end_checked(path, surroundings, config)
-    return renewed(memory, told_fit=fit, goal_fit=goal_fit, refusal=refusal), taken
+    return renewed(memory, given_fit=fit, goal_fit=goal_fit, refusal=refusal), taken
 
 
-def _pose(told: Pose2) -> tuple[Pose2 | None, str]:
+def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
     """A goal as a pose to work with, or None, and why it is none."""
     try:
-        x, y, phi = told.x, told.y, told.phi
+        x, y, phi = given.x, given.y, given.phi
     except AttributeError:
-        return None, f"goal is no Pose2 but a {type(told).__name__}, {STAYS}"
+        return None, f"goal is no Pose2 but a {type(given).__name__}, {STAYS}"
     if not _all_finite(x, y, phi):
         return None, f"goal ({x}, {y}, {phi}) not finite, {STAYS}"
-    goal = told if isinstance(told, Pose2) else Pose2(float(x), float(y), float(phi))
+    goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
     if max(abs(x), abs(y)) > FAR:
         return None, f"goal {_text(goal)} out of reach, coordinates at most {FAR:g} m: {STAYS}"
     if abs(phi) > MANY_TURNS:
@@ -96,7 +96,7 @@ def surroundings_in(
         if problem:
             return known, f"obstacles[{k}] {problem}"
     try:
-        return known.told(outlines, now, caution), ""
+        return known.updated(outlines, now, caution), ""
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
         return known, f"obstacles not readable: {_line(error)}"
 
@@ -120,24 +120,30 @@ def _line(error: Exception) -> str:
 def measurements_in(measurements: Sequence[GoalMeasurement]) -> tuple[tuple[GoalMeasurement, ...], str]:
     """Those that are detections, of whatever numbers, and what the first one is that is none, or ""."""
     try:
-        told: tuple[object, ...] = () if measurements is None else tuple(measurements)
+        given: tuple[object, ...] = () if measurements is None else tuple(measurements)
     except TypeError:
         return (), f"measurements are no sequence but {type(measurements).__name__}, left out"
-    good = tuple(measurement for measurement in told if _is_detection(measurement))
-    if len(good) == len(told):
+    good = tuple(measurement for measurement in given if _is_detection(measurement))
+    if len(good) == len(given):
         return good, ""
-    k, odd = next((k, one) for k, one in enumerate(told) if not _is_detection(one))
+    k, odd = next((k, one) for k, one in enumerate(given) if not _is_detection(one))
     if isinstance(odd, GoalMeasurement):
         return good, f"measurements[{k}] holds what is no number, pose or frame, left out"
     return good, f"measurements[{k}] is no GoalMeasurement but a {type(odd).__name__}, left out"
 
 
-def _is_detection(told: object) -> TypeGuard[GoalMeasurement]:
-    if not isinstance(told, GoalMeasurement) or not isinstance(told.frame, Frame):
+def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
+    if not isinstance(given, GoalMeasurement) or not isinstance(given.frame, Frame):
         return False
-    v = told.vehicle
+    v = given.vehicle
     try:
-        for number in (told.stamp, told.x, told.y, told.phi, *((v.x, v.y, v.phi) if v is not None else ())):
+        for number in (
+            given.stamp,
+            given.x,
+            given.y,
+            given.phi,
+            *((v.x, v.y, v.phi) if v is not None else ()),
+        ):
             isfinite(number)
     except (AttributeError, TypeError, ValueError, OverflowError):
         return False

@@ -12,7 +12,7 @@ import pytest
 from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import Caution, ControllerConfig
-from rti_mpcc.planning import intake
+from rti_mpcc.planning import validation
 from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.surroundings import Surroundings
 
@@ -22,32 +22,32 @@ CONFIG = ControllerConfig()
 LANE = Surroundings.of(Corridor.from_offsets(PATH, left=5.0, right=-5.0), PATH, CONFIG)
 
 
-def goal_in(told: Any, memory: ControllerMemory | None = None) -> tuple[Pose2 | None, str]:
+def goal_in(given: Any, memory: ControllerMemory | None = None) -> tuple[Pose2 | None, str]:
     """The new goal, and why the one told is not taken."""
-    memory, goal = intake.goal_in(told, memory or ControllerMemory(), PATH, LANE, CONFIG)
+    memory, goal = validation.goal_in(given, memory or ControllerMemory(), PATH, LANE, CONFIG)
     return goal, memory.refusal
 
 
-def times(*told: float) -> list[float]:
+def times(*given: float) -> list[float]:
     """The controller's own times for what the user's clock shows."""
     memory, own = ControllerMemory(), []
-    for now in told:
-        memory, _ = intake.timed(memory, now, CYCLE)
+    for now in given:
+        memory, _ = validation.timed(memory, now, CYCLE)
         own.append(memory.now)
     return own
 
 
 def test_a_clock_that_runs_on_is_the_controllers_own() -> None:
-    told = [1.7e9, 1.7e9, 1.7e9 + 0.05, 1.7e9 + 30.0]
-    assert times(*told) == told
+    given = [1.7e9, 1.7e9, 1.7e9 + 0.05, 1.7e9 + 30.0]
+    assert times(*given) == given
 
 
 def test_a_clock_that_goes_back_or_leaps_lets_one_cycle_pass() -> None:
     assert times(5.0, 2.0, 2.05, 9.0) == pytest.approx([5.0, 5.05, 5.1, 12.05])
     assert times(5.0, 1e7, 1e7 + 0.05) == pytest.approx([5.0, 5.05, 5.1])
-    memory, remark = intake.timed(ControllerMemory(time=5.0), 2.0, CYCLE)
+    memory, remark = validation.timed(ControllerMemory(time=5.0), 2.0, CYCLE)
     assert remark == "the clock went back by 3.000 s"
-    assert intake.timed(memory, 2.05, CYCLE)[1] == ""
+    assert validation.timed(memory, 2.05, CYCLE)[1] == ""
 
 
 def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
@@ -56,7 +56,7 @@ def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
     memory = ControllerMemory()
     remarks = []
     for _ in range(4):
-        memory, remark = intake.timed(memory, 5.0, CYCLE)
+        memory, remark = validation.timed(memory, 5.0, CYCLE)
         remarks.append(remark)
     assert remarks == ["", "", "", "the clock stands still"]
 
@@ -65,13 +65,13 @@ def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
 def test_a_clock_that_shows_no_time_lets_one_cycle_pass(now: float) -> None:
     assert times(5.0, now, 5.1) == pytest.approx([5.0, 5.05, 5.1])
     assert times(now, 5.0) == [0.0, 5.0]
-    assert str(now) in intake.timed(ControllerMemory(), now, CYCLE)[1]
+    assert str(now) in validation.timed(ControllerMemory(), now, CYCLE)[1]
 
 
 def test_stamps_are_moved_to_the_controllers_own_clock() -> None:
     detection = GoalMeasurement(stamp=2.0, x=0.0, y=0.0, phi=0.0)
-    assert intake.measurement_in(detection, 3.05).stamp == pytest.approx(5.05)
-    assert intake.measurement_in(detection, 0.0) is detection
+    assert validation.measurement_in(detection, 3.05).stamp == pytest.approx(5.05)
+    assert validation.measurement_in(detection, 0.0) is detection
 
 
 class Told:
@@ -123,25 +123,25 @@ def spoiled(**changes: Any) -> GoalMeasurement:
     ],
 )
 def test_what_is_no_detection_is_left_out(odd: Any, remark: str) -> None:
-    assert intake.measurements_in([SEEN, odd, SEEN, odd]) == (
+    assert validation.measurements_in([SEEN, odd, SEEN, odd]) == (
         (SEEN, SEEN),
         f"measurements[1] {remark}, left out",
     )
 
 
-@pytest.mark.parametrize("told", [(), [SEEN], iter([SEEN])])
-def test_detections_of_any_numbers_go_on_to_the_filter(told: Any) -> None:
-    detections, remark = intake.measurements_in(told)
+@pytest.mark.parametrize("given", [(), [SEEN], iter([SEEN])])
+def test_detections_of_any_numbers_go_on_to_the_filter(given: Any) -> None:
+    detections, remark = validation.measurements_in(given)
     assert set(detections) <= {SEEN}
     assert remark == ""
 
 
 def test_measurements_that_are_no_sequence_are_left_out() -> None:
     missing: Any = None
-    assert intake.measurements_in(missing) == ((), "")
+    assert validation.measurements_in(missing) == ((), "")
     number: Any = 5
     remark = "measurements are no sequence but int, left out"
-    assert intake.measurements_in(number) == ((), remark)
+    assert validation.measurements_in(number) == ((), remark)
 
 
 def test_a_goal_within_reach_is_used_and_none_is_no_problem() -> None:
@@ -179,15 +179,15 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
     ],
 )
 def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any, said: str) -> None:
-    surroundings, problem = intake.surroundings_in(known, obstacles, 1.0, Caution())
+    surroundings, problem = validation.surroundings_in(known, obstacles, 1.0, Caution())
     assert surroundings is known
     assert problem.startswith(said)
     assert "\n" not in problem
 
 
 def test_obstacles_are_told_and_none_keeps_the_last_ones(known: Surroundings) -> None:
-    surroundings, problem = intake.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
+    surroundings, problem = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
     assert problem == ""
     assert len(surroundings.obstacles) == 1
-    assert intake.surroundings_in(surroundings, None, 2.0, Caution()) == (surroundings, "")
-    assert intake.surroundings_in(surroundings, [], 2.0, Caution())[0].obstacles == ()
+    assert validation.surroundings_in(surroundings, None, 2.0, Caution()) == (surroundings, "")
+    assert validation.surroundings_in(surroundings, [], 2.0, Caution())[0].obstacles == ()

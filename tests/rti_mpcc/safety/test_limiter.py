@@ -7,8 +7,8 @@ import pytest
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
-from rti_mpcc.safety.gate import admitted, sent
-from rti_mpcc.safety.ladder import Drive
+from rti_mpcc.safety.fallback import ControlInput
+from rti_mpcc.safety.limiter import saturate, saturate_command
 from rti_mpcc.types import Array, Source
 
 CONFIG = ControllerConfig()
@@ -27,21 +27,21 @@ def gated(
     delta: float = 0.0,
     *,
     measured: tuple[float, float] | None = None,
-) -> Drive:
+) -> ControlInput:
     speed, steering = measured or (v, delta)
-    drive = Drive(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
-    return admitted(drive, state(v, delta), state(speed, steering), CONFIG)
+    control = ControlInput(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
+    return saturate(control, state(v, delta), state(speed, steering), CONFIG)
 
 
 def test_what_is_within_the_limits_passes_as_it_is() -> None:
-    drive = gated(0.3, -0.2)
-    assert (drive.acceleration, drive.steering_rate, drive.source) == (0.3, -0.2, Source.SOLUTION)
+    control = gated(0.3, -0.2)
+    assert (control.acceleration, control.steering_rate, control.source) == (0.3, -0.2, Source.SOLUTION)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_inputs_are_cut_to_their_limits(sign: float) -> None:
-    drive = gated(sign * 9.0, sign * 3.0)
-    assert (drive.acceleration, drive.steering_rate) == (
+    control = gated(sign * 9.0, sign * 3.0)
+    assert (control.acceleration, control.steering_rate) == (
         sign * LIMITS.acceleration,
         sign * LIMITS.steering_rate,
     )
@@ -49,15 +49,15 @@ def test_inputs_are_cut_to_their_limits(sign: float) -> None:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_speed_and_steering_do_not_pass_their_limits(sign: float) -> None:
-    drive = gated(sign * 1.0, sign * 1.0, sign * (LIMITS.speed - 0.01), sign * (LIMITS.steering - 0.01))
-    assert drive.acceleration * CONFIG.cycle == pytest.approx(sign * 0.01)
-    assert drive.steering_rate * CONFIG.cycle == pytest.approx(sign * 0.01)
+    control = gated(sign * 1.0, sign * 1.0, sign * (LIMITS.speed - 0.01), sign * (LIMITS.steering - 0.01))
+    assert control.acceleration * CONFIG.cycle == pytest.approx(sign * 0.01)
+    assert control.steering_rate * CONFIG.cycle == pytest.approx(sign * 0.01)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_what_is_outside_returns_at_the_rate_limit(sign: float) -> None:
-    drive = gated(sign * 1.0, sign * 1.0, sign * (LIMITS.speed + 2.0), sign * (LIMITS.steering + 0.2))
-    assert (drive.acceleration, drive.steering_rate) == (
+    control = gated(sign * 1.0, sign * 1.0, sign * (LIMITS.speed + 2.0), sign * (LIMITS.steering + 0.2))
+    assert (control.acceleration, control.steering_rate) == (
         -sign * LIMITS.acceleration,
         -sign * LIMITS.steering_rate,
     )
@@ -69,29 +69,29 @@ def test_what_is_outside_returns_at_the_rate_limit(sign: float) -> None:
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_what_is_measured_outside_is_not_led_further_out_whatever_it_will_be(sign: float) -> None:
     outside = (sign * (LIMITS.speed + 1.0), sign * (LIMITS.steering + 0.1))
-    drive = gated(sign * 1.0, sign * 0.5, 0.0, 0.0, measured=outside)
-    assert (drive.acceleration, drive.steering_rate) == (0.0, 0.0)
+    control = gated(sign * 1.0, sign * 0.5, 0.0, 0.0, measured=outside)
+    assert (control.acceleration, control.steering_rate) == (0.0, 0.0)
     back = gated(-sign * 1.0, -sign * 0.5, 0.0, 0.0, measured=outside)
     assert (back.acceleration, back.steering_rate) == (-sign * 1.0, -sign * 0.5)
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
 def test_what_is_not_finite_becomes_braking(value: float) -> None:
-    for drive in (gated(value, 0.0), gated(0.0, value)):
-        assert drive.source is Source.BRAKING
-        assert drive.acceleration == pytest.approx(-4.0 * CONFIG.comfort_acceleration)
-        assert drive.steering_rate == 0.0
+    for control in (gated(value, 0.0), gated(0.0, value)):
+        assert control.source is Source.BRAKING
+        assert control.acceleration == pytest.approx(-4.0 * CONFIG.comfort_acceleration)
+        assert control.steering_rate == 0.0
 
 
 @pytest.mark.parametrize("value", [nan, inf])
 def test_a_measurement_that_is_not_finite_is_left_out(value: float) -> None:
-    drive = gated(0.3, -0.2, measured=(value, value))
-    assert (drive.acceleration, drive.steering_rate) == (0.3, -0.2)
+    control = gated(0.3, -0.2, measured=(value, value))
+    assert (control.acceleration, control.steering_rate) == (0.3, -0.2)
 
 
 def test_without_a_measurement_it_goes_by_the_state() -> None:
-    drive = Drive(acceleration=0.3, steering_rate=9.0, source=Source.SOLUTION)
-    admission = admitted(drive, state(), None, CONFIG)
+    control = ControlInput(acceleration=0.3, steering_rate=9.0, source=Source.SOLUTION)
+    admission = saturate(control, state(), None, CONFIG)
     assert (admission.acceleration, admission.steering_rate) == (0.3, LIMITS.steering_rate)
 
 
@@ -104,23 +104,23 @@ def test_what_is_sent_is_within_the_limits_whatever_is_estimated(
 ) -> None:
     known = Disturbance(acceleration=d, steering=o)
     for a, rate in ((5.0, 1.0), (-5.0, -1.0), (0.0, 0.0)):
-        wanted = Drive(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
-        drive = sent(wanted, known.effective(state(v, delta)), state(v, delta), CONFIG, known)
-        assert abs(drive.acceleration) <= LIMITS.acceleration
-        assert abs(delta + CONFIG.cycle * drive.steering_rate) <= LIMITS.steering + 1e-12
+        wanted = ControlInput(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
+        control = saturate_command(wanted, known.effective(state(v, delta)), state(v, delta), CONFIG, known)
+        assert abs(control.acceleration) <= LIMITS.acceleration
+        assert abs(delta + CONFIG.cycle * control.steering_rate) <= LIMITS.steering + 1e-12
         can = LIMITS.acceleration > abs(d)
-        assert not can or abs(v + CONFIG.cycle * (drive.acceleration + d)) <= LIMITS.speed + 1e-12
+        assert not can or abs(v + CONFIG.cycle * (control.acceleration + d)) <= LIMITS.speed + 1e-12
 
 
 def test_a_command_takes_the_disturbance_up() -> None:
     known = Disturbance(acceleration=-0.3, steering=0.02)
-    drive = Drive(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
-    got = sent(drive, known.effective(state()), state(), CONFIG, known)
+    control = ControlInput(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
+    got = saturate_command(control, known.effective(state()), state(), CONFIG, known)
     assert got.acceleration == pytest.approx(0.5)
     assert got.steering_rate == 0.1
 
 
 def test_a_command_takes_the_gain_up() -> None:
     known = Disturbance(acceleration=-0.3, gain=1.25)
-    drive = Drive(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
-    assert sent(drive, state(), state(), CONFIG, known).acceleration == pytest.approx(0.4)
+    control = ControlInput(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
+    assert saturate_command(control, state(), state(), CONFIG, known).acceleration == pytest.approx(0.4)

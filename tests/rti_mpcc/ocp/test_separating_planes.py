@@ -14,7 +14,7 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import ROUND, cover, disc_centres
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.ocp.corridor_rows import corridor_rows
-from rti_mpcc.ocp.facing import Facing, facing
+from rti_mpcc.ocp.separating_planes import SeparatingPlanes, separating_planes
 from rti_mpcc.types import Array
 from tests.rti_mpcc.corners import corners_of, no_corners
 from tests.rti_mpcc.differences import slopes
@@ -45,10 +45,10 @@ def drawn(seed: int, count: int = 300) -> Array:
     return states
 
 
-def faced(states: Array, corridor: Corridor, *, at_corners: bool = True) -> Facing:
+def faced(states: Array, corridor: Corridor, *, at_corners: bool = True) -> SeparatingPlanes:
     planes = corridor.half_planes(0, disc_centres(states, DISCS).reshape(-1, 2))
-    jutting = corners_of(corridor, planes) if at_corners else no_corners
-    return facing(states, planes, np.arange(planes.distance.size), DISCS, jutting)
+    reflex_vertices = corners_of(corridor, planes) if at_corners else no_corners
+    return separating_planes(states, planes, np.arange(planes.distance.size), DISCS, reflex_vertices)
 
 
 def gaps(states: Array, corridor: Corridor, *, at_corners: bool = True, side: int = OBSTACLE) -> Array:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import HalfPlanes, Jutting
+from geometry import HalfPlanes, ReflexVertices
 from rti_mpcc.model.footprint import Discs, Reach
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.types import Array
@@ -33,7 +33,7 @@ WORTH = 0.01
 _TINY = 1e-9  # what rounding may leave of a product that is 0
 
 
-class Facing(NamedTuple):
+class SeparatingPlanes(NamedTuple):
     """What pieces of the body are kept apart from, for k of the half-planes of their discs' centres c.
 
     Attributes:
@@ -54,37 +54,41 @@ class Facing(NamedTuple):
         return self.distance - self.reach.value
 
 
-def facing(
-    states: Array, planes: HalfPlanes, among: Index, discs: Discs, jutting: Callable[[Index], Jutting | None]
-) -> Facing:
+def separating_planes(
+    states: Array,
+    planes: HalfPlanes,
+    among: Index,
+    discs: Discs,
+    reflex_vertices: Callable[[Index], ReflexVertices | None],
+) -> SeparatingPlanes:
     """(H6) and (H7) for bodies at `states` (n, >= 3) and the half-planes of their discs' centres.
 
     Args:
         among: (k,) those that are asked for: (state * discs + disc) * sides + side.
-        jutting: which of some of them are of points that jut out, in the frame of the states.
+        reflex_vertices: which of some of them are of points that jut out, in the frame of the states.
     """
     normal = planes.normal.view(np.complex128).reshape(-1)[among]
     heading = states[:, PHI][among // (len(discs.offsets) * planes.distance.shape[1])]
     turn = np.exp(1j * heading)
     seen = normal * turn.conj()
     value, slope = np.full(among.size, discs.radius), np.zeros(among.size)
-    found = Facing(normal, seen.imag, planes.distance.reshape(-1)[among], Reach(value, slope))
+    found = SeparatingPlanes(normal, seen.imag, planes.distance.reshape(-1)[among], Reach(value, slope))
     # Beside the body it is the disc that counts.
     ahead = discs.ahead(seen.real).nonzero()[0]
     if ahead.size:
         value[ahead], slope[ahead] = discs.reach(seen.real[ahead], seen.imag[ahead])
-        _turn_to_corners(found, ahead, seen[ahead], turn, among, discs, jutting)
+        _turn_to_corners(found, ahead, seen[ahead], turn, among, discs, reflex_vertices)
     return found
 
 
 def _turn_to_corners(
-    found: Facing,
+    found: SeparatingPlanes,
     at: Index,
     n: Complex,
     turn: Complex,
     among: Index,
     discs: Discs,
-    jutting: Callable[[Index], Jutting | None],
+    reflex_vertices: Callable[[Index], ReflexVertices | None],
 ) -> None:
     """Put half-planes (H7) in the place of those found that are of corners.
 
@@ -99,7 +103,7 @@ def _turn_to_corners(
     apart = np.abs(q - corner)
     worth = (gap < CLOSE) & (apart > np.maximum(gap, 0.0) + WORTH) & (distance > 0.0)
     some = worth.nonzero()[0]
-    juts = jutting(among[at[some]]) if some.size else None
+    juts = reflex_vertices(among[at[some]]) if some.size else None
     if juts is None:
         return
     some = some[juts.at]
