@@ -21,7 +21,7 @@ import osqp
 
 STEP = "the rest of the cycle"
 PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("what is measured", ("rti_mpcc.docking:weighed",)),
+    ("what is measured", ("rti_mpcc.docking:validate_measurement",)),
     ("projection", ("geometry.part:PathPart.project",)),
     ("situation, arrival time", ("rti_mpcc.navigating:Navigator._assess",)),
     ("shift of the last plan", ("rti_mpcc.controller:resample",)),
@@ -49,7 +49,7 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("OSQP solve", ("rti_mpcc.qp.solver:QpSolver.solve",)),
     ("extraction", ("rti_mpcc.controller:RtiMpcc._read",)),
     ("feedback, rest", ("rti_mpcc.controller:RtiMpcc.feedback",)),
-    ("check of the plan", ("rti_mpcc.planning.search:complaint",)),
+    ("check of the plan", ("rti_mpcc.planning.search:rejection_reason",)),
     ("check of the body", ("rti_mpcc.safety.contact:way_to_contact", "rti_mpcc.safety.contact:overlap")),
     ("account", ("rti_mpcc.docking:command",)),
     (STEP, ("rti_mpcc.docking:DockingController.step",)),
