@@ -198,7 +198,8 @@ class Scout(Navigator):
 
     def _way_in(self, attempt: SqpResult, guess: Trajectory) -> float:
         """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""
-        return self._way_to_contact(attempt.plan if attempt.fits else guess, inf)
+        plan = attempt.plan if attempt.fits else guess
+        return contact.way_to_obstacle(plan, self._surroundings.standing, self.config, inf)
 
     def _decided(self, attempt: SqpResult, way: float) -> float:
         """The way [m], or inf in the far half of a cruise, which ends in mid-way: it has not seen enough."""

@@ -52,6 +52,11 @@ class Surroundings:
         return cls(corridor=corridor, known=corridor, obstacles=obstacles)
 
     @property
+    def standing(self) -> tuple[Obstacle, ...]:
+        """The obstacles that stand, as far as is known."""
+        return tuple(each for each in self.obstacles if not each.moves)
+
+    @property
     def moving(self) -> tuple[Obstacle, ...]:
         """The obstacles that are seen to move."""
         return tuple(each for each in self.obstacles if each.moves)

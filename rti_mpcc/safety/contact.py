@@ -100,6 +100,22 @@ def way_to_contact(
     return float(marks[np.argmax(near)]) if near.any() else np.inf
 
 
+def way_to_obstacle(
+    plan: Trajectory, obstacles: Sequence[Obstacle], config: ControllerConfig, reach: float
+) -> float:
+    """Way along the plan to the first body that touches one of these obstacles [m]; or inf.
+
+    Boundaries do not count: they are no reason to wait, or to look for a way past.
+    """
+    if not obstacles:
+        return np.inf
+    marks, _, bodies = _bodies(plan, config, reach)
+    meets = shapely.intersects(
+        shapely.polygons(bodies), shapely.union_all([each.shape for each in obstacles])
+    )
+    return float(marks[np.argmax(meets)]) if meets.any() else np.inf
+
+
 def way_to_moving(
     plan: Trajectory, moving: Sequence[Obstacle], ages: float, config: ControllerConfig, reach: float
 ) -> float:

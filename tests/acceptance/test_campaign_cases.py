@@ -17,6 +17,12 @@ ON_THE_PATH = [965]
 """With an obstacle on the path that can be passed on one side only."""
 
 
+def test_beside_a_wall_and_far_from_an_obstacle_nothing_fills_the_way() -> None:
+    """Standing 0.15 m beside its goal, where each way back into it leads past a wall."""
+    row = drive_case(CampaignCase(seed=2311, level=Level.HARD, index=345))
+    assert row.outcome is CaseOutcome.DOCKED
+
+
 @pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))

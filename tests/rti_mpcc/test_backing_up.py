@@ -95,7 +95,7 @@ def test_the_goal_is_passed_and_backed_up_into_in_one_go(side: int) -> None:
 
 
 def test_without_that_it_stalls_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(route, "begin_backing", lambda *_: None)
+    monkeypatch.setattr(route, "begin_reverse", lambda *_: None)
     _, again, _ = driven(beside_a_wall(1))
     assert again > 0
 
@@ -111,7 +111,7 @@ def test_in_reverse_too() -> None:
 
 @pytest.mark.acceptance
 def test_in_reverse_it_stalls_first_without_that(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(route, "begin_backing", lambda *_: None)
+    monkeypatch.setattr(route, "begin_reverse", lambda *_: None)
     _, again, _ = driven(in_reverse())
     assert again > 0
 

@@ -17,6 +17,7 @@ from tests.rti_mpcc.encounters import square
 CONFIG = ControllerConfig()
 LEAST = CONFIG.caution.hard_minimum
 WALL_AT = 20.0
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 
 
 def corridor(direction: int = 1, wall_at: float | None = WALL_AT, width: float = 3.0) -> Corridor:
@@ -220,6 +221,17 @@ def test_beside_the_leading_edge_it_may_turn_into_any_direction() -> None:
     for beside, met in ((0.5 * reserve, True), (2.0 * reserve + 0.1, False)):
         walker = walking(15.0, room + beside, 1.0, 0.0)  # along with the vehicle
         assert (way_to(walker, plan) < np.inf) == met
+
+
+def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
+    into_both = straight_on(2.0, 30.0, y=2.5)  # over the left boundary all along, and into the wall
+    around = Surroundings.of(corridor(), PATH, CONFIG)
+    met = contact.way_to_obstacle(into_both, around.standing, CONFIG, np.inf)
+    expected = WALL_AT - CONFIG.vehicle.front - 2.0
+    assert expected <= met <= expected + contact.SPACING
+    assert around.corridor.collides(0, body_polygons(into_both.states, CONFIG.vehicle)).all()
+    assert contact.way_to_obstacle(into_both, (), CONFIG, np.inf) == np.inf
+    assert contact.way_to_obstacle(straight_on(2.0, 15.0), around.standing, CONFIG, np.inf) == np.inf
 
 
 def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
