@@ -125,7 +125,6 @@ class Drive:
     times: Array
     commands: tuple[Command, ...]
     overlaps: tuple[bool, ...]
-    """Whether the body overlaps an obstacle by more than `Caution.contact_tolerance`."""
     contacts: tuple[Contact, ...]
     clearance: float
     """Least distance of the body to any obstacle [m], 0 where it touches one."""
@@ -185,8 +184,7 @@ def drive(
         rows.append((plant.x, plant.y, plant.phi, plant.v, plant.delta))
         times.append(now)
         commands.append(command)
-        core = plant.body.buffer(-car.config.caution.contact_tolerance)
-        overlaps.append(any(core.intersects(shape) for shape in shapes))
+        overlaps.append(any(plant.body.intersects(shape) for shape in shapes))
         plant.command(command.acceleration, command.steering_rate)
         for _ in plant.advance(cycle):
             if obstacles_at is None:
