@@ -236,8 +236,9 @@ class Caution(Settings):
     Attributes:
         hard_minimum: no plan is driven whose body comes nearer to anything than this [m]. It is what
             lags, model errors and noise may take; the plans themselves keep `Footprint.margin`.
-        contact_tolerance: a body that overlaps something by no more than this only seems to [m]: that is
-            noise of a centimetre in place and of some milliradians in heading, at the corners.
+        contact_tolerance: a body that is over a boundary by no more than this only seems to be [m]: that is
+            noise of a centimetre in place and of some milliradians in heading, at the corners. An obstacle
+            that is overlapped by no more than this is stopped for in comfort, by more as hard as can be.
         stop_share: by this share more way is looked at for a stop than braking in comfort takes.
         clear_time: a vehicle that stops drives on after its way was clear for so long [s];
             clear_distance: and clear for so much more way than it needs to stop [m].

@@ -263,7 +263,10 @@ class Driver(Scout):
                 reason=f"{overlap}: creeps out of it",
                 trajectory=motion,
             )
-        return self._stop(situation, Status.BLOCKED, str(overlap), self.config.limits.acceleration)
+        # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
+        shallow = overlap.depth <= self.config.caution.contact_tolerance
+        wanted = self.config.comfort_acceleration if shallow else self.config.limits.acceleration
+        return self._stop(situation, Status.BLOCKED, str(overlap), wanted)
 
     def _watch(self, situation: PlanningContext) -> None:
         """Halt where the way of the plan that is being driven is no longer clear."""

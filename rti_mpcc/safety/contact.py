@@ -51,13 +51,18 @@ class Overlap(NamedTuple):
 
 
 def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
-    """What the bodies at `states` (n, 6) overlap, the deepest of it, beyond `Caution.contact_tolerance`."""
+    """What the bodies at `states` (n, 6) overlap, the deepest of it.
+
+    Boundaries count from `Caution.contact_tolerance` on, obstacles from nothing on.
+    """
     bodies = body_polygons(states, config.vehicle)
     if not surroundings.known.collides(part, bodies).any():
         return None
-    depth = -surroundings.known.clearance(part, bodies)
+    depths = -surroundings.known.clearances(part, bodies)
+    depths[depths[:, 0] <= config.caution.contact_tolerance, 0] = 0.0
+    depth = depths.max(axis=1)
     deepest = int(np.argmax(depth))
-    if depth[deepest] <= config.caution.contact_tolerance:
+    if depth[deepest] <= 0.0:
         return None
     return Overlap(float(depth[deepest]), *_met(shapely.Polygon(bodies[deepest]), surroundings, part))
 

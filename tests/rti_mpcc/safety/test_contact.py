@@ -184,6 +184,12 @@ def test_a_free_body_and_one_that_only_seems_to_touch_overlap_nothing() -> None:
     assert contact.overlap(at(10.0, LEFT + 1.5 * tolerance), inside, 0, CONFIG) is not None
 
 
+def test_an_obstacle_is_overlapped_however_little_that_is() -> None:
+    inside = around(corridor())
+    assert contact.overlap(at(IN - 0.099), inside, 0, CONFIG) is not None
+    assert contact.overlap(at(IN - 0.101), inside, 0, CONFIG) is None
+
+
 def test_the_deepest_of_several_bodies_counts() -> None:
     states = np.concatenate((at(FREE), at(IN), at(IN + 0.1)))
     found = contact.overlap(states, around(corridor()), 0, CONFIG)
