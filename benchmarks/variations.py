@@ -41,7 +41,7 @@ CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
 BLENDING = "rti_mpcc.ocp.stage_cost._blending"
-ROW_SCALING_FROM = "rti_mpcc.qp.filling.EASE_FROM"
+ROW_SCALING_FROM = "rti_mpcc.qp.filling.ROW_SCALING_FROM"
 WARM = ("rti_mpcc.controller.WARM", "rti_mpcc.qp.solver.WARM")
 RELAXED = AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
 TIGHT = SolverSettings(max_iterations=20_000, tolerance=1e-7, fine_tolerance=1e-7)

@@ -235,8 +235,8 @@ class DockingController(Driver):
     def _remember(self, decision: ControlDecision, situation: PlanningContext) -> None:
         """Queue the command; a vehicle that stands blocked begins afresh."""
         control = decision.control
-        saturate_command = QueuedCommand(situation.begin, control.acceleration, control.steering_rate)
-        queue = queued(self._memory.queue, saturate_command, situation.now)
+        sent = QueuedCommand(situation.begin, control.acceleration, control.steering_rate)
+        queue = queued(self._memory.queue, sent, situation.now)
         waiting = decision.status is Status.GOAL_LOST
         self._memory = renewed(self._memory, queue=queue, reached=situation.state, waiting=waiting)
         looking = self._memory.stop is not None or self._memory.looks_past

@@ -68,10 +68,10 @@ class Obstacle:
         seen = (*known[old:], (now, *place))
         since, x, y = seen[0]
         moved = np.subtract(place, (x, y))
-        free_response = bool(np.hypot(*moved) > caution.moved)
-        since_when = None if free_response else (now if self.still_since is None else self.still_since)
+        displaced = bool(np.hypot(*moved) > caution.moved)
+        since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= caution.clear_time)
-        moves = free_response or not still
+        moves = displaced or not still
         return replace(
             new,
             seen=seen,

@@ -162,9 +162,8 @@ def begin_reverse(
     if not (recovery_enabled(config) and situation.last_part and situation.free):
         return None
     begun = memory.unfinished
-    if (
-        begun is not None and not begun.reverse_into_goal
-    ):  # it was for an arrival onward, which was found meanwhile
+    if begun is not None and not begun.reverse_into_goal:
+        # It was for an arrival onward, which was found meanwhile.
         memory = renewed(memory, unfinished=None)
     memory = begin_phase(memory, situation, config)
     if memory.arrive_at is None or memory.reverse_into_goal:

@@ -33,7 +33,7 @@ _AS_PULLING_OUT = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlDecision:
-    """The drive of a cycle, why, the plan it belongs to, and the search that was made for it, if any."""
+    """The control of a cycle, why, the plan it belongs to, and the search that was made for it, if any."""
 
     control: ControlInput
     status: Status

@@ -21,9 +21,9 @@ def saturate_command(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> ControlInput:
-    """What is sent so that `control` acts from `state` (6,) on, (O4), as far as that is `saturate`."""
-    saturate_command = replace(control, acceleration=disturbance.commanded(control.acceleration))
-    return saturate(saturate_command, disturbance.measured(state), measured, config, disturbance)
+    """What is sent so that `control` acts from `state` (6,) on, (O4), within what `saturate` lets pass."""
+    sent = replace(control, acceleration=disturbance.commanded(control.acceleration))
+    return saturate(sent, disturbance.measured(state), measured, config, disturbance)
 
 
 def saturate(
@@ -33,7 +33,7 @@ def saturate(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> ControlInput:
-    """The drive, cut to what may be sent to a vehicle that will be in `state` (6,) when it begins to act,
+    """The control, cut to what may be sent to a vehicle that will be in `state` (6,) when it begins to act,
     and is `measured` (6,) now.
 
     Inputs stay within their limits. Speed and steering are not led beyond theirs; where they are outside,

@@ -97,8 +97,8 @@ def test_inside_is_that_of_the_cycles_own_qp(recorded: bool, tmp_path: Path) -> 
 def test_half_plane_is_active_where_a_disc_has_hardly_more_than_the_margin(
     command: Command, room: float, active: bool, lack: float
 ) -> None:
-    planes, margin_deficit = held_by(along(command, LEFT - RADIUS - room), straight(), CONFIG)
-    assert margin_deficit == pytest.approx(np.full(CONFIG.stages, lack), abs=1e-6)
+    planes, lacking = held_by(along(command, LEFT - RADIUS - room), straight(), CONFIG)
+    assert lacking == pytest.approx(np.full(CONFIG.stages, lack), abs=1e-6)
     assert len(planes.points) == (CONFIG.stages * CONFIG.footprint.discs if active else 0)
     assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), LEFT), abs=1e-9)
     assert planes.normals == pytest.approx(np.tile([0.0, -1.0], (len(planes.points), 1)), abs=1e-6)
@@ -107,8 +107,8 @@ def test_half_plane_is_active_where_a_disc_has_hardly_more_than_the_margin(
 def test_stages_are_told_apart(command: Command) -> None:
     sideways = np.zeros(CONFIG.stages + 1)
     sideways[7] = RIGHT + RADIUS + MARGIN - 0.03
-    planes, margin_deficit = held_by(along(command, sideways), straight(), CONFIG)
-    assert np.flatnonzero(margin_deficit).tolist() == [6]
+    planes, lacking = held_by(along(command, sideways), straight(), CONFIG)
+    assert np.flatnonzero(lacking).tolist() == [6]
     assert len(planes.points) == CONFIG.footprint.discs
     assert planes.normals[:, 1] == pytest.approx(np.ones(CONFIG.footprint.discs))
 
@@ -128,17 +128,17 @@ def test_a_wall_ahead_holds_a_plan_where_the_body_comes_near_it(command: Command
     for room, lack in ((0.3, 0.0), (MARGIN + body - 0.04, 0.04)):
         near = 20.0 + vehicle.front + room
         block = np.array([[near, -1.5], [near + 0.3, -1.5], [near + 0.3, 1.5], [near, 1.5]])
-        planes, margin_deficit = held_by(along(command, 0.0), straight(obstacles=(block,)), CONFIG)
-        assert margin_deficit.max() == pytest.approx(lack, abs=1e-6)
+        planes, lacking = held_by(along(command, 0.0), straight(obstacles=(block,)), CONFIG)
+        assert lacking.max() == pytest.approx(lack, abs=1e-6)
         assert len(planes.points) == (1 if lack else 0)
 
 
 @pytest.mark.parametrize("source", [Source.BRAKING, Source.STANDSTILL])
 def test_a_motion_that_is_no_solution_is_held_by_none(command: Command, source: Source) -> None:
     beside = replace(along(command, LEFT), source=source)
-    planes, margin_deficit = held_by(beside, straight(), CONFIG)
+    planes, lacking = held_by(beside, straight(), CONFIG)
     assert not len(planes.points)
-    assert not margin_deficit.any()
+    assert not lacking.any()
 
 
 def test_without_corridor_rows_none_acts(command: Command) -> None:
