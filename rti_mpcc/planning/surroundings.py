@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,7 +54,7 @@ class Surroundings:
     @property
     def standing(self) -> tuple[Obstacle, ...]:
         """The obstacles that stand, as far as is known."""
-        return tuple(each for each in self.obstacles if not each.moves)
+        return standing(self.obstacles)
 
     @property
     def moving(self) -> tuple[Obstacle, ...]:
@@ -72,8 +72,8 @@ class Surroundings:
         obstacles = observed(self.obstacles, outlines, now, self.given_at, caution)
         if obstacles is self.obstacles:
             return replace(self, given_at=now)
-        stand = [each.outline for each in obstacles if not each.moves]
-        changed = not same_outlines(stand, [each.outline for each in self.obstacles if not each.moves])
+        stand = [each.outline for each in standing(obstacles)]
+        changed = not same_outlines(stand, [each.outline for each in self.standing])
         corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
         moving = len(stand) < len(obstacles)
         everything = (
@@ -86,6 +86,11 @@ class Surroundings:
             given_at=now,
             changes=self.changes + changed,
         )
+
+
+def standing(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
+    """Those that do not move."""
+    return tuple(each for each in obstacles if not each.moves)
 
 
 def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:
