@@ -19,21 +19,23 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from hashlib import blake2b
-from multiprocessing import get_context
 from pathlib import Path
 from struct import pack
 from typing import Any
+
+from rich.console import Console
+from rich.progress import track
 
 from benchmarks.tables import origin
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.clock import Decisions, PlayedBack
 from rti_mpcc.recording.machine import Machine
 from rti_mpcc.simulation import Scenario, builtin_names, changed, docking_controller, load_scenario, simulate
-from rti_mpcc.simulation.batch import one_thread_each
+from rti_mpcc.simulation.batch import spread
 from rti_mpcc.simulation.campaign import CampaignCase, CampaignRow, CaseOutcome, Level, drive_case
 from rti_mpcc.simulation.forced_clock import FAILED, TIMED_OUT
 from rti_mpcc.types import Command, Source, Status, VehicleState
@@ -227,14 +229,6 @@ def driven(task: Task) -> dict[str, str] | str:
     return task.drive()
 
 
-def drive(tasks: Mapping[str, Task], jobs: int) -> Iterator[tuple[str, dict[str, str] | str]]:
-    """Name and digest of each task, as they come."""
-    with one_thread_each(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(driven, task): name for name, task in tasks.items()}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
-
-
 def difference(frozen: dict[str, str] | str | None, found: dict[str, str] | str, cycle: float) -> str:
     """What differs, in one line; "" where nothing does."""
     if found == frozen:
@@ -280,14 +274,15 @@ def main() -> int:
         return 2
     digests: dict[str, Any] = dict(file.get("digests", {})) if file.get("machine") == here else {}
     different = 0
-    for done, (name, found) in enumerate(drive(tasks, given.jobs), start=1):
-        if given.freeze:
-            digests[name] = found
-        elif said := difference(digests.get(name), found, ControllerConfig().cycle):
-            different += 1
-            print(f"{name}: {said}", flush=True)
-        if sys.stderr.isatty():
-            print(f"\r{done} of {len(tasks)}", end="", file=sys.stderr)
+    names = list(tasks)
+    with closing(spread(driven, list(tasks.values()), given.jobs)) as results:
+        for place, found in track(results, total=len(tasks), console=Console(stderr=True), transient=True):
+            name = names[place]
+            if given.freeze:
+                digests[name] = found
+            elif said := difference(digests.get(name), found, ControllerConfig().cycle):
+                different += 1
+                print(f"{name}: {said}", flush=True)
     if given.freeze:
         written = {"origin": origin("make same"), "machine": here, "digests": dict(sorted(digests.items()))}
         FILE.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")

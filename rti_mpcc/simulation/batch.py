@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 from signal import SIG_DFL, SIGINT, signal
-from typing import Any
+from typing import Any, TypeVar
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.closed_loop import Controller, simulate
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.simulation.scenario import Scenario
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """A worker has one thread: the matrices are small, and the workers share the cores."""
@@ -75,19 +78,30 @@ def drive_all(
             found.append(drive(case))
             tell(len(found), len(cases))
         return found
+    outcomes: dict[int, Outcome] = {}
+    with closing(spread(drive, cases, jobs)) as driven:
+        for place, outcome in driven:
+            outcomes[place] = outcome
+            tell(len(outcomes), len(cases))
+    return [outcomes[place] for place in range(len(cases))]
+
+
+def spread(work: Callable[[T], R], items: Sequence[T], jobs: int) -> Generator[tuple[int, R]]:
+    """Place and result of each item's work in `jobs` processes, as they come. To be closed, see `closing`.
+
+    Raises what the work raises; what is not begun by then, or when it is closed, is not done any more.
+    """
     with (
         one_thread_each(),
         ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=end_when_interrupted) as pool,
     ):
-        futures = [pool.submit(drive, case) for case in cases]
+        futures = {pool.submit(work, item): place for place, item in enumerate(items)}
         try:
-            for done, future in enumerate(as_completed(futures), start=1):
-                future.result()  # raises what the run raised
-                tell(done, len(cases))
+            for future in as_completed(futures):
+                yield futures[future], future.result()
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)  # else all the rest is driven first
+            pool.shutdown(wait=False, cancel_futures=True)  # else all the rest is done first
             raise
-        return [future.result() for future in futures]
 
 
 def end_when_interrupted() -> None:
