@@ -9,11 +9,11 @@ from tests.rti_mpcc.docking_runs import drive, short
 
 
 def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
-    """Beside the middle of the path and turned by 52 deg: there is room, but no way to get round to it. It is
-    pulled out twice, each time to the begin of the path.
+    """Across the lane, turned by 80 deg: there is room for the body, but no way to get round to it. It is pulled
+    out twice.
     """
     scenario = short()
-    goal = scenario.build_path().parts[0].pose(6.0).compose(Pose2(0.0, 0.5, 0.9))
+    goal = scenario.build_path().parts[0].pose(8.0).compose(Pose2(0.0, -1.4, 1.4))
     run = list(drive(scenario, 165.0, goal_at=lambda now: goal))
     plant, command = run[-1]
     assert pull_outs([command.status for _, command in run]) == 2
