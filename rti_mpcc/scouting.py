@@ -115,7 +115,7 @@ class Scout(Navigator):
                 # Not squeezed and yet not clear: it has not come to its end that far ahead.
                 attempt = self._further(attempt, situation, clock)
                 way = self._decided(attempt, self._way_in(attempt, guess))
-            if way < inf:
+            if way < inf and not self._stands_at_a_wall(attempt, guess, way):
                 return self._begin_past(self._past(situation, way), attempt, situation, clock)
         attempt = self._unless_into_a_wall(attempt, situation)
         if not attempt.problem:
@@ -198,8 +198,14 @@ class Scout(Navigator):
 
     def _way_in(self, attempt: SqpResult, guess: Trajectory) -> float:
         """Way to what fills the way of the plan that was sought [m]; inf if nothing does."""
+        return self._way_to_contact(attempt.plan if attempt.fits else guess, inf)
+
+    def _stands_at_a_wall(self, attempt: SqpResult, guess: Trajectory, way: float) -> bool:
+        """Whether it would stop right here, after a `way` [m] to what is no obstacle: nothing to wait for."""
+        left = way - contact.stop_clearance(self.config)
         plan = attempt.plan if attempt.fits else guess
-        return contact.way_to_obstacle(plan, self._surroundings.standing, self.config, inf)
+        standing = self._surroundings.standing
+        return left <= stops.NEAR_STOP and contact.way_to_obstacle(plan, standing, self.config, inf) == inf
 
     def _decided(self, attempt: SqpResult, way: float) -> float:
         """The way [m], or inf in the far half of a cruise, which ends in mid-way: it has not seen enough."""
