@@ -9,8 +9,8 @@ from tests.rti_mpcc.docking_runs import drive, short
 
 
 def test_a_goal_out_of_reach_ends_standing_with_a_reason() -> None:
-    """Across the lane, turned by 80 deg: there is room for the body, but no way to get round to it. It is pulled
-    out twice.
+    """Across the lane, turned by 80 deg: there is room for the body, but no way to get round to it. It is
+    pulled out twice.
     """
     scenario = short()
     goal = scenario.build_path().parts[0].pose(8.0).compose(Pose2(0.0, -1.4, 1.4))
