@@ -259,7 +259,8 @@ def main() -> int:
         if (not given.only or given.only in name) and not (given.runs and isinstance(task, Row))
     }
     if not tasks:
-        print(f"--only {given.only}: fits none of {', '.join(TASKS)}", file=sys.stderr)
+        names = ", ".join([*(run.name for run in RUNS), "campaign-LEVEL-INDEX"])
+        print(f"--only {given.only}: fits none of {names}", file=sys.stderr)
         return 2
     file: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
     here = asdict(Machine.here())
@@ -274,10 +275,10 @@ def main() -> int:
         return 2
     digests: dict[str, Any] = dict(file.get("digests", {})) if file.get("machine") == here else {}
     different = 0
-    names = list(tasks)
+    order = list(tasks)
     with closing(spread(driven, list(tasks.values()), given.jobs)) as results:
         for place, found in track(results, total=len(tasks), console=Console(stderr=True), transient=True):
-            name = names[place]
+            name = order[place]
             if given.freeze:
                 digests[name] = found
             elif said := difference(digests.get(name), found, ControllerConfig().cycle):
