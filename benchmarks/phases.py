@@ -23,7 +23,13 @@ STEP = "the rest of the cycle"
 PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("what is measured", ("rti_mpcc.docking:validate_measurement",)),
     ("projection", ("geometry.part:PathPart.project",)),
-    ("situation, arrival time", ("rti_mpcc.navigating:Navigator._assess",)),
+    (
+        "situation, arrival time",
+        (
+            "rti_mpcc.planning.workspace:Workspaces.of",
+            "rti_mpcc.planning.workspace:Workspace.context",
+        ),
+    ),
     ("shift of the last plan", ("rti_mpcc.controller:resample",)),
     (
         "path, weights and cost",

@@ -36,7 +36,7 @@ from geometry import lift
 
 COMMON = 1.55
 """Corners of a row or column lie alike on the pixel grid, and part of their error is the same: the pose's
-error is that of independent corners whose errors are so many times larger (measured, see docs/method.md)."""
+error is that of independent corners whose errors are so many times larger (measured, see docs/decisions)."""
 ITERATIONS = 30
 STEP_ENDS = 1e-9
 """The iteration ends where no unknown changes by more [m], [rad]."""

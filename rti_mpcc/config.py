@@ -1,7 +1,7 @@
 """Frozen, validated settings of the controller. SI units and radians; a bad value raises `ConfigError`.
 
 The numbers of the paper (Table I) are the defaults of `Weights`; what its published code adds is
-switched on by `ControllerConfig.paper()`, see docs/method.md.
+switched on by `ControllerConfig.paper()`, see docs/decisions.
 """
 
 from __future__ import annotations
@@ -277,6 +277,9 @@ class ControllerConfig(Settings):
         method: see `Method`.
         staging: where `Method.SEPARATED` stops: so far before the goal's projection onto the path [m], or at
             the path's end where the goal lies behind it.
+        recovery: whether a vehicle that misses its goal tries other ways: it backs up into the goal, or pulls
+            out and comes again. None: with method `dynamic` and a planned arrival; the paper's objectives
+            stall as they did. True gives any of them what of it suits it.
         progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
             error hardly knows theta, and a plan whose progress may run back can then hang there.
         reference_turns: a plan knows that the path's heading changes with its progress. The published code
@@ -310,6 +313,7 @@ class ControllerConfig(Settings):
     method: Method = Method.DYNAMIC
     staging: NonNegative = 7.0
     speed_profile: SpeedProfile | None = None
+    recovery: bool | None = None
     progress_reverses: bool = False
     reference_turns: bool = True
     escape_speed: NonNegative = 0.0
@@ -388,7 +392,7 @@ class ControllerConfig(Settings):
 
     @classmethod
     def paper_printed(cls, **changes: Any) -> Self:
-        """The paper's equations with Table I and nothing else (how it does: docs/method.md).
+        """The paper's equations with Table I and nothing else (how it does: docs/decisions).
 
         Args:
             changes: settings that replace those of the preset.

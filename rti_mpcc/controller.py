@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot
 from time import perf_counter
 
 import numpy as np
@@ -31,7 +30,7 @@ from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, cartesian_wei
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.ocp.separating_planes import Index
 from rti_mpcc.ocp.stage_cost import quadratic_cost
-from rti_mpcc.ocp.targets import TargetKind, goal_on, path_end, stop_on
+from rti_mpcc.ocp.targets import Target, TargetKind, goal_on, path_end
 from rti_mpcc.qp.filling import (
     empty_values,
     fill_bounds,
@@ -53,8 +52,6 @@ OUTSIDE_PATIENCE = 10
 what presses it back in at all stages adds up, and it takes the solver long to find how much."""
 SHORT = 0.1
 """Share of the corridor's margin that must be missing for that."""
-STILL = 1.0
-"""A goal that moves by less than this is projected near its last projection [m]."""
 
 
 class RtiMpcc:
@@ -82,7 +79,6 @@ class RtiMpcc:
         self._last: Solution | None = None
         self.room: Room | None = None
         self.target = path_end(part)
-        self._goal: Pose2 | None = None
         self._allocate()
 
     def _allocate(self) -> None:
@@ -98,24 +94,7 @@ class RtiMpcc:
 
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
-        known = goal == self._goal and self.target.kind is TargetKind.POSE
-        if goal is None:
-            self.target = path_end(self.part)
-        elif not known:
-            last = self.target
-            still = last.kind is TargetKind.POSE and hypot(goal.x - last.pose.x, goal.y - last.pose.y) < STILL
-            self.target = goal_on(self.part, goal, near=last.theta if still else None)
-        self._goal = goal
-
-    def set_end(self, pose: Pose2) -> None:
-        """End the part at a pose just beside its own end, where its heading is lifted to."""
-        pose = replace(pose, phi=lift(pose.phi, self.part.last.phi))
-        self.target = replace(path_end(self.part), pose=pose)
-        self._goal = None
-
-    def set_stop(self, theta: float) -> None:
-        """Stop on the path at progress `theta` [m]."""
-        self.target = stop_on(self.part, min(theta, self.part.end))
+        self.target = path_end(self.part) if goal is None else goal_on(self.part, goal, self.target)
 
     def set_room(self, room: Room | None) -> None:
         """The room along the part, which bounds the speed; None: it does not."""
@@ -131,6 +110,7 @@ class RtiMpcc:
         self,
         at: float,
         *,
+        target: Target | None = None,
         last: Solution | None = None,
         plan: Trajectory | None = None,
         arrive_at: float | None = None,
@@ -145,6 +125,7 @@ class RtiMpcc:
 
         Args:
             at: when the plan begins [s], that is when its first control begins to act.
+            target: what it is to end in; None: the last one.
             last: the solution to go on from; default: this object's last one.
             plan: a trajectory to begin afresh from, with nothing kept of the last solution.
             arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
@@ -158,7 +139,8 @@ class RtiMpcc:
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
         """
         begun = perf_counter()
-        config, target, wheelbase = self.config, self.target, self.config.vehicle.wheelbase
+        config, wheelbase = self.config, self.config.vehicle.wheelbase
+        self.target = target = target or self.target
         if plan is not None:
             last = None
             if not again:

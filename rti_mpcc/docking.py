@@ -1,8 +1,8 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
-It composes the layers below and decides nothing itself: what comes in is checked, set against the route
-(`Navigator`), driven by (`Driver`: what the phase asks for, or the next rung of the fallback; `Scout` finds
-its first plans), and checked again on its way out.
+It composes the layers below and decides nothing itself: what comes in is checked and set against the leg that
+the vehicle is on; `driving` does what the phase asks for, or takes the next rung of the fallback, with first
+plans by `scouting`; and what goes out is checked again.
 """
 
 from __future__ import annotations
@@ -17,30 +17,38 @@ from numpy.typing import ArrayLike
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from estimation.disturbance import load_library
 from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.behaviour import moves
+from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, replan_due
+from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.driving import Driver
+from rti_mpcc.driving import driven
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.planning import aim, goals, legs, offsets, route, validation
+from rti_mpcc.planning import aim, goals, legs, offsets, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, PlanningContext, renewed
-from rti_mpcc.planning.plausibility import StateMonitor, by_commands, validate_measurement
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
+from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import ControlDecision, command, emergency
-from rti_mpcc.types import Command, Status, VehicleState
+from rti_mpcc.safety.fallback import ControlInput
+from rti_mpcc.types import Array, Command, Reason, Status, VehicleState
 
 _log = logging.getLogger(__name__)
 
-MISTAKE = "mistake in this program"
-"""Begin of the reason where the controller itself went wrong."""
 
-
-class DockingController(Driver):
+class DockingController:
     """Drives a vehicle along a route and into its goal pose.
 
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
+
+    Attributes:
+        path, config: as given.
+        state: what is known from cycle to cycle.
 
     Raises:
         CorridorError: the corridor is narrower than the body.
@@ -49,26 +57,29 @@ class DockingController(Driver):
     def __init__(
         self, path: ReferencePath, corridor: Corridor, config: ControllerConfig | None = None
     ) -> None:
-        super().__init__(path, corridor, config or ControllerConfig())
+        self.path = path
+        self.config = config or ControllerConfig()
+        self.state = ControllerState(area=Surroundings.of(corridor, path, self.config))
+        self._workspaces = Workspaces(path, corridor, self.config)
         tracking = self.config.goal_tracking
         self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
         if self.config.disturbance.enabled:
             load_library()
 
     @property
-    def memory(self) -> ControllerMemory:
-        """What this controller remembers from cycle to cycle."""
-        return self._memory
-
-    @property
     def corridor(self) -> Corridor:
         """Where the vehicle may be, with the obstacles that were told last."""
-        return self._surroundings.known
+        return self.state.area.known
+
+    @property
+    def has_stepped(self) -> bool:
+        """Whether there was a cycle."""
+        return self.state.clock.time is not None
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
-        self._memory = renewed(self._memory, goal_fit=None, given_fit=None, refusal="")
-        self._plan_for(None)
+        known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
+        self.state = self._made_for(replace(self.state, goal=known), None)
 
     def step(
         self,
@@ -97,151 +108,166 @@ class DockingController(Driver):
                 recordings and tests.
         """
         clock = clock or CycleClock(self.config.deadline)
-        before = self._memory
+        s = self.state
         try:
-            return self._cycle(state, now, goal, measurements, obstacles, clock)
+            s, remarks = self._told(s, state, now, goal, obstacles)
+            s, detections, unfit = self._goal_located(s, measurements)
+            s, context, w = self._on_leg(s, clock)
+            after, decision = driven(s, context, w)
+            decision = replace(decision, control=self._saturated(decision.control, context.state, s))
+            status = status_of(decision.verdict, after.task)
+            after = self._remembering(after, decision, status, context)
+            remarks = (*remarks, unfit, *aim.remarks(s.goal))
+            sent = command(decision, status, context, after, detections, remarks, self.config, clock)
         except Exception as error:
             # A mistake of this program must not leave the vehicle without a command.
             _log.exception("mistake in a cycle, the vehicle is braked")
-            return self._rescue(before, error, clock)
-
-    def _cycle(
-        self,
-        state: VehicleState,
-        now: float,
-        goal: Pose2 | None,
-        measurements: Sequence[GoalMeasurement],
-        obstacles: Sequence[ArrayLike] | None,
-        clock: CycleClock,
-    ) -> Command:
-        remarks = self._receive(state, now, goal, obstacles)
-        measurements, unfit = validation.measurements_in(measurements)
-        detections = self._locate_goal(measurements)
-        self._aim()
-        situation = self._situation()
-        decision = self._driven(situation, clock)
-        measured = self._memory.monitor.heeded(self.config)
-        control = limiter.saturate_command(
-            decision.control, situation.state, measured, self.config, self._memory.disturbance
-        )
-        decision = replace(decision, control=control)
-        self._remember(decision, situation)
-        remarks = (*remarks, unfit, *aim.remarks(self._memory))
-        return command(decision, situation, self._memory, detections, remarks, self.config, clock)
-
-    def _rescue(self, before: ControllerMemory, error: Exception, clock: CycleClock) -> Command:
-        """Brake, and begin afresh in the next cycle with what was known before this one."""
-        memory, config = self._memory, self.config
-        reason = f"{MISTAKE}: {type(error).__name__}: {' '.join(str(error).split())}"
-        reached, known = before.reached, memory.disturbance
-        if memory.monitor.state is not None:
-            begin = memory.now + config.dead_time
-            reached = by_commands(memory.monitor.state, memory.queue, memory.now, begin, config, known)
-            reached = known.effective(reached)
-        if reached is None:
-            reached = np.zeros(STATES)
-        control = fallback.brake(reached, fallback.braking(config), config)
-        control = limiter.saturate_command(control, reached, memory.monitor.heeded(config), config, known)
-        self._memory = route.braked(memory, control.acceleration, reason, config)
-        self._begin_leg()
-        return emergency(control, reached, self._memory, reason, config, clock)
+            after, sent = self._rescued(s, error, clock)
+        self.state = after
+        return sent
 
     def problem(self) -> QpProblem:
         """The QP of the last cycle that solved one, for study off line."""
-        return self._mpcc.problem()
+        return self._workspaces.core(self.state).problem()
 
     # -- what comes in ------------------------------------------------------------------------------
 
-    def _receive(
+    def _told(
         self,
-        state: VehicleState,
+        s: ControllerState,
+        measured: VehicleState,
         now: float,
         goal: Pose2 | None,
         obstacles: Sequence[ArrayLike] | None,
-    ) -> tuple[str, ...]:
+    ) -> tuple[ControllerState, tuple[str, ...]]:
         """Take what is new, in so far as it can be used; says what could not."""
-        memory, clock_remark = validation.timed(self._memory, now, self.config.cycle)
-        surroundings, unreadable = validation.surroundings_in(
-            self._surroundings, obstacles, memory.now, self.config.caution
-        )
-        if obstacles is None:
-            unreadable = memory.unreadable
-        monitor = validate_measurement(
-            memory.monitor, state, memory.queue, memory.now, self.config, memory.disturbance
-        )
-        known = offsets.learnt(memory, monitor, self.config)
-        monitor = monitor.doubting(unreadable, memory.monitor)
-        hint = self._heading_hint(memory, monitor)
-        memory = renewed(memory, monitor=monitor, offsets=known, unreadable=unreadable, heading_hint=hint)
-        self._memory, goal = validation.goal_in(goal, memory, self.path, surroundings, self.config)
-        changed = surroundings.corridor is not self._surroundings.corridor
-        self._surroundings = surroundings
-        if changed:
-            self._look_round()
-        if goal is not None:
-            self._plan_for(goal)
-        return clock_remark, hint
+        config = self.config
+        clock, clock_remark = validation.timed(s.clock, now, config.cycle)
+        s = replace(s, clock=clock)
+        area = validation.surroundings_in(s.area, obstacles, s.now, config.caution)
+        vehicle = s.vehicle
+        monitor = validate_measurement(vehicle.monitor, measured, s.queue, s.now, config, vehicle.disturbance)
+        known = offsets.learnt(s, monitor, config)
+        monitor = monitor.doubting(area.unreadable, vehicle.monitor)
+        hint = self._heading_hint(s, monitor)
+        vehicle = replace(vehicle, monitor=monitor, offsets=known, heading_hint=hint)
+        known_goal, another = validation.goal_in(goal, s.goal, self.path, area, config)
+        s = replace(s, area=area, vehicle=vehicle, goal=known_goal)
+        if another is not None:
+            s = self._made_for(s, another)
+        return s, (clock_remark, hint)
 
-    def _heading_hint(self, memory: ControllerMemory, monitor: StateMonitor) -> str:
+    def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """What there is to say of the heading measured first, as long as one as large is measured."""
         state, measured = monitor.state, monitor.measured
         if state is None or measured is None or abs(float(measured[PHI])) <= goals.FULL_TURN:
             return ""
-        if memory.monitor.state is not None:
-            return memory.heading_hint
+        if s.vehicle.monitor.state is not None:
+            return s.vehicle.heading_hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        return goals.degrees_hint("heading", here, self.path.parts[memory.part])
+        return goals.degrees_hint("heading", here, self.path.parts[s.task.leg.part])
 
-    def _plan_for(self, goal: Pose2 | None) -> None:
-        self._memory = legs.with_goal(self._memory, goal)
+    def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
+        """Another planned goal: its detections begin anew."""
         if self._filter is not None:
             self._filter.reset()
+        return moves.with_goal(s, goal)
 
-    def _locate_goal(self, measurements: Sequence[GoalMeasurement]) -> tuple[Judgement, ...]:
-        """Filter what was detected, and let the pose made for follow; says what became of the detections."""
-        settings, now = self.config.goal_tracking.filter, self._memory.now
-        self._memory = aim.noted(self._memory, settings.history)
+    def _goal_located(
+        self, s: ControllerState, given: Sequence[GoalMeasurement]
+    ) -> tuple[ControllerState, tuple[Judgement, ...], str]:
+        """Filter what was detected, and let the pose made for follow; says what became of the detections, and
+        what was none."""
+        measurements, unfit = validation.measurements_in(given)
+        settings = self.config.goal_tracking.filter
+        s = replace(s, vehicle=aim.noted(s.vehicle, s.now, settings.history))
         if measurements and self._filter is None:
             self._filter = GoalPoseFilter(settings)
         if self._filter is None:
-            return ()
-        self._filter.predict(now)
+            return s, (), unfit
+        self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
-            own = validation.measurement_in(measurement, self._memory.clock_offset)
-            judgement = self._filter.update(aim.placed(own, self._memory, settings))
+            own = validation.measurement_in(measurement, s.clock.offset)
+            judgement = self._filter.update(aim.placed(own, s.vehicle, settings))
             judgements.append(replace(judgement, stamp=measurement.stamp))
-        estimate = self._filter.estimate(now)
+        estimate = self._filter.estimate(s.now)
         fit = None
         if estimate.pose is not None:
-            last = self._memory.estimate_fit
-            fit = goals.checked_again(last, estimate.pose, self.path, self._surroundings, self.config)
-        self._memory = aim.rate_limited_goal(self._memory, estimate, self.path.end, now, self.config, fit)
-        return tuple(judgements)
+            fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, self.path, s.area, self.config)
+        goal = aim.rate_limited_goal(s.goal, estimate, self.path.end, s.now, self.config, fit)
+        return replace(s, goal=goal), tuple(judgements), unfit
 
-    def _situation(self) -> PlanningContext:
-        """Where the command will begin to act, on the part that the vehicle is on by then."""
-        if self._memory.monitor.found:
-            self._memory = route.found(self._memory)
-        situation = self._assess()
-        memory = self._next_leg(situation)
-        if memory is None:
-            return situation
-        self._memory = memory
-        self._begin_leg()
-        self._aim()
-        return self._assess()
+    # -- the leg ------------------------------------------------------------------------------------
 
-    def _remember(self, decision: ControlDecision, situation: PlanningContext) -> None:
+    def _on_leg(
+        self, s: ControllerState, clock: CycleClock
+    ) -> tuple[ControllerState, PlanningContext, Workspace]:
+        """Where the command will begin to act, on the leg that the vehicle is on by then."""
+        s = self._targeted(s)
+        if s.vehicle.monitor.found:
+            s = moves.found_elsewhere(s)
+        w = self._workspaces.of(s, clock)
+        context = w.context(s)
+        another = self._another_leg(s, context, w)
+        if another is None:
+            return s, context, w
+        s = self._targeted(another)
+        w = self._workspaces.of(s, clock)
+        return s, w.context(s), w
+
+    def _targeted(self, s: ControllerState) -> ControllerState:
+        """With what the leg is to end in now; a stop before what may be gone is made for no more."""
+        s = replace(s, task=replace(s.task, target=self._workspaces.target(s)))
+        return moves.released(s) if stops.way_may_be_free(s) else s
+
+    def _another_leg(
+        self, s: ControllerState, context: PlanningContext, w: Workspace
+    ) -> ControllerState | None:
+        """The state with which another part begins now, or a way back; None: this leg goes on."""
+        dead_time = self.config.dead_time
+        if has_pulled_out(s, context, dead_time):
+            return moves.coming_again(s, context)
+        if s.task.leg.pull_out is None and may_change_direction(s, context, dead_time):
+            return moves.next_leg(s, staged=w.to_staging)
+        way = legs.way_back(s, context, w.mpcc.part, self.config)
+        if way is not None and s.vehicle.stands(s.now, dead_time):
+            return moves.pulling_out(s, context, way)
+        return None
+
+    # -- what goes out --------------------------------------------------------------------------------
+
+    def _saturated(self, control: ControlInput, start: Array, s: ControllerState) -> ControlInput:
+        measured = s.vehicle.monitor.heeded(self.config)
+        return limiter.saturate_command(control, start, measured, self.config, s.vehicle.disturbance)
+
+    def _remembering(
+        self, s: ControllerState, decision: ControlDecision, status: Status, context: PlanningContext
+    ) -> ControllerState:
         """Queue the command; a vehicle that stands blocked begins afresh."""
         control = decision.control
-        sent = QueuedCommand(situation.begin, control.acceleration, control.steering_rate)
-        queue = queued(self._memory.queue, sent, situation.now)
-        waiting = decision.status is Status.GOAL_LOST
-        self._memory = renewed(self._memory, queue=queue, reached=situation.state, waiting=waiting)
-        looking = self._memory.stop is not None or self._memory.looks_past
-        if decision.status is Status.BLOCKED and not looking:
-            if route.is_stationary(self._memory, situation) and route.replan_due(self._memory, situation):
-                self._memory = renewed(route.restart(self._memory), looked_at=situation.now)
-        elif not self._memory.latched:
-            self._memory = renewed(self._memory, looked_at=None)
+        sent = QueuedCommand(context.begin, control.acceleration, control.steering_rate)
+        waiting = status is Status.GOAL_LOST
+        goal = s.goal if waiting is s.goal.waiting else replace(s.goal, waiting=waiting)
+        s = replace(s, queue=queued(s.queue, sent, s.now), begin=context.state, goal=goal)
+        task = s.task
+        if status is Status.BLOCKED and task.stop is None and not task.looks_past:
+            return moves.looking_again(s) if s.stands and replan_due(s, context) else s
+        if task.latched or task.looked_at is None:
+            return s
+        return replace(s, task=replace(task, looked_at=None))
+
+    def _rescued(
+        self, s: ControllerState, error: Exception, clock: CycleClock
+    ) -> tuple[ControllerState, Command]:
+        """Brake, and begin afresh in the next cycle with what was known when this one went wrong."""
+        config, what = self.config, f"{type(error).__name__}: {' '.join(str(error).split())}"
+        verdict = Verdict(Reason.MISTAKE, what)
+        at = s.now + config.dead_time
+        start = np.zeros(STATES) if s.begin is None else s.begin
+        if s.vehicle.monitor.state is not None:
+            start = sensing.predicted(s, at, config)
+        control = self._saturated(fallback.brake(start, fallback.braking(config), config), start, s)
+        sent = QueuedCommand(at, control.acceleration, 0.0)
+        s = replace(moves.begun_again(s, str(verdict)), queue=queued(s.queue, sent, s.now))
+        return s, emergency(control, start, s, verdict, config, clock)

@@ -75,6 +75,50 @@ class Status(Enum):
     for what acts beside it: a substitute is driven, `reason` says why."""
 
 
+class Reason(Enum):
+    """Why a cycle did what it did, and the message that says so, with a place for what there is to tell."""
+
+    DRIVES = "drives", ""
+    DRIVES_TO_STOP = "drives to stop", "making for a stop before something in the way"
+    DRIVES_UNSEEN = "drives unseen", "{}"
+    """On to a goal that has not been seen for a while."""
+    DRIVES_PAST_GOAL = "drives past goal", "driving past the goal, to back up into it"
+    DRIVES_ON = "drives on", "{}"
+    """Along the last plan: this cycle gave none, what follows says why."""
+    LATE = "late", "the plan came after the deadline"
+    STATE_DOUBTED = "state doubted", "{}"
+    """Along the last plan, for a moment: what is measured is doubted."""
+    NO_PLAN = "no plan", "{}"
+    """There is none that may be driven, what follows says why."""
+    SEARCHES_PLAN = "searches plan", "{}"
+    """There is no first one yet."""
+    LOOKS_SOON = "looks soon", "standing, looks again soon: {}"
+    OVERLAP = "overlap", "{}"
+    """The body overlaps something."""
+    CREEPS_OUT = "creeps out", "{}: creeps out of it"
+    CONTACT_AHEAD = "contact ahead", "contact in {} m"
+    WAITS_UNTIL_CLEAR = "waits until clear", "waits until its way has been clear for a while"
+    GOAL_UNCERTAIN = "goal uncertain", "{}"
+    """The goal is not known well enough to dock at."""
+    SETTLES = "settles", "braking to rest at the target"
+    STANDS_BEFORE_SOMETHING = "stands before something", "standing before something that fills the way"
+    STANDS_AT_CUSP = "stands at cusp", "standing at the cusp"
+    STANDS_AT_STAGING_POSE = "stands at staging pose", "standing at the staging pose"
+    STANDS_AT_WAY_BACK_END = "stands at way back end", "standing at the end of the way back"
+    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet"
+    DOCKED = "docked", "standing inside the tolerance"
+    STALLED = "stalled", "no plan from here ends inside the tolerance"
+    MISTAKE = "mistake", "mistake in this program: {}"
+
+    message: str
+
+    def __new__(cls, word: str, message: str) -> Reason:
+        """The value is the word alone."""
+        reason = object.__new__(cls)
+        reason._value_, reason.message = word, message
+        return reason
+
+
 class Source(Enum):
     """Where a command comes from."""
 
@@ -128,7 +172,7 @@ class Diagnostics:
             where there was no QP.
         retried: the plan was sought once more from a clean start.
         slack: largest corridor slack of the plan [m].
-        reason: one line for humans.
+        cause: why the cycle did what it did; reason: the same in one line for humans, with all remarks.
         aim: the pose that the active part is to end in, world frame.
         goal: what detections say about the goal; None if there never was one.
         detections: what became of those told in this cycle.
@@ -162,6 +206,7 @@ class Diagnostics:
     deadline_missed: bool
     disturbance: float = 0.0
     steering_offset: float = 0.0
+    cause: Reason = Reason.DRIVES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Kinematic bicycle with progress, its Runge-Kutta step and the step's exact sensitivities.
 
 (M1)  x' = v cos(phi),  y' = v sin(phi),  phi' = v tan(delta)/L,  v' = a,  delta' = delta_dot,
-      theta' = theta_dot                                                  (paper Eq. 1, 2)
+      theta' = theta_dot                                                  (state and input: paper Eq. 6)
 
 Controls are constant over a step, so v, delta and theta are exact, phi' depends on time alone, and
 the classical Runge-Kutta step of length h comes down to

@@ -1,6 +1,6 @@
 """Weights of every stage: dynamic weight allocation and dynamic objective allocation.
 
-sigma(eps) = 1 / (1 + exp(alpha (eps - beta)))                                          (paper Eq. 8)
+sigma(eps) = 1 / (1 + exp(alpha (eps - beta)))                                          (paper Eq. 7)
 
 Both objectives are values of one type, so everything behind them is shared. Stage weights already
 contain the stage's share h_k / stage_length.
@@ -94,7 +94,7 @@ class StageWeights:
 
 
 def sigma(distance: Array | float, weights: Weights) -> Array:
-    """Paper Eq. 8: near 1 closer than beta [m], near 0 beyond."""
+    """Paper Eq. 7: near 1 closer than beta [m], near 0 beyond."""
     return np.asarray(
         expit(-weights.transition_slope * (np.asarray(distance) - weights.transition_reach)), dtype=np.float64
     )

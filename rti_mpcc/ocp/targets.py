@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from math import hypot
 
 from geometry import PathPart, Pose2, lift
+
+STILL = 1.0
+"""A goal that has moved by less than this is projected near its last projection [m]: noise makes no jumps."""
 
 
 class TargetKind(Enum):
@@ -24,12 +28,14 @@ class Target:
         theta: progress of its projection onto the part [m].
         theta_end: end of the part [m].
         kind: the path's own end (or cusp), or a goal pose beside or behind it.
+        goal: that pose as it was given, with its heading on any branch; None for the path's end.
     """
 
     pose: Pose2
     theta: float
     theta_end: float
     kind: TargetKind
+    goal: Pose2 | None = None
 
     @property
     def stop(self) -> float:
@@ -42,18 +48,21 @@ class Target:
         return max(self.theta - self.theta_end, 0.0)
 
 
-def goal_on(part: PathPart, goal: Pose2, *, near: float | None = None) -> Target:
-    """The goal as the target of a part.
-
-    Args:
-        near: where its last projection was, if it has hardly moved, so that noise makes no jumps [m].
-    """
+def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
+    """The goal as the target of a part. `last`: what the part was to end in before, or None."""
+    if last is None or last.goal is None:
+        near = None
+    elif last.goal == goal:
+        return last
+    else:
+        near = last.theta if hypot(goal.x - last.pose.x, goal.y - last.pose.y) < STILL else None
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
     return Target(
         pose=replace(goal, phi=lift(goal.phi, part.pose(theta).phi)),
         theta=part.progress(goal, theta),
         theta_end=part.end,
         kind=TargetKind.POSE,
+        goal=goal,
     )
 
 
@@ -62,6 +71,12 @@ def path_end(part: PathPart) -> Target:
     return Target(pose=part.last, theta=part.end, theta_end=part.end, kind=TargetKind.PATH_END)
 
 
+def ended_at(part: PathPart, pose: Pose2) -> Target:
+    """A pose just beside the part's own end as its target."""
+    return replace(path_end(part), pose=replace(pose, phi=lift(pose.phi, part.last.phi)))
+
+
 def stop_on(part: PathPart, theta: float) -> Target:
-    """A stop on the path at progress `theta` [m] as its target."""
+    """A stop on the path at progress `theta` [m], or at its end, as its target."""
+    theta = min(theta, part.end)
     return Target(pose=part.pose(theta), theta=theta, theta_end=part.end, kind=TargetKind.PATH_END)

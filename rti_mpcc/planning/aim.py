@@ -1,6 +1,6 @@
 """The pose that is made for while the goal is known from detections only.
 
-Pure functions of the memory, as in `route`. The estimate may jump, by a correction or when a goal has moved:
+The estimate may jump, by a correction or when a goal has moved:
 the pose that the objective is given follows it at a bounded rate, so that commands don't jump.
 """
 
@@ -15,8 +15,9 @@ from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStat
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
-from rti_mpcc.planning.memory import ControllerMemory, PlanningContext, renewed
+from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
 from rti_mpcc.types import Array
 
 LONGEST_STEP = 0.5
@@ -25,32 +26,32 @@ NEAR = 0.3
 """A vehicle that stands so much [m] farther off than where it has to wait for the goal waits there."""
 
 
-def noted(memory: ControllerMemory, length: float) -> ControllerMemory:
+def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimate:
     """Keep where the vehicle is: detections of the last `length` [s] may still arrive."""
-    monitor = memory.monitor
+    monitor = vehicle.monitor
     if monitor.why or monitor.state is None:
-        return memory
+        return vehicle
     here = Pose2(float(monitor.state[X]), float(monitor.state[Y]), float(monitor.state[PHI]))
-    return renewed(memory, poses=memory.poses.noted(memory.now, here, length=length))
+    return replace(vehicle, poses=vehicle.poses.noted(now, here, length=length))
 
 
 def placed(
-    measurement: GoalMeasurement, memory: ControllerMemory, settings: GoalFilterConfig
+    measurement: GoalMeasurement, vehicle: VehicleEstimate, settings: GoalFilterConfig
 ) -> GoalMeasurement:
     """A detection with the pose that the vehicle had at its stamp, where it doesn't bring one."""
     if measurement.vehicle is not None:
         return measurement
-    return replace(measurement, vehicle=memory.poses.at(measurement.stamp, ahead=settings.clock_skew))
+    return replace(measurement, vehicle=vehicle.poses.at(measurement.stamp, ahead=settings.clock_skew))
 
 
 def rate_limited_goal(
-    memory: ControllerMemory,
+    known: GoalState,
     estimate: GoalEstimate,
     end: Pose2,
     now: float,
     config: ControllerConfig,
     fit: GoalFit | None = None,
-) -> ControllerMemory:
+) -> GoalState:
     """Let the pose made for follow the estimate, the last one that can be the goal; until there is one it is
     the planned goal.
 
@@ -58,40 +59,38 @@ def rate_limited_goal(
         end: the path's last pose, what is made for without a planned goal.
         fit: whether the estimate can be the goal; None: it can.
     """
-    last, goal, followed = memory.estimated_at, memory.planned, memory.followed
+    last, pose, followed = known.estimated_at, known.planned, known.followed
     if estimate.pose is None or not (fit and fit.problem):
         followed = estimate.pose
     if followed is not None:
         seconds = config.cycle if last is None else min(max(now - last, 0.0), LONGEST_STEP)
         tracking = config.goal_tracking
-        before = memory.goal or end
-        goal = _towards(before, followed, tracking.speed * seconds, tracking.turn_rate * seconds)
-    return renewed(
-        memory, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, goal=goal
-    )
+        before = known.pose or end
+        pose = _towards(before, followed, tracking.speed * seconds, tracking.turn_rate * seconds)
+    return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 
 
-def remarks(memory: ControllerMemory) -> tuple[str, ...]:
+def remarks(goal: GoalState) -> tuple[str, ...]:
     """What there is to say of the goal told, of the one detected, and of the one made for."""
-    fit, found = memory.estimate_fit, []
-    if memory.refusal:
-        found.append(memory.refusal)
+    fit, found = goal.estimate_fit, []
+    if goal.refusal:
+        found.append(goal.refusal)
     if fit is not None and fit.problem:
         where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
         found.append(f"goal detected at {where} out of reach, {fit.problem}: the last one stays")
-    made_for = memory.goal_fit if memory.followed is None else fit
+    made_for = goal.fit if goal.followed is None else fit
     if made_for is not None and made_for.remark:
         found.append(made_for.remark)
     return tuple(found)
 
 
-def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str:
+def doubt(s: ControllerState, config: ControllerConfig) -> str:
     """Why the estimate will not be good enough to dock by if the goal is not seen again, or ""."""
-    estimate = memory.estimate
+    estimate, arrival = s.goal.estimate, s.task.arrival
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
     tracking = config.goal_tracking
-    left = 0.0 if memory.arrive_at is None else max(memory.arrive_at - now, 0.0)
+    left = 0.0 if arrival is None else max(arrival.at - s.now, 0.0)
     stds = _stds(estimate, tracking.filter.drift(left))
     if all(tracking.certainty * std <= most for std, most in zip(stds, config.goal_tolerance, strict=True)):
         return ""
@@ -102,28 +101,28 @@ def doubt(memory: ControllerMemory, now: float, config: ControllerConfig) -> str
     )
 
 
-def remark(memory: ControllerMemory) -> str:
+def remark(goal: GoalState) -> str:
     """What there is to say of a goal that is driven to without being seen, or ""."""
-    estimate = memory.estimate
+    estimate = goal.estimate
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
     return f"goal not seen for {estimate.age:.1f} s, going on to where it was"
 
 
-def must_wait(memory: ControllerMemory, situation: PlanningContext, config: ControllerConfig) -> str:
+def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
-    if not (situation.last_part and situation.free):
+    if not (context.last_part and context.free):
         return ""
-    brake = situation.speed**2 / (2.0 * config.comfort_acceleration)
-    if not memory.waiting and situation.way > config.goal_tracking.standoff + max(brake, NEAR):
+    brake = context.speed**2 / (2.0 * config.comfort_acceleration)
+    if not s.goal.waiting and context.way > config.goal_tracking.standoff + max(brake, NEAR):
         return ""
-    return doubt(memory, situation.now, config)
+    return doubt(s, config)
 
 
-def never_seen(memory: ControllerMemory, config: ControllerConfig) -> bool:
+def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
     """Whether the goal has to be seen and was not."""
-    seen = memory.estimate is not None and memory.estimate.status is not GoalStatus.SEARCHING
-    if memory.estimate_fit is not None and memory.followed is None:
+    seen = goal.estimate is not None and goal.estimate.status is not GoalStatus.SEARCHING
+    if goal.estimate_fit is not None and goal.followed is None:
         seen = False  # it was detected where it cannot be
     return config.goal_tracking.required and not seen
 

@@ -1,4 +1,4 @@
-"""What is learnt in a cycle of what acts beside the commands: pure functions on the memory."""
+"""What is learnt in a cycle of what acts beside the commands: pure functions."""
 
 from __future__ import annotations
 
@@ -7,23 +7,21 @@ from estimation.disturbance import Motion, first_estimate, unseated, updated
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import mean_acceleration
 from rti_mpcc.model.layout import DELTA, PHI, V
-from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.state import ControllerState
 
 
-def learnt(
-    memory: ControllerMemory, monitor: StateMonitor, config: ControllerConfig
-) -> DisturbanceEstimate | None:
+def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) -> DisturbanceEstimate | None:
     """The estimate after this cycle's measurement: nothing is learnt from one that is doubted.
 
-    `memory`: with the commands sent up to the last cycle; `monitor`: with this measurement.
+    `s`: with the commands sent up to the last cycle; `monitor`: with this measurement.
     """
     if monitor.state is None or not config.disturbance.enabled:
-        return memory.offsets
-    before = memory.offsets or first_estimate(config.disturbance)
+        return s.vehicle.offsets
+    before = s.vehicle.offsets or first_estimate(config.disturbance)
     if monitor.why or monitor.found:
         return unseated(before)
-    state, now = monitor.state, memory.now
-    asked = 0.0 if before.at is None else mean_acceleration(memory.queue, before.at, now)
+    state, now = monitor.state, s.now
+    asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)

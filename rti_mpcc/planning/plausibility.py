@@ -42,8 +42,6 @@ FROZEN_TRIES = 3
 what the vehicle does then it may do blindly."""
 MISMATCH = 0.3
 """Share of what a vehicle can do in the meantime by which its model may be wrong."""
-OBSTINATE = "the steering does not follow its commands"
-"""Begin of the reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,6 +54,7 @@ class StateMonitor:
         reckoned: (6,) where the commands have brought the vehicle since `measured` last changed.
         steering_gap: by how much the steering has lately moved otherwise than commanded [rad].
         why: what is wrong, or ""; since: for how long [s].
+        steering_fault: it is the steering that cannot be relied on, not the measurement.
         agrees_since: since when doubted measurements agree with one another while the vehicle stands [s], or
             None.
         found: the vehicle was just found elsewhere than it was believed to be.
@@ -70,17 +69,13 @@ class StateMonitor:
     reckoned: Array | None = None
     steering_gap: float = 0.0
     why: str = ""
+    steering_fault: bool = False
     since: float = 0.0
     agrees_since: float | None = None
     found: bool = False
     odd_since: float | None = None
     gap: bool = False
     tries: int = 0
-
-    @property
-    def steering_fault(self) -> bool:
-        """Whether it is the steering that cannot be relied on, not the measurement."""
-        return self.why.startswith(OBSTINATE)
 
     def heeded(self, config: ControllerConfig) -> Array | None:
         """The measurement (6,) as far as it may hold a command back: NaN where it may not; None without any.
@@ -129,10 +124,10 @@ def validate_measurement(
     reckoned = rolled(last.reckoned) if same else measured
     frozen = "" if problem else _frozen(measured, reckoned, config)
     problem = problem or frozen or _far(measured, expected, seconds, config)
-    gap = last.steering_gap * exp(-seconds / config.plausibility.steering_time)
+    gap, fault = last.steering_gap * exp(-seconds / config.plausibility.steering_time), ""
     if not problem:
         gap += float(measured[DELTA] - expected[DELTA])
-        problem = _steering_fault(gap, last, config)
+        problem = fault = _steering_fault(gap, last, config)
     alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
     agrees = problem and alike and abs(float(measured[V])) <= SLOW
     if frozen:
@@ -140,11 +135,16 @@ def validate_measurement(
     monitor = replace(
         last,
         at=now,
-        state=_believed(measured, expected, reckoned if frozen else None, problem, config),
+        state=(
+            _believed(measured, expected, reckoned if frozen else None, config)
+            if problem and not fault
+            else measured
+        ),
         measured=measured,
         reckoned=reckoned,
         steering_gap=gap,
         why=problem,
+        steering_fault=bool(fault),
         since=last.since if problem and last.why else now,
         agrees_since=(now if last.agrees_since is None else last.agrees_since) if agrees else None,
         found=False,
@@ -156,7 +156,14 @@ def validate_measurement(
         return monitor
     tries = monitor.tries + bool(frozen)
     return replace(
-        monitor, state=measured, reckoned=measured, steering_gap=0.0, why="", found=True, tries=tries
+        monitor,
+        state=measured,
+        reckoned=measured,
+        steering_gap=0.0,
+        why="",
+        steering_fault=False,
+        found=True,
+        tries=tries,
     )
 
 
@@ -183,6 +190,7 @@ def _first(
         state=state,
         measured=measured,
         why=problem,
+        steering_fault=False,
         since=since,
         agrees_since=None,
         odd_since=now if last.odd_since is None else last.odd_since,
@@ -280,15 +288,12 @@ def _steering_fault(gap: float, last: StateMonitor, config: ControllerConfig) ->
     """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
     if last.steering_fault:
         return last.why
-    return f"{OBSTINATE}: {gap:+.2f} rad off" if abs(gap) > config.plausibility.steering_gap else ""
+    off = f"the steering does not follow its commands: {gap:+.2f} rad off"
+    return off if abs(gap) > config.plausibility.steering_gap else ""
 
 
-def _believed(
-    measured: Array, expected: Array, frozen: Array | None, problem: str, config: ControllerConfig
-) -> Array:
-    """The state (6,) to go by: of a doubted measurement only what can be true."""
-    if not problem or problem.startswith(OBSTINATE):
-        return measured
+def _believed(measured: Array, expected: Array, frozen: Array | None, config: ControllerConfig) -> Array:
+    """The state (6,) to go by after a doubted measurement: of it only what can be true."""
     if frozen is not None:
         return frozen
     believed = expected.copy()

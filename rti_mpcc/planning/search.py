@@ -19,10 +19,11 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
-from rti_mpcc.planning.memory import ControllerMemory, Past, PlanningContext, SuspendedSearch, renewed
-from rti_mpcc.planning.route import retreat
+from rti_mpcc.planning.schedule import retreat
+from rti_mpcc.planning.state import ControllerState, Past, SuspendedSearch
 from rti_mpcc.qp.solver import COLD, RETRY, AdmmSettings
 from rti_mpcc.types import Array, Objective, Trajectory
 
@@ -148,14 +149,14 @@ def further(attempt: SqpResult) -> InitialIterate:
     return replace(from_guess(attempt.plan), last=attempt.solved, guess=None, least=ITERATIONS)
 
 
-def resumed(unfinished: SuspendedSearch, guess: Trajectory) -> InitialIterate:
+def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
     """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
-    done = unfinished.iterations
+    done = search.iterations
     return replace(
         from_guess(guess),
-        last=unfinished.solution,
-        guess=guess if unfinished.solution is None else None,
-        iterate=unfinished.iterate,
+        last=search.solution,
+        guess=guess if search.solution is None else None,
+        iterate=search.iterate,
         least=max(FIRST_ITERATIONS - done, 1),
         most=max(ITERATIONS - done, 1),
     )
@@ -163,8 +164,8 @@ def resumed(unfinished: SuspendedSearch, guess: Trajectory) -> InitialIterate:
 
 def converge(
     mpcc: RtiMpcc,
-    memory: ControllerMemory,
-    situation: PlanningContext,
+    s: ControllerState,
+    context: PlanningContext,
     start: InitialIterate,
     clock: CycleClock,
 ) -> SqpResult:
@@ -181,13 +182,13 @@ def converge(
                 cut=True,
             )
         begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
-        solutions.append(_iterate(mpcc, memory, situation, begin, clock))
+        solutions.append(_iterate(mpcc, s, context, begin, clock))
         if solutions[-1].solved:
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved
-        problem = rejection_reason(solutions[-1], mpcc.config, memory.disturbance)
+        problem = rejection_reason(solutions[-1], mpcc.config, s.vehicle.disturbance)
         corridor_infeasible = start.least > 1 and _corridor_infeasible(
-            solutions[-1], mpcc.target, arriving=memory.arrive_at is not None
+            solutions[-1], context.target, arriving=s.task.arrival is not None
         )
         if _ran_out_of_time(solutions[-1]):
             return SqpResult(
@@ -206,27 +207,28 @@ def _ran_out_of_time(solution: Solution) -> bool:
 
 def _iterate(
     mpcc: RtiMpcc,
-    memory: ControllerMemory,
-    situation: PlanningContext,
+    s: ControllerState,
+    context: PlanningContext,
     start: InitialIterate,
     clock: CycleClock,
 ) -> Solution:
     """One real-time iteration."""
     mpcc.prepare(
-        situation.begin,
+        context.begin,
+        target=context.target,
         last=start.last,
         plan=start.guess,
-        arrive_at=memory.arrive_at,
-        cartesian=memory.cartesian,
-        retreat=retreat(memory, situation),
+        arrive_at=None if s.task.arrival is None else s.task.arrival.at,
+        cartesian=s.task.cartesian,
+        retreat=retreat(s, context),
         damping=start.damping,
         pace=start.pace,
         again=start.iterate is not None,
-        disturbance=memory.disturbance,
+        disturbance=s.vehicle.disturbance,
     )
     solution = mpcc.feedback(
-        situation.state,
-        situation.begin,
+        context.state,
+        context.begin,
         ends=clock.ends(),
         iterate=start.iterate,
         patience=start.patience,
@@ -235,68 +237,67 @@ def _iterate(
     return solution
 
 
-def left_unfinished(
-    memory: ControllerMemory, situation: PlanningContext, attempt: SqpResult, done: int = 0
-) -> ControllerMemory:
+def suspended(
+    s: ControllerState, context: PlanningContext, attempt: SqpResult, done: int = 0
+) -> ControllerState:
     """Keep a search that ran out of time, to go on with in the next cycle, and what it is for.
 
-    `done`: iterations before those of the attempt, where the memory has no search that it goes on with.
+    `done`: iterations before those of the attempt, where no search is known that it goes on with.
     """
     if not attempt.cut:
-        return renewed(memory, unfinished=None)
-    before = memory.unfinished
+        return s.suspending(None)
+    before = s.plans.suspended
     if before is not None and not attempt.solutions:
-        return memory
+        return s
     solved = sum(solution.solved for solution in attempt.solutions)
-    unfinished = SuspendedSearch(
+    search = SuspendedSearch(
         solution=attempt.solved or (before.solution if before else None),
         iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
         iterations=(before.iterations if before else done) + solved,
-        target=situation.target,
-        stop=memory.stop,
-        arrive_at=memory.arrive_at,
-        begin=situation.begin,
-        reverse_into_goal=memory.reverse_into_goal,
+        target=context.target,
+        stop=s.task.stop,
+        arrival=s.task.arrival,
+        begin=context.begin,
         reverse_failed=before is not None and before.reverse_failed,
     )
-    return renewed(memory, unfinished=unfinished)
+    return s.suspending(search)
 
 
-def sought_past(memory: ControllerMemory, past: Past) -> ControllerMemory:
+def sought_past(s: ControllerState, past: Past) -> ControllerState:
     """A search that ran out of time is for a way past what fills the way."""
-    begun = memory.unfinished
-    return memory if begun is None else renewed(memory, unfinished=replace(begun, past=past))
+    begun = s.plans.suspended
+    return s if begun is None else s.suspending(replace(begun, past=past))
 
 
-def reverse_search_failed(memory: ControllerMemory) -> ControllerMemory:
+def reverse_search_failed(s: ControllerState) -> ControllerState:
     """No arrival that backs up was found: a search onward that ran out of time is the last one."""
-    begun = memory.unfinished
-    return memory if begun is None else renewed(memory, unfinished=replace(begun, reverse_failed=True))
+    begun = s.plans.suspended
+    return s if begun is None else s.suspending(replace(begun, reverse_failed=True))
 
 
 def first_guess(
-    mpcc: RtiMpcc, memory: ControllerMemory, situation: PlanningContext, detour: Detour | None = None
+    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, detour: Detour | None = None
 ) -> Trajectory:
-    """Where the iterations begin for the objective that the memory has chosen.
+    """Where the iterations begin for the objective that was chosen.
 
     `detour`: on the way onward; one that backs up makes none.
     """
-    config, arrive_at = mpcc.config, memory.arrive_at
-    horizon = config.cruise_horizon if arrive_at is None else arrive_at - situation.begin
-    times = stage_times(situation.begin, stage_lengths(horizon, config.cycle, config.stages))
-    if memory.objective is Objective.CONTOURING:
-        return cruise_guess(mpcc.part, mpcc.target, situation.state, times, config, detour)
-    if memory.reverse_into_goal:
-        return reverse_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config)
-    return arrival_guess(mpcc.part, mpcc.target, situation.state, times, situation.way, config, detour)
+    config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
+    horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
+    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages))
+    if s.task.objective is Objective.CONTOURING:
+        return cruise_guess(part, target, context.state, times, config, detour)
+    if s.task.reverses_into_goal:
+        return reverse_guess(part, target, context.state, times, context.way, config)
+    return arrival_guess(part, target, context.state, times, context.way, config, detour)
 
 
-def reaches(attempt: SqpResult, situation: PlanningContext, share: float = 1.0) -> bool:
+def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:
     """Whether the last iterate is a plan past everything to within a share of the tolerance of its target."""
     if not attempt.fits:
         return False
     end = Pose2(*attempt.plan.states[-1, [X, Y, PHI]].tolist())
-    return situation.inside(end.relative_to(situation.target.pose), share)
+    return context.inside(end.relative_to(context.target.pose), share)
 
 
 def _corridor_infeasible(solution: Solution, target: Target, *, arriving: bool) -> bool:

@@ -12,12 +12,16 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.memory import ControllerMemory, PlanningContext
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.plausibility import by_commands
-from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
+from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
+CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
+"""What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
+STOP_TOLERANCE = (0.2, 1.0, 0.5)
+"""The same for a stop before something that fills the way."""
 PASSED = 0.5
 """A vehicle that has passed its target by less than this still has the way to it left [m]."""
 OFF_THE_PATH = 100.0
@@ -26,24 +30,30 @@ PROJECTION_REACH = 2.0
 """How far the progress may move from one cycle to the next [m]."""
 
 
-def reached_state(now: float, memory: ControllerMemory, part: PathPart, config: ControllerConfig) -> Array:
-    """The state (6,) when a command given at `now` begins to act: what is believed, rolled forward.
+def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
+    """The state (6,) when a command given now begins to act: what is believed, rolled forward.
 
     It has its progress on the part, its heading on the route's branch, and the steering that acts. Before any
     state was believed it is the part's begin.
     """
-    believed, first = memory.monitor.state, part.first
-    if believed is None:
+    first = part.first
+    if s.vehicle.monitor.state is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
-    known = memory.disturbance
-    reached = by_commands(believed, memory.queue, now, now + config.dead_time, config, known)
-    reached = known.effective(reached)
-    _place_on_route(reached, memory.reached, part)
-    return reached
+    start = predicted(s, s.now + config.dead_time, config)
+    _place_on_route(start, s.begin, part)
+    return start
 
 
-def situation_of(
-    memory: ControllerMemory,
+def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
+    """What is believed, rolled forward to `at` [s] by the commands that act until then."""
+    believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
+    assert believed is not None
+    return known.effective(by_commands(believed, s.queue, s.now, at, config, known))
+
+
+def context_of(
+    s: ControllerState,
+    start: Array,
     part: PathPart,
     pace: Pace,
     target: Target,
@@ -51,12 +61,11 @@ def situation_of(
     *,
     last_part: bool,
 ) -> PlanningContext:
-    """The situation of this cycle by what is believed of the vehicle."""
-    believed, free = memory.monitor.state, memory.stop is None
-    speed = 0.0 if believed is None else float(believed[V])
-    reached = reached_state(memory.now, memory, part, config)
-    situation = assess(reached, memory.now, speed, part, pace, target, config, last_part=last_part, free=free)
-    return replace(situation, doubt=memory.monitor.why) if memory.monitor.why else situation
+    """The context of this cycle, whose command begins to act in `start` (6,), by what is believed."""
+    monitor, free = s.vehicle.monitor, s.task.stop is None
+    speed = 0.0 if monitor.state is None else float(monitor.state[V])
+    context = assess(start, s.now, speed, part, pace, target, config, last_part=last_part, free=free)
+    return replace(context, doubt=monitor.why) if monitor.why else context
 
 
 def assess(

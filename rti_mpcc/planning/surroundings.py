@@ -25,6 +25,7 @@ class Surroundings:
         corridor: with the obstacles that stand, which plans go round; known: with all of them.
         obstacles: all of them; given_at: when they were given last [s].
         changes: how often those that stand have changed.
+        unreadable: what is wrong with those given last, which are not used then, or "".
     """
 
     corridor: Corridor
@@ -32,6 +33,7 @@ class Surroundings:
     obstacles: tuple[Obstacle, ...]
     given_at: float = 0.0
     changes: int = 0
+    unreadable: str = ""
 
     @classmethod
     def of(cls, corridor: Corridor, path: ReferencePath, config: ControllerConfig) -> Surroundings:
@@ -71,7 +73,7 @@ class Surroundings:
             return self
         obstacles = observed(self.obstacles, outlines, now, self.given_at, caution)
         if obstacles is self.obstacles:
-            return replace(self, given_at=now)
+            return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in standing(obstacles)]
         changed = not same_outlines(stand, [each.outline for each in self.standing])
         corridor = self.corridor.with_obstacles(stand) if changed else self.corridor

@@ -18,8 +18,8 @@ from estimation.measurement import is_time
 from geometry import Pose2, ReferencePath, RtiMpccError
 from rti_mpcc.config import Caution, ControllerConfig
 from rti_mpcc.planning import goals
-from rti_mpcc.planning.memory import ControllerMemory, renewed
 from rti_mpcc.planning.plausibility import FAR, MANY_TURNS
+from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
 
@@ -33,27 +33,31 @@ LEAP = 3600.0
 
 def goal_in(
     given: Pose2 | None,
-    memory: ControllerMemory,
+    known: GoalState,
     path: ReferencePath,
     surroundings: Surroundings,
     config: ControllerConfig,
-) -> tuple[ControllerMemory, Pose2 | None]:
-    """The memory of what was told of the goal, and the goal if there is another one now.
+) -> tuple[GoalState, Pose2 | None]:
+    """What is known of the goal, and the goal if there is another one now.
 
     A goal that was accepted stays the goal whatever comes to stand there. One that was refused does not
     become it before it is told again.
     """
-    taken, refusal, fit = None, memory.refusal, memory.given_fit
+    taken, refusal, given_fit = None, known.refusal, known.given_fit
     if given is not None:
         goal, refusal = _pose(given)
-        if goal is not None and goal != memory.planned:
-            fit = goals.checked_again(fit, goal, path, surroundings, config)
-            taken = None if fit.problem else goal
-            refusal = f"goal {_text(goal)} out of reach, {fit.problem}: {STAYS}" if fit.problem else ""
-    goal_fit = memory.goal_fit if taken is None else fit
-    if goal_fit is None:
-        goal_fit = goals.end_checked(path, surroundings, config)
-    return renewed(memory, given_fit=fit, goal_fit=goal_fit, refusal=refusal), taken
+        if goal is not None and goal != known.planned:
+            given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
+            taken = None if given_fit.problem else goal
+            refusal = ""
+            if given_fit.problem:
+                refusal = f"goal {_text(goal)} out of reach, {given_fit.problem}: {STAYS}"
+    fit = known.fit if taken is None else given_fit
+    if fit is None:
+        fit = goals.end_checked(path, surroundings, config)
+    if fit is known.fit and given_fit is known.given_fit and refusal == known.refusal:
+        return known, taken
+    return replace(known, given_fit=given_fit, fit=fit, refusal=refusal), taken
 
 
 def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
@@ -78,27 +82,35 @@ def _text(goal: Pose2) -> str:
 
 def surroundings_in(
     known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float, caution: Caution
-) -> tuple[Surroundings, str]:
-    """The surroundings with these obstacles at `now` [s], and why they are not used (then as known)."""
+) -> Surroundings:
+    """The surroundings with these obstacles at `now` [s]; where they cannot be used, as known, and why."""
     if obstacles is None:
-        return known, ""
+        return known
+    try:
+        outlines, problem = _outlines(obstacles)
+        if not problem:
+            return known.updated(outlines, now, caution)
+    except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
+        problem = f"obstacles not readable: {_line(error)}"
+    return replace(known, unreadable=problem)
+
+
+def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array], str]:
+    """The obstacles as arrays, and why they are none, or ""."""
     outlines: list[Array] = []
     try:
         given = list(obstacles)
     except TypeError:
-        return known, f"obstacles are no sequence but {type(obstacles).__name__}"
+        return outlines, f"obstacles are no sequence but {type(obstacles).__name__}"
     for k, outline in enumerate(given):
         try:
             outlines.append(np.asarray(outline, dtype=np.float64))
         except (ValueError, TypeError, OverflowError) as error:
-            return known, f"obstacles[{k}] not readable: {_line(error)}"
+            return outlines, f"obstacles[{k}] not readable: {_line(error)}"
         problem = _far_outline(outlines[k])
         if problem:
-            return known, f"obstacles[{k}] {problem}"
-    try:
-        return known.updated(outlines, now, caution), ""
-    except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
-        return known, f"obstacles not readable: {_line(error)}"
+            return outlines, f"obstacles[{k}] {problem}"
+    return outlines, ""
 
 
 def _far_outline(outline: Array) -> str:
@@ -155,17 +167,17 @@ def measurement_in(measurement: GoalMeasurement, offset: float) -> GoalMeasureme
     return replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
 
 
-def timed(memory: ControllerMemory, now: float, cycle: float) -> tuple[ControllerMemory, str]:
-    """The memory at the time that the user's clock shows, and what is wrong with that clock, or "".
+def timed(clock: ClockState, now: float, cycle: float) -> tuple[ClockState, str]:
+    """The clock at the time that the user's clock shows, and what is wrong with that one, or "".
 
     The controller's own clock never runs back: where the user's does, or leaps ahead, or shows no number, one
-    cycle is taken to have passed, and the two are `clock_offset` apart from then on.
+    cycle is taken to have passed, and the two are `offset` apart from then on.
     """
-    last = memory.time
+    last = clock.time
     if not _all_finite(now) or not is_time(now):
-        return renewed(memory, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
-    stood = memory.clock_stood + 1 if now == memory.clock_at else 0
-    own, offset, word = now + memory.clock_offset, memory.clock_offset, ""
+        return replace(clock, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
+    stood = clock.stood + 1 if now == clock.shown else 0
+    own, offset, word = now + clock.offset, clock.offset, ""
     if stood >= STILL:
         word = "the clock stands still"
     elif last is not None and not last <= own <= last + LEAP:
@@ -173,8 +185,7 @@ def timed(memory: ControllerMemory, now: float, cycle: float) -> tuple[Controlle
     if word:
         own = cycle if last is None else last + cycle
         offset = own - now
-    memory = renewed(memory, time=own, clock_offset=offset, clock_at=float(now), clock_stood=stood)
-    return memory, word
+    return ClockState(time=own, offset=offset, shown=float(now), stood=stood), word
 
 
 def _all_finite(*values: float) -> bool:

@@ -38,7 +38,7 @@ SLACK_UNIT = 0.1
 BOUND_EASE = 10.0
 """Bounds on states and controls count in so many units. Each row drags on the solver's steps like a
 proximal term, active or not; with small rows those that are far from active hardly do, which makes the
-difference between 400 and 50 iterations (docs/method.md)."""
+difference between 400 and 50 iterations (docs/decisions)."""
 
 BOUNDED = np.array([V, DELTA, THETA])
 """States with bounds, in the order of their rows."""

@@ -17,7 +17,6 @@ from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory
 from rti_mpcc.recording.codec import Data, to_data
 from rti_mpcc.recording.contents import Call, Header, inputs_of, run_cycle
 from rti_mpcc.recording.lines import END, FORMAT, to_line
@@ -48,7 +47,7 @@ class Recorder:
     def __init__(
         self, controller: DockingController, file: str | PathLike[str], *, dump_failed: Path | None = None
     ) -> None:
-        if to_data(controller.memory) != to_data(ControllerMemory()):
+        if controller.has_stepped:
             raise InputError("controller: has stepped before, a recording must begin with its first cycle")
         header = to_data(Header.of(controller))
         if dump_failed is not None:

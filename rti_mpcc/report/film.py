@@ -128,7 +128,7 @@ def _driven_along(controller: DockingController, cycles: Sequence[Cycle]) -> Ite
     """What was seen of each recorded cycle, None of one that raised, while the controller makes it again."""
     same = True
     for cycle in cycles:
-        before = controller.memory.solution
+        before = controller.state.plans.solution
         replayed, _ = run_cycle(controller, cycle.number, cycle.inputs, PlayedBack(cycle.decisions))
         if cycle.command is None:
             yield None
@@ -140,7 +140,7 @@ def _driven_along(controller: DockingController, cycles: Sequence[Cycle]) -> Ite
                 "from there on (`rti-mpcc replay` says what differs)",
                 cycle.number,
             )
-        after = controller.memory.solution
+        after = controller.state.plans.solution
         fresh = after if same and after is not before else None
         yield seen_of(cycle.inputs.state, cycle.command, fresh)
 

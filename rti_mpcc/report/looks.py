@@ -129,7 +129,7 @@ class Onlooker:
         return command
 
     def _solution(self) -> Solution | None:
-        return None if self._core is None else self._core.memory.solution
+        return None if self._core is None else self._core.state.plans.solution
 
 
 def seen_of(state: VehicleState, command: Command, solution: Solution | None) -> Seen:

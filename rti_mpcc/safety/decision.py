@@ -8,27 +8,19 @@ import numpy as np
 
 from estimation import Judgement
 from geometry import Pose2
+from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.memory import ControllerMemory, PlanningContext
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.safety.fallback import ControlInput, braking
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
-
-_AS_PULLING_OUT = (
-    Status.FOLLOWING,
-    Status.ARRIVING,
-    Status.SETTLING,
-    Status.STARTING,
-    Status.CHANGING_DIRECTION,
-    Status.STALLED,
-)
-"""What is not said of a way back: it has one status of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,22 +28,16 @@ class ControlDecision:
     """The control of a cycle, why, the plan it belongs to, and the search that was made for it, if any."""
 
     control: ControlInput
-    status: Status
-    reason: str
+    verdict: Verdict
     trajectory: Trajectory
     attempt: SqpResult | None = None
-
-    def pulling_out(self, time: int) -> ControlDecision:
-        """The same on, or just before, the way back that is driven for the first or second `time`."""
-        remark = f"pulling out, to come again ({time}. time)"
-        status = Status.PULLING_OUT if self.status in _AS_PULLING_OUT else self.status
-        return replace(self, status=status, reason="; ".join(filter(None, (self.reason, remark))))
 
 
 def command(
     decision: ControlDecision,
-    situation: PlanningContext,
-    memory: ControllerMemory,
+    status: Status,
+    context: PlanningContext,
+    s: ControllerState,
     detections: tuple[Judgement, ...],
     remarks: tuple[str, ...],
     config: ControllerConfig,
@@ -59,40 +45,39 @@ def command(
 ) -> Command:
     """The command of a cycle that was told `detections`, and has `remarks` on what else it was told."""
     plan = decision.trajectory
-    if memory.clock_offset:
-        times = plan.times - memory.clock_offset
+    if s.clock.offset:
+        times = plan.times - s.clock.offset
         read_only(times)
         plan = replace(plan, times=times)
-    diagnostics = _diagnose(decision, situation, memory, detections, remarks, clock)
-    believed = memory.monitor.state
+    diagnostics = _diagnose(decision, context, s, detections, remarks, clock)
     return _command(
         decision.control,
-        situation.state,
-        believed,
-        decision.status,
+        context.state,
+        s.vehicle.monitor.state,
+        status,
         plan,
         diagnostics,
         config,
-        memory.disturbance,
+        s.vehicle.disturbance,
     )
 
 
 def emergency(
     control: ControlInput,
     state: Array,
-    memory: ControllerMemory,
-    reason: str,
+    s: ControllerState,
+    verdict: Verdict,
     config: ControllerConfig,
     clock: CycleClock,
 ) -> Command:
     """The command of a cycle that went wrong: of the vehicle only the believed `state` (6,) is known."""
     pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-    begin = memory.now - memory.clock_offset + config.dead_time
+    begin = s.now - s.clock.offset + config.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, braking(config), config.vehicle.wheelbase)
     diagnostics = Diagnostics(
         theta=float(state[THETA]),
-        part=memory.part,
+        part=s.task.leg.part,
         objective=Objective.CONTOURING,
         weights=_first_weights(()),
         time_to_go=None,
@@ -102,20 +87,21 @@ def emergency(
         residuals=(0.0, 0.0),
         retried=False,
         slack=0.0,
-        reason=reason,
-        aim=memory.goal or pose,
-        goal=memory.estimate,
+        reason=str(verdict),
+        cause=verdict.reason,
+        aim=s.goal.pose or pose,
+        goal=s.goal.estimate,
         detections=(),
         prepare_ms=0.0,
         feedback_ms=0.0,
         solve_ms=0.0,
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
-        disturbance=memory.disturbance.acceleration,
-        steering_offset=memory.disturbance.steering,
+        disturbance=s.vehicle.disturbance.acceleration,
+        steering_offset=s.vehicle.disturbance.steering,
     )
-    believed = memory.monitor.state
-    return _command(control, state, believed, Status.FAILED, motion, diagnostics, config, memory.disturbance)
+    believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
+    return _command(control, state, believed, Status.FAILED, motion, diagnostics, config, known)
 
 
 def _command(
@@ -163,37 +149,38 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
 
 def _diagnose(
     decision: ControlDecision,
-    situation: PlanningContext,
-    memory: ControllerMemory,
+    context: PlanningContext,
+    s: ControllerState,
     detections: tuple[Judgement, ...],
     remarks: tuple[str, ...],
     clock: CycleClock,
 ) -> Diagnostics:
     solutions = decision.attempt.solutions if decision.attempt else ()
-    arrive_at = memory.arrive_at
+    arrival = s.task.arrival
     return Diagnostics(
-        theta=float(situation.state[THETA]),
-        part=memory.part,
-        objective=memory.objective,
+        theta=float(context.state[THETA]),
+        part=s.task.leg.part,
+        objective=s.task.objective,
         weights=_first_weights(solutions),
-        time_to_go=None if arrive_at is None else arrive_at - situation.begin,
+        time_to_go=None if arrival is None else arrival.at - context.begin,
         failed=decision.attempt is not None and bool(decision.attempt.problem),
         solver_status=solutions[-1].status if solutions else "",
-        iterations=sum(s.iterations for s in solutions),
+        iterations=sum(each.iterations for each in solutions),
         residuals=solutions[-1].residuals if solutions else (0.0, 0.0),
         retried=decision.attempt is not None and decision.attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
-        reason="; ".join(part for part in (decision.reason, *remarks) if part),
-        aim=situation.target.pose,
-        goal=memory.estimate,
+        reason="; ".join(part for part in (str(decision.verdict), *remarks) if part),
+        aim=context.target.pose,
+        goal=s.goal.estimate,
         detections=detections,
-        prepare_ms=1e3 * sum(s.prepare_seconds for s in solutions),
-        feedback_ms=1e3 * sum(s.feedback_seconds for s in solutions),
-        solve_ms=1e3 * sum(s.solve_seconds for s in solutions),
+        prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),
+        feedback_ms=1e3 * sum(each.feedback_seconds for each in solutions),
+        solve_ms=1e3 * sum(each.solve_seconds for each in solutions),
         step_ms=1e3 * clock.seconds,
         deadline_missed=clock.late(),
-        disturbance=memory.disturbance.acceleration,
-        steering_offset=memory.disturbance.steering,
+        disturbance=s.vehicle.disturbance.acceleration,
+        steering_offset=s.vehicle.disturbance.steering,
+        cause=decision.verdict.reason,
     )
 
 

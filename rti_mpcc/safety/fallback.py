@@ -28,7 +28,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, resample, stage_times
-from rti_mpcc.planning.memory import PlanningContext
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.types import Array, Source, Trajectory
 
 PLAN_LIFE = 1.0
@@ -78,17 +78,17 @@ def brake(
 
 
 def shifted_plan(
-    plan: Trajectory | None, accepted_at: float | None, situation: PlanningContext, config: ControllerConfig
+    plan: Trajectory | None, accepted_at: float | None, context: PlanningContext, config: ControllerConfig
 ) -> Trajectory | None:
     """The last accepted plan, driven on from where the vehicle is; None if it is too old or too far off."""
-    if plan is None or accepted_at is None or not 0.0 <= situation.now - accepted_at <= PLAN_LIFE:
+    if plan is None or accepted_at is None or not 0.0 <= context.now - accepted_at <= PLAN_LIFE:
         return None
-    times = stage_times(situation.begin, np.diff(plan.times))
+    times = stage_times(context.begin, np.diff(plan.times))
     shifted = resample(plan, times, config.vehicle.wheelbase)
-    off = situation.state - shifted.states[0]
+    off = context.state - shifted.states[0]
     if hypot(off[X], off[Y]) > NEAR_PLAN[0] or abs(wrap(float(off[PHI]))) > NEAR_PLAN[1]:
         return None
-    states = rollout(situation.state, shifted.controls, np.diff(times), config.vehicle.wheelbase)
+    states = rollout(context.state, shifted.controls, np.diff(times), config.vehicle.wheelbase)
     read_only(times, states, shifted.controls)
     return Trajectory(times=times, states=states, controls=shifted.controls)
 
@@ -111,11 +111,11 @@ def before_contact(speed: float, way: float, config: ControllerConfig) -> float:
     return min(max(speed**2 / (2.0 * left), config.comfort_acceleration), most) if left > 0.0 else most
 
 
-def settling_deceleration(situation: PlanningContext, config: ControllerConfig) -> float:
+def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
     """Deceleration [m/s²] that comes to rest at the target's length, within a factor 2 of the comfort one."""
-    left = -situation.direction * situation.error.x
+    left = -context.direction * context.error.x
     comfort = config.comfort_acceleration
     if left <= 0.0:
         return min(2.0 * comfort, config.limits.acceleration)
-    wanted = situation.speed**2 / (2.0 * left)
+    wanted = context.speed**2 / (2.0 * left)
     return min(max(wanted, 0.5 * comfort), 2.0 * comfort, config.limits.acceleration)

@@ -4,8 +4,8 @@ The board's print is warped by the homography of its plane four times finer than
 down to it, as a sensor does: a board far away doesn't alias. Eq. (K1) to (K3) of `estimation.camera` give the
 pinhole's homography, p being a point of the board's plane [m] and u_f a finer pixel of a window from u_0 on:
 
-(R1)  p_camera = R' (Rz(phi) (A_2 (p - m) + b) + (x, y, 0) - c) = H (p, 1),  u ~ K H (p, 1),
-(R2)  u_f = FINER (u - u_0 + 1/2) - 1/2,
+(K4)  p_camera = R' (Rz(phi) (A_2 (p - m) + b) + (x, y, 0) - c) = H (p, 1),  u ~ K H (p, 1),
+(K5)  u_f = FINER (u - u_0 + 1/2) - 1/2,
 
 x, y, phi the goal in the vehicle frame, A_2 the board's right and down. A distorting lens is a second warp,
 of the finer picture.
@@ -107,7 +107,7 @@ class BoardCamera:
         return self._surroundings[:, np.arange(first, first + self.camera.width) % round_about]
 
     def _homography(self, goal: Pose2) -> Array | None:
-        """(3, 3) H of Eq. (R1), from the board's plane [m] to the camera; None if its face is not seen."""
+        """(3, 3) H of Eq. (K4), from the board's plane [m] to the camera; None if its face is not seen."""
         camera, board = self.camera, self.board
         plane = np.column_stack([board.axes[:, :2], np.zeros(3)])
         plane[:, 2] = board.middle - plane @ (*(0.5 * np.array(board.size)), 0.0)
@@ -147,7 +147,7 @@ class BoardCamera:
         window += drawn[:, :, 0]
 
     def _warped(self, homography: Array, low: Array, width: int, height: int) -> Grey:
-        """(FINER height, FINER width, 2) of the pinhole's window that begins at pixel `low`, Eq. (R2)."""
+        """(FINER height, FINER width, 2) of the pinhole's window that begins at pixel `low`, Eq. (K5)."""
         to_fine = np.array([[FINER, 0.0, 0.0], [0.0, FINER, 0.0], [0.0, 0.0, 1.0]])
         to_fine[:2, 2] = FINER * (0.5 - np.asarray(low)) - 0.5
         # The coarsest print whose pixels are not larger than the finer ones.

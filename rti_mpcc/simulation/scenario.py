@@ -159,6 +159,7 @@ class ControllerSection(Section):
     comfort_lateral_acceleration: Positive | None = None
     comfort_steering_rate: Positive | None = None
     docking_time: Positive | None = None
+    recovery: bool | None = None
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
 
 

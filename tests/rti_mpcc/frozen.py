@@ -16,7 +16,6 @@ import pytest
 from numpy.typing import NDArray
 
 from geometry import Corridor, HalfPlanes, PathPart, PathReference, lift
-from rti_mpcc import navigating
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Linearisation, Solution
@@ -30,6 +29,7 @@ from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning import workspace
 from rti_mpcc.qp.filling import (
     RETURN_SHARE,
     QpValues,
@@ -311,7 +311,7 @@ def take(
     taker = Taker(name=f"{scenario.name} ({preset})", times=sorted(times))
     short = changed(scenario, {"simulation.duration": max(times) + 0.2})
     with monkeypatch.context() as patch:
-        patch.setattr(navigating, "RtiMpcc", taker.core())
+        patch.setattr(workspace, "RtiMpcc", taker.core())
         simulate(short, preset=preset, **options)
     return taker.taken
 

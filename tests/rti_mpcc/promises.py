@@ -12,10 +12,9 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.strategies import SearchStrategy
 
 from geometry import Pose2
-from rti_mpcc import Command, ControllerConfig, DockingController, Source, Status, VehicleState
-from rti_mpcc.docking import MISTAKE
+from rti_mpcc import Command, ControllerConfig, DockingController, Reason, Source, Status, VehicleState
+from rti_mpcc.behaviour.conditions import MOVING_SPEED
 from rti_mpcc.model.layout import V
-from rti_mpcc.planning.route import MOVING_SPEED
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from tests.rti_mpcc.drawn import RUNS, Placed, Run, is_finite, measured, placed_state, told
 from tests.rti_mpcc.worlds import World, world
@@ -99,7 +98,7 @@ def check_return(controller: DockingController, state: VehicleState, command: Co
 
     Only measurements that have contradicted one another for long don't keep a vehicle from braking.
     """
-    config, monitor = controller.config, controller.memory.monitor
+    config, monitor = controller.config, controller.state.vehicle.monitor
     odd = monitor.odd_since is not None and monitor.at - monitor.odd_since > config.plausibility.blind
     slows = odd and monitor.state is not None and monitor.state[V] * command.acceleration < 0.0
     for value, limit, rate in (
@@ -114,7 +113,7 @@ def check_account(state: VehicleState, command: Command, config: ControllerConfi
     """Status, source and reason tell what is the case."""
     assert type(command.status) is Status
     assert type(command.source) is Source
-    assert MISTAKE not in command.diagnostics.reason, command.diagnostics.reason
+    assert command.diagnostics.cause is not Reason.MISTAKE, command.diagnostics.reason
     assert len(command.diagnostics.reason.splitlines()) <= 1
     if command.diagnostics.deadline_missed:
         assert command.source is not Source.SOLUTION

@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.driving import BACKING
-from rti_mpcc.planning import route, search
+from rti_mpcc.planning import schedule, search
 from rti_mpcc.simulation import (
     RunResult,
     Scenario,
@@ -19,7 +18,7 @@ from rti_mpcc.simulation import (
     simulate,
     summary,
 )
-from rti_mpcc.types import Status
+from rti_mpcc.types import Reason, Status
 from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short
 
 TIME = 32.0
@@ -67,7 +66,7 @@ def driven(scenario: Scenario) -> tuple[bool, int, list[float]]:
     controller = docking_controller(scenario)
     again, speeds = 0, []
     for plant, command in drive(scenario, TIME, controller=controller):
-        again = max(again, controller.memory.restarts)
+        again = max(again, controller.state.task.restarts)
         speeds.append(plant.v)
         if command.docked:
             return True, again, speeds
@@ -88,14 +87,14 @@ def test_the_goal_is_passed_and_backed_up_into_in_one_go(side: int) -> None:
     assert figures["pull_outs"] == 0
     assert figures["min_clearance_m"] > 0.05
     assert said(result) == [Status.ARRIVING, Status.SETTLING, Status.DOCKED]
-    assert -1.01 * route.RETREAT_SPEED < result.truth.v.min() < -0.05
+    assert -1.01 * schedule.RETREAT_SPEED < result.truth.v.min() < -0.05
     pairs = zip(result.cycles.status, result.cycles.reason, strict=True)
     arriving = [reason for status, reason in pairs if status is Status.ARRIVING]
-    assert set(arriving) == {BACKING}
+    assert set(arriving) == {Reason.DRIVES_PAST_GOAL.message}
 
 
 def test_without_that_it_stalls_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(route, "begin_reverse", lambda *_: None)
+    monkeypatch.setattr(schedule, "scheduled_past_goal", lambda *_: None)
     _, again, _ = driven(beside_a_wall(1))
     assert again > 0
 
@@ -104,14 +103,14 @@ def test_in_reverse_too() -> None:
     docked, again, speeds = driven(in_reverse())
     assert docked
     assert again == 0
-    assert 0.05 < max(speeds) < 1.01 * route.RETREAT_SPEED
+    assert 0.05 < max(speeds) < 1.01 * schedule.RETREAT_SPEED
     moving = [speed > 0.0 for speed in speeds if abs(speed) > 0.02]
     assert [forwards for forwards, _ in groupby(moving)] == [False, True]
 
 
 @pytest.mark.acceptance
 def test_in_reverse_it_stalls_first_without_that(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(route, "begin_reverse", lambda *_: None)
+    monkeypatch.setattr(schedule, "scheduled_past_goal", lambda *_: None)
     _, again, _ = driven(in_reverse())
     assert again > 0
 
@@ -122,11 +121,11 @@ def test_a_goal_that_moves_a_little_meanwhile_is_backed_up_into_in_one_go(since:
     scenario = beside_a_wall(1)
     goal = scenario.goal_pose(scenario.build_path())
     assert goal is not None
-    moved = goal.compose(Pose2(1.2 * route.MOVED, 0.05, 0.0))
+    moved = goal.compose(Pose2(1.2 * schedule.MOVED, 0.05, 0.0))
     controller = docking_controller(scenario)
     told = drive(scenario, TIME, controller=controller, goal_at=lambda now: moved if now > since else goal)
     for _, command in told:
-        assert controller.memory.restarts == 0
+        assert controller.state.task.restarts == 0
         if command.docked:
             break
     assert command.docked
@@ -149,7 +148,7 @@ def test_a_goal_that_is_come_to_onward_is_not_passed(noisy: bool) -> None:
     figures = summary(result)
     assert figures["docked"]
     assert figures["direction_changes"] == 0
-    assert not any(BACKING in reason for reason in result.cycles.reason)
+    assert not any(Reason.DRIVES_PAST_GOAL.message in reason for reason in result.cycles.reason)
 
 
 # -- without time for the whole search in one cycle ------------------------------------------------------
@@ -163,13 +162,13 @@ def test_a_search_that_is_cut_goes_on_in_the_next_cycle(iterations: int) -> None
     clocked = Clocked(controller, lambda now: granting(iterations))
     begun = []
     for _, command in drive(scenario, TIME, controller=clocked):
-        unfinished = controller.memory.unfinished
-        if unfinished is not None:
-            begun.append(unfinished)
+        suspended = controller.state.plans.suspended
+        if suspended is not None:
+            begun.append(suspended)
         if command.docked:
             break
     assert command.docked
-    assert controller.memory.pulled_out == 0
+    assert controller.state.task.pulled_out == 0
     assert [
         reverse_into_goal for reverse_into_goal, _ in groupby(each.reverse_into_goal for each in begun)
     ] == [False, True]

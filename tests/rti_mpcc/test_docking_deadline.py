@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rti_mpcc import DockingController
-from rti_mpcc.driving import TOO_LATE
 from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.safety import lookout
 from rti_mpcc.safety.fallback import braking
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.forced_clock import FAILED
 from rti_mpcc.simulation.plant import PlantState
-from rti_mpcc.types import Command, Source, Status
+from rti_mpcc.types import Command, Reason, Source, Status
 from tests.rti_mpcc.docking_runs import (
     Clocked,
     Obstacles,
@@ -59,7 +59,7 @@ def test_a_late_plan_is_not_driven_and_the_next_cycle_goes_on() -> None:
     run = run_with(at(5.0, lambda: granting(PLENTY, late=True)), 16.0)
     late, after = cycle(run, 5.0), cycle(run, 5.0 + CYCLE)
     assert (late.source, late.status) == (Source.SHIFTED_PLAN, Status.ARRIVING)
-    assert late.diagnostics.reason == TOO_LATE
+    assert late.diagnostics.reason == Reason.LATE.message
     assert late.diagnostics.deadline_missed
     assert not late.diagnostics.failed  # the plan was good, only late
     assert after.source is Source.SOLUTION
@@ -71,7 +71,7 @@ def test_late_without_a_plan_from_before_it_stands_and_then_begins() -> None:
     run = run_with(at(0.0, lambda: granting(PLENTY, late=True)), 0.2)
     late, after = cycle(run, 0.0), cycle(run, CYCLE)
     assert (late.source, late.status, late.acceleration) == (Source.STANDSTILL, Status.STARTING, 0.0)
-    assert late.diagnostics.reason == TOO_LATE
+    assert late.diagnostics.reason == Reason.LATE.message
     assert after.source is Source.SOLUTION
 
 
@@ -86,7 +86,7 @@ def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
     assert cycle(run, 6.2).status is Status.FAILED
     late = cycle(run, 6.25)
     assert (late.source, late.status) == (Source.BRAKING, Status.STARTING)
-    assert late.diagnostics.reason == TOO_LATE
+    assert late.diagnostics.reason == Reason.LATE.message
     assert cycle(run, 6.3).source is Source.SOLUTION
     assert run[-1][1].docked
 
@@ -142,10 +142,10 @@ def block(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, float], None]:
     """Any plan meets something, from one time to another [s]."""
 
     def between(begin: float, end: float) -> None:
-        def way(self: Any, plan: Any, *_: Any) -> float:
-            return 1.0 if begin <= self.memory.now + 1e-6 < end else inf
+        def way(s: ControllerState, *_: Any) -> float:
+            return 1.0 if begin <= s.now + 1e-6 < end else inf
 
-        monkeypatch.setattr(DockingController, "_way_clear", way)
+        monkeypatch.setattr(lookout, "clear_way", way)
 
     return between
 
@@ -156,15 +156,15 @@ def test_a_plan_that_is_blocked_is_not_the_last_good_one(block: Callable[[float,
     controller = docking_controller(scenario)
     before = None
     for plant, command in drive(scenario, 5.4, controller=controller):
-        memory = controller.memory
+        plans = controller.state.plans
         if command.status is Status.BLOCKED:
-            assert memory.driven is before
-            assert memory.fit is not before
+            assert plans.driven is before
+            assert plans.valid is not before
         else:
-            before = memory.driven
+            before = plans.driven
             assert before is not None
             assert np.array_equal(before.times, command.trajectory.times)
-            assert memory.accepted_at == pytest.approx(plant.time)
+            assert plans.accepted_at == pytest.approx(plant.time)
 
 
 def test_a_vehicle_that_failed_has_failed_until_a_plan_is_driven(
@@ -180,10 +180,10 @@ def test_a_vehicle_that_failed_has_failed_until_a_plan_is_driven(
 
     for plant, command in drive(scenario, 9.5, controller=Clocked(controller, clock_at)):
         if 6.1 < plant.time < 6.975:
-            assert controller.memory.latched
+            assert controller.state.task.latched
             assert command.source in (Source.BRAKING, Source.STANDSTILL)
     assert command.source is Source.SOLUTION
-    assert not controller.memory.latched
+    assert not controller.state.task.latched
 
 
 # -- so many iterations in every cycle -------------------------------------------------------------------

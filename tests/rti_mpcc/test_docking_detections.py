@@ -299,12 +299,12 @@ def test_another_planned_goal_is_another_dock() -> None:
     for k in range(3):
         at = 0.05 * k
         first_steps(controller, scenario, 1, goal=goal, measurements=[world(goal, stamp=at)])
-    assert controller.memory.estimate is not None
+    assert controller.state.goal.estimate is not None
     other = goal.compose(Pose2(-0.3, 0.1, 0.0))
     (command,) = first_steps(controller, scenario, 1, goal=other)
     assert command.diagnostics.goal is not None
     assert command.diagnostics.goal.status is GoalStatus.SEARCHING
-    assert controller.memory.goal == other
+    assert controller.state.goal.pose == other
     controller.clear_goal()
     (command,) = first_steps(controller, scenario, 1)
     assert command.diagnostics.aim.x == pytest.approx(scenario.build_path().end.x)

@@ -12,13 +12,12 @@ import pytest
 
 from geometry import Corridor, CorridorError, InputError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
-from rti_mpcc.docking import MISTAKE
 from rti_mpcc.planning import search
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.safety.fallback import PLAN_LIFE
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
-from rti_mpcc.types import Command, Source, Status, VehicleState
+from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import drive, short
 
 Fail = Callable[[float, float], None]
@@ -31,11 +30,11 @@ def fail(monkeypatch: pytest.MonkeyPatch) -> Fail:
     found = search.converge
 
     def between(begin: float, end: float) -> None:
-        def converge(mpcc: Any, memory: Any, situation: Any, guess: Any, clock: Any) -> SqpResult:
-            attempt = found(mpcc, memory, situation, guess, clock)
-            if not begin <= situation.now < end:
+        def converge(mpcc: Any, s: Any, context: Any, guess: Any, clock: Any) -> SqpResult:
+            attempt = found(mpcc, s, context, guess, clock)
+            if not begin <= context.now < end:
                 return attempt
-            refused = tuple(replace(s, solved=False, status="made up") for s in attempt.solutions)
+            refused = tuple(replace(each, solved=False, status="made up") for each in attempt.solutions)
             return SqpResult(solutions=refused, problem=REFUSED, corridor_infeasible=False)
 
         monkeypatch.setattr(search, "converge", converge)
@@ -227,16 +226,17 @@ def test_a_mistake_in_the_program_brakes_and_the_next_cycle_goes_on(
 ) -> None:
     found = search.converge
 
-    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> SqpResult:
-        if 5.0 <= situation.now < 5.2:
+    def converge(mpcc: Any, s: Any, context: Any, start: Any, clock: Any) -> SqpResult:
+        if 5.0 <= context.now < 5.2:
             raise ZeroDivisionError("made up\nin two lines")
-        return found(mpcc, memory, situation, start, clock)
+        return found(mpcc, s, context, start, clock)
 
     monkeypatch.setattr(search, "converge", converge)
     run = list(drive(short(), 25.0))
     during = between(run, 5.0, 5.2)
     assert {(c.status, c.source) for _, c in during} == {(Status.FAILED, Source.BRAKING)}
-    assert during[0][1].diagnostics.reason == f"{MISTAKE}: ZeroDivisionError: made up in two lines"
+    what = "ZeroDivisionError: made up in two lines"
+    assert during[0][1].diagnostics.reason == Reason.MISTAKE.message.format(what)
     assert during[0][1].acceleration > 0.0  # it reverses
     assert finite(run)
     assert run[int(5.2 / 0.05)][1].source is Source.SOLUTION
@@ -250,10 +250,10 @@ def test_a_mistake_that_lasts_brings_the_vehicle_to_rest_and_leaves_it_there(
 ) -> None:
     found = search.converge
 
-    def converge(mpcc: Any, memory: Any, situation: Any, start: Any, clock: Any) -> SqpResult:
-        if situation.now >= 5.0:
+    def converge(mpcc: Any, s: Any, context: Any, start: Any, clock: Any) -> SqpResult:
+        if context.now >= 5.0:
             raise ZeroDivisionError("made up")
-        return found(mpcc, memory, situation, start, clock)
+        return found(mpcc, s, context, start, clock)
 
     monkeypatch.setattr(search, "converge", converge)
     run = list(drive(short(dead_time=dead_time), 12.0))

@@ -92,7 +92,7 @@ def test_a_tracked_goal_that_jitters_beside_a_wall_is_never_in_it() -> None:
         x, y, phi = rng.normal((LENGTH, 3.0 - BODY_HALF_WIDTH - 0.05, 0.0), (0.03, 0.03, 0.01))
         command = docking.step(START, now=0.05 * cycle, goal=Pose2(x, y, phi))
         assert np.isfinite([command.acceleration, command.steering_rate]).all()
-        planned = docking.memory.planned
+        planned = docking.state.goal.planned
         assert planned is None or planned.y < 3.0 - BODY_HALF_WIDTH + 0.01
 
 
@@ -132,7 +132,7 @@ def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
 def test_the_last_good_estimate_stays_while_it_runs_into_a_wall() -> None:
     docking = controller()
     seen(docking, Pose2(LENGTH, 1.5, 0.0), range(20))
-    good = docking.memory.goal
+    good = docking.state.goal.pose
     assert good is not None
     assert good.y == pytest.approx(1.5, abs=0.01)
     for k in range(20, 80):  # the dock drifts off to the side

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
-from rti_mpcc import navigating
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning import workspace
 from rti_mpcc.planning.cusp import SHIFT, cusp_pose
-from rti_mpcc.planning.route import CUSP_TOLERANCE
+from rti_mpcc.planning.sensing import CUSP_TOLERANCE
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
 
 CONFIG = ControllerConfig()
@@ -75,5 +75,5 @@ def test_a_vehicle_changes_direction_clear_of_the_next_part() -> None:
     figures = summary(simulate(scenario))
     assert figures["direction_changes"] == 1  # it is on its way, clear of the narrowing
     assert figures["min_clearance_m"] > 0.05
-    with patch.object(navigating, "cusp_pose", lambda cusp, *_: cusp):
+    with patch.object(workspace, "cusp_pose", lambda cusp, *_: cusp):
         assert summary(simulate(scenario))["min_clearance_m"] < 0.02

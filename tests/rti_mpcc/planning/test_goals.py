@@ -14,7 +14,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import Caution, ControllerConfig, Footprint
 from rti_mpcc.planning import goals, validation
 from rti_mpcc.planning.goals import GoalFit
-from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.planning.state import GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
 
@@ -65,10 +65,10 @@ def looked(monkeypatch: pytest.MonkeyPatch) -> list[Pose2]:
 )
 def test_a_goal_out_of_reach_is_told_by_its_value_and_limit(goal: Pose2, problem: str) -> None:
     assert check(goal).problem == problem
-    memory, taken = validation.goal_in(goal, ControllerMemory(), PATH, LANE, CONFIG)
+    known, taken = validation.goal_in(goal, GoalState(), PATH, LANE, CONFIG)
     assert taken is None
     text = f"({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g})"
-    assert memory.refusal == f"goal {text} out of reach, {problem}: the last one stays"
+    assert known.refusal == f"goal {text} out of reach, {problem}: the last one stays"
 
 
 @pytest.mark.parametrize("y", [2.5, 6.0, 15.0])
@@ -251,31 +251,29 @@ def test_what_is_known_from_before_says_the_same_as_a_new_check(
 # -- what the controller remembers ------------------------------------------------------------------
 
 
-def told(memory: ControllerMemory, goal: Pose2 | None, where: Surroundings = LANE) -> ControllerMemory:
-    memory, taken = validation.goal_in(goal, memory, PATH, where, CONFIG)
-    return memory if taken is None else ControllerMemory(planned=taken, **kept(memory))
-
-
-def kept(memory: ControllerMemory) -> dict[str, Any]:
-    return {name: getattr(memory, name) for name in ("goal_fit", "given_fit", "refusal")}
+def told(known: GoalState, goal: Pose2 | None, where: Surroundings = LANE) -> GoalState:
+    known, taken = validation.goal_in(goal, known, PATH, where, CONFIG)
+    if taken is None:
+        return known
+    return GoalState(planned=taken, fit=known.fit, given_fit=known.given_fit, refusal=known.refusal)
 
 
 def test_a_refusal_is_remembered_until_a_goal_is_taken() -> None:
     good, bad = Pose2(18.0, 0.0, 0.0), Pose2(500.0, 0.0, 0.0)
-    memory = told(ControllerMemory(), good)
-    assert (memory.planned, memory.refusal) == (good, "")
+    known = told(GoalState(), good)
+    assert (known.planned, known.refusal) == (good, "")
     for goal in (bad, bad, None, None):
-        memory = told(memory, goal)
-        assert memory.planned == good
-        assert memory.refusal.startswith("goal (500, 0, 0) out of reach, 480 m")
-    assert told(memory, good).refusal == ""
+        known = told(known, goal)
+        assert known.planned == good
+        assert known.refusal.startswith("goal (500, 0, 0) out of reach, 480 m")
+    assert told(known, good).refusal == ""
 
 
 def test_the_remark_on_the_goal_stays_while_others_are_refused() -> None:
     tight = Pose2(18.0, 3.0 - HALF - 0.05, 0.0)
-    memory = told(told(ControllerMemory(), tight), Pose2(500.0, 0.0, 0.0))
-    assert memory.goal_fit is not None
-    assert memory.goal_fit.remark.startswith("the goal leaves 0.05 m")
+    known = told(told(GoalState(), tight), Pose2(500.0, 0.0, 0.0))
+    assert known.fit is not None
+    assert known.fit.remark.startswith("the goal leaves 0.05 m")
 
 
 numbers = st.one_of(st.floats(), st.integers(-(10**320), 10**320), st.sampled_from([None, "x", True, 1j]))
@@ -289,7 +287,7 @@ def test_no_value_raises_and_what_is_taken_can_be_reached(x: Any, y: Any, phi: A
 
     goal: Any = Told()
     goal.x, goal.y, goal.phi = (18.0, 0.1, phi) if near else (x, y, phi)
-    memory, taken = validation.goal_in(goal, ControllerMemory(), PATH, LANE, CONFIG)
-    assert (taken is None) == bool(memory.refusal)
+    known, taken = validation.goal_in(goal, GoalState(), PATH, LANE, CONFIG)
+    assert (taken is None) == bool(known.refusal)
     if taken is not None:
         assert hypot(taken.x - 10.0, taken.y) <= 30.0 + 1e-9

@@ -13,12 +13,13 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning import route, search
+from rti_mpcc.planning import schedule, search
 from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.guess import PASS
-from rti_mpcc.planning.memory import ControllerMemory, PlannedStop, SuspendedSearch
+from rti_mpcc.planning.state import PlannedStop, SuspendedSearch
 from rti_mpcc.types import Array, Trajectory
+from tests.rti_mpcc.states import arrival_at, arrives_at, begun_for, contexts, state
 
 CONFIG = ControllerConfig()
 
@@ -108,35 +109,35 @@ def test_what_a_plan_breaks_far_ahead_does_not_matter_yet(solution: Solution) ->
     assert search.rejection_reason(broken, CONFIG) == ""
 
 
-def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc, situations: Any) -> None:
-    situation = situations(target=mpcc.target, begin=0.2)
-    memory = ControllerMemory(arrive_at=15.0)
-    guess = search.first_guess(mpcc, memory, situation)
+def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc) -> None:
+    context = contexts(target=mpcc.target, begin=0.2)
+    s = state(arrival=arrival_at(15.0))
+    guess = search.first_guess(mpcc, s, context)
     assert guess.times[-1] == pytest.approx(15.0)
-    attempt = search.converge(mpcc, memory, situation, search.from_guess(guess), CycleClock())
+    attempt = search.converge(mpcc, s, context, search.from_guess(guess), CycleClock())
     assert attempt.problem == ""
     assert not attempt.corridor_infeasible
     assert search.FIRST_ITERATIONS <= len(attempt.solutions) <= search.ITERATIONS
-    again = search.converge(mpcc, memory, situation, search.going_on(attempt.solved), CycleClock())
+    again = search.converge(mpcc, s, context, search.going_on(attempt.solved), CycleClock())
     assert len(again.solutions) == 1
 
 
-def test_without_a_planned_arrival_the_guess_spans_the_cruise_horizon(mpcc: RtiMpcc, situations: Any) -> None:
-    guess = search.first_guess(mpcc, ControllerMemory(), situations(target=mpcc.target, begin=0.2))
+def test_without_a_planned_arrival_the_guess_spans_the_cruise_horizon(mpcc: RtiMpcc) -> None:
+    guess = search.first_guess(mpcc, state(), contexts(target=mpcc.target, begin=0.2))
     assert guess.times[-1] == pytest.approx(0.2 + CONFIG.cruise_horizon)
 
 
 @pytest.mark.parametrize("begin", ["guess", "solution"])
 def test_it_gives_up_when_problems_are_not_solved(
-    begin: str, mpcc: RtiMpcc, solution: Solution, situations: Any, monkeypatch: pytest.MonkeyPatch
+    begin: str, mpcc: RtiMpcc, solution: Solution, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
         mpcc, "feedback", lambda state, at, **_: replace(solution, solved=False, status="limit")
     )
     guess = begin == "guess"
     start = search.from_guess(solution.trajectory) if guess else search.going_on(solution)
-    situation = situations(target=mpcc.target, begin=0.2)
-    attempt = search.converge(mpcc, ControllerMemory(), situation, start, CycleClock())
+    context = contexts(target=mpcc.target, begin=0.2)
+    attempt = search.converge(mpcc, state(), context, start, CycleClock())
     assert attempt.problem == "the QP was not solved: limit"
     assert attempt.solved is None
     assert len(attempt.solutions) == (search.UNSOLVED if guess else 1)
@@ -163,48 +164,46 @@ class Granting(CycleClock):
         return self.granted_yet >= 0
 
 
-def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc, situations: Any) -> None:
-    situation = situations(target=mpcc.target, begin=0.2)
-    memory = ControllerMemory(arrive_at=15.0)
-    start = search.from_guess(search.first_guess(mpcc, memory, situation))
-    at_once = search.converge(mpcc, memory, situation, start, CycleClock())
+def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> None:
+    context = contexts(target=mpcc.target, begin=0.2)
+    s = state(arrival=arrival_at(15.0))
+    start = search.from_guess(search.first_guess(mpcc, s, context))
+    at_once = search.converge(mpcc, s, context, start, CycleClock())
     clock = Granting(2)
-    cut = search.converge(mpcc, memory, situation, start, clock)
+    cut = search.converge(mpcc, s, context, start, clock)
     assert cut.cut
     assert cut.problem != ""
     assert clock.decisions.granted == (True, True, False)
-    memory = search.left_unfinished(memory, situation, cut)
-    assert memory.unfinished is not None
-    assert memory.unfinished.iterations == 2
+    s = search.suspended(s, context, cut)
+    assert s.plans.suspended is not None
+    assert s.plans.suspended.iterations == 2
     rest = search.converge(
         mpcc,
-        memory,
-        situation,
-        search.resumed(memory.unfinished, at_once.solutions[0].trajectory),
+        s,
+        context,
+        search.resumed(s.plans.suspended, at_once.solutions[0].trajectory),
         CycleClock(),
     )
     assert rest.problem == ""
     assert len(cut.solutions) + len(rest.solutions) == len(at_once.solutions)
-    assert search.left_unfinished(memory, situation, rest).unfinished is None
+    assert search.suspended(s, context, rest).plans.suspended is None
 
 
-def unfinished(solution: Solution, target: Target) -> SuspendedSearch:
+def suspended(solution: Solution, target: Target) -> SuspendedSearch:
     """A search for an arrival at 15 s, planned to begin at 0.2 s."""
-    return SuspendedSearch(
-        solution=solution, iterations=2, iterate=None, target=target, stop=None, arrive_at=15.0, begin=0.2
-    )
+    return begun_for(None, solution=solution, target=target, arrival=arrival_at(15.0), begin=0.2)
 
 
 def test_a_search_begun_while_standing_is_for_a_plan_that_begins_later(
-    mpcc: RtiMpcc, solution: Solution, situations: Any
+    mpcc: RtiMpcc, solution: Solution
 ) -> None:
-    memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target), standing_since=0.0)
-    late = situations.standing(0.0, target=mpcc.target, now=0.5, begin=0.7)
-    after = route.begin_phase(memory, late, mpcc.config)
-    begun = after.unfinished
+    s = state(time=0.5, suspended=suspended(solution, mpcc.target), standing_since=0.0)
+    late = contexts.standing(0.0, target=mpcc.target, now=0.5, begin=0.7)
+    after = schedule.scheduled(s, late, mpcc.config)
+    begun = after.plans.suspended
     assert begun is not None
     assert begun.solution is not None
-    assert after.arrive_at == begun.arrive_at == pytest.approx(15.5)
+    assert arrives_at(after) == arrives_at(begun) == pytest.approx(15.5)
     assert begun.begin == pytest.approx(0.7)
     plan, later = solution.trajectory, begun.solution.trajectory
     np.testing.assert_allclose(later.times, plan.times + 0.5, rtol=0, atol=1e-12)
@@ -212,57 +211,55 @@ def test_a_search_begun_while_standing_is_for_a_plan_that_begins_later(
     assert begun.iterations == 2
 
 
-def test_a_search_begun_while_moving_keeps_its_time(
-    mpcc: RtiMpcc, solution: Solution, situations: Any
-) -> None:
-    memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target))
-    after = route.begin_phase(memory, situations(target=mpcc.target, now=0.5, begin=0.7), mpcc.config)
-    assert after.unfinished == memory.unfinished
-    assert after.arrive_at == 15.0
-    late = situations(target=mpcc.target, now=14.0, begin=14.2)
-    again = route.begin_phase(memory, late, mpcc.config)
+def test_a_search_begun_while_moving_keeps_its_time(mpcc: RtiMpcc, solution: Solution) -> None:
+    s = state(suspended=suspended(solution, mpcc.target))
+    after = schedule.scheduled(s, contexts(target=mpcc.target, now=0.5, begin=0.7), mpcc.config)
+    assert after.plans.suspended == s.plans.suspended
+    assert arrives_at(after) == 15.0
+    late = contexts(target=mpcc.target, now=14.0, begin=14.2)
+    again = schedule.scheduled(s, late, mpcc.config)
     least = time_to_go(late.way, late.speed, mpcc.config.arrival_acceleration)
-    assert again.arrive_at == pytest.approx(14.2 + least)
+    assert arrives_at(again) == pytest.approx(14.2 + least)
 
 
-@pytest.mark.parametrize(("aside", "goes_on"), [(0.9 * route.MOVED, True), (1.1 * route.MOVED, False)])
+@pytest.mark.parametrize(("aside", "goes_on"), [(0.9 * schedule.MOVED, True), (1.1 * schedule.MOVED, False)])
 def test_a_search_for_a_target_that_has_moved_is_dropped(
-    aside: float, goes_on: bool, mpcc: RtiMpcc, solution: Solution, situations: Any
+    aside: float, goes_on: bool, mpcc: RtiMpcc, solution: Solution
 ) -> None:
     pose = mpcc.target.pose
     moved = replace(mpcc.target, pose=Pose2(pose.x, pose.y + aside, pose.phi))
-    memory = ControllerMemory(unfinished=unfinished(solution, mpcc.target))
-    after = route.begin_phase(memory, situations(target=moved, begin=0.7), mpcc.config)
-    assert (after.unfinished is not None) == goes_on
-    assert (after.arrive_at == 15.0) == goes_on
+    s = state(suspended=suspended(solution, mpcc.target))
+    after = schedule.scheduled(s, contexts(target=moved, begin=0.7), mpcc.config)
+    assert (after.plans.suspended is not None) == goes_on
+    assert (arrives_at(after) == 15.0) == goes_on
 
 
-def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc, situations: Any) -> None:
+def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) -> None:
     stop = PlannedStop(at=7.0, goal=None, obstacles=1, since=0.0)
-    situation = situations(target=mpcc.target, begin=0.2)
+    context = contexts(target=mpcc.target, begin=0.2)
     none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
-    memory = search.left_unfinished(ControllerMemory(stop=stop, arrive_at=15.0), situation, none)
-    begun = memory.unfinished
+    s = search.suspended(state(stop=stop, arrival=arrival_at(15.0)), context, none)
+    begun = s.plans.suspended
     assert begun is not None
-    assert (begun.stop, begun.target, begun.arrive_at) == (stop, mpcc.target, 15.0)
+    assert (begun.stop, begun.target, arrives_at(begun)) == (stop, mpcc.target, 15.0)
     assert (begun.solution, begun.iterations) == (None, 0)
-    later = search.left_unfinished(memory, situations(target=mpcc.target, begin=0.25), none)
-    assert later.unfinished is begun
+    later = search.suspended(s, contexts(target=mpcc.target, begin=0.25), none)
+    assert later.plans.suspended is begun
 
 
-def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution, situations: Any) -> None:
-    situation, start = situations(target=mpcc.target, begin=0.2), search.going_on(solution)
-    attempt = search.converge(mpcc, ControllerMemory(), situation, start, Granting(0))
+def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution) -> None:
+    context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution)
+    attempt = search.converge(mpcc, state(), context, start, Granting(0))
     assert (attempt.solutions, attempt.problem, attempt.cut) == ((), search.NO_TIME, True)
 
 
 # -- past the goal, and back up into it ------------------------------------------------------------------
 
 
-def test_the_first_guess_of_one_that_backs_up_passes_the_goal(mpcc: RtiMpcc, situations: Any) -> None:
-    situation = situations(target=mpcc.target, begin=0.2)
-    onward = search.first_guess(mpcc, ControllerMemory(arrive_at=30.0), situation)
-    backing = search.first_guess(mpcc, ControllerMemory(arrive_at=30.0, reverse_into_goal=True), situation)
+def test_the_first_guess_of_one_that_backs_up_passes_the_goal(mpcc: RtiMpcc) -> None:
+    context = contexts(target=mpcc.target, begin=0.2)
+    onward = search.first_guess(mpcc, state(arrival=arrival_at(30.0)), context)
+    backing = search.first_guess(mpcc, state(arrival=arrival_at(30.0, reverse_into_goal=True)), context)
     assert onward.states[:, 0].max() == pytest.approx(20.0)
     assert backing.states[:, 0].max() == pytest.approx(20.0 + PASS)
     assert backing.states[-1, 0] == pytest.approx(20.0)
@@ -288,48 +285,48 @@ def ending(solution: Solution, pose: Pose2, **changes: Any) -> search.SqpResult:
     ],
 )
 def test_a_plan_reaches_its_target_within_the_tolerance(
-    error: Pose2, inside: bool, solution: Solution, situations: Any
+    error: Pose2, inside: bool, solution: Solution
 ) -> None:
     goal = Pose2(20.0, 1.0, 0.7)  # errors count along and across the goal, not the axes
-    situation = situations(target=replace(situations().target, pose=goal))
-    assert search.reaches(ending(solution, goal.compose(error)), situation) == inside
+    context = contexts(target=replace(contexts().target, pose=goal))
+    assert search.reaches(ending(solution, goal.compose(error)), context) == inside
 
 
-def test_a_plan_not_to_be_driven_or_squeezed_reaches_nothing(solution: Solution, situations: Any) -> None:
-    goal = situations().target.pose
-    assert search.reaches(ending(solution, goal), situations())
-    assert not search.reaches(ending(solution, goal, corridor_infeasible=True), situations())
-    assert not search.reaches(ending(solution, goal, problem="why"), situations())
+def test_a_plan_not_to_be_driven_or_squeezed_reaches_nothing(solution: Solution) -> None:
+    goal = contexts().target.pose
+    assert search.reaches(ending(solution, goal), contexts())
+    assert not search.reaches(ending(solution, goal, corridor_infeasible=True), contexts())
+    assert not search.reaches(ending(solution, goal, problem="why"), contexts())
     none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
-    assert not search.reaches(none, situations())
+    assert not search.reaches(none, contexts())
 
 
 @pytest.mark.parametrize("reverse_into_goal", [True, False])
 def test_a_search_for_backing_up_that_ran_out_of_time_stays_one(
-    reverse_into_goal: bool, mpcc: RtiMpcc, solution: Solution, situations: Any
+    reverse_into_goal: bool, mpcc: RtiMpcc, solution: Solution
 ) -> None:
-    situation = situations(target=mpcc.target, begin=0.2)
+    context = contexts(target=mpcc.target, begin=0.2)
     cut = search.SqpResult(solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
-    before = ControllerMemory(arrive_at=15.0, reverse_into_goal=reverse_into_goal)
-    begun = search.left_unfinished(before, situation, cut).unfinished
+    before = state(arrival=arrival_at(15.0, reverse_into_goal=reverse_into_goal))
+    begun = search.suspended(before, context, cut).plans.suspended
     assert begun is not None
     assert begun.reverse_into_goal == reverse_into_goal
-    driving = ControllerMemory(unfinished=begun, arrive_at=13.0)
-    after = route.begin_phase(driving, situations(target=mpcc.target, now=0.05, begin=0.25), CONFIG)
-    assert (after.reverse_into_goal, after.arrive_at) == (reverse_into_goal, 15.0)
+    driving = state(suspended=begun, arrival=arrival_at(13.0))
+    after = schedule.scheduled(driving, contexts(target=mpcc.target, now=0.05, begin=0.25), CONFIG)
+    assert (after.task.reverses_into_goal, arrives_at(after)) == (reverse_into_goal, 15.0)
 
 
 def test_a_search_after_one_in_vain_for_backing_up_knows_that_until_it_ends(
-    mpcc: RtiMpcc, solution: Solution, situations: Any
+    mpcc: RtiMpcc, solution: Solution
 ) -> None:
-    situation = situations(target=mpcc.target, begin=0.2)
+    context = contexts(target=mpcc.target, begin=0.2)
     cut = search.SqpResult(solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
-    memory = search.left_unfinished(ControllerMemory(arrive_at=15.0), situation, cut)
-    assert memory.unfinished is not None
-    assert not memory.unfinished.reverse_failed
-    later = search.left_unfinished(search.reverse_search_failed(memory), situation, cut)
-    assert later.unfinished is not None
-    assert later.unfinished.reverse_failed
-    over = search.left_unfinished(later, situation, replace(cut, cut=False))
-    assert over.unfinished is None
+    s = search.suspended(state(arrival=arrival_at(15.0)), context, cut)
+    assert s.plans.suspended is not None
+    assert not s.plans.suspended.reverse_failed
+    later = search.suspended(search.reverse_search_failed(s), context, cut)
+    assert later.plans.suspended is not None
+    assert later.plans.suspended.reverse_failed
+    over = search.suspended(later, context, replace(cut, cut=False))
+    assert over.plans.suspended is None
     assert search.reverse_search_failed(over) is over

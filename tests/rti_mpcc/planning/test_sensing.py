@@ -10,11 +10,12 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target, TargetKind, path_end
 from rti_mpcc.planning import sensing
-from rti_mpcc.planning.memory import ControllerMemory, PlanningContext
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.route import CUSP_TOLERANCE, STOP_TOLERANCE
+from rti_mpcc.planning.sensing import CUSP_TOLERANCE, STOP_TOLERANCE
 from rti_mpcc.types import Array
+from tests.rti_mpcc.states import state
 
 CONFIG = ControllerConfig(dead_time=0.2)
 
@@ -47,7 +48,7 @@ def assess(
 def test_the_state_is_rolled_over_the_queued_commands() -> None:
     queue = (QueuedCommand(0.9, 0.5, 0.0), QueuedCommand(1.1, -0.5, 0.1))
     monitor = StateMonitor(state=np.array([3.0, 0.0, 0.0, 1.0, 0.0, 0.0]))
-    reached = sensing.reached_state(1.0, ControllerMemory(monitor=monitor, queue=queue), part(), CONFIG)
+    reached = sensing.start_of(state(time=1.0, monitor=monitor, queue=queue), part(), CONFIG)
     assert reached[3] == pytest.approx(1.0)
     assert reached[4] == pytest.approx(0.01)
     assert reached[0] == pytest.approx(3.0 + 0.2 + 0.5 * 0.1**2, abs=1e-4)
@@ -57,9 +58,9 @@ def test_the_state_is_rolled_over_the_queued_commands() -> None:
 @pytest.mark.parametrize("turns", [-2, 0, 1])
 def test_the_heading_is_set_on_the_branch_of_the_route(turns: int) -> None:
     monitor = StateMonitor(state=np.array([3.0, 0.2, 0.1 + 2.0 * pi * turns, 0.0, 0.0, 0.0]))
-    first = sensing.reached_state(1.0, ControllerMemory(monitor=monitor), part(), CONFIG)
+    first = sensing.start_of(state(time=1.0, monitor=monitor), part(), CONFIG)
     assert first[2] == pytest.approx(0.1)
-    later = sensing.reached_state(1.0, ControllerMemory(monitor=monitor, reached=first), part(), CONFIG)
+    later = sensing.start_of(state(time=1.0, monitor=monitor, begin=first), part(), CONFIG)
     assert later[2] == pytest.approx(0.1)
 
 
@@ -69,24 +70,24 @@ def test_the_progress_follows_the_last_cycles_where_the_route_comes_back_near_it
     monitor = StateMonitor(state=np.array([twice_round.x, twice_round.y, twice_round.phi, 0.0, 0.0, 0.0]))
     for theta in (5.0, 5.0 + 8.0 * pi):
         last = np.array([twice_round.x, twice_round.y, loop.pose(theta).phi, 0.0, 0.0, theta - 0.3])
-        reached = sensing.reached_state(1.0, ControllerMemory(monitor=monitor, reached=last), loop, CONFIG)
+        reached = sensing.start_of(state(time=1.0, monitor=monitor, begin=last), loop, CONFIG)
         assert reached[5] == pytest.approx(theta, abs=1e-6)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_way_and_speed_count_in_the_direction_of_the_part(direction: int) -> None:
     reached = np.array([direction * 12.0, 0.0, 0.0, direction * 1.5, 0.0, 12.0])
-    situation = assess(reached, part(direction))
-    assert situation.way == pytest.approx(8.0)
-    assert situation.speed == pytest.approx(1.5)
-    assert situation.begin == pytest.approx(1.2)
+    context = assess(reached, part(direction))
+    assert context.way == pytest.approx(8.0)
+    assert context.speed == pytest.approx(1.5)
+    assert context.begin == pytest.approx(1.2)
 
 
 def test_the_way_goes_on_straight_behind_the_end_and_across_to_the_goal() -> None:
     on = part()
     goal = Target(pose=Pose2(24.0, 3.0, 0.0), theta=24.0, theta_end=20.0, kind=TargetKind.POSE)
-    situation = assess(np.array([20.0, 0.0, 0.0, 0.0, 0.0, 20.0]), on, goal)
-    assert situation.way == pytest.approx(5.0)
+    context = assess(np.array([20.0, 0.0, 0.0, 0.0, 0.0, 20.0]), on, goal)
+    assert context.way == pytest.approx(5.0)
 
 
 def test_a_goal_that_was_passed_is_no_way_ahead() -> None:
@@ -97,10 +98,10 @@ def test_a_goal_that_was_passed_is_no_way_ahead() -> None:
 
 
 def test_where_it_would_stop_is_one_braking_distance_on() -> None:
-    situation = assess(np.array([19.0, 0.1, 0.0, 0.8, 0.0, 19.0]), part())
-    assert situation.error.x == pytest.approx(-1.0)
-    assert situation.stop_error.x == pytest.approx(-1.0 + 0.8**2 / (2.0 * CONFIG.comfort_acceleration))
-    assert situation.stop_error.y == pytest.approx(0.1)
+    context = assess(np.array([19.0, 0.1, 0.0, 0.8, 0.0, 19.0]), part())
+    assert context.error.x == pytest.approx(-1.0)
+    assert context.stop_error.x == pytest.approx(-1.0 + 0.8**2 / (2.0 * CONFIG.comfort_acceleration))
+    assert context.stop_error.y == pytest.approx(0.1)
 
 
 def test_the_tolerance_is_the_goals_the_cusps_or_a_stops() -> None:
@@ -116,9 +117,10 @@ def test_what_is_far_off_the_path_is_doubted() -> None:
 
 
 def test_what_is_doubted_is_said_and_nothing_known_is_the_begin_of_the_part() -> None:
-    memory = ControllerMemory(monitor=StateMonitor(why="not a finite state"))
-    situation = sensing.situation_of(
-        memory, part(), pace_of(part(), CONFIG), path_end(part()), CONFIG, last_part=True
+    s = state(monitor=StateMonitor(why="not a finite state"))
+    start = sensing.start_of(s, part(), CONFIG)
+    context = sensing.context_of(
+        s, start, part(), pace_of(part(), CONFIG), path_end(part()), CONFIG, last_part=True
     )
-    assert situation.doubt == "not a finite state"
-    assert situation.state.tolist() == [0.0] * 6
+    assert context.doubt == "not a finite state"
+    assert context.state.tolist() == [0.0] * 6

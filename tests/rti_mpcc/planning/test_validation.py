@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import inf, nan
 from typing import Any
 
@@ -13,7 +13,7 @@ from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import Caution, ControllerConfig
 from rti_mpcc.planning import validation
-from rti_mpcc.planning.memory import ControllerMemory
+from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 
 CYCLE = 0.05
@@ -22,18 +22,18 @@ CONFIG = ControllerConfig()
 LANE = Surroundings.of(Corridor.from_offsets(PATH, left=5.0, right=-5.0), PATH, CONFIG)
 
 
-def goal_in(given: Any, memory: ControllerMemory | None = None) -> tuple[Pose2 | None, str]:
+def goal_in(given: Any) -> tuple[Pose2 | None, str]:
     """The new goal, and why the one told is not taken."""
-    memory, goal = validation.goal_in(given, memory or ControllerMemory(), PATH, LANE, CONFIG)
-    return goal, memory.refusal
+    known, goal = validation.goal_in(given, GoalState(), PATH, LANE, CONFIG)
+    return goal, known.refusal
 
 
 def times(*given: float) -> list[float]:
     """The controller's own times for what the user's clock shows."""
-    memory, own = ControllerMemory(), []
+    clock, own = ClockState(), []
     for now in given:
-        memory, _ = validation.timed(memory, now, CYCLE)
-        own.append(memory.now)
+        clock, _ = validation.timed(clock, now, CYCLE)
+        own.append(clock.now)
     return own
 
 
@@ -45,18 +45,18 @@ def test_a_clock_that_runs_on_is_the_controllers_own() -> None:
 def test_a_clock_that_goes_back_or_leaps_lets_one_cycle_pass() -> None:
     assert times(5.0, 2.0, 2.05, 9.0) == pytest.approx([5.0, 5.05, 5.1, 12.05])
     assert times(5.0, 1e7, 1e7 + 0.05) == pytest.approx([5.0, 5.05, 5.1])
-    memory, remark = validation.timed(ControllerMemory(time=5.0), 2.0, CYCLE)
+    clock, remark = validation.timed(ClockState(time=5.0), 2.0, CYCLE)
     assert remark == "the clock went back by 3.000 s"
-    assert validation.timed(memory, 2.05, CYCLE)[1] == ""
+    assert validation.timed(clock, 2.05, CYCLE)[1] == ""
 
 
 def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
     assert times(*[5.0] * 6) == pytest.approx([5.0, 5.0, 5.0, 5.05, 5.1, 5.15])
     assert times(*[5.0] * 4, 5.05, 5.1) == pytest.approx([5.0, 5.0, 5.0, 5.05, 5.1, 5.15])
-    memory = ControllerMemory()
+    clock = ClockState()
     remarks = []
     for _ in range(4):
-        memory, remark = validation.timed(memory, 5.0, CYCLE)
+        clock, remark = validation.timed(clock, 5.0, CYCLE)
         remarks.append(remark)
     assert remarks == ["", "", "", "the clock stands still"]
 
@@ -65,7 +65,7 @@ def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
 def test_a_clock_that_shows_no_time_lets_one_cycle_pass(now: float) -> None:
     assert times(5.0, now, 5.1) == pytest.approx([5.0, 5.05, 5.1])
     assert times(now, 5.0) == [0.0, 5.0]
-    assert str(now) in validation.timed(ControllerMemory(), now, CYCLE)[1]
+    assert str(now) in validation.timed(ClockState(), now, CYCLE)[1]
 
 
 def test_stamps_are_moved_to_the_controllers_own_clock() -> None:
@@ -179,15 +179,26 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
     ],
 )
 def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any, said: str) -> None:
-    surroundings, problem = validation.surroundings_in(known, obstacles, 1.0, Caution())
-    assert surroundings is known
-    assert problem.startswith(said)
-    assert "\n" not in problem
+    surroundings = validation.surroundings_in(known, obstacles, 1.0, Caution())
+    assert surroundings.unreadable.startswith(said)
+    assert "\n" not in surroundings.unreadable
+    for field in fields(Surroundings):
+        if field.name != "unreadable":
+            assert getattr(surroundings, field.name) is getattr(known, field.name)
 
 
 def test_obstacles_are_told_and_none_keeps_the_last_ones(known: Surroundings) -> None:
-    surroundings, problem = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
-    assert problem == ""
+    surroundings = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
+    assert surroundings.unreadable == ""
     assert len(surroundings.obstacles) == 1
-    assert validation.surroundings_in(surroundings, None, 2.0, Caution()) == (surroundings, "")
-    assert validation.surroundings_in(surroundings, [], 2.0, Caution())[0].obstacles == ()
+    assert validation.surroundings_in(surroundings, None, 2.0, Caution()) is surroundings
+    assert validation.surroundings_in(surroundings, [], 2.0, Caution()).obstacles == ()
+
+
+@pytest.mark.parametrize("given", [[], [np.array(SQUARE)], [np.array(SQUARE) + 1.0]])
+def test_what_is_wrong_with_obstacles_is_said_until_some_can_be_read(known: Surroundings, given: Any) -> None:
+    before = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
+    number: Any = 5.0
+    broken = validation.surroundings_in(before, number, 2.0, Caution())
+    assert validation.surroundings_in(broken, None, 3.0, Caution()).unreadable == broken.unreadable != ""
+    assert validation.surroundings_in(broken, given, 3.0, Caution()).unreadable == ""

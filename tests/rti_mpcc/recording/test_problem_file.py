@@ -11,12 +11,12 @@ import osqp
 import pytest
 
 from rti_mpcc.config import ControllerConfig, SolverSettings
-from rti_mpcc.docking import MISTAKE
 from rti_mpcc.errors import RecordingError
 from rti_mpcc.iteration import Solution
 from rti_mpcc.planning import search
 from rti_mpcc.recording import Recorder, load_problem, read_recording, replay
 from rti_mpcc.simulation import docking_controller
+from rti_mpcc.types import Reason
 from tests.rti_mpcc.recording.recordings import FAILED, SCENARIO, drive, eventful, record
 
 CYCLES = FAILED.stop
@@ -117,7 +117,7 @@ def test_a_mistake_of_the_program_leaves_no_qp(tmp_path: Path, monkeypatch: pyte
         docking_controller(SCENARIO), tmp_path / "run.jsonl", dump_failed=tmp_path / "qp"
     ) as recorder:
         (command,) = drive(recorder, range(1))
-    assert command.diagnostics.reason.startswith(MISTAKE)
+    assert command.diagnostics.cause is Reason.MISTAKE
     assert command.diagnostics.failed
     assert names(tmp_path / "qp") == []
 

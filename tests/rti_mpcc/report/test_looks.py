@@ -77,10 +77,10 @@ def test_inside_is_that_of_the_cycles_own_qp(recorded: bool, tmp_path: Path) -> 
         recorder = stack.enter_context(Recorder(core, tmp_path / "run.jsonl")) if recorded else None
         onlooker = Onlooker(recorder or core)
         onlooker.step(state, now=0.0)
-        solution = core.memory.solution
-        # No QP is solved with such a state, though the memory has one.
+        solution = core.state.plans.solution
+        # No QP is solved with such a state, though there is one to go on from.
         onlooker.step(replace(state, x=np.nan), now=0.05)
-        assert core.memory.solution is not None
+        assert core.state.plans.solution is not None
     inside, none = (seen.inside for seen in onlooker.seen)
     assert none is None
     assert inside is not None

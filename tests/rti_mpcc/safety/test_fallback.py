@@ -10,7 +10,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.bicycle import rollout
 from rti_mpcc.ocp.targets import Target, TargetKind
-from rti_mpcc.planning.memory import PlanningContext
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.safety import fallback
 from rti_mpcc.types import Array, Source, Trajectory
@@ -94,11 +94,11 @@ def plan(begin: float = 0.0, speed: float = 1.0) -> Trajectory:
 
 
 def test_the_last_plan_is_driven_on_from_where_the_vehicle_is() -> None:
-    situation = replace(before_the_goal(9.0, 1.05), now=0.5, begin=0.5)
-    situation.state[:] = [0.6, 0.1, 0.0, 1.0, 0.02, 0.6]
-    on = fallback.shifted_plan(plan(), 0.0, situation, CONFIG)
+    context = replace(before_the_goal(9.0, 1.05), now=0.5, begin=0.5)
+    context.state[:] = [0.6, 0.1, 0.0, 1.0, 0.02, 0.6]
+    on = fallback.shifted_plan(plan(), 0.0, context, CONFIG)
     assert on is not None
-    assert on.states[0].tolist() == situation.state.tolist()
+    assert on.states[0].tolist() == context.state.tolist()
     assert on.controls[0, 0] == pytest.approx(0.1)
     assert on.states[5, 3] == pytest.approx(1.0 + 0.1 * 2.5)
     assert on.states[5, 1] > 0.1  # the steering it has is driven, not the plan's
@@ -111,10 +111,10 @@ def test_the_last_plan_is_driven_on_from_where_the_vehicle_is() -> None:
 def test_a_plan_that_is_old_or_far_off_is_not_driven_on(
     accepted_at: float, x: float, y: float, phi: float
 ) -> None:
-    situation = replace(before_the_goal(9.0, 1.05), now=0.5, begin=0.5)
-    situation.state[:3] = [x, y, phi]
-    assert fallback.shifted_plan(plan(), accepted_at, situation, CONFIG) is None
-    assert fallback.shifted_plan(None, 0.0, situation, CONFIG) is None
+    context = replace(before_the_goal(9.0, 1.05), now=0.5, begin=0.5)
+    context.state[:3] = [x, y, phi]
+    assert fallback.shifted_plan(plan(), accepted_at, context, CONFIG) is None
+    assert fallback.shifted_plan(None, 0.0, context, CONFIG) is None
 
 
 def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:

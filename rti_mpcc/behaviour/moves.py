@@ -1,0 +1,168 @@
+"""What is remembered when something happens: functions state -> state, each by a row of the table."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from geometry import Pose2
+from rti_mpcc.behaviour.transitions import Event, told
+from rti_mpcc.model.layout import THETA
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.legs import placed
+from rti_mpcc.planning.state import (
+    ControllerState,
+    Halt,
+    Leg,
+    PlannedStop,
+    Plans,
+    PullOut,
+    Task,
+)
+from rti_mpcc.types import Trajectory
+
+NEAR_STOP = 0.2
+"""A vehicle that stands this near to such a stop stays [m]."""
+
+
+# -- plans ----------------------------------------------------------------------------------------------
+
+
+def plan_found(s: ControllerState) -> ControllerState:
+    """A first plan was found: drive it."""
+    s = told(s, Event.CRUISE_FOUND if s.task.arrival is None else Event.ARRIVAL_FOUND)
+    return replace(s.suspending(None), task=replace(s.task, driving_since=s.now))
+
+
+def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
+    """A plan was accepted for driving: nothing holds the vehicle any more."""
+    task = s.task
+    if task.latched or task.looks_past or task.looked_at is not None:
+        task = replace(task, latched="", looked_at=None, looks_past=False)
+    return replace(s, task=task, plans=replace(s.plans, valid=plan, driven=plan, accepted_at=s.now))
+
+
+def plan_lost(s: ControllerState, problem: str) -> ControllerState:
+    """Brake to a standstill; what moved begins afresh once there is a reason to."""
+    after = told(s, Event.PLAN_LOST)
+    return s if after is s else replace(after, task=replace(after.task, latched=problem))
+
+
+def overlapping(s: ControllerState) -> ControllerState:
+    """The body overlaps something: it brakes and stands until its way has been clear for a while."""
+    s = told(s, Event.OVERLAP)
+    return replace(s, task=replace(s.task, halt=Halt()))
+
+
+def looking_again(s: ControllerState) -> ControllerState:
+    """A vehicle that stands blocked begins afresh."""
+    s = told(s, Event.STANDS_BLOCKED)
+    return replace(s, task=replace(s.task, looked_at=s.now))
+
+
+def found_elsewhere(s: ControllerState) -> ControllerState:
+    """The vehicle is not where it was believed to be, or was not heard of for long: a plan begins afresh.
+
+    One that holds or brakes to rest at its target goes on with that while it is inside the tolerance.
+    """
+    return replace(told(s, Event.FOUND_ELSEWHERE), begin=None)
+
+
+# -- stops before what fills the way ----------------------------------------------------------------------
+
+
+def stop_before(
+    s: ControllerState, context: PlanningContext, distance: float, obstacle_changes: int | None
+) -> ControllerState:
+    """Something fills the way: make for a stop `distance` [m] ahead, or stay where that is near.
+
+    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
+    """
+    stays = distance <= NEAR_STOP
+    stop = PlannedStop(
+        at=float(context.state[THETA]) + max(distance, 0.0),
+        goal=s.goal.pose,
+        obstacles=obstacle_changes,
+        since=s.now,
+        from_there=stays and s.stands,
+    )
+    s = told(s, Event.WAY_FILLED_HERE if stays else Event.WAY_FILLED)
+    return replace(s, task=replace(s.task, stop=stop, looks_past=s.task.looks_past and not stays))
+
+
+def seeking(s: ControllerState, stop: PlannedStop | None) -> ControllerState:
+    """Look for a first plan to another stop, or to the leg's own target; a search for it goes on."""
+    after = told(s, Event.ANOTHER_SOUGHT).suspending(s.plans.suspended)
+    return replace(after, task=replace(after.task, stop=stop))
+
+
+def released(s: ControllerState) -> ControllerState:
+    """Make for the leg's own target again, if the vehicle does not drive."""
+    after = told(s, Event.WAY_MAY_BE_FREE)
+    return s if after is s else replace(after, task=replace(after.task, stop=None, looks_past=True))
+
+
+# -- goals and legs ---------------------------------------------------------------------------------------
+
+
+def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
+    """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
+    if s.task.stop is not None:
+        s = told(s, Event.GOAL_CHANGED)
+    known = replace(
+        s.goal,
+        planned=goal,
+        pose=goal,
+        estimate=None,
+        estimated_at=None,
+        estimate_fit=None,
+        followed=None,
+    )
+    return replace(s.suspending(None), goal=known, task=replace(s.task, stop=None, pulled_out=0))
+
+
+def next_leg(s: ControllerState, *, staged: bool) -> ControllerState:
+    """Begin the next part, or the last leg after a stop at a staging pose."""
+    leg = Leg(number=s.task.leg.number + 1, part=s.task.leg.part + (not staged))
+    return replace(
+        told(s, Event.LEG_ENDED),
+        goal=replace(s.goal, waiting=False),
+        task=Task(leg=leg, cartesian=staged),
+        plans=Plans(),
+        begin=None,
+    )
+
+
+def pulling_out(s: ControllerState, context: PlanningContext, way: PullOut) -> ControllerState:
+    """Begin a way back."""
+    s = told(s, Event.PULLS_OUT)
+    leg = replace(s.task.leg, number=s.task.leg.number + 1, pull_out=way)
+    return replace(
+        s,
+        task=replace(s.task, leg=leg, restarts=0),
+        vehicle=replace(s.vehicle, standing_since=s.now),
+        begin=placed(context.state, way.begin),
+    )
+
+
+def coming_again(s: ControllerState, context: PlanningContext) -> ControllerState:
+    """End a way back: the part is driven once more."""
+    way = s.task.leg.pull_out
+    assert way is not None
+    s = told(s, Event.LEG_ENDED)
+    task = replace(
+        s.task,
+        leg=replace(s.task.leg, number=s.task.leg.number + 1, pull_out=None),
+        pulled_out=s.task.pulled_out + 1,
+        restarts=0,
+        stop=None,
+        latched="",
+        looked_at=None,
+    )
+    return replace(s, task=task, begin=placed(context.state, 2.0 * way.begin - float(context.state[THETA])))
+
+
+def begun_again(s: ControllerState, problem: str) -> ControllerState:
+    """Nothing is kept of the leg's plans after a cycle that went wrong."""
+    s = told(s, Event.MISTAKE)
+    leg = replace(s.task.leg, number=s.task.leg.number + 1)
+    return replace(s, task=replace(s.task, leg=leg, latched=problem), begin=None)

@@ -1,0 +1,154 @@
+"""The table of transitions, and the two functions that run it.
+
+`look` asks in every cycle for the first row whose condition holds. `told` takes the row of an event that
+other code has found: a plan, an obstacle, the end of a leg. Whoever begins again forgets the plans of before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from rti_mpcc.behaviour import conditions
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Task
+
+
+class Event(Enum):
+    """What happens to a vehicle on its leg."""
+
+    STOP_ENDS_INSIDE = "braking in comfort it would stop inside the tolerance"
+    AT_REST = "it has come to rest inside the tolerance, or before something in the way"
+    INSIDE = "it stands inside the tolerance already"
+    STUCK_INSIDE = (
+        "it gets no nearer, and need not: it is inside the tolerance, or before something in the way"
+    )
+    MISSES = "it will stop outside the tolerance"
+    OUTSIDE = "it stands outside the tolerance"
+    NO_TRIES_LEFT = "it gets no nearer, and has tried often enough"
+    NO_PROGRESS = "it gets no nearer"
+    TARGET_MOVED = "the target is elsewhere"
+    CRUISE_FOUND = "a plan along the path was found"
+    ARRIVAL_FOUND = "a plan that arrives was found"
+    ANOTHER_SOUGHT = "a plan to another end is looked for, as a trial"
+    WAY_FILLED = "something fills the way ahead: a stop before it"
+    WAY_FILLED_HERE = "something fills the way right here: it stays"
+    WAY_MAY_BE_FREE = "what it stopped before has changed, or may be passed from here"
+    STANDS_BLOCKED = "it has stood blocked for a while: it looks again"
+    OVERLAP = "the body overlaps something"
+    PLAN_LOST = "there is no plan that may be driven: it brakes"
+    GOAL_LOST = "it stands before a goal that is not known well enough"
+    GOAL_CHANGED = "another goal is given, and the stop made for is not meant any more"
+    FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
+    LEG_ENDED = "it stands at a cusp, a staging pose, or the end of a way back"
+    PULLS_OUT = "it has to pull out, to come again"
+    MISTAKE = "this program went wrong in a cycle"
+
+
+Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
+Effect = Callable[[Task, PlanningContext], Task]
+
+
+def _tries_again(task: Task, context: PlanningContext) -> Task:
+    return replace(task, restarts=task.restarts + 1)
+
+
+def _succeeds(task: Task, context: PlanningContext) -> Task:
+    return replace(task, restarts=0)
+
+
+def _remembers_where(task: Task, context: PlanningContext) -> Task:
+    return replace(task, stalled_at=context.target)
+
+
+def _begins_anew(task: Task, context: PlanningContext) -> Task:
+    return replace(task, restarts=0, pulled_out=0)
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A row of the table.
+
+    Attributes:
+        sources: phases in which it is looked for, or told; event: what happens; to: the next phase.
+        when: how it is looked for in every cycle; None: it is told.
+        effect: what changes with it beside the phase.
+    """
+
+    sources: tuple[Phase, ...]
+    event: Event
+    to: Phase
+    when: Condition | None = None
+    effect: Effect | None = None
+
+
+STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED = ANY = tuple(Phase)
+PLANNING = (STARTING, *DRIVING)
+
+TRANSITIONS = (
+    # Looked for in every cycle: of the rows of a phase the first one that holds.
+    Transition(DRIVING, Event.STOP_ENDS_INSIDE, SETTLING, conditions.stop_ends_inside),
+    Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside, _succeeds),
+    Transition(DRIVING, Event.NO_TRIES_LEFT, STALLED, conditions.no_tries_left, _remembers_where),
+    Transition(DRIVING, Event.NO_PROGRESS, STARTING, conditions.no_progress, _tries_again),
+    Transition((STARTING,), Event.INSIDE, HOLDING, conditions.stands_inside),
+    Transition((SETTLING,), Event.MISSES, STARTING, conditions.will_stop_outside),
+    Transition((SETTLING, HOLDING), Event.OUTSIDE, STARTING, conditions.stands_outside),
+    Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest, _succeeds),
+    Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved, _begins_anew),
+    # Told by the code that finds it.
+    Transition(PLANNING, Event.CRUISE_FOUND, CONTOURING),
+    Transition(PLANNING, Event.ARRIVAL_FOUND, ARRIVING),
+    Transition(DRIVING, Event.ANOTHER_SOUGHT, STARTING),
+    Transition(PLANNING, Event.WAY_FILLED, STARTING),
+    Transition(PLANNING, Event.WAY_FILLED_HERE, HOLDING),
+    Transition((STARTING, SETTLING, HOLDING), Event.WAY_MAY_BE_FREE, STARTING),
+    Transition(PLANNING, Event.STANDS_BLOCKED, STARTING),
+    Transition((*PLANNING, SETTLING), Event.PLAN_LOST, STARTING),
+    Transition((*PLANNING, SETTLING, STALLED), Event.GOAL_LOST, STARTING),
+    Transition((*PLANNING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
+    Transition((STALLED,), Event.PULLS_OUT, STARTING),
+    Transition(ANY, Event.OVERLAP, STARTING),
+    Transition(ANY, Event.GOAL_CHANGED, STARTING),
+    Transition(ANY, Event.LEG_ENDED, STARTING),
+    Transition(ANY, Event.MISTAKE, STARTING),
+)
+_LOOKED_FOR = {p: [row for row in TRANSITIONS if row.when and p in row.sources] for p in Phase}
+_TOLD = {(p, row.event): row for row in TRANSITIONS if not row.when for p in row.sources}
+
+
+def look(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """The state after the transition of this cycle, if one of the phase's conditions holds."""
+    since = conditions.outside_since(s, context)
+    if since != s.task.outside_since:
+        s = replace(s, task=replace(s.task, outside_since=since))
+    for row in _LOOKED_FOR[s.task.phase]:
+        if row.when is not None and row.when(s, context, config):
+            s = _entering(s, row.to)
+            return s if row.effect is None else replace(s, task=row.effect(s.task, context))
+    return s
+
+
+def told(s: ControllerState, event: Event) -> ControllerState:
+    """The state after an event; the same where it changes nothing in this phase."""
+    row = _TOLD.get((s.task.phase, event))
+    if row is None:
+        return s
+    # A stop right here is a plan's end as well: what was planned is not driven any more.
+    return _entering(forgetting(s) if event is Event.WAY_FILLED_HERE else s, row.to)
+
+
+def _entering(s: ControllerState, phase: Phase) -> ControllerState:
+    """Whoever starts begins the leg again from where the vehicle is, whoever holds is inside."""
+    if phase is STARTING:
+        s = forgetting(s)
+    since = None if phase is HOLDING else s.task.outside_since
+    return replace(s, task=replace(s.task, phase=phase, outside_since=since))
+
+
+def forgetting(s: ControllerState) -> ControllerState:
+    """Nothing that was planned on the leg is kept."""
+    task = replace(s.task, arrival=None, outside_since=None)
+    return replace(s, task=task, plans=Plans(clear_of=s.plans.clear_of))

@@ -1,0 +1,61 @@
+"""What a cycle plans in: where its command begins to act, against what the leg is to end in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from geometry import Pose2
+from rti_mpcc.model.layout import V
+from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning.pace import Pace
+from rti_mpcc.types import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningContext:
+    """Where the vehicle will be when the command of this cycle begins to act.
+
+    Attributes:
+        now, begin: [s]; begin = now + dead time.
+        state: (6,) at `begin`, heading on the route's branch, with the steering that acts, see (O4).
+        measured_speed: at `now` [m/s], as far as it is believed.
+        doubt: why nothing can be planned from this state, or "".
+        target: what the leg is to end in.
+        direction: of the active leg.
+        last_part: whether the active leg is the route's last, and its target no staging pose on it.
+        way: left to the target [m]; speed: in its direction [m/s]; pace: of the leg.
+        free: whether the target is the leg's own, not a stop before something in the way.
+        error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
+        stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
+        tolerance: (longitudinal, lateral, heading) of the target.
+    """
+
+    now: float
+    begin: float
+    state: Array
+    measured_speed: float
+    doubt: str
+    target: Target
+    direction: int
+    last_part: bool
+    free: bool
+    way: float
+    speed: float
+    pace: Pace
+    error: Pose2
+    stop_error: Pose2
+    tolerance: tuple[float, float, float]
+
+    @property
+    def own_speed(self) -> float:
+        """|v| at `begin` [m/s]."""
+        return abs(float(self.state[V]))
+
+    def inside(self, error: Pose2, share: float = 1.0) -> bool:
+        """Whether `error` lies within `share` of the tolerance."""
+        along, across, heading = self.tolerance
+        return (
+            abs(error.x) <= share * along
+            and abs(error.y) <= share * across
+            and abs(error.phi) <= share * heading
+        )

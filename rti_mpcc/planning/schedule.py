@@ -1,0 +1,174 @@
+"""When the vehicle contours and when it arrives, and the time planned for that: functions state -> state."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import hypot
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.model.layout import THETA
+from rti_mpcc.ocp.bounds import RETREAT_REACH
+from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.guess import BACK_TIME, PASS
+from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
+
+LEAST_SHARE = 0.5
+"""A search for an arrival keeps its time as long as this share of what the way takes is left."""
+RETRY_TIME = 10.0
+"""A vehicle that tries again takes at least so long [s]: it may have to back off first."""
+RETREAT_SPEED = 0.3
+"""Speed of backing off, or up into the goal, against the direction of the leg [m/s]."""
+LOST_CYCLES = 2.5
+"""After a gap of more cycles than this an arrival gets the time again that its way takes."""
+MOVED = 0.1
+"""A target that has moved by more than this is a new arrival [m]."""
+
+
+def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """Choose between contouring and a planned arrival, for a vehicle about to begin one.
+
+    A search that ran out of time goes on with what it was for, unless the target has moved since. While the
+    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
+    left may take longer than was thought: one that is far too short gets the time that it takes.
+    """
+    begun, pose = s.plans.suspended, context.target.pose
+    if begun is not None and apart(begun.target.pose, pose) <= MOVED:
+        if s.stands:
+            begun = _later(begun, context.begin - begun.begin)
+        elif begun.arrival is not None:
+            duration = _duration(context, config)
+            if begun.arrival.at - context.begin < LEAST_SHARE * duration:
+                begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
+        arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
+        return replace(s.suspending(begun), task=replace(s.task, arrival=arrival))
+    s = s.suspending(None)
+    if not _arrives(s, context, config):
+        return replace(s, task=replace(s.task, arrival=None))
+    duration, restarts = _duration(context, config), s.task.restarts
+    if _beside(s, context):
+        restarts = max(restarts, 1)
+    if restarts > 0:
+        duration = max(duration, RETRY_TIME)
+    arrival = Arrival(at=context.begin + duration, timed_for=pose)
+    return replace(s, task=replace(s.task, arrival=arrival, restarts=restarts))
+
+
+def scheduled_past_goal(
+    s: ControllerState, context: PlanningContext, config: ControllerConfig
+) -> ControllerState | None:
+    """The same for an arrival that passes the goal and backs up into it; None: there is none to begin."""
+    if not (recovery_enabled(config) and context.last_part and context.free):
+        return None
+    begun = s.plans.suspended
+    if begun is not None and not begun.reverse_into_goal:
+        # It was for an arrival onward, which was found meanwhile.
+        s = s.suspending(None)
+    s = scheduled(s, context, config)
+    arrival = s.task.arrival
+    if arrival is None or arrival.reverse_into_goal:
+        return None if arrival is None else s
+    at = context.begin + (_duration(context, config, beyond=PASS) + BACK_TIME)
+    return replace(s, task=replace(s.task, arrival=replace(arrival, reverse_into_goal=True, at=at)))
+
+
+def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
+
+    A vehicle that halts, or lost cycles, gets the time again that its way takes.
+    """
+    arrival = s.task.arrival
+    if s.task.phase is not Phase.ARRIVING:
+        return s
+    assert arrival is not None
+    begin, pose = context.begin, context.target.pose
+    moved = apart(arrival.timed_for, pose) > MOVED
+    lost = bool(s.queue) and begin - s.queue[-1].begins > LOST_CYCLES * config.cycle
+    if moved or lost or s.task.halt is not None:
+        due = begin + _duration(context, config)
+        # One that backs up may be past its goal, and has no way left but time to take.
+        at = due if moved and not arrival.reverse_into_goal else max(due, arrival.at)
+        later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
+    elif arrival.at >= begin + FLOOR:
+        if arrival.overdue_since is None:
+            return s
+        later = replace(arrival, overdue_since=None)
+    else:
+        since = context.now if arrival.overdue_since is None else arrival.overdue_since
+        later = replace(arrival, at=begin + FLOOR, overdue_since=since)
+    return replace(s, task=replace(s.task, arrival=later))
+
+
+def arrival_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a contouring vehicle should turn to its arrival now."""
+    return s.task.phase is Phase.CONTOURING and _arrives(s, context, config)
+
+
+def cartesian_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether from here on only the goal pose is to count (`Method.SWITCHED`): by the way along the path."""
+    if s.task.cartesian or config.method is not Method.SWITCHED or not (context.last_part and context.free):
+        return False
+    return context.target.stop - float(context.state[THETA]) <= config.weights.transition_reach
+
+
+def too_late(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
+    needed = context.speed**2 / (2.0 * config.comfort_acceleration)
+    contouring = s.task.phase is Phase.CONTOURING and not s.task.cartesian
+    return contouring and context.way <= needed
+
+
+def retreat(s: ControllerState, context: PlanningContext) -> float:
+    """Speed allowed near the target against the leg's direction [m/s]: to back up into it, or try again."""
+    task = s.task
+    near = hypot(context.error.x, context.error.y) <= RETREAT_REACH
+    return RETREAT_SPEED if task.reverses_into_goal or (task.restarts > 0 and near) else 0.0
+
+
+def recovery_enabled(config: ControllerConfig) -> bool:
+    """Whether a goal that is missed is made for by other ways, see `ControllerConfig.recovery`."""
+    if config.recovery is None:
+        return config.arrival and config.method is Method.DYNAMIC
+    return config.recovery
+
+
+def apart(one: Pose2, other: Pose2) -> float:
+    """Distance [m]."""
+    return hypot(one.x - other.x, one.y - other.y)
+
+
+def _arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether one planned arrival is to bring the vehicle to its target from here."""
+    if not config.arrival or s.task.cartesian or (config.method is Method.SWITCHED and context.last_part):
+        return False
+    theta = float(context.state[THETA])
+    return within_reach(context.way, context.speed, config, context.pace, theta)
+
+
+def _duration(context: PlanningContext, config: ControllerConfig, beyond: float = 0.0) -> float:
+    """What the arrival, or one so much beyond the target [m], takes from here [s]."""
+    way = context.way + beyond
+    highest = context.pace.ahead(float(context.state[THETA]), way)
+    return time_to_go(way, context.speed, config.arrival_acceleration, highest)
+
+
+def _beside(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
+    error, (_, across, heading) = context.error, context.tolerance
+    near = hypot(error.x, error.y) <= RETREAT_REACH
+    return near and s.stands and (abs(error.y) > across or abs(error.phi) > heading)
+
+
+def _later(begun: SuspendedSearch, seconds: float) -> SuspendedSearch:
+    """The same search for a plan that begins so much later [s]."""
+    solution, arrival = begun.solution, begun.arrival
+    if solution is not None:
+        plan = replace(solution.trajectory, times=solution.trajectory.times + seconds)
+        solution = replace(solution, trajectory=plan)
+    return replace(
+        begun,
+        solution=solution,
+        arrival=None if arrival is None else replace(arrival, at=arrival.at + seconds),
+        begin=begun.begin + seconds,
+    )

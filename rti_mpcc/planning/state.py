@@ -1,0 +1,341 @@
+"""What the controller knows from one cycle to the next: one frozen value of frozen parts.
+
+`DockingController.step` computes the next one from it and keeps it. Everything below takes values and returns
+values; beside this there are only caches of the active leg (`planning.workspace`) and the goal's filter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
+from geometry import Pose2
+from rti_mpcc.iteration import Solution
+from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning.detour import Detour
+from rti_mpcc.planning.goals import GoalFit
+from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.types import Array, Objective, Trajectory
+
+
+class Phase(Enum):
+    """What the controller is busy with on the active leg; `rti_mpcc.behaviour` tells how they follow."""
+
+    STARTING = "starting"
+    CONTOURING = "contouring"
+    ARRIVING = "arriving"
+    SETTLING = "settling"
+    HOLDING = "holding"
+    STALLED = "stalled"
+
+
+DRIVING = (Phase.CONTOURING, Phase.ARRIVING)
+"""Where a plan is driven."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedStop:
+    """A stop before something that fills the way.
+
+    Attributes:
+        at: progress [m].
+        goal: known when it was found to be needed.
+        obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
+            was no time yet.
+        since: when that was, or when a way past was last looked for in vain [s].
+        from_there: that was standing at the stop.
+    """
+
+    at: float
+    goal: Pose2 | None
+    obstacles: int | None
+    since: float
+    from_there: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Halt:
+    """A vehicle that brakes, or stands, for something that its plan does not stay clear of.
+
+    Attributes:
+        clear_since: since when its way is clear [s], or None.
+    """
+
+    clear_since: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PullOut:
+    """The way back along a part, from which its target can be come to again.
+
+    Attributes:
+        begin, end: progress on the part [m], end < begin.
+    """
+
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Leg:
+    """What is driven in one direction: a part of the route, or a way back along it.
+
+    Attributes:
+        number: legs are counted: another one begins with nothing kept of the last one's solutions.
+        part: index in the route; pull_out: the way back that is driven instead, or None.
+    """
+
+    number: int = 0
+    part: int = 0
+    pull_out: PullOut | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arrival:
+    """One planned arrival at rest.
+
+    Attributes:
+        at: planned time of it [s].
+        reverse_into_goal: it passes the goal and backs up into it.
+        timed_for: the pose that the time was last set for.
+        overdue_since: since when it has its shortest time to go, whatever distance is left [s], or None.
+    """
+
+    at: float
+    reverse_into_goal: bool = False
+    timed_for: Pose2
+    overdue_since: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Past:
+    """A search from guesses past what fills the way of the first one.
+
+    Attributes:
+        detours: not tried in vain yet, the first one being tried.
+        meets: progress at which that guess meets what fills the way [m].
+    """
+
+    detours: tuple[Detour, ...]
+    meets: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuspendedSearch:
+    """A search for a first plan that goes on in the next cycle.
+
+    Attributes:
+        solution: the last one, None if no QP was solved yet; iterations: so many were.
+        iterate: how far the QP had come that was stopped, or None.
+        target: what the plan is to end in; stop: where that is a stop before something in the way, or None.
+        arrival: what is planned, or None while contouring; begin: when the plan begins [s].
+        reverse_failed: an arrival that backs up was looked for before, in vain: what is found here is driven.
+        past: the guess that it began from goes past something; None: it does not.
+    """
+
+    solution: Solution | None
+    iterations: int
+    iterate: tuple[Array, Array] | None
+    target: Target
+    stop: PlannedStop | None
+    arrival: Arrival | None
+    begin: float
+    reverse_failed: bool = False
+    past: Past | None = None
+
+    @property
+    def reverse_into_goal(self) -> bool:
+        """Whether it is for an arrival that backs up into the goal."""
+        return self.arrival is not None and self.arrival.reverse_into_goal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClockState:
+    """The controller's own clock, which never runs back.
+
+    Attributes:
+        time: [s]; None before the first cycle; offset: how far it is ahead of the user's [s].
+        shown: what the user's clock showed last [s]; stood: so many cycles it has not moved.
+    """
+
+    time: float | None = None
+    offset: float = 0.0
+    shown: float | None = None
+    stood: int = 0
+
+    @property
+    def now(self) -> float:
+        """Time of this cycle [s]; 0 before the first."""
+        return self.time or 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VehicleEstimate:
+    """What is believed of the vehicle.
+
+    Attributes:
+        monitor: its state, and why a measurement is doubted.
+        offsets: what is known to act beside the commands, or None where that is not estimated, or not yet.
+        poses: where it has been in the last moments.
+        heading_hint: what there is to say of the heading when it was first measured, or "".
+        standing_since: when it came to a standstill [s], or None while it moves.
+    """
+
+    monitor: StateMonitor = field(default_factory=StateMonitor)
+    offsets: DisturbanceEstimate | None = None
+    poses: PoseHistory = field(default_factory=PoseHistory)
+    heading_hint: str = ""
+    standing_since: float | None = None
+
+    @property
+    def disturbance(self) -> Disturbance:
+        """What is counted on beside the commands."""
+        known = self.offsets
+        return UNDISTURBED if known is None else Disturbance(known.acceleration, known.steering, known.gain)
+
+    def stands(self, now: float, seconds: float = 0.0) -> bool:
+        """Whether it has been standing for `seconds` at `now` [s]."""
+        return self.standing_since is not None and now - self.standing_since >= seconds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalState:
+    """What is known of the goal.
+
+    Attributes:
+        planned: the user's goal pose, or None for the path's last pose.
+        fit: what was found of it when it was new; given_fit: of the goal given last, taken or not; None: not
+            looked yet.
+        refusal: why the goal given last was not taken, or "".
+        pose: made for: `planned`, or what detections make of it; None for the path's last pose.
+        estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
+        estimate_fit: whether that can be the goal, or None; followed: the last one that could, or None.
+        waiting: the vehicle stops, or stands, before a goal that is not known well enough.
+    """
+
+    planned: Pose2 | None = None
+    fit: GoalFit | None = None
+    given_fit: GoalFit | None = None
+    refusal: str = ""
+    pose: Pose2 | None = None
+    estimate: GoalEstimate | None = None
+    estimated_at: float | None = None
+    estimate_fit: GoalFit | None = None
+    followed: Pose2 | None = None
+    waiting: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """What the vehicle is to do on its leg, and how that goes.
+
+    Attributes:
+        leg: see `Leg`; phase: see `Phase`.
+        target: what the leg itself is to end in; None before the first cycle.
+        arrival: what is planned, or None while contouring.
+        cartesian: from here on only the goal pose counts (`Method.SEPARATED`, `Method.SWITCHED`).
+        stop: before something that fills the way, made for or held at; None where the way is free.
+        looks_past: standing there, a way past it is looked for.
+        halt: see `Halt`; None while nothing is in the way.
+        latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
+        looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
+        restarts: how often the leg was begun again after a stop outside the tolerance.
+        pulled_out: how often the vehicle has pulled out to come again.
+        stalled_at: the target that it stalled before, or None.
+        outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
+        driving_since: when the present plan began to be driven [s].
+    """
+
+    leg: Leg = Leg()
+    phase: Phase = Phase.STARTING
+    target: Target | None = None
+    arrival: Arrival | None = None
+    cartesian: bool = False
+    stop: PlannedStop | None = None
+    looks_past: bool = False
+    halt: Halt | None = None
+    latched: str = ""
+    looked_at: float | None = None
+    restarts: int = 0
+    pulled_out: int = 0
+    stalled_at: Target | None = None
+    outside_since: float | None = None
+    driving_since: float = 0.0
+
+    @property
+    def drives(self) -> bool:
+        """Whether a plan is being driven."""
+        return self.phase in DRIVING
+
+    @property
+    def objective(self) -> Objective:
+        """What the QP asks for."""
+        if self.cartesian:
+            return Objective.CARTESIAN
+        return Objective.CONTOURING if self.arrival is None else Objective.ARRIVAL
+
+    @property
+    def reverses_into_goal(self) -> bool:
+        """Whether the arrival passes the goal and backs up into it."""
+        return self.arrival is not None and self.arrival.reverse_into_goal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plans:
+    """What was planned on the active leg.
+
+    Attributes:
+        solution: the last iterate, or None: where the next cycle goes on.
+        valid: the last plan that had no complaint, driven or not, or None: where a clean start begins.
+        driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
+        clear_of: number of obstacle changes up to which the driven plan is known to be clear of them.
+        suspended: a search for a first plan that ran out of time, or None.
+    """
+
+    solution: Solution | None = None
+    valid: Trajectory | None = None
+    driven: Trajectory | None = None
+    accepted_at: float | None = None
+    clear_of: int = 0
+    suspended: SuspendedSearch | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerState:
+    """Everything that a cycle leaves to the next.
+
+    Attributes:
+        clock, vehicle, goal, task, plans: see there.
+        area: where the vehicle may be, with the obstacles that were given last.
+        queue: commands on their way to the actuators.
+        begin: state (6,) that the last cycle's command began to act in, or None at the begin of a leg.
+    """
+
+    clock: ClockState = ClockState()
+    vehicle: VehicleEstimate = field(default_factory=VehicleEstimate)
+    goal: GoalState = GoalState()
+    task: Task = Task()
+    plans: Plans = Plans()
+    area: Surroundings
+    queue: tuple[QueuedCommand, ...] = ()
+    begin: Array | None = None
+
+    @property
+    def now(self) -> float:
+        """Time of this cycle on the controller's own clock [s]."""
+        return self.clock.now
+
+    @property
+    def stands(self) -> bool:
+        """Whether the vehicle stands."""
+        return self.vehicle.stands(self.now)
+
+    def suspending(self, search: SuspendedSearch | None) -> ControllerState:
+        """With another search to go on with in the next cycle, or none."""
+        if search is self.plans.suspended:
+            return self
+        return replace(self, plans=replace(self.plans, suspended=search))

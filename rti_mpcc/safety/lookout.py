@@ -1,0 +1,118 @@
+"""What is in the way of the vehicle, of a plan, or of a stop: the exact checks, by the state of a cycle."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from geometry import HalfPlanes
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import V
+from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.plausibility import by_commands
+from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.safety import contact, fallback
+from rti_mpcc.safety.contact import Overlap
+from rti_mpcc.safety.stopping import stopping_along, stopping_motion
+from rti_mpcc.types import Trajectory
+
+SLOWEST = 1e-3
+"""Least deceleration of a motion that is looked at [m/s²]."""
+
+
+def overlap(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
+    """What the body overlaps, where it is believed to be now or until the command begins to act."""
+    believed, part = s.vehicle.monitor.state, s.task.leg.part
+    if believed is None:
+        return None
+    half = s.now + 0.5 * config.dead_time
+    middle = by_commands(believed, s.queue, s.now, half, config, s.vehicle.disturbance)
+    states = np.stack((believed, middle, context.state))
+    planes = None if s.plans.solution is None else s.plans.solution.planes
+    if not s.area.moving and contact.bodies_surely_clear(states, planes, s.area.corridor, part, config):
+        return None
+    return contact.overlap(states, s.area, part, config)
+
+
+def way_to_contact(
+    s: ControllerState,
+    plan: Trajectory,
+    config: ControllerConfig,
+    reach: float = inf,
+    planes: HalfPlanes | None = None,
+    least: float = 0.0,
+) -> float:
+    """Distance along a plan to where it is nearer than `least` to what stands [m], or inf.
+
+    Far ahead stages are long: a plan that is sought has to touch nothing, one that is driven to be clear.
+
+    `planes`: of its solution, if it is one's.
+    """
+    corridor, part = s.area.corridor, s.task.leg.part
+    if contact.surely_clear(plan, planes, corridor, part, config, reach, least=least):
+        return inf
+    free = planes is not None
+    return contact.way_to_contact(plan, corridor, part, config, reach, least=least, begins_free=free)
+
+
+def way_to_moving(
+    s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
+) -> float:
+    """Distance along a plan, begun `later` [s], to what may be met of what moves [m], or inf."""
+    ahead = s.now - s.area.given_at + later
+    return contact.way_to_moving(plan, s.area.moving, ahead, config, reach)
+
+
+def clear_way(
+    s: ControllerState,
+    plan: Trajectory,
+    config: ControllerConfig,
+    reach: float = inf,
+    planes: HalfPlanes | None = None,
+    later: float = 0.0,
+) -> float:
+    """Distance along a plan to where it is not clear of what stands or moves [m], or inf."""
+    least = config.caution.hard_minimum
+    return min(
+        way_to_moving(s, plan, config, reach, later), way_to_contact(s, plan, config, reach, planes, least)
+    )
+
+
+def braking(
+    context: PlanningContext, deceleration: float, config: ControllerConfig, along: Trajectory | None = None
+) -> Trajectory:
+    """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan where it is near it."""
+    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
+    times = stage_times(context.begin, lengths)
+    motion = None if along is None else stopping_along(along, context.state, times, deceleration)
+    return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)
+
+
+def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig) -> Trajectory:
+    """The motion that stands after all of the way that is looked at for a stop, along a plan."""
+    speed = float(context.state[V])
+    need = contact.stopping_way(speed, config)
+    return braking(context, max(speed**2 / (2.0 * need), SLOWEST), config, plan)
+
+
+def braking_in_time(
+    s: ControllerState,
+    context: PlanningContext,
+    wanted: float,
+    config: ControllerConfig,
+    along: Trajectory | None = None,
+) -> tuple[Trajectory, float]:
+    """The gentlest braking to stand before what is met, and its deceleration [m/s²], `wanted` at least.
+
+    `along`: a plan to brake along, where that is as gentle as with the steering held.
+    """
+    speed, found = float(context.state[V]), []
+    for plan in (None,) if along is None else (along, None):
+        motion = braking(context, wanted, config, plan)
+        way = clear_way(s, motion, config)
+        needed = wanted if way == inf else max(wanted, fallback.before_contact(speed, way, config))
+        found.append((motion, needed, plan))
+    motion, needed, plan = min(found, key=lambda each: each[1])
+    return (motion if needed == wanted else braking(context, needed, config, plan)), needed

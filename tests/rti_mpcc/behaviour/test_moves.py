@@ -1,0 +1,289 @@
+"""What is remembered when something happens, and what is forgotten."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import GoalEstimate, GoalStatus, PoseHistory
+from geometry import Pose2
+from rti_mpcc.behaviour import moves
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.delay import QueuedCommand
+from rti_mpcc.model.layout import THETA
+from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.schedule import scheduled
+from rti_mpcc.planning.state import (
+    Arrival,
+    ControllerState,
+    Halt,
+    Leg,
+    Phase,
+    PlannedStop,
+    Plans,
+    PullOut,
+)
+from tests.rti_mpcc.states import (
+    after_changes,
+    arrival_at,
+    arriving,
+    backing,
+    begun_for,
+    contexts,
+    put,
+    some_plan,
+    state,
+    stop_at,
+)
+
+CONFIG = ControllerConfig(dead_time=0.2)
+BACK = PullOut(begin=18.5, end=10.5)
+
+
+def stalled(**values: Any) -> ControllerState:
+    return arriving(**{"phase": Phase.STALLED, "restarts": 3, "standing_since": 1.0, **values})
+
+
+def planned(**values: Any) -> ControllerState:
+    """With something of everything that can be forgotten."""
+    plan = some_plan()
+    plans: dict[str, Any] = {"valid": plan, "driven": plan, "accepted_at": 9.9, "clear_of": 3}
+    return backing(**{**plans, "suspended": begun_for(None), "outside_since": 9.0, **values})
+
+
+def begins_afresh(s: ControllerState) -> bool:
+    """Whether nothing is kept of what was planned, but which obstacles that was clear of."""
+    kept = s.task.arrival, s.task.outside_since, s.plans
+    return s.task.phase is Phase.STARTING and kept == (None, None, Plans(clear_of=3))
+
+
+# -- plans ----------------------------------------------------------------------------------------------
+
+
+def test_an_accepted_plan_is_driven_and_lets_nothing_hold_the_vehicle() -> None:
+    plan = some_plan()
+    s = moves.plan_accepted(arriving(latched="why", looked_at=1.0, looks_past=True), plan)
+    assert s.plans.valid is plan
+    assert s.plans.driven is plan
+    assert s.plans.accepted_at == 10.0
+    assert (s.task.latched, s.task.looked_at, s.task.looks_past) == ("", None, False)
+    assert s.task.phase is Phase.ARRIVING
+
+
+@pytest.mark.parametrize(("arrival", "phase"), [(None, Phase.CONTOURING), (arrival_at(20.0), Phase.ARRIVING)])
+@pytest.mark.parametrize("before", [Phase.STARTING, Phase.CONTOURING])
+def test_a_plan_that_was_found_is_driven(arrival: Arrival | None, phase: Phase, before: Phase) -> None:
+    s = moves.plan_found(state(phase=before, arrival=arrival, suspended=begun_for(None)))
+    assert s.task.phase is phase
+    assert s.task.driving_since == 10.0
+    assert s.task.arrival == arrival
+    assert s.plans.suspended is None
+
+
+@pytest.mark.parametrize("phase", [Phase.STARTING, Phase.CONTOURING, Phase.ARRIVING, Phase.SETTLING])
+def test_without_a_plan_that_may_be_driven_it_begins_afresh_and_remembers_why(phase: Phase) -> None:
+    s = moves.plan_lost(planned(phase=phase), "why")
+    assert begins_afresh(s)
+    assert s.task.latched == "why"
+
+
+@pytest.mark.parametrize("phase", [Phase.HOLDING, Phase.STALLED])
+def test_a_vehicle_that_needs_no_plan_loses_none(phase: Phase) -> None:
+    s = planned(phase=phase)
+    assert moves.plan_lost(s, "why") is s
+
+
+@pytest.mark.parametrize("phase", list(Phase))
+def test_a_vehicle_that_overlaps_something_begins_afresh_once_its_way_is_clear(phase: Phase) -> None:
+    s = moves.overlapping(planned(phase=phase, halt=Halt(clear_since=9.5)))
+    assert begins_afresh(s)
+    assert s.task.halt == Halt()
+
+
+@pytest.mark.parametrize(
+    ("phase", "then"),
+    [
+        (Phase.HOLDING, Phase.HOLDING),
+        (Phase.SETTLING, Phase.SETTLING),
+        (Phase.STARTING, Phase.STARTING),
+        (Phase.ARRIVING, Phase.STARTING),
+        (Phase.CONTOURING, Phase.STARTING),
+        (Phase.STALLED, Phase.STARTING),
+    ],
+)
+def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
+    phase: Phase, then: Phase
+) -> None:
+    before = planned(phase=phase, begin=np.zeros(6))
+    after = moves.found_elsewhere(before)
+    assert (after.task.phase, after.begin) == (then, None)
+    if then is Phase.STARTING:
+        assert begins_afresh(after)
+    else:
+        assert (after.task, after.plans) == (before.task, before.plans)
+
+
+def test_of_a_cycle_that_went_wrong_nothing_is_kept_but_why() -> None:
+    s = moves.begun_again(planned(begin=np.zeros(6), part=1, number=4), "why")
+    assert begins_afresh(s)
+    assert (s.task.latched, s.begin) == ("why", None)
+    assert s.task.leg == Leg(number=5, part=1)
+
+
+# -- stops before what fills the way ----------------------------------------------------------------------
+
+
+def test_a_stop_is_made_for_or_kept_where_it_is_near() -> None:
+    s = moves.stop_before(arriving(), contexts(), 4.0, 7)
+    assert s.task.phase is Phase.STARTING
+    assert s.task.stop == PlannedStop(at=14.0, goal=None, obstacles=7, since=10.0)
+    near = moves.stop_before(arriving(), contexts(), moves.NEAR_STOP, 7)
+    assert near.task.phase is Phase.HOLDING
+    behind = moves.stop_before(arriving(), contexts(), -1.0, 7).task.stop
+    assert behind is not None
+    assert behind.at == 10.0
+
+
+@pytest.mark.parametrize("distance", [4.0, 0.1])
+def test_a_stop_is_made_for_or_kept_with_nothing_of_what_was_planned(distance: float) -> None:
+    s = moves.stop_before(planned(), contexts(), distance, 7)
+    assert (s.task.arrival, s.task.outside_since, s.plans) == (None, None, Plans(clear_of=3))
+
+
+def test_a_stop_remembers_the_goal_and_whether_it_was_found_standing_there() -> None:
+    goal = Pose2(20.0, 0.0, 0.0)
+    stops = [
+        moves.stop_before(arriving(pose=goal, standing_since=since), contexts(), distance, 7).task.stop
+        for since, distance in ((9.0, 0.1), (9.0, 4.0), (None, 0.1))
+    ]
+    assert [stop and (stop.goal, stop.from_there) for stop in stops] == [
+        (goal, True),
+        (goal, False),
+        (goal, False),
+    ]
+
+
+def test_what_is_sought_changes_and_its_search_goes_on() -> None:
+    begun = begun_for(stop_at(9.0))
+    s = moves.seeking(planned(suspended=begun), begun.stop)
+    assert (s.task.stop, s.plans.suspended) == (stop_at(9.0), begun)
+    assert (s.task.phase, s.plans.driven, s.task.arrival) == (Phase.STARTING, None, None)
+
+
+@pytest.mark.parametrize("phase", [Phase.STARTING, Phase.SETTLING, Phase.HOLDING])
+def test_a_vehicle_that_does_not_drive_looks_past_a_stop(phase: Phase) -> None:
+    s = moves.released(planned(phase=phase, stop=stop_at(12.0)))
+    assert begins_afresh(s)
+    assert (s.task.stop, s.task.looks_past) == (None, True)
+
+
+@pytest.mark.parametrize("phase", [Phase.CONTOURING, Phase.ARRIVING, Phase.STALLED])
+def test_a_stop_that_is_driven_to_stays_until_another_plan_is_found(phase: Phase) -> None:
+    s = planned(phase=phase, stop=stop_at(12.0))
+    assert moves.released(s) is s
+
+
+def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop() -> None:
+    looking = state(looks_past=True, standing_since=9.0)
+    here = contexts.standing(12.0)
+    assert not moves.stop_before(looking, here, moves.NEAR_STOP, 7).task.looks_past
+    assert moves.stop_before(looking, here, 0.4, 7).task.looks_past  # drives up to it first
+    assert not moves.plan_accepted(looking, some_plan()).task.looks_past
+
+
+# -- goals and legs ---------------------------------------------------------------------------------------
+
+
+def test_another_goal_is_another_docking() -> None:
+    assert moves.with_goal(stalled(pulled_out=2), Pose2(1.0, 0.0, 0.0)).task.pulled_out == 0
+
+
+def test_another_goal_is_known_by_nothing_of_the_last_one() -> None:
+    old, new = Pose2(1.0, 2.0, 3.0), Pose2(4.0, 5.0, 6.0)
+    estimate = GoalEstimate(status=GoalStatus.SEARCHING)
+    known = {"planned": old, "pose": old, "followed": old, "estimate": estimate, "estimated_at": 9.0}
+    before = arriving(**known, refusal="why", waiting=True, suspended=begun_for(None))
+    after = moves.with_goal(before, new)
+    forgotten = {"estimate": None, "estimated_at": None, "followed": None, "suspended": None}
+    assert after == put(before, planned=new, pose=new, **forgotten)
+
+
+@pytest.mark.parametrize("phase", list(Phase))
+def test_a_stop_is_not_meant_any_more_for_another_goal(phase: Phase) -> None:
+    s = moves.with_goal(planned(phase=phase, stop=stop_at(12.0)), None)
+    assert begins_afresh(s)
+    assert s.task.stop is None
+    free = moves.with_goal(planned(phase=phase), None)
+    assert (free.task.phase, free.plans.driven is None) == (phase, False)
+
+
+def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
+    goal = Pose2(1.0, 2.0, 3.0)
+    kept: dict[str, Any] = {
+        "planned": goal,
+        "pose": Pose2(1.1, 2.0, 3.0),
+        "estimate": GoalEstimate(status=GoalStatus.SEARCHING),
+        "estimated_at": 9.0,
+        "poses": PoseHistory().noted(9.0, goal, length=1.0),
+        "queue": (QueuedCommand(9.0, 0.1, 0.2),),
+        "standing_since": 9.0,
+        "time": 9.1,
+        "offset": 3.0,
+        "monitor": StateMonitor(at=9.1),
+        "area": after_changes(5),
+    }
+    s = planned(**kept, restarts=1, pulled_out=1, stop=stop_at(3.0), waiting=True, latched="why", number=3)
+    s = put(s, begin=np.zeros(6))
+    assert moves.next_leg(s, staged=False) == state(**kept, part=1, number=4)
+    assert moves.next_leg(s, staged=True) == state(**kept, part=0, number=4, cartesian=True)
+
+
+def test_the_way_back_begins_afresh_where_the_vehicle_is() -> None:
+    here = contexts.standing(18.0)
+    s = moves.pulling_out(stalled(), here, BACK)
+    assert (s.task.phase, s.task.restarts, s.task.pulled_out) == (Phase.STARTING, 0, 0)
+    assert s.task.leg == Leg(number=1, part=0, pull_out=BACK)
+    assert s.vehicle.standing_since == here.now
+    assert s.begin is not None
+    assert s.begin[THETA] == 18.5
+    np.testing.assert_array_equal(s.begin[:THETA], here.state[:THETA])
+
+
+def test_it_comes_again_from_where_it_is_then() -> None:
+    pulling = arriving(
+        number=1, pull_out=PullOut(begin=22.0, end=14.0), latched="why", restarts=2, stop=stop_at(15.0)
+    )
+    s = moves.coming_again(put(pulling, looked_at=9.0), contexts.standing(30.0))
+    assert (s.task.phase, s.task.leg, s.task.pulled_out) == (Phase.STARTING, Leg(number=2), 1)
+    assert (s.task.restarts, s.task.latched, s.task.stop, s.task.looked_at) == (0, "", None, None)
+    assert s.begin is not None
+    assert s.begin[THETA] == 14.0
+
+
+# -- past the goal, and back up into it ------------------------------------------------------------------
+
+
+def test_what_begins_afresh_does_not_back_up() -> None:
+    here, goal = contexts(), Pose2(1.0, 0.0, 0.0)
+    for s in (
+        moves.plan_lost(backing(), "why"),
+        moves.overlapping(backing()),
+        moves.looking_again(backing()),
+        moves.found_elsewhere(backing()),
+        moves.begun_again(backing(), "why"),
+        scheduled(backing(), here, CONFIG),
+        scheduled(backing(), contexts(way=200.0), CONFIG),
+        moves.stop_before(backing(), here, 4.0, 7),
+        moves.stop_before(backing(), here, 0.1, 7),
+        moves.seeking(backing(), None),
+        moves.released(backing(phase=Phase.STARTING)),
+        moves.with_goal(backing(stop=stop_at(3.0)), goal),
+        moves.next_leg(backing(), staged=False),
+        moves.pulling_out(backing(phase=Phase.STALLED), contexts.standing(18.0), BACK),
+        moves.coming_again(backing(pull_out=BACK), contexts.standing(18.0)),
+    ):
+        assert not s.task.reverses_into_goal
+    assert moves.plan_found(backing()).task.reverses_into_goal
+    assert moves.plan_accepted(backing(), some_plan()).task.reverses_into_goal

@@ -1,0 +1,120 @@
+"""Stops before what fills the way: when it is worth looking past them again, and when not."""
+
+from __future__ import annotations
+
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.behaviour import moves
+from rti_mpcc.config import Caution
+from rti_mpcc.planning import stops
+from rti_mpcc.planning.schedule import MOVED
+from rti_mpcc.planning.state import ControllerState, Halt, Phase, PlannedStop
+from tests.rti_mpcc.states import after_changes, arriving, begun_for, contexts, put, state, stop_at
+
+
+def at(s: ControllerState, time: float, changes: int) -> ControllerState:
+    """The same at another time [s], after so many changes of the obstacles."""
+    return put(s, time=time, area=after_changes(changes))
+
+
+def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once() -> None:
+    s = moves.stop_before(arriving(), contexts(), 4.0, 7)
+    assert not stops.way_may_be_free(at(s, 30.0, 7))
+    assert not stops.way_may_be_free(at(s, 10.0 + 0.9 * stops.LOOK_AGAIN, 8))
+    assert stops.way_may_be_free(at(s, 10.0 + stops.LOOK_AGAIN, 8))
+    assert not stops.way_may_be_free(at(arriving(), 30.0, 8))
+    free = moves.released(s)
+    assert free.task.stop is None
+    assert free.task.phase is Phase.STARTING
+
+
+def test_it_looks_again_when_the_goal_has_moved() -> None:
+    goal = Pose2(20.0, 0.0, 0.0)
+    known = at(moves.stop_before(arriving(pose=goal), contexts(), 4.0, 7), 30.0, 7)
+    assert not stops.way_may_be_free(known)
+    assert not stops.way_may_be_free(put(known, pose=Pose2(20.0 + 0.5 * MOVED, 0.0, 0.0)))
+    assert stops.way_may_be_free(put(known, pose=Pose2(20.0 + 2.0 * MOVED, 0.0, 0.0)))
+    assert stops.way_may_be_free(put(known, pose=None))
+    unknown = at(moves.stop_before(arriving(), contexts(), 4.0, 7), 30.0, 7)
+    assert stops.way_may_be_free(put(unknown, pose=goal))
+
+
+def test_from_a_stop_before_something_it_looks_once_more() -> None:
+    moving = moves.stop_before(arriving(), contexts(), moves.NEAR_STOP, 7)
+    assert moving.task.phase is Phase.HOLDING
+    assert not stops.way_may_be_free(at(moving, 10.0 + 0.9 * stops.LOOK_AGAIN, 7))
+    assert stops.way_may_be_free(at(moving, 10.0 + stops.LOOK_AGAIN, 7))
+    standing = put(moves.released(moving), standing_since=9.0)
+    there = moves.stop_before(standing, contexts.standing(12.0), moves.NEAR_STOP, 7)
+    assert there.task.phase is Phase.HOLDING
+    assert not stops.way_may_be_free(at(there, 60.0, 7))
+    assert stops.way_may_be_free(at(there, 60.0, 8))
+    # Standing elsewhere it is not the place to look from.
+    far = moves.stop_before(standing, contexts.standing(12.0), 4.0, 7)
+    assert stops.way_may_be_free(at(put(far, phase=Phase.HOLDING), 60.0, 7))
+
+
+def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon() -> None:
+    s = moves.stop_before(arriving(), contexts(), 4.0, None)
+    assert not stops.way_may_be_free(at(s, 10.0 + 0.9 * stops.LOOK_AGAIN, 7))
+    assert stops.way_may_be_free(at(s, 10.0 + stops.LOOK_AGAIN, 7))
+    again = stops.still_filled(at(s, 10.5, 7))
+    assert not stops.way_may_be_free(at(again, 10.9, 7))
+    assert stops.way_may_be_free(at(again, 11.0, 7))
+    assert stops.unconfirmed(s)
+    known = stops.confirmed(put(at(s, 11.0, 7), suspended=begun_for(None)))
+    assert not stops.unconfirmed(known)
+    assert known.plans.suspended is None
+    assert not stops.way_may_be_free(at(known, 30.0, 7))
+    assert stops.way_may_be_free(at(known, 30.0, 8))
+    free = arriving()
+    assert not stops.unconfirmed(free)
+    assert stops.still_filled(free) is free
+
+
+@pytest.mark.parametrize(
+    ("phase", "stop", "stays"),
+    [
+        (Phase.ARRIVING, None, False),  # it was for a way past
+        (Phase.ARRIVING, stop_at(9.0), False),
+        (Phase.CONTOURING, stop_at(9.0), False),
+        (Phase.CONTOURING, None, True),  # the arrival is sought all the same
+    ],
+)
+def test_once_the_driven_plan_is_clear_nothing_is_sought_for_that(
+    phase: Phase, stop: PlannedStop | None, stays: bool
+) -> None:
+    s = stops.found_clear(at(arriving(phase=phase, suspended=begun_for(stop)), 10.0, 7))
+    assert s.plans.clear_of == 7
+    assert (s.plans.suspended is not None) == stays
+
+
+def test_a_plan_driven_during_a_search_is_iterated_now_and_then() -> None:
+    s = arriving(suspended=begun_for(None), accepted_at=10.0)
+    assert not stops.is_old(put(s, time=10.0 + 0.9 * stops.NEEDS_IT))
+    late = put(s, time=10.0 + 1.1 * stops.NEEDS_IT)
+    assert stops.is_old(late)
+    assert not stops.is_old(put(late, suspended=None))
+    assert not stops.is_old(put(late, halt=Halt()))  # it is not driven
+    assert not stops.is_old(put(late, accepted_at=None))
+
+
+def test_without_a_stop_nothing_is_in_the_way() -> None:
+    assert not stops.way_may_be_free(at(state(), 60.0, 8))
+
+
+def test_it_halts_for_what_is_near_until_its_way_was_clear_for_a_while() -> None:
+    caution = Caution(clear_distance=0.5, clear_time=1.0)
+
+    def halted(halt: Halt | None, way: float, now: float = 10.0) -> Halt | None:
+        return stops.halted(halt, way, 3.0, now, caution)
+
+    assert halted(None, 3.1) is None
+    assert halted(None, 3.0) == Halt()
+    assert halted(Halt(clear_since=9.5), 3.4) == Halt()  # clear, but not by the distance more
+    clear = halted(Halt(), 3.6)
+    assert clear == Halt(clear_since=10.0)
+    assert halted(clear, 3.6, 10.9) == clear
+    assert halted(clear, 2.9, 10.9) == Halt()
+    assert halted(clear, 3.6, 11.0) is None
