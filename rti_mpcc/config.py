@@ -234,8 +234,9 @@ class Caution(Settings):
     """What is kept from boundaries and obstacles, and when the vehicle stops for them.
 
     Attributes:
-        hard_minimum: no plan is driven whose body comes nearer to anything than this [m]. It is what
-            lags, model errors and noise may take; the plans themselves keep `Footprint.margin`.
+        hard_minimum: no plan is driven whose body comes nearer to an obstacle than this [m], or to a boundary
+            than this less `contact_tolerance`. It is what lags, model errors and noise may take; the plans
+            themselves keep `Footprint.margin`.
         contact_tolerance: a body that is over a boundary by no more than this only seems to be [m]: that is
             noise of a centimetre in place and of some milliradians in heading, at the corners. An obstacle
             that is overlapped by no more than this is stopped for in comfort, by more as hard as can be.

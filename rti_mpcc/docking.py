@@ -18,7 +18,7 @@ from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from estimation.disturbance import load_library
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, replan_due
+from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, may_look_again
 from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
@@ -244,7 +244,7 @@ class DockingController:
     def _remembering(
         self, s: ControllerState, decision: ControlDecision, status: Status, context: PlanningContext
     ) -> ControllerState:
-        """Queue the command; a vehicle that stands blocked begins afresh."""
+        """Queue the command; a vehicle that stands blocked begins afresh, unless it only waits a while."""
         control = decision.control
         sent = QueuedCommand(context.begin, control.acceleration, control.steering_rate)
         waiting = status is Status.GOAL_LOST
@@ -252,7 +252,8 @@ class DockingController:
         s = replace(s, queue=queued(s.queue, sent, s.now), begin=context.state, goal=goal)
         task = s.task
         if status is Status.BLOCKED and task.stop is None and not task.looks_past:
-            return moves.looking_again(s) if s.stands and replan_due(s, context) else s
+            waits = decision.verdict.reason is Reason.WAITS_UNTIL_CLEAR
+            return s if waits or not may_look_again(s) else moves.looking_again(s)
         if task.latched or task.looked_at is None:
             return s
         return replace(s, task=replace(task, looked_at=None))

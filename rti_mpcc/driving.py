@@ -347,7 +347,10 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
 def _halting(s: ControllerState, w: Workspace, way: float, need: float) -> ControllerState:
     """Whether it brakes, or stands, for what is met after `way` [m]; `need`: what a stop takes [m]."""
     halt = stops.halted(s.task.halt, way, need, s.now, w.config.caution)
-    return s if halt is s.task.halt else replace(s, task=replace(s.task, halt=halt))
+    if halt is s.task.halt:
+        return s
+    since = s.now if halt is None else s.task.driving_since
+    return replace(s, task=replace(s.task, halt=halt, driving_since=since))
 
 
 def _stop(

@@ -117,8 +117,13 @@ def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
     return context.now if task.outside_since is None else task.outside_since
 
 
+def may_look_again(s: ControllerState) -> bool:
+    """Whether a vehicle that stands before a contact begins afresh: its plan was iterated for a while."""
+    return s.stands and s.now - s.task.driving_since >= LOOK_AGAIN
+
+
 def replan_due(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether a vehicle that stands blocked should look for a plan in this cycle, or goes on looking."""
+    """Whether a vehicle that stands without a plan should look for one in this cycle, or goes on looking."""
     looked_at = s.task.looked_at
     if s.plans.suspended is not None:
         return True
@@ -150,8 +155,10 @@ def _near(context: PlanningContext) -> bool:
 
 
 def _stuck(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about."""
+    """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about; and
+    one that halts for something waits."""
     task = s.task
     standing = s.vehicle.stands(context.now, TURNING_TIME if task.cartesian else STANDSTILL_TIME)
     on_its_way = task.arrival is not None and task.arrival.overdue_since is None
-    return standing and not on_its_way and context.now - task.driving_since > STANDSTILL_TIME
+    waits = on_its_way or task.halt is not None
+    return standing and not waits and context.now - task.driving_since > STANDSTILL_TIME

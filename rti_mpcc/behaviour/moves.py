@@ -55,8 +55,7 @@ def overlapping(s: ControllerState) -> ControllerState:
 
 def looking_again(s: ControllerState) -> ControllerState:
     """A vehicle that stands blocked begins afresh."""
-    s = told(s, Event.STANDS_BLOCKED)
-    return replace(s, task=replace(s.task, looked_at=s.now))
+    return told(s, Event.STANDS_BLOCKED)
 
 
 def found_elsewhere(s: ControllerState) -> ControllerState:

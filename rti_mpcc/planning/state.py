@@ -242,12 +242,12 @@ class Task:
         looks_past: standing there, a way past it is looked for.
         halt: see `Halt`; None while nothing is in the way.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
-        looked_at: when a vehicle that stands blocked last looked for a plan [s], or None.
+        looked_at: when a vehicle that stands without a plan last looked for one [s], or None.
         restarts: how often the leg was begun again after a stop outside the tolerance.
         pulled_out: how often the vehicle has pulled out to come again.
         stalled_at: the target that it stalled before, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
-        driving_since: when the present plan began to be driven [s].
+        driving_since: when the present plan began to be driven, or the last halt was over [s].
     """
 
     leg: Leg = Leg()

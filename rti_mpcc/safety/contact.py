@@ -1,7 +1,9 @@
 """Exact checks of the body: does it overlap something, and how far along a plan does it stay clear.
 
-Clear is a body that is farther than `Caution.hard_minimum` from all boundaries and all obstacles that stand.
-A plan that begins nearer may swing the other end of the body out to get away, but must not touch anything.
+Clear is a body that is farther than `Caution.hard_minimum` from all obstacles that stand, and from boundaries
+but for `Caution.contact_tolerance`: measurements tremble. A plan that begins nearer to one of them may swing
+the other end of the body out to get away, but must not touch it. Beside a boundary that does not set in at
+once: from less than twice that distance a plan may come nearer by as much.
 Of an obstacle that moves with u it is not known what it will do next:
 
 (S2)  dist(body(t), hull(P, P + u t)) > d_min   and   dist(edge(t), hull(P, P + u t)) > d_min + |u| t_stop,
@@ -98,11 +100,19 @@ def way_to_contact(
     """
     marks, _, bodies = _bodies(plan, config, reach)
     near = corridor.touches(part, bodies, least) if begins_free else corridor.collides(part, bodies, least)
-    if near[0]:
-        clearance = corridor.clearance(part, bodies)
-        begins = float(clearance[0])
-        near &= clearance < (0.0 if begins >= 0.0 else begins - NEARER)
+    if near.any():
+        clearances = corridor.clearances(part, bodies)
+        near &= (clearances < _least(clearances[0], least, config)).any(axis=1)
     return float(marks[np.argmax(near)]) if near.any() else np.inf
+
+
+def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
+    """Clearances (1 + obstacles,) [m] that are kept from boundaries and each obstacle by a plan that `begins`
+    with these [m]."""
+    wall = max(least - config.caution.contact_tolerance, 0.0)
+    kept = np.where(begins < least, 0.0, least)
+    kept[0] = min(max(float(begins[0]) - wall, 0.0), wall)
+    return np.where(begins < 0.0, begins - NEARER, kept)
 
 
 def way_to_obstacle(

@@ -23,6 +23,15 @@ def test_beside_a_wall_and_far_from_an_obstacle_nothing_fills_the_way() -> None:
     assert row.outcome is CaseOutcome.DOCKED
 
 
+@pytest.mark.parametrize(("seed", "index"), [(2311, 236), (2777, 49), (2777, 144)])
+def test_with_noise_beside_a_corner_of_a_boundary_it_does_not_wait_for_ever(seed: int, index: int) -> None:
+    """Its plans pass the corner of a narrowing by about the hard minimum, between two stages."""
+    row = drive_case(CampaignCase(seed=seed, level=Level.HARD, index=index))
+    assert row.outcome is CaseOutcome.DOCKED
+    assert row.figures is not None
+    assert row.figures["min_clearance_m"] > 0.0
+
+
 @pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pytest
 
+from geometry import Pose2
 from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.sensing import CUSP_TOLERANCE
-from tests.rti_mpcc.states import arriving, contexts, decided, state
+from rti_mpcc.planning.state import Halt, Phase, PullOut
+from rti_mpcc.planning.stops import LOOK_AGAIN
+from tests.rti_mpcc.states import arriving, begun_for, contexts, contouring, decided, put, state
 
 CONFIG = ControllerConfig(dead_time=0.2)
 
@@ -66,3 +71,51 @@ def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on() -> None:
     assert conditions.may_change_direction(state(standing_since=9.0), near, 0.2)
     far = contexts.standing(19.4, last_part=False, tolerance=CUSP_TOLERANCE)
     assert not conditions.may_change_direction(state(standing_since=5.0), far, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "over"),
+    [
+        ({}, 0.4, True),
+        ({}, 0.6, False),
+        ({"standing_since": 9.9}, 0.4, False),
+        ({"standing_since": None}, 0.4, False),
+        ({"phase": Phase.STALLED, "standing_since": 9.0}, 6.0, True),
+        ({"standing_since": 9.0}, 6.0, False),
+        ({"standing_since": 4.9}, 6.0, True),
+        ({"pull_out": None}, 0.0, False),
+    ],
+)
+def test_a_way_back_is_over_at_its_end_or_where_there_is_no_getting_on(
+    changes: dict[str, Any], error: float, over: bool
+) -> None:
+    usual: dict[str, Any] = {"pull_out": PullOut(begin=20.0, end=12.0), "restarts": 3, "standing_since": 9.0}
+    here = contexts.standing(12.0, error=Pose2(-error, 0.0, 0.0), last_part=False)
+    assert conditions.has_pulled_out(arriving(**{**usual, **changes}), here, 0.2) == over
+
+
+# -- blocked ---------------------------------------------------------------------------------------------
+
+
+def test_a_blocked_vehicle_looks_again_now_and_then() -> None:
+    looked = state(looked_at=10.0)
+    assert conditions.replan_due(state(), contexts.standing(now=10.0))
+    early = contexts.standing(now=10.0 + 0.9 * LOOK_AGAIN)
+    assert not conditions.replan_due(looked, early)
+    assert conditions.replan_due(looked, contexts.standing(now=10.0 + LOOK_AGAIN))
+    assert conditions.replan_due(looked, contexts.standing(now=3.0))  # a clock that was set back
+    assert conditions.replan_due(put(looked, suspended=begun_for(None)), early)  # it goes on looking
+
+
+def test_a_plan_that_is_blocked_is_iterated_for_a_while_before_another_is_looked_for() -> None:
+    standing = state(standing_since=5.0, driving_since=10.0 - LOOK_AGAIN)
+    assert conditions.may_look_again(standing)
+    assert not conditions.may_look_again(put(standing, driving_since=10.0 - 0.9 * LOOK_AGAIN))
+    assert not conditions.may_look_again(put(standing, standing_since=None))
+
+
+def test_a_vehicle_that_halts_for_something_waits_and_is_not_stuck() -> None:
+    standing = contouring(standing_since=5.0)
+    here = contexts.standing(12.0)
+    assert conditions.no_progress(standing, here, CONFIG)
+    assert not conditions.no_progress(put(standing, halt=Halt()), here, CONFIG)

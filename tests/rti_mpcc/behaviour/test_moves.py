@@ -10,6 +10,7 @@ import pytest
 from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2
 from rti_mpcc.behaviour import moves
+from rti_mpcc.behaviour.conditions import replan_due
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import THETA
@@ -100,6 +101,12 @@ def test_a_vehicle_that_overlaps_something_begins_afresh_once_its_way_is_clear(p
     s = moves.overlapping(planned(phase=phase, halt=Halt(clear_since=9.5)))
     assert begins_afresh(s)
     assert s.task.halt == Halt()
+
+
+def test_a_vehicle_that_stands_blocked_looks_again_at_once() -> None:
+    s = moves.looking_again(planned(suspended=None))
+    assert begins_afresh(s)
+    assert replan_due(s, contexts.standing(12.0, now=10.05))
 
 
 @pytest.mark.parametrize(

@@ -79,14 +79,25 @@ def beside_the_wall(room: float, onwards: float) -> Trajectory:
     return Trajectory(times=begin.times, states=states, controls=begin.controls)
 
 
-def test_no_plan_is_clear_that_comes_nearer_than_the_hard_minimum() -> None:
-    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum
+def test_no_plan_is_clear_that_comes_nearer_to_a_boundary_than_the_hard_minimum_less_noise() -> None:
+    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONFIG.caution.contact_tolerance
     assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
     found = way(beside_the_wall(0.3, 0.3), inside)
     assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * contact.SPACING)
 
 
-@pytest.mark.parametrize("room", [0.03, 0.0, -0.01])
+@pytest.mark.parametrize("room", [0.3, 0.02])
+def test_to_an_obstacle_all_of_the_hard_minimum_is_kept(room: float) -> None:
+    """Whatever the room beside a boundary is."""
+    top = 3.0 - room - 0.5 * CONFIG.vehicle.width
+    box = np.array([[14.0, -1.0], [15.0, -1.0], [15.0, top - 1.2], [14.0, top - 1.2]])
+    for gap, free in ((0.06, True), (0.04, False)):
+        box[2:, 1] = top - 0.5 * CONFIG.vehicle.width - gap
+        inside = corridor(wall_at=None).with_obstacles([box])
+        assert (way(beside_the_wall(room, 0.0), inside) == np.inf) == free
+
+
+@pytest.mark.parametrize("room", [0.02, 0.0, -0.01])
 def test_a_plan_that_begins_nearer_may_leave_and_swing_out_but_not_touch(room: float) -> None:
     inside = corridor(wall_at=None)
     for onwards, free in ((-0.3, True), (0.0, True), (0.5 * max(room, 0.0), True), (room + 0.05, False)):
