@@ -89,6 +89,7 @@ def test_each_letter_of_a_deviation_is_on_one_page() -> None:
     assert {each.letter for each in VARIATIONS} == set("".join(PAGES.values()))
     listed = dict(rows)
     for page, written in PAGES.items():
+        assert "<!-- begin deviations -->" in (ROOT / "docs" / "decisions" / page).read_text(encoding="utf-8")
         assert set(written) <= set(re.findall(r"[a-w]", listed[page])), page
 
 
@@ -100,6 +101,15 @@ def test_the_table_of_constants_is_that_of_the_code() -> None:
 
 def test_the_method_is_short() -> None:
     assert len((ROOT / "docs" / "method.md").read_text(encoding="utf-8").splitlines()) <= 300
+
+
+@pytest.mark.parametrize("page", DOCUMENTS, ids=name)
+def test_blocks_end_where_they_begin(page: Path) -> None:
+    marks = re.findall(r"^<!-- (begin|end) (\w+) -->$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    begun, ended = marks[::2], marks[1::2]
+    assert [("begin", block) for _, block in ended] == begun
+    assert [("end", block) for _, block in begun] == ended
+    assert len(set(begun)) == len(begun)
 
 
 @pytest.mark.parametrize("page", DOCUMENTS, ids=name)
