@@ -1,4 +1,4 @@
-"""Docks by detections over several seeds and writes the tables of README.md and docs/method.md.
+"""Docks by detections over several seeds and writes the tables of docs/results.md and docs/decisions.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_detections
 
@@ -110,14 +110,15 @@ def main() -> None:
         for name in scenarios
         for known in (GoalSource.KNOWN, GoalSource.DETECTED, GoalSource.RAW)
     ]
-    replace_block(ROOT / "README.md", "detections", f"{table(header, rows)}\n\n{told(source)}")
+    replace_block(ROOT / "docs" / "results.md", "detections", f"{table(header, rows)}\n\n{told(source)}")
     header[1] = "filter"
     rows = [
         row(name, part, [r for r in undone if (r["scenario"], r["part"]) == (name, part)])
         for name in ("docking_noisy", "docking_moving_goal")
         for part in PARTS
     ]
-    replace_block(ROOT / "docs" / "method.md", "filter_parts", f"{table(header, rows)}\n\n{told(source)}")
+    page = ROOT / "docs" / "decisions" / "16-goal-filter.md"
+    replace_block(page, "filter_parts", f"{table(header, rows)}\n\n{told(source)}")
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_deviations
 
-Writes the table of docs/method.md, section 'Deviations', and docs/deviations.json. Every row is a whole run
-in closed loop; rows with the same letter belong together, the first of them is the product as it is.
+Writes the tables of docs/decisions and docs/deviations.json. Every row is a whole run in closed loop; rows
+with the same letter belong together, the first of them is the product as it is.
 """
 
 from __future__ import annotations
@@ -30,6 +30,16 @@ from rti_mpcc.simulation.variants import mirrored, moved, turned_round
 from rti_mpcc.types import Array, Command, Status, VehicleState
 
 COMMAND = "python -m benchmarks.measure_deviations"
+DECISIONS = ROOT / "docs" / "decisions"
+PAGES = {
+    "01-arrival-at-rest.md": "de",
+    "02-progress-reward.md": "a",
+    "04-solver-settings.md": "bcopq",
+    "05-damping-and-curvature.md": "g",
+    "07-paper-presets.md": "fn",
+    "09-margin-given-back.md": "l",
+}
+"""Which page of docs/decisions has the rows of which letters."""
 TURN = Pose2(0.0, 0.0, 2.0)
 SHIFT = Pose2(5000.0, -3000.0, 0.0)
 SHORT_TO_GO = 1.2
@@ -186,16 +196,17 @@ def main() -> None:
     header = ["run", "scenario, preset", "docked", "to tolerance [s]", "to dock [s]", "overshoot [cm]"]
     header += ["accepted error [cm]", "clearance [m]", "iterations p50 / p95 / max", "without a plan"]
     header += ["iterations, first cycle", "change of δ̇ a cycle, rms [rad/s]"]
-    method = ROOT / "docs" / "method.md"
-    replace_block(method, "deviations", f"{table(header, rows(runs))}\n\n{told(source)}")
+    for page, letters in PAGES.items():
+        own = [each for each in runs if each["letter"] in letters]
+        replace_block(DECISIONS / page, "deviations", f"{table(header, rows(own))}\n\n{told(source)}")
     distances = [[case, f"{distance:.1e}", f"{before[case]:.1e}"] for case, distance in same.items()]
     header = ["docking_behind", "as it is: largest distance [m]", "features end at all corners [m]"]
-    replace_block(method, "invariance", table(header, distances))
+    replace_block(DECISIONS / "08-half-planes.md", "invariance", table(header, distances))
     values = [
         [number(blocked["stands_from_s"], 1), number(blocked["gap_m"], 2), number(blocked["to_dock_s"], 1)]
     ]
     header = ["stands from [s]", "front to wall [m]", "docked, the wall being gone after 30 s [s]"]
-    replace_block(method, "wall", table(header, values))
+    replace_block(DECISIONS / "12-obstacles-in-the-way.md", "wall", table(header, values))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Runs every built-in scenario whose goal is known, with every preset; writes tables of README and method.md.
+"""Runs every built-in scenario whose goal is known, with every preset; writes tables of docs.
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_results
 
@@ -142,18 +142,16 @@ def main() -> None:
     header = ["scenario", "preset", "to tolerance [s]", "to dock [s]", "clearance [m]", "direction changes"]
     header += ["∫a² [m²/s³]", "∫δ̇² [rad²/s]", "∫a_lat² [m²/s³]", "cycle p50 [ms]"]
     replace_block(
-        ROOT / "README.md",
+        ROOT / "docs" / "results.md",
         "results",
         f"{table(header, result_rows(runs))}\n\n{not_docked(runs)} {told(source)}",
     )
-    replace_block(
-        ROOT / "docs" / "method.md", "constants", table(["constant", "where", "value"], constant_rows())
-    )
+    page = ROOT / "docs" / "decisions" / "04-solver-settings.md"
+    replace_block(page, "constants", table(["constant", "where", "value"], constant_rows()))
     header = ["scenario", "docked", "to tolerance [s]", "longitudinal [m]", "lateral [m]", "heading [deg]"]
     header += ["unsolved QPs", "ended", "most frequent statuses (cycles)"]
-    replace_block(
-        ROOT / "docs" / "method.md", "paper_printed", f"{table(header, printed_rows(runs))}\n\n{told(source)}"
-    )
+    page = ROOT / "docs" / "decisions" / "07-paper-presets.md"
+    replace_block(page, "paper_printed", f"{table(header, printed_rows(runs))}\n\n{told(source)}")
 
 
 if __name__ == "__main__":

@@ -23,11 +23,11 @@ SHARED = (
     "half-planes for the discs that cover it, and checks every plan by the exact polygon of the body "
     "before it is driven; the published code keeps its rear axle away from the bounds by a soft cost. "
     "Progress runs forward only here, while the published code lets it run back (deviation (f) in "
-    "docs/method.md). The controller runs at 20 Hz instead of 100 Hz and docks only at rest."
+    "docs/decisions). The controller runs at 20 Hz instead of 100 Hz and docks only at rest."
 )
 TRACED = (
     "What had to be known besides the paper for `paper` to drive as the published code does, each tried "
-    "by itself (deviation (n) in docs/method.md). Weights that follow the progress have their slopes in the "
+    "by itself (deviation (n) in docs/decisions). Weights that follow the progress have their slopes in the "
     "gradient; the path's heading has none there, because that code looks it up by index. Behind the path's "
     "end the bound on speed follows from the way behind it. `switched` switches where β of the way along "
     "the path is left, not of the straight distance, and contours by Eq. 7 until then: with any one of "

@@ -41,7 +41,7 @@ _SAYS = (
 _CAUSE = (
     "Why q_c = 1 differs from the published code: there its run goes on from beside the cusp and gets to "
     "the end as well. Here a cusp is an arrival at rest at its pose, like a goal, and the next part begins "
-    "only from a standstill near enough to it (docs/method.md); a method that comes to rest farther beside "
+    "only from a standstill near enough to it (docs/decisions); a method that comes to rest farther beside "
     "it ends there, STALLED, and has no error at the end of the course. Why `dynamic` is not as smooth as "
     "q_c = 1 in every respect (of the published code's runs with constant weights only the distance at the "
     "end is known here, so it cannot be said whether it is there): within β of a cusp it has the large "

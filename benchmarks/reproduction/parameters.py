@@ -11,7 +11,7 @@ from rti_mpcc.report.content import Section, Table, say
 
 _SAID = (
     "The preset `paper` has the values of Table I and the terms that the published code adds to the "
-    "printed equations; `paper_printed` has the printed equations alone (what they do: docs/method.md). "
+    "printed equations; `paper_printed` has the printed equations alone (what they do: docs/decisions). "
     "Values are read from the published code or the paper on the left, from "
     "`ControllerConfig.paper()` on the right. γ is printed in the paper as a weight of −100 on the virtual "
     "speed. A dash: not in Table I, and the published code has it besides. What has no row because it is no "

@@ -35,7 +35,7 @@ _READING = (
     "with a bar beside them are computed from these numbers. The runs are "
     "deterministic but for their computing times. All runs here: dead time 0.18 s, cycle 50 ms; those of the "
     "published code: the same dead time, 100 Hz. SI units. What differs by design, with letters that this "
-    "page refers to, is in docs/method.md of the project."
+    "page refers to, is in docs/decisions of the project."
 )
 _MISSING = (
     "What is not in this page: the docking mission in the CARLA simulator, which comes with a later issue "

@@ -1,4 +1,4 @@
-"""The Python code of README.md runs as typed, block after block, and docks."""
+"""The Python code of README.md and docs/using.md runs as typed, block after block, and docks."""
 
 from __future__ import annotations
 
@@ -7,21 +7,34 @@ from pathlib import Path
 
 import pytest
 
-README = Path(__file__).parents[2] / "README.md"
+ROOT = Path(__file__).parents[2]
+
+
+def run_blocks(page: Path, count: int) -> None:
+    """Run the Python blocks of a page one after the other, with the same names."""
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(blocks) == count
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, str(page), "exec"), names)
+
+
+def test_the_block_of_the_readme_gives_a_command(capsys: pytest.CaptureFixture[str]) -> None:
+    run_blocks(ROOT / "README.md", 1)
+    status, acceleration, rate = capsys.readouterr().out.split()
+    assert status == "Status.ARRIVING"
+    assert float(acceleration) < 0.0  # it reverses
+    assert abs(float(rate)) <= 1.0
 
 
 def test_the_python_blocks_run_as_typed_and_dock(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert len(blocks) == 5
-    names: dict[str, object] = {}
-    for block in blocks:
-        exec(compile(block, str(README), "exec"), names)
-    known, expected, comfort, detected, replayed = capsys.readouterr().out.splitlines()
+    run_blocks(ROOT / "docs" / "using.md", 5)
+    known, detected, expected, comfort, replayed = capsys.readouterr().out.splitlines()
     assert known.startswith("docked after")
+    assert detected.startswith(("docked 0.0", "docked -0.0"))
     assert expected == "docks after about 26.6 s"
     assert comfort.startswith("Comfort(acceleration=0.206")
-    assert detected.startswith(("docked 0.0", "docked -0.0"))
     assert replayed == "identical"
