@@ -61,6 +61,11 @@ class DockingController(Driver):
         return self._memory
 
     @property
+    def has_stepped(self) -> bool:
+        """Whether it has made a cycle."""
+        return self._memory.time is not None
+
+    @property
     def corridor(self) -> Corridor:
         """Where the vehicle may be, with the obstacles that were told last."""
         return self._surroundings.known

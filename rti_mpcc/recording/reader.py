@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 from rti_mpcc.errors import InputError, RecordingError
-from rti_mpcc.recording.codec import Data, Decoder, decoder
+from rti_mpcc.recording.codec import structured
 from rti_mpcc.recording.contents import Cycle, Header, Recording
 from rti_mpcc.recording.lines import END, FORMAT, VERSION, from_line
 
@@ -24,13 +23,13 @@ class Entry:
 
     Attributes:
         number: of the cycle, by its place in the file.
-        data: what it says; None if it is not even JSON any more.
-        intact: its checksum fits.
+        cycle: what it says; None where a line that was changed says nothing any more.
+        changed: "", or that it was changed after it was recorded.
     """
 
     number: int
-    data: dict[str, Data] | None
-    intact: bool
+    cycle: Cycle | None
+    changed: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,22 +49,28 @@ class OpenRecording:
     count: int | None
 
     def entries(self) -> Iterator[Entry]:
-        """The cycles in order. Raises RecordingError where lines are missing."""
-        for place, line in enumerate(self.lines):
-            try:
-                data, intact = from_line(line)
-            except ValueError:
-                yield Entry(number=place, data=None, intact=False)
-                continue
-            if intact and data.get("number") != place:
-                raise RecordingError(
-                    f"{self.name}: cycle {place} is missing, line {place + 2} holds {data.get('number')}"
-                )
-            yield Entry(number=place, data=data, intact=intact)
+        """The cycles in order. Raises RecordingError where lines are missing, or not of this version."""
+        for number, line in enumerate(self.lines):
+            yield self._entry(number, line)
         if self.count is not None and self.count != len(self.lines):
             raise RecordingError(
                 f"{self.name}: holds {len(self.lines)} cycles, but its end mark says {self.count}"
             )
+
+    def _entry(self, number: int, line: bytes) -> Entry:
+        data, intact = from_line(line)
+        if intact and data.get("number") != number:
+            raise RecordingError(
+                f"{self.name}: cycle {number} is missing, line {number + 2} holds {data.get('number')}"
+            )
+        try:
+            cycle = structured(data, Cycle)
+        except InputError as error:
+            if intact:
+                raise _misfit(f"{self.name}: cycle {number}", error) from None
+            why = error if data else "no JSON any more"
+            return Entry(number=number, cycle=None, changed=f"{CHANGED} ({why})")
+        return Entry(number=number, cycle=cycle, changed="" if intact else CHANGED)
 
 
 def read_recording(file: str | PathLike[str], *, allow_truncated: bool = False) -> Recording:
@@ -75,16 +80,15 @@ def read_recording(file: str | PathLike[str], *, allow_truncated: bool = False) 
         allow_truncated: take the whole cycles of a recording that was cut off.
 
     Raises:
-        RecordingError: the file cannot be read, is no recording, is from a newer version or truncated, or
+        RecordingError: the file cannot be read, is no recording, is from another version or truncated, or
             was changed.
     """
     opened = open_recording(file, allow_truncated=allow_truncated)
-    decode = decoder(Cycle)
     cycles = []
     for entry in opened.entries():
-        if not entry.intact:
+        if entry.changed or entry.cycle is None:
             raise RecordingError(f"{opened.name}: cycle {entry.number}: {CHANGED}")
-        cycles.append(decoded(decode, entry.data, f"{opened.name}: cycle {entry.number}"))
+        cycles.append(entry.cycle)
     return Recording(header=opened.header, cycles=tuple(cycles), complete=opened.count is not None)
 
 
@@ -107,51 +111,35 @@ def open_recording(file: str | PathLike[str], *, allow_truncated: bool = False) 
     return OpenRecording(name=name, header=header, lines=tuple(body), count=count)
 
 
-def decoded(decode: Decoder, data: Data, where: str) -> Any:
-    """What a decoder makes of data of a whole line. Raises RecordingError, which says where."""
-    try:
-        return decode(data)
-    except InputError as error:
-        raise misfit(where, error) from None
-
-
-def misfit(where: str, error: InputError) -> RecordingError:
+def _misfit(where: str, error: InputError) -> RecordingError:
     """The error for a whole line that does not say what it should."""
-    return RecordingError(f"{where}: {told(error)}; was it written by another version of rti-mpcc?")
-
-
-def told(error: InputError) -> str:
-    """What a decoder's error says, beginning with the place."""
-    return str(error).lstrip(".: =")
+    return RecordingError(f"{where}: {error}; was it written by another version of rti-mpcc?")
 
 
 def _header(name: str, line: bytes, *, alone: bool) -> Header:
-    try:
-        data, intact = from_line(line)
-    except ValueError:
-        if alone and (line.startswith(_BEGIN) or _BEGIN.startswith(line)):
-            raise RecordingError(f"{name}: is truncated: its first line is cut off") from None
-        raise RecordingError(f"{name}: is not a recording of rti-mpcc, its first line is no header") from None
-    if data.pop("format", None) != FORMAT:
+    data, intact = from_line(line)
+    if not data and alone and (line.startswith(_BEGIN) or _BEGIN.startswith(line)):
+        raise RecordingError(f"{name}: is truncated: its first line is cut off")
+    if data.get("format") != FORMAT:
         raise RecordingError(f"{name}: is not a recording of rti-mpcc, its first line is no header")
     version = data.get("version")
-    if isinstance(version, int) and version > VERSION:
+    if isinstance(version, int) and version != VERSION:
+        age = "a newer" if version > VERSION else "an older"
         raise RecordingError(
-            f"{name}: was written by a newer rti-mpcc (format {version}, this one reads up to {VERSION})"
+            f"{name}: was written by {age} rti-mpcc (format {version}, this one reads {VERSION})"
         )
     if not intact:
         raise RecordingError(f"{name}: its first line was changed after it was recorded")
-    header: Header = decoded(decoder(Header), data, f"{name}: header")
-    return header
+    try:
+        return structured(data, Header)
+    except InputError as error:
+        raise _misfit(f"{name}: header", error) from None
 
 
 def _ended(name: str, lines: list[bytes]) -> tuple[list[bytes], int | None]:
     """The lines of whole cycles, and what the end mark says, None without one."""
-    if not lines:
-        return lines, None
-    try:
-        data, intact = from_line(lines[-1])
-    except ValueError:  # half a line
+    data, intact = from_line(lines[-1]) if lines else ({}, False)
+    if not data:  # nothing, or half a line
         return lines[:-1], None
     if END not in data:
         return lines, None
