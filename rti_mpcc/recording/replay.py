@@ -15,7 +15,7 @@ from rti_mpcc.recording.contents import run_cycle
 from rti_mpcc.recording.lines import to_data
 from rti_mpcc.recording.machine import Machine
 from rti_mpcc.recording.problem_file import dump_if_failed
-from rti_mpcc.recording.reader import Entry, open_recording
+from rti_mpcc.recording.reader import Entry, read_entries
 
 ELSEWHERE = 1e-9
 """Tolerance on another machine or with other versions."""
@@ -86,25 +86,25 @@ def replay(
     """
     if tolerance is not None and not tolerance >= 0.0:
         raise InputError(f"tolerance = {tolerance}: must be >= 0")
-    opened = open_recording(file, allow_truncated=allow_truncated)
-    same_machine = opened.header.machine == Machine.here()
+    recorded = read_entries(file, allow_truncated=allow_truncated)
+    same_machine = recorded.header.machine == Machine.here()
     if tolerance is None:
         tolerance = 0.0 if same_machine else ELSEWHERE
     if dump_failed is not None:
         dump_failed.mkdir(parents=True, exist_ok=True)
-    controller = opened.header.controller()
+    controller = recorded.header.controller()
     mismatch, done = None, 0
-    for done, entry in enumerate(opened.entries(), start=1):
+    for done, entry in enumerate(recorded.cycles, start=1):
         mismatch = _mismatch(controller, entry, tolerance, dump_failed)
         if progress is not None:
-            progress(done, len(opened.lines))
+            progress(done, len(recorded.cycles))
         if mismatch is not None:
             break
     return ReplayReport(
         cycles=done,
         tolerance=tolerance,
         same_machine=same_machine,
-        complete=opened.count is not None,
+        complete=recorded.complete,
         mismatch=mismatch,
     )
 
