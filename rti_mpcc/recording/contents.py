@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 from numpy.typing import ArrayLike
 
@@ -19,23 +18,17 @@ from rti_mpcc.recording.machine import Machine
 from rti_mpcc.types import Array, Command, VehicleState
 
 
-class Call(Enum):
-    """Methods of the controller without arguments that are inputs as well."""
-
-    CLEAR_GOAL = "clear_goal"
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
     """All that the controller was told for one cycle.
 
     Attributes:
-        calls: made since the last step, in order.
+        goal_cleared: `clear_goal` was called since the last step.
         state, now, goal, measurements, obstacles: as in `DockingController.step`; any of their numbers may
             be not finite.
     """
 
-    calls: tuple[Call, ...]
+    goal_cleared: bool
     state: VehicleState
     now: float
     goal: Pose2 | None
@@ -106,7 +99,7 @@ class Recording:
 def inputs_of(
     state: VehicleState,
     *,
-    calls: Sequence[Call],
+    goal_cleared: bool,
     now: float,
     goal: Pose2 | None,
     measurements: Sequence[GoalMeasurement],
@@ -114,7 +107,7 @@ def inputs_of(
 ) -> Inputs:
     """The inputs as they come back from a file: numbers, all of them float64; see `told`. Never raises."""
     return Inputs(
-        calls=tuple(calls),
+        goal_cleared=goal_cleared,
         state=told.numbers(state, VehicleState),
         now=told.number(now),
         goal=None if goal is None else told.numbers(goal, Pose2),
@@ -129,8 +122,8 @@ def run_cycle(
     """Let the controller make one cycle; returns what came of it, and what it raised."""
     command, error = None, None
     try:
-        for call in inputs.calls:
-            getattr(controller, call.value)()
+        if inputs.goal_cleared:
+            controller.clear_goal()
         command = controller.step(
             inputs.state,
             now=inputs.now,

@@ -17,7 +17,7 @@ from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.recording.contents import Call, Header, inputs_of, run_cycle
+from rti_mpcc.recording.contents import Header, inputs_of, run_cycle
 from rti_mpcc.recording.lines import END, to_line
 from rti_mpcc.recording.problem_file import dump_if_failed
 from rti_mpcc.types import Command, VehicleState
@@ -54,7 +54,7 @@ class Recorder:
         self.controller = controller
         self._dumps = dump_failed
         self._number = 0
-        self._calls: list[Call] = []
+        self._goal_cleared = False
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
         self._write(header)
 
@@ -71,9 +71,14 @@ class Recorder:
         """One cycle, recorded. Arguments, result and errors are those of `DockingController.step`."""
         clock = clock or CycleClock(self.controller.config.deadline)
         inputs = inputs_of(
-            state, calls=self._calls, now=now, goal=goal, measurements=measurements, obstacles=obstacles
+            state,
+            now=now,
+            goal=goal,
+            goal_cleared=self._goal_cleared,
+            measurements=measurements,
+            obstacles=obstacles,
         )
-        self._calls = []
+        self._goal_cleared = False
         cycle, error = run_cycle(self.controller, self._number, inputs, clock)
         self._number += 1
         self._write(cycle)
@@ -89,7 +94,7 @@ class Recorder:
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections; takes effect, and is recorded, with the next step."""
-        self._calls.append(Call.CLEAR_GOAL)
+        self._goal_cleared = True
 
     def close(self) -> None:
         """Write the end mark. Cycles after that are not recorded."""

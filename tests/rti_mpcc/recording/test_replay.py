@@ -59,7 +59,7 @@ def test_a_recording_with_everything_that_may_happen_replays_bit_for_bit(recordi
 def test_everything_did_happen(recording: Path) -> None:
     cycles = read_recording(recording).cycles
     told = [cycle.inputs for cycle in cycles]
-    assert [i for i, inputs in enumerate(told) if inputs.calls] == [AWAY]
+    assert [i for i, inputs in enumerate(told) if inputs.goal_cleared] == [AWAY]
     assert [i for i, inputs in enumerate(told) if inputs.obstacles] == [
         BEFORE,
         AWAY,
@@ -204,7 +204,7 @@ COVARIANCE = ("inputs", "measurements", 0, "covariance", 0, 0)
         (DETECTED, flip("inputs", "measurements", 0, "vehicle", "y")),
         (DETECTED, flip(*COVARIANCE)),
         (BEFORE, flip("inputs", "obstacles", 1, 2, 0)),
-        (AWAY, put([], "inputs", "calls")),
+        (AWAY, put(False, "inputs", "goal_cleared")),
         (9, put([False], "decisions", "granted")),
         (9, put("braking", "command", "source")),
     ],
@@ -235,7 +235,7 @@ def test_one_changed_bit_is_found_at_its_cycle(recording: Path, cycle: int, edit
         ),
         (DETECTED, add(1e-3, "inputs", "measurements", 0, "vehicle", "y"), "command.diagnostics.goal.pose.y"),
         (DETECTED, add(1e-3, *COVARIANCE), "command.diagnostics.goal.covariance[0][0]"),
-        (AWAY, put([], "inputs", "calls"), "command.diagnostics.aim.x"),
+        (AWAY, put(False, "inputs", "goal_cleared"), "command.diagnostics.aim.x"),
         (9, put([False], "decisions", "granted"), "decisions.stops"),
         (9, put([["forced to fail", 0]], "decisions", "stops"), "command.source"),
         (9, put("braking", "command", "source"), "command.source"),
