@@ -40,9 +40,14 @@ def to_data(value: object) -> Data:
     return to_jsonable_python(value, **_OPTIONS)
 
 
+def to_text(value: object) -> bytes:
+    """A value as JSON text."""
+    return to_json(value, **_OPTIONS)
+
+
 def to_line(value: object) -> bytes:
     """The text of a line, with its checksum and its end."""
-    return _sealed(to_json(value, **_OPTIONS)[:-1]) + b"\n"
+    return _sealed(to_text(value)[:-1]) + b"\n"
 
 
 def from_line(line: bytes) -> tuple[dict[str, Data], bool]:
