@@ -88,8 +88,8 @@ def feed(
 
 def step(controller: DockingController, inputs: Inputs, decided: Decisions | None) -> Command:
     """One cycle as it was recorded."""
-    for call in inputs.calls:
-        getattr(controller, call.value)()
+    if inputs.goal_cleared:
+        controller.clear_goal()
     return controller.step(
         inputs.state,
         now=inputs.now,

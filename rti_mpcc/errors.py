@@ -17,7 +17,7 @@ class ScenarioError(InputError):
 
 
 class RecordingError(InputError):
-    """A recording cannot be read: it is none, not whole, changed, or from a newer version."""
+    """A recording cannot be read: it is none, not whole, changed, or from another version."""
 
 
 class CampaignError(RtiMpccError):

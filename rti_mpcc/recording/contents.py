@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from enum import Enum
-from math import nan
-from typing import Any
+from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
@@ -15,16 +12,10 @@ from geometry import Corridor, CorridorLines, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock, Decisions
-from rti_mpcc.recording.codec import Data, array_data, decoder, fields_data, to_data
-from rti_mpcc.recording.lines import VERSION
+from rti_mpcc.recording import told
+from rti_mpcc.recording.lines import FORMAT, VERSION
 from rti_mpcc.recording.machine import Machine
 from rti_mpcc.types import Array, Command, VehicleState
-
-
-class Call(Enum):
-    """Methods of the controller without arguments that are inputs as well."""
-
-    CLEAR_GOAL = "clear_goal"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,12 +23,12 @@ class Inputs:
     """All that the controller was told for one cycle.
 
     Attributes:
-        calls: made since the last step, in order.
+        goal_cleared: `clear_goal` was called since the last step.
         state, now, goal, measurements, obstacles: as in `DockingController.step`; any of their numbers may
             be not finite.
     """
 
-    calls: tuple[Call, ...]
+    goal_cleared: bool
     state: VehicleState
     now: float
     goal: Pose2 | None
@@ -68,10 +59,11 @@ class Header:
     """What a recording begins with: where it was made, and all that its controller was made from.
 
     Attributes:
-        version: of the format.
+        format, version: of the file, see `lines`.
         machine, config, path, corridor: see there; obstacles are those that the corridor began with.
     """
 
+    format: str
     version: int
     machine: Machine
     config: ControllerConfig
@@ -82,6 +74,7 @@ class Header:
     def of(cls, controller: DockingController) -> Header:
         """That of a recording of this controller, which has not stepped yet, made here and now."""
         return cls(
+            format=FORMAT,
             version=VERSION,
             machine=Machine.here(),
             config=controller.config,
@@ -103,85 +96,24 @@ class Recording:
     complete: bool
 
 
-read_inputs = decoder(Inputs)
-"""Inputs from JSON data."""
-read_decisions = decoder(Decisions)
-"""Decisions from JSON data."""
-_read_measurement = decoder(GoalMeasurement)
-
-
 def inputs_of(
     state: VehicleState,
     *,
-    calls: Sequence[Call],
+    goal_cleared: bool,
     now: float,
     goal: Pose2 | None,
     measurements: Sequence[GoalMeasurement],
     obstacles: Sequence[ArrayLike] | None,
 ) -> Inputs:
-    """The inputs as they come back from a file: the same numbers, all of them float64.
-
-    Never raises: what is no number where one must be is NaN, and so is all of what is no state, pose,
-    measurement or outline at all; the controller refuses those as well.
-    """
-    data: dict[str, Data] = {
-        "calls": to_data(tuple(calls)),
-        "state": _numbers(state, VehicleState),
-        "now": _number(now),
-        "goal": _pose(goal),
-        "measurements": _measurements(measurements),
-        "obstacles": _outlines(obstacles),
-    }
-    inputs: Inputs = read_inputs(data)
-    return inputs
-
-
-# What was told may be anything, and the cycle has to go on: these catch whatever reading it raises.
-
-
-def _number(told: Any, field: str = "") -> float:
-    """A number, or that in a field."""
-    try:
-        return float(getattr(told, field) if field else told)
-    except Exception:
-        return nan
-
-
-def _numbers(told: object, kind: type) -> dict[str, Data]:
-    return {field.name: _number(told, field.name) for field in fields(kind)}
-
-
-def _pose(pose: Pose2 | None) -> Data:
-    return None if pose is None else _numbers(pose, Pose2)
-
-
-def _measurements(measurements: Sequence[GoalMeasurement] | None) -> Data:
-    if measurements is None:
-        return []
-    try:
-        return [_measurement(measurement) for measurement in measurements]
-    except Exception:
-        return [_measurement(None)]
-
-
-def _measurement(told: GoalMeasurement | None) -> Data:
-    try:
-        data = fields_data(told, GoalMeasurement)
-        data |= {name: _number(told, name) for name in ("stamp", "x", "y", "phi")}
-        data["vehicle"] = None if told is None else _pose(told.vehicle)
-        _read_measurement(data)
-    except Exception:
-        return to_data(GoalMeasurement(stamp=nan, x=nan, y=nan, phi=nan))
-    return data
-
-
-def _outlines(obstacles: Sequence[ArrayLike] | None) -> Data:
-    if obstacles is None:
-        return None
-    try:
-        return [array_data(outline) for outline in obstacles]
-    except Exception:
-        return [array_data([nan])]
+    """The inputs as they come back from a file: numbers, all of them float64; see `told`. Never raises."""
+    return Inputs(
+        goal_cleared=goal_cleared,
+        state=told.numbers(state, VehicleState),
+        now=told.number(now),
+        goal=None if goal is None else told.numbers(goal, Pose2),
+        measurements=told.measurements(measurements),
+        obstacles=told.outlines(obstacles),
+    )
 
 
 def run_cycle(
@@ -190,8 +122,8 @@ def run_cycle(
     """Let the controller make one cycle; returns what came of it, and what it raised."""
     command, error = None, None
     try:
-        for call in inputs.calls:
-            getattr(controller, call.value)()
+        if inputs.goal_cleared:
+            controller.clear_goal()
         command = controller.step(
             inputs.state,
             now=inputs.now,

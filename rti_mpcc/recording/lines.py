@@ -1,19 +1,25 @@
-"""Lines of a recording: JSON objects, each with the checksum of its own canonical text.
+"""Lines of a recording: JSON objects, each sealed with a checksum of its text.
 
-A recording is a JSON Lines file in UTF-8: a header, a line a cycle, an end mark. The checksum "crc" is the
-CRC-32, in hexadecimal, of the object without it, written by `json` without blanks in the order it stands in.
+A recording is a JSON Lines file in UTF-8: a header, a line a cycle, an end mark. What is written is what
+`pydantic_core` makes of the values: dataclasses become objects, enums their values, tuples and arrays lists,
+and numbers come back to the last bit. The last entry "crc" is the CRC-32, in hexadecimal, of the text before.
 """
 
 from __future__ import annotations
 
 import json
+from typing import Any
 from zlib import crc32
 
-from rti_mpcc.recording.codec import Data
+import numpy as np
+from pydantic_core import to_json, to_jsonable_python
+
+Data = Any
+"""What `json` reads: dicts, lists, strings, numbers, booleans, None."""
 
 FORMAT = "rti-mpcc recording"
-VERSION = 1
-"""Of the format; grows when older programs could not read it."""
+VERSION = 2
+"""Of the format; grows with every change that older or newer programs could not read."""
 
 END = "end"
 """Key of the end mark; its value is the number of cycles."""
@@ -21,35 +27,40 @@ END = "end"
 _CHECKSUM = "crc"
 
 
-def to_line(data: dict[str, Data]) -> str:
+def _array_data(array: np.ndarray[Any, Any] | np.generic) -> Data:
+    """As nested lists; an array without entries by its shape, which lists would lose."""
+    return array.tolist() if array.size else {"shape": array.shape}
+
+
+_OPTIONS: dict[str, Any] = {"inf_nan_mode": "constants", "fallback": _array_data}
+
+
+def to_data(value: object) -> Data:
+    """What a line would say of a value."""
+    return to_jsonable_python(value, **_OPTIONS)
+
+
+def to_text(value: object) -> bytes:
+    """A value as JSON text."""
+    return to_json(value, **_OPTIONS)
+
+
+def to_line(value: object) -> bytes:
     """The text of a line, with its checksum and its end."""
-    text = _canonical(data)
-    return f'{text[:-1]},"{_CHECKSUM}":"{_checksum(text)}"}}\n'
+    return _sealed(to_text(value)[:-1]) + b"\n"
 
 
 def from_line(line: bytes) -> tuple[dict[str, Data], bool]:
-    """What a line says, and whether its checksum fits. Raises ValueError if it is no JSON object.
-
-    The checksum is that of numbers as they are written here: 1E-5 says the same as 1e-05, but does not fit.
-    """
-    others: list[str] = []
-
-    def number(text: str) -> float:
-        value = float(text)
-        if repr(value) != text:
-            others.append(text)
-        return value
-
-    data = json.loads(line.decode("utf-8"), parse_float=number)
+    """What a line says, and whether its checksum fits; nothing if it is no JSON object."""
+    try:
+        data = json.loads(line.decode("utf-8"))
+    except ValueError:
+        data = None
     if not isinstance(data, dict):
-        raise ValueError("not a JSON object")
-    checksum = data.pop(_CHECKSUM, None)
-    return data, not others and checksum == _checksum(_canonical(data))
+        return {}, False
+    data.pop(_CHECKSUM, None)
+    return data, line == _sealed(line[: -len(_sealed(b""))])
 
 
-def _canonical(data: dict[str, Data]) -> str:
-    return json.dumps(data, ensure_ascii=False, separators=(",", ":"))
-
-
-def _checksum(text: str) -> str:
-    return f"{crc32(text.encode('utf-8')):08x}"
+def _sealed(text: bytes) -> bytes:
+    return text + b',"%s":"%08x"}' % (_CHECKSUM.encode(), crc32(text))

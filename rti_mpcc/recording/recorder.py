@@ -8,7 +8,7 @@ from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from types import TracebackType
-from typing import Self, TextIO
+from typing import BinaryIO, Self
 
 from numpy.typing import ArrayLike
 
@@ -17,9 +17,8 @@ from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.recording.codec import Data, to_data
-from rti_mpcc.recording.contents import Call, Header, inputs_of, run_cycle
-from rti_mpcc.recording.lines import END, FORMAT, to_line
+from rti_mpcc.recording.contents import Header, inputs_of, run_cycle
+from rti_mpcc.recording.lines import END, to_line
 from rti_mpcc.recording.problem_file import dump_if_failed
 from rti_mpcc.types import Command, VehicleState
 
@@ -49,15 +48,15 @@ class Recorder:
     ) -> None:
         if controller.has_stepped:
             raise InputError("controller: has stepped before, a recording must begin with its first cycle")
-        header = to_data(Header.of(controller))
+        header = Header.of(controller)
         if dump_failed is not None:
             dump_failed.mkdir(parents=True, exist_ok=True)
         self.controller = controller
         self._dumps = dump_failed
         self._number = 0
-        self._calls: list[Call] = []
-        self._file: TextIO | None = open(file, "w", encoding="utf-8", newline="\n")  # noqa: SIM115
-        self._write({"format": FORMAT} | header)
+        self._goal_cleared = False
+        self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
+        self._write(header)
 
     def step(
         self,
@@ -72,12 +71,17 @@ class Recorder:
         """One cycle, recorded. Arguments, result and errors are those of `DockingController.step`."""
         clock = clock or CycleClock(self.controller.config.deadline)
         inputs = inputs_of(
-            state, calls=self._calls, now=now, goal=goal, measurements=measurements, obstacles=obstacles
+            state,
+            now=now,
+            goal=goal,
+            goal_cleared=self._goal_cleared,
+            measurements=measurements,
+            obstacles=obstacles,
         )
-        self._calls = []
+        self._goal_cleared = False
         cycle, error = run_cycle(self.controller, self._number, inputs, clock)
         self._number += 1
-        self._write(to_data(cycle))
+        self._write(cycle)
         if self._dumps is not None:
             try:
                 dump_if_failed(self.controller, cycle, self._dumps)
@@ -90,7 +94,7 @@ class Recorder:
 
     def clear_goal(self) -> None:
         """Forget the goal and its detections; takes effect, and is recorded, with the next step."""
-        self._calls.append(Call.CLEAR_GOAL)
+        self._goal_cleared = True
 
     def close(self) -> None:
         """Write the end mark. Cycles after that are not recorded."""
@@ -107,14 +111,14 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _write(self, data: dict[str, Data]) -> None:
+    def _write(self, content: object) -> None:
         """Write a line through to the system, so that a crash of this process loses none before it."""
         if self._file is None:
             return
         try:
-            self._file.write(to_line(data))
+            self._file.write(to_line(content))
             self._file.flush()
-        except OSError as error:
+        except (OSError, ValueError) as error:  # the latter of text that UTF-8 cannot write
             _log.error("recording has ended, its file cannot be written: %s", error)
             file, self._file = self._file, None
             with suppress(OSError):  # what was left to write cannot be

@@ -10,17 +10,15 @@ from pathlib import Path
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.clock import PlayedBack
-from rti_mpcc.recording.codec import Data, at, to_data
 from rti_mpcc.recording.compare import FieldDifference, differences
-from rti_mpcc.recording.contents import read_decisions, read_inputs, run_cycle
+from rti_mpcc.recording.contents import run_cycle
+from rti_mpcc.recording.lines import to_data
 from rti_mpcc.recording.machine import Machine
 from rti_mpcc.recording.problem_file import dump_if_failed
-from rti_mpcc.recording.reader import CHANGED, Entry, misfit, open_recording, told
+from rti_mpcc.recording.reader import Entry, read_entries
 
 ELSEWHERE = 1e-9
 """Tolerance on another machine or with other versions."""
-
-_OUTCOME = ("decisions", "command", "raised")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,70 +81,45 @@ def replay(
         progress: called after each cycle with how many are done, and how many there are.
 
     Raises:
-        RecordingError: the file cannot be read, is no recording, is from a newer version or truncated.
+        RecordingError: the file cannot be read, is no recording, is from another version or truncated.
         InputError: a tolerance that is negative or not a number.
     """
     if tolerance is not None and not tolerance >= 0.0:
         raise InputError(f"tolerance = {tolerance}: must be >= 0")
-    opened = open_recording(file, allow_truncated=allow_truncated)
-    same_machine = opened.header.machine == Machine.here()
+    recorded = read_entries(file, allow_truncated=allow_truncated)
+    same_machine = recorded.header.machine == Machine.here()
     if tolerance is None:
         tolerance = 0.0 if same_machine else ELSEWHERE
     if dump_failed is not None:
         dump_failed.mkdir(parents=True, exist_ok=True)
-    run = _Run(
-        name=opened.name,
-        controller=opened.header.controller(),
-        tolerance=tolerance,
-        dumps=dump_failed,
-    )
+    controller = recorded.header.controller()
     mismatch, done = None, 0
-    for done, entry in enumerate(opened.entries(), start=1):
-        mismatch = run.compare(entry)
+    for done, entry in enumerate(recorded.cycles, start=1):
+        mismatch = _mismatch(controller, entry, tolerance, dump_failed)
         if progress is not None:
-            progress(done, len(opened.lines))
+            progress(done, len(recorded.cycles))
         if mismatch is not None:
             break
     return ReplayReport(
         cycles=done,
         tolerance=tolerance,
         same_machine=same_machine,
-        complete=opened.count is not None,
+        complete=recorded.complete,
         mismatch=mismatch,
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Run:
-    """The replay under way."""
-
-    name: str
-    controller: DockingController
-    tolerance: float
-    dumps: Path | None
-
-    def compare(self, entry: Entry) -> Mismatch | None:
-        """Drive one cycle; what is not as it was recorded, or None."""
-        changed = "" if entry.intact else CHANGED
-        try:
-            fields, time = self._drive(entry)
-        except InputError as error:
-            if entry.intact:
-                raise misfit(f"{self.name}: cycle {entry.number}", error) from None
-            return Mismatch(cycle=entry.number, time=None, changed=f"{changed} ({told(error)})", fields=())
-        if fields or changed:
-            return Mismatch(cycle=entry.number, time=time, changed=changed, fields=fields)
+def _mismatch(
+    controller: DockingController, entry: Entry, tolerance: float, dumps: Path | None
+) -> Mismatch | None:
+    """Drive one cycle; what is not as it was recorded, or None."""
+    recorded = entry.cycle
+    if recorded is None:
+        return Mismatch(cycle=entry.number, time=None, changed=entry.changed, fields=())
+    replayed, _ = run_cycle(controller, entry.number, recorded.inputs, PlayedBack(recorded.decisions))
+    if dumps is not None:
+        dump_if_failed(controller, replayed, dumps)
+    fields = tuple(differences(to_data(recorded), to_data(replayed), tolerance))
+    if not fields and not entry.changed:
         return None
-
-    def _drive(self, entry: Entry) -> tuple[tuple[FieldDifference, ...], float]:
-        if entry.data is None:
-            raise InputError("no JSON any more")
-        inputs = at("inputs", read_inputs, entry.data.get("inputs"))
-        decisions = at("decisions", read_decisions, entry.data.get("decisions"))
-        cycle, _ = run_cycle(self.controller, entry.number, inputs, PlayedBack(decisions))
-        if self.dumps is not None:
-            dump_if_failed(self.controller, cycle, self.dumps)
-        replayed = to_data(cycle)
-        recorded: dict[str, Data] = {name: entry.data.get(name) for name in _OUTCOME}
-        found = differences(recorded, {name: replayed[name] for name in _OUTCOME}, self.tolerance)
-        return tuple(found), inputs.now
+    return Mismatch(cycle=entry.number, time=recorded.inputs.now, changed=entry.changed, fields=fields)

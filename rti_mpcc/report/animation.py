@@ -10,14 +10,15 @@ from typing import Any
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter
-from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import entries_once
 from rti_mpcc.report.bars import WeightBars
 from rti_mpcc.report.film import Film, film_of_run
 from rti_mpcc.report.looks import Look, Seen
@@ -151,7 +152,7 @@ class Stage:
         abreast = ceil(len(films) / rows)
         wide = min(_WIDEST, _ALL / abreast)
         high = min(_HIGHEST, wide * max((top - low) / (right - left) for left, right, low, top in extents))
-        handles, labels = self._legend()
+        handles, labels = entries_once(column.scene.axes for column in self.columns)
         whole = abreast * (_LEFT + wide + _RIGHT)
         entries = max(1, int(whole / _ENTRY))
         legend = _LEGEND + 0.2 * (ceil(len(labels) / entries) - 1)
@@ -169,14 +170,6 @@ class Stage:
         self.figure.legend(
             handles, labels, loc="lower center", ncols=entries, frameon=False, fontsize="small"
         )
-
-    def _legend(self) -> tuple[list[Artist], list[str]]:
-        """Handles and labels of all columns, each label once."""
-        found: dict[str, Artist] = {}
-        for column in self.columns:
-            for handle, label in zip(*column.scene.axes.get_legend_handles_labels(), strict=True):
-                found.setdefault(label, handle)
-        return list(found.values()), list(found)
 
 
 def _even(length: float) -> float:
@@ -239,7 +232,7 @@ def _palette() -> Image.Image:
         style.RED,
         style.PINK,
     )
-    full = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for color in colors])
+    full = 255.0 * to_rgba_array(colors)[:, :3]
     # The palest is not too near white: Pillow would take the paper for it.
     shares = np.linspace(_PALEST, 1.0, _SHADES)[:, None, None]
     shades = np.concatenate([[[255.0] * 3], (shares * full + (1.0 - shares) * 255.0).reshape(-1, 3)])

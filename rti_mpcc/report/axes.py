@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from io import BytesIO
-from typing import Any
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -29,19 +30,23 @@ def grid(axes: Axes) -> None:
 
 def legend_below(figure: Figure, *, columns: int = 4) -> None:
     """One legend for all axes, each label once, below them; the figure has to have a constrained layout."""
-    found: dict[str, Any] = {}
-    for axes in figure.axes:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
     figure.legend(
-        list(found.values()),
-        list(found),
+        *entries_once(figure.axes),
         loc="outside lower center",
         ncols=columns,
         frameon=False,
         fontsize="small",
         handlelength=3.5,
     )
+
+
+def entries_once(several: Iterable[Axes]) -> tuple[list[Artist], list[str]]:
+    """Handles and labels for a legend of several axes, each label once."""
+    found: dict[str, Artist] = {}
+    for axes in several:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    return list(found.values()), list(found)
 
 
 def png(figure: Figure) -> bytes:

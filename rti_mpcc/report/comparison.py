@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
+from operator import getitem
 from typing import Any, NamedTuple
 
 from rich.table import Table
@@ -80,9 +82,7 @@ def label(run: Figures) -> str:
 
 def figure(run: Figures, path: tuple[str, ...]) -> float | None:
     """A figure by its path in the summary."""
-    value: Any = run
-    for name in path:
-        value = value[name]
+    value: Any = reduce(getitem, path, run)
     return None if value is None else float(value)
 
 

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, A, V
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import grid as faint_grid
 from rti_mpcc.report.film import Film
 from rti_mpcc.report.looks import Look
 from rti_mpcc.types import Array, Trajectory
@@ -81,7 +82,7 @@ def _reaches(plans: Sequence[Trajectory]) -> Array:
 def _frame(axes: Axes, name: str, horizon: float) -> None:
     axes.set_xlim(0.0, max(horizon, 1e-3))
     axes.set_ylabel(name)
-    axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
+    faint_grid(axes)
 
 
 class StagePanels:

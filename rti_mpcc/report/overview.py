@@ -10,6 +10,7 @@ from matplotlib.patches import Circle
 
 from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import plane
 from rti_mpcc.report.ground import draw_boundaries, draw_path
 from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
@@ -40,15 +41,13 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     _draw_goals(axes, result)
     if discs:
         _draw_discs(axes, result, poses)
-    axes.set_aspect("equal", adjustable="box", anchor="NW")
+    plane(axes)
+    axes.set_anchor("NW")
     axes.margins(0.05)
     axes.autoscale_view()
     fit_plane(figure, axes)
     _draw_detections(axes, result)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
     axes.set_title(f"{result.title}: {result.truth.times[-1]:.1f} s in all")
-    axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
     axes.legend(
         loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, markerscale=1.5
     )

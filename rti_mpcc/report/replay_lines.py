@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from textwrap import shorten
+
 from rti_mpcc.recording import FieldDifference, Mismatch, ReplayReport
 
 SHOWN = 12
 """Fields of the first differing cycle that are shown, at most."""
+LONGEST = 200
+"""Characters of a value that are shown, at most."""
 
 
 def replay_lines(report: ReplayReport) -> list[str]:
@@ -37,4 +41,5 @@ def _mismatch_lines(mismatch: Mismatch) -> list[str]:
 
 def _field_line(field: FieldDifference) -> str:
     size = "" if field.size is None else f", difference {field.size:.3g}"
-    return f"  {field.field}: recorded {field.recorded!r}, replayed {field.replayed!r}{size}"
+    recorded, replayed = (shorten(repr(value), LONGEST) for value in (field.recorded, field.replayed))
+    return f"  {field.field}: recorded {recorded}, replayed {replayed}{size}"

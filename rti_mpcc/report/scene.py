@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import plane
 from rti_mpcc.report.film import Film
 from rti_mpcc.report.ground import boundaries_of, draw_boundaries, draw_path, path_lines
 from rti_mpcc.report.looks import ActivePlanes
@@ -141,9 +142,6 @@ def extent(film: Film) -> tuple[float, float, float, float]:
 def _lay_out(axes: Axes, film: Film) -> None:
     left, right, bottom, top = extent(film)
     axes.set_autoscale_on(False)
-    axes.set_aspect("equal", adjustable="box")
+    plane(axes)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    axes.grid(color=style.GREY, alpha=0.25, linewidth=0.5)

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rti_mpcc.report import style
+from rti_mpcc.report.axes import grid
 from rti_mpcc.report.goal_rows import NAMES, draw_goal_rows, has_goal_rows
 from rti_mpcc.simulation import RunResult
 
@@ -33,7 +34,7 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
     _draw_computing(axes[-1], result)
     for place, one in enumerate(axes):
         _mark(one, summary)
-        one.grid(color=style.GREY, alpha=0.25, linewidth=0.5)
+        grid(one)
         # Marks are named once, in the first legend.
         handles, labels = one.get_legend_handles_labels()
         kept = [k for k, label in enumerate(labels) if place == 0 or label not in _MARKS]

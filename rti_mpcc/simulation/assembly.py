@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import nan
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from geometry import Pose2
 from rti_mpcc.simulation.plant import PlantParameters
@@ -25,7 +26,7 @@ def assemble_truth(samples: Sequence[Sequence[float]], parameters: PlantParamete
         v=_kept(v),
         delta=_kept(delta),
         theta=_kept(table[:, 6]),
-        part=_kept_integers(table[:, 7]),
+        part=_kept(table[:, 7], np.int64),
         acceleration=_kept(_slopes(times, v)),
         steering_rate=_kept(_slopes(times, delta)),
         lateral_acceleration=_kept(v * yaw_rate),
@@ -57,15 +58,15 @@ def assemble_cycles(times: Sequence[float], commands: Sequence[Command], step_ms
         reason=tuple(note.reason for note in notes),
         weights=_rows([[w.lag, w.contouring, w.progress_reward, w.goal_position] for w in weights], 4),
         time_to_go=_kept([nan if note.time_to_go is None else note.time_to_go for note in notes]),
-        iterations=_kept_integers([note.iterations for note in notes]),
-        solved=_kept_flags([note.solver_status != "" for note in notes]),
-        failed=_kept_flags([note.failed for note in notes]),
+        iterations=_kept([note.iterations for note in notes], np.int64),
+        solved=_kept([note.solver_status != "" for note in notes], np.bool_),
+        failed=_kept([note.failed for note in notes], np.bool_),
         slack=_kept([note.slack for note in notes]),
         prepare_ms=_kept([note.prepare_ms for note in notes]),
         feedback_ms=_kept([note.feedback_ms for note in notes]),
         solve_ms=_kept([note.solve_ms for note in notes]),
         step_ms=_kept(step_ms),
-        deadline_missed=_kept_flags([note.deadline_missed for note in notes]),
+        deadline_missed=_kept([note.deadline_missed for note in notes], np.bool_),
     )
 
 
@@ -95,19 +96,7 @@ def _rows(values: Sequence[list[float]], width: int) -> Array:
     return _kept(np.reshape(values, (-1, width)))
 
 
-def _kept(values: Sequence[float] | Array) -> Array:
-    array = np.array(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array
-
-
-def _kept_integers(values: Sequence[int] | Array) -> NDArray[np.int64]:
-    array = np.array(values, dtype=np.int64)
-    array.flags.writeable = False
-    return array
-
-
-def _kept_flags(values: Sequence[bool]) -> NDArray[np.bool_]:
-    array = np.array(values, dtype=np.bool_)
+def _kept(values: ArrayLike, kind: type[np.generic] = np.float64) -> NDArray[Any]:
+    array = np.array(values, dtype=kind)
     array.flags.writeable = False
     return array

@@ -118,8 +118,7 @@ class Tree:
         place = np.column_stack([where, poses[:, 3] / self._room.curvature])
         at = np.rint((place - self._low) / _CELL).astype(np.int64)
         inside = ((at >= 0) & (at < self._shape)).all(axis=1)
-        strides = np.append(np.cumprod(self._shape[:0:-1])[::-1], 1)
-        return at @ strides, inside
+        return np.ravel_multi_index(tuple(at.T), tuple(self._shape), mode="clip"), inside
 
     def _add(self, poses: Array, parent: Index, cost: Array, where: Array) -> None:
         self.poses = np.concatenate((self.poses, poses))

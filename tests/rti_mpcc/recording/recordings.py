@@ -146,10 +146,10 @@ def change(file: Path, cycle: int, edit: Callable[[dict[str, Any]], object], *, 
     """A copy of a recording with the line of a cycle edited; `checked`: its checksum corrected."""
     lines = file.read_bytes().splitlines(keepends=True)
     place = cycle + 1
-    data, _ = from_line(lines[place])
+    data, _ = from_line(lines[place].rstrip())
     checksum = lines[place][-12:-4]
     edit(data)
-    text = to_line(data).encode()
+    text = to_line(data)
     lines[place] = text if checked else text[:-12] + checksum + text[-4:]
     changed = file.with_name("changed.jsonl")
     changed.write_bytes(b"".join(lines))

@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rti_mpcc.recording.codec import array_data
 from rti_mpcc.recording.compare import TIMES, differences
+from rti_mpcc.recording.lines import to_data
 from rti_mpcc.types import Diagnostics
 
 
 def found(recorded: Any, replayed: Any, tolerance: float = 0.0) -> list[str]:
-    return [difference.field for difference in differences({"a": recorded}, {"a": replayed}, tolerance)]
+    return [
+        difference.field
+        for difference in differences(to_data({"a": recorded}), to_data({"a": replayed}), tolerance)
+    ]
 
 
 LARGE = np.arange(100.0).reshape(50, 2)
@@ -33,9 +36,9 @@ NEXT = float(np.nextafter(1.0, 2.0))
         None,
         [1.0, {"b": nan}],
         {},
-        array_data([1.0, nan]),
-        array_data(LARGE),
-        array_data(np.array(1.0)),
+        np.array([1.0, nan]),
+        LARGE,
+        np.array(1.0),
     ],
 )
 @pytest.mark.parametrize("tolerance", [0.0, 1e-9])
@@ -60,12 +63,16 @@ def test_the_same_is_the_same(value: Any, tolerance: float) -> None:
         (None, 0.0, ["a"], ["a"]),
         ([1.0], [1.0, 2.0], ["a"], ["a"]),
         ([1.0, 2.0], [1.0, 3.0], ["a[1]"], ["a[1]"]),
+        ([1.0, 2.0, 3.0], [1.0, 3.0, 4.0], ["a[1]"], ["a[1]"]),
+        ([{"b": 1, "c": 1}, 1], [{"b": 2, "c": 2}, 2], ["a[0].b", "a[0].c"], ["a[0].b", "a[0].c"]),
+        (np.empty((0, 2)), np.empty((0, 3)), ["a.shape[1]"], ["a.shape[1]"]),
+        (3.0, 3, ["a"], ["a"]),
         ({"b": 1, "c": 2}, {"b": 1, "d": 2}, ["a.c", "a.d"], ["a.c", "a.d"]),
-        (array_data([1.0, 2.0]), array_data([NEXT, 3.0]), ["a[0]"], ["a[1]"]),
-        (array_data([1.0, 2.0]), array_data([[1.0, 2.0]]), ["a.shape"], ["a.shape"]),
-        (array_data([0.0]), array_data([-0.0]), ["a[0]"], []),
-        (array_data([1.0, inf]), array_data([1.0, 1.0]), ["a[1]"], ["a[1]"]),
-        (array_data(LARGE), array_data(LARGE + np.eye(50, 2, -3)), ["a[3, 0]"], ["a[3, 0]"]),
+        (np.array([1.0, 2.0]), np.array([NEXT, 3.0]), ["a[0]"], ["a[1]"]),
+        (np.array([1.0, 2.0]), np.array([[1.0, 2.0]]), ["a"], ["a"]),
+        (np.array([0.0]), np.array([-0.0]), ["a[0]"], []),
+        (np.array([1.0, inf]), np.array([1.0, 1.0]), ["a[1]"], ["a[1]"]),
+        (LARGE, LARGE + np.eye(50, 2, -3), ["a[3][0]"], ["a[3][0]"]),
     ],
 )
 def test_differences_bit_for_bit_and_nearly(one: Any, other: Any, bits: list[str], near: list[str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import fields
 from math import pi
@@ -15,7 +14,8 @@ from geometry import Corridor, Narrowing, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, SolverSettings, SpeedProfile
 from rti_mpcc.docking import DockingController
 from rti_mpcc.recording import Header
-from rti_mpcc.recording.codec import decoder, to_data
+from rti_mpcc.recording.codec import structured
+from rti_mpcc.recording.lines import from_line, to_line
 
 SEGMENTS = [(1, 0.05, 8.0), (-1, -0.2, 10.0), (-1, 0.1, 7.0)]
 ROUTE = ReferencePath.from_segments(Pose2(0.1, 0.2, pi / 3), SEGMENTS)
@@ -43,8 +43,7 @@ NARROWING = Narrowing(12.0, 13.0, left=1.4, right=-1.3)
 
 def back(header: Header) -> Header:
     """A header by way of its line."""
-    again: Header = decoder(Header)(json.loads(json.dumps(to_data(header))))
-    return again
+    return structured(from_line(to_line(header).rstrip())[0], Header)
 
 
 def header_of(path: ReferencePath, corridor: Corridor, config: ControllerConfig | None = None) -> Header:

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder, read_recording, replay
 from rti_mpcc.simulation import docking_controller
-from rti_mpcc.types import Reason, VehicleState
+from rti_mpcc.types import Command, Reason, VehicleState
 from tests.rti_mpcc.docking_runs import drive as drive_bare
-from tests.rti_mpcc.recording.recordings import CYCLE, GOAL, SCENARIO, drive, measurement, record
+from tests.rti_mpcc.recording.recordings import CYCLE, GOAL, SCENARIO, controller, drive, measurement, record
 
 REST = VehicleState(x=1.0, y=2.0, phi=1.0, v=0.0, delta=0.0)
 
@@ -122,7 +123,7 @@ def test_no_measurements_may_be_none(tmp_path: Path) -> None:
         assert recorder.step(REST, now=0.0, goal=GOAL, measurements=missing).diagnostics.reason == ""
 
 
-class FullDisk(io.StringIO):
+class FullDisk(io.BytesIO):
     def flush(self) -> None:
         raise OSError(28, "No space left on device")
 
@@ -138,6 +139,26 @@ def test_a_full_disk_ends_the_recording_and_not_the_drive(
         assert len(drive(recorder, range(3))) == 3
     (message,) = caplog.messages
     assert message.startswith("recording has ended, its file cannot be written: [Errno 28]")
+
+
+class Unwritable(DockingController):
+    """Raises what UTF-8 cannot write."""
+
+    def step(self, *arguments: Any, **named: Any) -> Command:
+        raise RuntimeError("\udcff")
+
+
+def test_text_that_cannot_be_written_ends_the_recording_alone(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with Recorder(controller(Unwritable), tmp_path / "run.jsonl") as recorder:
+        with pytest.raises(RuntimeError, match="\udcff"):
+            recorder.step(REST, now=0.0)
+        with pytest.raises(RuntimeError, match="\udcff"):
+            recorder.step(REST, now=1.0)
+    (message,) = caplog.messages
+    assert message.startswith("recording has ended, its file cannot be written: ")
+    assert read_recording(tmp_path / "run.jsonl", allow_truncated=True).cycles == ()
 
 
 def test_cycles_after_the_end_are_driven_and_not_recorded(tmp_path: Path) -> None:
