@@ -13,17 +13,14 @@ from functools import partial
 from pathlib import Path
 
 from rti_mpcc.simulation.campaign.case import (
-    DIED,
     CampaignCase,
     Drive,
-    bare_row,
     died_line,
     drive_case,
     driven_line,
 )
 from rti_mpcc.simulation.campaign.engine import Engine, LineOf
 from rti_mpcc.simulation.campaign.lock import locked
-from rti_mpcc.simulation.campaign.row import CaseOutcome
 from rti_mpcc.simulation.campaign.rows_file import RowsFile, Tally
 from rti_mpcc.simulation.campaign.settings import CampaignSettings, keep_settings
 
@@ -80,7 +77,7 @@ def lines(cases: Iterator[CampaignCase], drive: Drive, engine: Engine) -> Genera
     for case in suspects:
         line = _alone(engine, partial(driven_line, drive), case)
         if line is None:  # its course is drawn once more, by another worker, if it can be
-            line = _alone(engine, died_line, case) or bare_row(case, CaseOutcome.WORKER_DIED, DIED).line()
+            line = _alone(engine, died_line, case) or died_line(case, drawn=False)
         yield line
 
 
