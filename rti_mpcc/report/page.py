@@ -1,44 +1,37 @@
-"""Pages as one HTML file that needs nothing else, by the templates beside this file."""
+"""Pages as one HTML file that needs nothing else, by jinja2 and the templates beside this file."""
 
 from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Sequence
 from itertools import count
+from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, FileSystemLoader, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from rti_mpcc.report.axes import png
-from rti_mpcc.report.content import Section
-from rti_mpcc.report.numbers import counted, in_words, number, percent
+from rti_mpcc.report.numbers import in_words, number, percent
 
 _SYMBOL = re.compile(r"(?<!\w)([A-Za-zθδ])_([A-Za-zθδ]+)(?:\^([a-z]+))?")
 """A letter with an index: q_c, θ_k, a_lat, q_N^e."""
 
 
-def html_page(title: str, sections: Sequence[Section]) -> str:
-    """The page of sections made as values."""
-    return rendered("sections.html", title, given=sections)
-
-
-def rendered(template: str, title: str, **given: Any) -> str:
-    """The page of a template that extends page.html, with what it is given."""
+def rendered(template: str, title: str, *folders: Path, **given: Any) -> str:
+    """The page of a template that extends page.html, with what it is given; `folders`: of other templates."""
     environment = Environment(
-        loader=PackageLoader("rti_mpcc.report"),
+        loader=ChoiceLoader([PackageLoader("rti_mpcc.report"), FileSystemLoader(folders)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filters = (counted, embedded, in_words, marked, number, percent)
-    environment.filters |= {one.__name__: one for one in filters}
-    environment.globals |= {"next": next, "zip": zip}
-    counted_up = {"contents": [], "table_numbers": count(1), "figure_numbers": count(1)}
-    return environment.get_template(template).render(title=title, **counted_up, **given).lstrip()
+    environment.filters |= {one.__name__: one for one in (embedded, in_words, marked, number, percent)}
+    environment.globals["next"] = next
+    counters = {"contents": [], "table_numbers": count(1), "figure_numbers": count(1)}
+    return environment.get_template(template).render(title=title, **counters, **given).lstrip()
 
 
 def embedded(picture: bytes | Figure) -> str:
