@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
-from rti_mpcc.report.campaign.columns import Campaign, read_campaign
 from rti_mpcc.report.campaign.figures import overall
 from rti_mpcc.report.campaign.losses import losses
 from rti_mpcc.report.campaign.pairs import compared, paired
+from rti_mpcc.report.campaign.rows import Campaign, read_campaign
 from rti_mpcc.simulation.campaign.settings import source_digest
 
 COMMAND = "python -m benchmarks.tabulate_campaigns"

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.reproduction.comfort_picture import SHORTEST, front_figure
+from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
 from benchmarks.reproduction.published import published_run, published_track
 from benchmarks.reproduction.runs import DEFAULT, DOCKING, Runs
 from benchmarks.reproduction.verdicts import ENERGIES, came_out, ratio
 from rti_mpcc.report.axes import png
-from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation.batch import Outcome
 

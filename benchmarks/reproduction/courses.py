@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from statistics import median
 
 from benchmarks.course_rows import HEADER, course_figures, course_row, courses_told
+from benchmarks.reproduction.content import Section, Table, found, say
 from benchmarks.reproduction.runs import COURSE_SEED, DEFAULT
 from benchmarks.reproduction.verdicts import came_out
 from rti_mpcc.report.comparison import BEYOND, PAPER, Figures, figure
-from rti_mpcc.report.content import Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation.batch import Outcome
 

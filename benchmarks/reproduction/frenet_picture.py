@@ -8,13 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
 from geometry import PathPart
 from rti_mpcc.docking import DockingController
 from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import legend_below, plane, png
-from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.types import Array, VehicleState
 

@@ -7,6 +7,7 @@ from math import hypot
 from typing import Any, NamedTuple
 
 from benchmarks.reproduction import looks
+from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
 from benchmarks.reproduction.course_pictures import along_figure, plane_figure
 from benchmarks.reproduction.exactness import (
     PoseError,
@@ -21,7 +22,6 @@ from benchmarks.reproduction.published import published, published_run, publishe
 from benchmarks.reproduction.runs import CONTOURING, DEFAULT, FULL_COURSE, Runs
 from benchmarks.reproduction.verdicts import came_out, error_told, ratio
 from rti_mpcc.report.axes import png
-from rti_mpcc.report.content import Block, Picture, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from benchmarks.reproduction.content import Block, Paragraph, Section, Table, found, say
 from benchmarks.reproduction.published import published_run
 from benchmarks.reproduction.runs import DEFAULT, DOCKING, METHODS, Runs
 from benchmarks.reproduction.verdicts import CAME, MISSED, UNSAID, ratio
-from rti_mpcc.report.content import Block, Paragraph, Section, Table, found, say
 from rti_mpcc.report.numbers import number
 
 _SAID = (

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import reduce
 from typing import Any
 
+from benchmarks.reproduction.content import Section, Table, say
 from benchmarks.reproduction.published import published
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.report.content import Section, Table, say
 
 _SAID = (
     "The preset `paper` has the values of Table I and the terms that the published code adds to the "

@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks.reproduction.comfort import comfort_section
+from benchmarks.reproduction.content import Paragraph, Picture, Section, say
 from benchmarks.reproduction.courses import courses_section
 from benchmarks.reproduction.docking import docking_section
 from benchmarks.reproduction.frenet_picture import frenet_section
 from benchmarks.reproduction.full_course import course_section
 from benchmarks.reproduction.in_short import in_short
+from benchmarks.reproduction.page import html_page
 from benchmarks.reproduction.parameters import parameters_section
 from benchmarks.reproduction.published import published
 from benchmarks.reproduction.runs import DOCKING, Runs
 from benchmarks.reproduction.schedules import schedules_section
 from rti_mpcc.recording import Machine
-from rti_mpcc.report.content import Paragraph, Picture, Section, say
-from rti_mpcc.report.page import html_page
 
 TITLE = "The experiments of the paper, driven again"
 PAGE, NUMBERS = "reproduce.html", "reproduce.json"

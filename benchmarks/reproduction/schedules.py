@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.reproduction.content import Picture, Section, say
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.objectives import contouring_weights
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, png
-from rti_mpcc.report.content import Picture, Section, say
 from rti_mpcc.types import Array
 
 END = 30.0

@@ -42,9 +42,9 @@ def add_to(commands: Commands) -> None:
 
 def _report(arguments: argparse.Namespace) -> int:
     # Not at the top: matplotlib and scipy.stats take longer to load than other commands need.
-    from rti_mpcc.report.campaign.columns import read_campaign
     from rti_mpcc.report.campaign.pairs import paired
     from rti_mpcc.report.campaign.report import write_report
+    from rti_mpcc.report.campaign.rows import read_campaign
 
     campaign = read_campaign(arguments.folder)
     pairs = None

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from benchmarks.reproduction import causes
 from benchmarks.reproduction.claims import claims, missed_causes
 from benchmarks.reproduction.comfort import aims, aims_told
+from benchmarks.reproduction.content import Section, found, say
 from benchmarks.reproduction.docking import verdicts
 from benchmarks.reproduction.docking_pictures import HIGHEST, cut_peaks
 from benchmarks.reproduction.exactness import error_at, nearest_error, track_smoothness
@@ -25,7 +26,6 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.objectives import contouring_weights, sigma
 from rti_mpcc.ocp.targets import TargetKind
-from rti_mpcc.report.content import Section, found, say
 
 
 def test_outcomes_are_counted() -> None:

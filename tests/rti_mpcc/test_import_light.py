@@ -30,13 +30,14 @@ def loaded() -> set[str]:
     return packages_after("import rti_mpcc; rti_mpcc.DockingController")
 
 
-@pytest.mark.parametrize("library", ["matplotlib", "filterpy", "rich", "cv2"])
+@pytest.mark.parametrize("library", ["matplotlib", "filterpy", "rich", "cv2", "pandas"])
 def test_import_does_not_load(loaded: set[str], library: str) -> None:
     assert library not in loaded
 
 
-def test_the_command_line_loads_a_cluster_where_one_is_asked_for() -> None:
-    assert not {"distributed", "dask", "matplotlib"} & packages_after("import rti_mpcc.cli")
+def test_the_command_line_loads_what_only_some_commands_need_where_one_is_asked_for() -> None:
+    heavy = {"distributed", "dask", "matplotlib", "pandas"}
+    assert not heavy & packages_after("import rti_mpcc.cli")
 
 
 def test_estimation_loads_filterpy_with_the_first_filter() -> None:

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
-from rti_mpcc.report.campaign.columns import Campaign
-from rti_mpcc.report.campaign.figures import spread, success_interval
-from rti_mpcc.types import Array
+from rti_mpcc.report.campaign.figures import known, success_interval
 
 BINS = 6
 """Most of them."""
+QUARTILES = (25, 50, 75)
 CASES_IN_BIN = 5
 """At least so many, but where a value is one of a few."""
 
@@ -32,10 +31,9 @@ class Scale(NamedTuple):
     digits: int
     size: bool = False
 
-    def of(self, campaign: Campaign) -> Array:
-        """(n,) its values."""
-        values = campaign[self.column]
-        return np.abs(values) if self.size else values
+    def of(self, rows: pd.DataFrame) -> pd.Series[float]:
+        """Its values."""
+        return rows[self.column].abs() if self.size else rows[self.column]
 
 
 COURSE = (
@@ -71,76 +69,58 @@ DISTURBANCES = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bin:
-    """The cases between two values of a scale.
-
-    Attributes:
-        low, high: least and largest value in it.
-        middle: median value in it.
-        cases, docked, collisions: how many.
-        rate, interval: share that docked, and its 95 % interval.
-        time: time to dock of those that docked, p25, p50, p75 [s]; None where none did.
-        over_yardstick: median of the time to dock over its yardstick.
-    """
-
-    low: float
-    high: float
-    middle: float
-    cases: int
-    docked: int
-    collisions: int
-    rate: float
-    interval: tuple[float, float]
-    time: dict[str, float | None]
-    over_yardstick: float | None
-
-    def told(self) -> dict[str, Any]:
-        """For JSON."""
-        return {name: getattr(self, name) for name in self.__slots__} | {"interval": list(self.interval)}
-
-
-def varying(campaign: Campaign, scales: Sequence[Scale]) -> list[Scale]:
+def varying(rows: pd.DataFrame, scales: Sequence[Scale]) -> list[Scale]:
     """Those that are not the same in all cases, and not the same as one before."""
-    found: dict[bytes, Scale] = {}
-    for scale in scales:
-        values = scale.of(campaign)
-        if np.unique(values[np.isfinite(values)]).size > 1:
-            found.setdefault(values.tobytes(), scale)
-    return list(found.values())
+    values = pd.DataFrame({scale.column: scale.of(rows) for scale in scales}).T.drop_duplicates().T
+    return [scale for scale in scales if scale.column in values and values[scale.column].nunique() > 1]
 
 
-def bins(campaign: Campaign, scale: Scale, over_yardstick: Array) -> list[Bin]:
+def bins(rows: pd.DataFrame, scale: Scale) -> pd.DataFrame:
     """One a value where there are few, else as many cases in each, but where values are equal.
 
-    `over_yardstick`: (n,) as `time_over_yardstick` gives it.
+    Columns: least, largest and median value (low, high, middle); how many are in it, docked, collided (cases,
+    docked, collisions); the share that docked and its 95 % interval (rate, rate_low, rate_high); time to dock
+    of those that docked [s] (p25, p50, p75), and its median over the yardstick (over_yardstick); NaN where
+    none did. Rows without a value are in no bin.
     """
-    values = scale.of(campaign)
-    return [_bin(campaign, values, rows, over_yardstick) for rows in _parted(values)]
-
-
-def _parted(values: Array) -> list[NDArray[np.int64]]:
-    """Rows of each bin, in order of the values; rows without a value are in none."""
-    known = np.flatnonzero(np.isfinite(values))
-    distinct, place = np.unique(values[known], return_inverse=True)
-    if distinct.size > BINS:
-        count = max(1, min(BINS, known.size // CASES_IN_BIN))
-        edges = np.unique(np.quantile(values[known], np.linspace(0.0, 1.0, count + 1)[1:-1]))
-        place = np.searchsorted(edges, values[known], side="right")
-    return [known[place == one] for one in np.unique(place)]
-
-
-def _bin(campaign: Campaign, values: Array, rows: NDArray[np.int64], over_yardstick: Array) -> Bin:
-    docked = rows[campaign.docked[rows]]
-    return Bin(
-        low=float(values[rows].min()),
-        high=float(values[rows].max()),
-        middle=float(np.median(values[rows])),
-        cases=rows.size,
-        docked=docked.size,
-        collisions=int(campaign.crossed[rows].sum()),
-        rate=docked.size / rows.size,
-        interval=success_interval(docked.size, rows.size),
-        time=spread(campaign["time_to_dock_s"][docked], (25, 50, 75), largest=False),
-        over_yardstick=spread(over_yardstick[docked], (50,), largest=False)["p50"],
+    rows = rows.assign(value=scale.of(rows)).dropna(subset="value")
+    groups = rows.groupby(_places(rows["value"]), observed=True)
+    table = groups.agg(
+        low=("value", "min"),
+        high=("value", "max"),
+        middle=("value", "median"),
+        cases=("value", "size"),
+        docked=("docked", "sum"),
+        collisions=("crossed", "sum"),
+        over_yardstick=("over_yardstick", "median"),
     )
+    table["rate"] = table["docked"] / table["cases"]
+    intervals = [success_interval(*counts) for counts in zip(table["docked"], table["cases"], strict=True)]
+    table["rate_low"], table["rate_high"] = zip(*intervals, strict=True)
+    for percent in QUARTILES:
+        table[f"p{percent}"] = groups["time_to_dock_s"].quantile(percent / 100.0)
+    return table
+
+
+def _places(values: pd.Series[float]) -> pd.Series[Any]:
+    """What is equal in the rows of a bin, and in order of the values."""
+    if values.nunique() <= BINS:
+        return values
+    count = max(1, min(BINS, len(values) // CASES_IN_BIN))
+    edges = values.quantile(np.linspace(0.0, 1.0, count + 1)[1:-1]).unique()
+    return pd.cut(values, [-inf, *edges, inf], right=False)
+
+
+def told(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Bins for JSON."""
+    return [
+        {
+            **{name: known(one[name]) for name in ("low", "high", "middle")},
+            **{name: int(one[name]) for name in ("cases", "docked", "collisions")},
+            "rate": one["rate"],
+            "interval": [one["rate_low"], one["rate_high"]],
+            "time": {name: known(one[name]) for name in ("p25", "p50", "p75")},
+            "over_yardstick": known(one["over_yardstick"]),
+        }
+        for one in table.to_dict("records")
+    ]

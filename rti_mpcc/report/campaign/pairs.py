@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.report.campaign.columns import Campaign
-from rti_mpcc.report.campaign.figures import ENERGIES, spread
-from rti_mpcc.types import Array
+from rti_mpcc.report.campaign.figures import ENERGIES, known, spread
+from rti_mpcc.report.campaign.rows import Campaign
+from rti_mpcc.report.numbers import number
 
 RATIOS = {
     "time_to_dock_s": "time to dock",
@@ -26,35 +25,20 @@ QUARTILES = (25, 50, 75)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pairs:
-    """The k cases that two campaigns have in common.
+    """The cases that two campaigns have in common.
 
     Attributes:
         names: of the first and the second.
-        first, second: the campaigns; rows: (k, 2) of each case in them.
-        differences: settings that differ, with both values.
-        disturbed_differently: how many of the k are, in the two.
+        first, second: their rows of these cases, line by line the same case.
+        left: how many cases of each have no pair.
+        differences: settings that differ, with both values; None for what one does not have.
     """
 
     names: tuple[str, str]
-    first: Campaign
-    second: Campaign
-    rows: NDArray[np.int64]
+    first: pd.DataFrame
+    second: pd.DataFrame
+    left: tuple[int, int]
     differences: Mapping[str, tuple[Any, Any]]
-    disturbed_differently: int
-
-    @property
-    def docked(self) -> NDArray[np.bool_]:
-        """(k, 2)."""
-        return np.stack([self.first.docked[self.rows[:, 0]], self.second.docked[self.rows[:, 1]]], axis=-1)
-
-    def of(self, column: str) -> Array:
-        """(k, 2) a column of both."""
-        return np.stack([self.first[column][self.rows[:, 0]], self.second[column][self.rows[:, 1]]], axis=-1)
-
-    def index(self, wanted: NDArray[np.bool_]) -> list[int]:
-        """Of the wanted cases (k,)."""
-        found: list[int] = self.first.index[self.rows[wanted, 0]].tolist()
-        return found
 
 
 def paired(first: Campaign, second: Campaign) -> Pairs:
@@ -65,78 +49,87 @@ def paired(first: Campaign, second: Campaign) -> Pairs:
             f"{first.name} and {second.name}: seed = {seeds[0]} and {seeds[1]}: campaigns of different seeds "
             "have no case in common"
         )
-    _, mine, others = np.intersect1d(first.index, second.index, assume_unique=True, return_indices=True)
-    same = first.course[mine] == second.course[others]
-    rows = np.stack([mine[same], others[same]], axis=-1).astype(np.int64)
-    if not len(rows):
-        why = "of the same index is on the same course" if len(mine) else "of one is in the other"
+    both = first.rows.index.intersection(second.rows.index)
+    index = both[first.rows.loc[both, "course"] == second.rows.loc[both, "course"]]
+    if index.empty:
+        why = "of one is in the other" if both.empty else "of the same index is on the same course"
         raise InputError(f"{first.name} and {second.name}: have no case in common: none {why}")
     return Pairs(
         names=_names(first, second),
-        first=first,
-        second=second,
-        rows=rows,
+        first=first.rows.loc[index],
+        second=second.rows.loc[index],
+        left=(len(first.rows) - len(index), len(second.rows) - len(index)),
         differences=differences(first.settings, second.settings),
-        disturbed_differently=int(
-            np.count_nonzero(first.disturbed[rows[:, 0]] != second.disturbed[rows[:, 1]])
-        ),
     )
 
 
 def compared(pairs: Pairs) -> dict[str, Any]:
     """All figures of a comparison; ratios are first / second, on the cases that both dock."""
-    docked = pairs.docked
-    both = docked.all(axis=1)
-    clearance = pairs.of("min_clearance_m")
+    one, other = pairs.first, pairs.second
+    first, second = one["docked"], other["docked"]
+    both, none = first & second, ~first & ~second
+    # What is divided by zero has no ratio.
+    ratios = {name: one[name][both] / other[name][both].where(other[name] != 0.0) for name in RATIOS}
+    clearance = one["min_clearance_m"] - other["min_clearance_m"]
     return {
         "first": pairs.names[0],
         "second": pairs.names[1],
         "settings_differ": {name: list(values) for name, values in pairs.differences.items()},
-        "common": len(pairs.rows),
-        "only_in_first": len(pairs.first) - len(pairs.rows),
-        "only_in_second": len(pairs.second) - len(pairs.rows),
-        "disturbed_differently": pairs.disturbed_differently,
-        "docked": docked.sum(axis=0).tolist(),
+        "common": len(one),
+        "only_in_first": pairs.left[0],
+        "only_in_second": pairs.left[1],
+        "disturbed_differently": int((one["disturbances"] != other["disturbances"]).sum()),
+        "docked": [int(first.sum()), int(second.sum())],
         "docked_both": int(both.sum()),
-        "docked_first_only": int((docked[:, 0] & ~docked[:, 1]).sum()),
-        "docked_second_only": int((~docked[:, 0] & docked[:, 1]).sum()),
-        "docked_none": int((~docked.any(axis=1)).sum()),
-        "lost_by_first": pairs.index(~docked[:, 0] & docked[:, 1]),
-        "lost_by_second": pairs.index(docked[:, 0] & ~docked[:, 1]),
-        "lost_by_both": pairs.index(~(docked[:, 0] | docked[:, 1])),
-        "collisions": np.count_nonzero(clearance < 0.0, axis=0).tolist(),
-        "min_clearance_m": [_least(column) for column in clearance.T],
-        "ratios": {name: spread(ratios(pairs, name)[both], QUARTILES, largest=False) for name in RATIOS},
-        "clearance_difference_m": spread(clearance[both, 0] - clearance[both, 1], QUARTILES, largest=False),
-        "first_faster": int(np.count_nonzero(ratios(pairs, "time_to_dock_s")[both] < 1.0)),
+        "docked_first_only": int((first & ~second).sum()),
+        "docked_second_only": int((second & ~first).sum()),
+        "docked_none": int(none.sum()),
+        "lost_by_first": one.index[second & ~first].tolist(),
+        "lost_by_second": one.index[first & ~second].tolist(),
+        "lost_by_both": one.index[none].tolist(),
+        "collisions": [int(rows["crossed"].sum()) for rows in (one, other)],
+        "min_clearance_m": [known(rows["min_clearance_m"].min()) for rows in (one, other)],
+        "ratios": {name: spread(values, *QUARTILES, largest=False) for name, values in ratios.items()},
+        "clearance_difference_m": spread(clearance[both], *QUARTILES, largest=False),
+        "first_faster": int((ratios["time_to_dock_s"] < 1.0).sum()),
     }
 
 
-def ratios(pairs: Pairs, column: str) -> Array:
-    """(k,) first / second; NaN where one of the two has no figure, or the second is 0."""
-    one, other = pairs.of(column).T
-    found: Array = np.divide(one, other, out=np.full(len(one), np.nan), where=other != 0.0)
-    return found
+def sentences(pairs: Pairs, told: dict[str, Any]) -> list[str]:
+    """What the comparison comes to."""
+    one, other = pairs.names
+    said = [
+        f"{told['common']} cases in common: {told['docked_both']} dock in both, "
+        f"{told['docked_first_only']} in `{one}` only, {told['docked_second_only']} in `{other}` only, "
+        f"{told['docked_none']} in neither."
+    ]
+    time = told["ratios"]["time_to_dock_s"]
+    if time["p50"] is not None:
+        said.append(
+            f"On those that both dock `{one}` takes {number(time['p50'], 3)} times the time to dock of "
+            f"`{other}` (median; quartiles {number(time['p25'], 3)} and {number(time['p75'], 3)}), and is "
+            f"the faster one in {told['first_faster']} of {told['docked_both']}."
+        )
+    if any(pairs.left):
+        said.append(
+            f"Not compared: {pairs.left[0]} cases of `{one}` and {pairs.left[1]} of `{other}` have no pair."
+        )
+    if told["disturbed_differently"]:
+        said.append(
+            f"{told['disturbed_differently']} of the common cases are the same course disturbed differently."
+        )
+    differ = ", ".join(f"{name} ({mine} and {others})" for name, (mine, others) in pairs.differences.items())
+    return [*said, f"Settings that differ: {differ}." if differ else "No settings differ."]
 
 
 def differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
     """Settings that differ, those within settings by their path; what one does not have is None."""
-    mine, others = _flat(first), _flat(second)
+    mine, others = (pd.json_normalize(dict(one)).to_dict("records")[0] for one in (first, second))
     return {
-        name: (mine.get(name), others.get(name))
+        str(name): (mine.get(name), others.get(name))
         for name in dict.fromkeys([*mine, *others])
         if mine.get(name) != others.get(name)
     }
-
-
-def _flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, value in settings.items():
-        if isinstance(value, Mapping):
-            found |= _flat(value, f"{prefix}{name}.")
-        else:
-            found[f"{prefix}{name}"] = value
-    return found
 
 
 def _names(first: Campaign, second: Campaign) -> tuple[str, str]:
@@ -148,8 +141,3 @@ def _names(first: Campaign, second: Campaign) -> tuple[str, str]:
         return f"{first.name}, the first", f"{second.name}, the second"
     one, other = (" ".join(campaign.settings[name] for name in told) for campaign in (first, second))
     return one, other
-
-
-def _least(values: Array) -> float | None:
-    finite = values[np.isfinite(values)]
-    return float(finite.min()) if finite.size else None

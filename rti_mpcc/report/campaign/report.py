@@ -1,39 +1,31 @@
-"""The report of a campaign: all sections, and its files report.html and report.json."""
+"""The report of a campaign: report.html, by the template campaign.html, and report.json."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from math import degrees
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rich.table import Table as ConsoleTable
 
 from rti_mpcc.recording import Machine
-from rti_mpcc.report.campaign.columns import Campaign
-from rti_mpcc.report.campaign.difficulty import COURSE, DISTURBANCES
+from rti_mpcc.report.campaign import difficulty, pictures
 from rti_mpcc.report.campaign.figures import overall
 from rti_mpcc.report.campaign.losses import losses
-from rti_mpcc.report.campaign.pairs import Pairs
-from rti_mpcc.report.campaign.pairs_section import pairs_section, sentences
-from rti_mpcc.report.campaign.sections import (
-    difficulty_section,
-    in_short,
-    outcome_section,
-    overall_table,
-    settings_section,
-    short_section,
-)
-from rti_mpcc.report.campaign.worst import worst_cases
-from rti_mpcc.report.campaign.worst_section import worst_section
-from rti_mpcc.report.content import Section, say
-from rti_mpcc.report.page import html_page
+from rti_mpcc.report.campaign.pairs import RATIOS, Pairs, compared, sentences
+from rti_mpcc.report.campaign.rows import Campaign
+from rti_mpcc.report.campaign.words import in_short, overall_rows, several
+from rti_mpcc.report.campaign.worst import shown, told, worst_cases
+from rti_mpcc.report.page import rendered
 
 PAGE, NUMBERS = "report.html", "report.json"
-_DIFFICULTIES = (
-    (COURSE, "course", "Against the course"),
-    (DISTURBANCES, "disturbances", "Against what disturbs"),
-)
+_DIFFICULTIES = {
+    "course": ("the course", difficulty.COURSE),
+    "disturbances": ("what disturbs", difficulty.DISTURBANCES),
+}
+Progress = Callable[[int, int], None]
 
 
 class Report(NamedTuple):
@@ -50,7 +42,7 @@ def write_report(
     *,
     pairs: Pairs | None = None,
     worst: int = 10,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Report:
     """Drive the worst cases again and write page and numbers into an existing folder. Raises OSError.
 
@@ -59,38 +51,81 @@ def write_report(
         progress: told (done, in all) after each case that was driven again.
     """
     figures = {**overall(campaign), "losses": losses(campaign)}
-    sections = [short_section(campaign, figures), outcome_section(campaign, figures)]
-    numbers: dict[str, Any] = {**figures, "settings": campaign.settings, "difficulty": {}}
-    for scales, name, title in _DIFFICULTIES:
-        against = difficulty_section(campaign, scales, name=name, title=title)
-        if against is not None:
-            sections.append(against.section)
-            numbers["difficulty"] |= against.told
-    told = in_short(figures)
-    if pairs is not None:
-        comparison = pairs_section(pairs)
-        sections.append(comparison.section)
-        numbers["against"] = comparison.told
-        told += sentences(pairs, comparison.told)
-    if worst:
-        shown = worst_section(campaign, worst_cases(campaign, worst), progress)
-        sections.append(shown.section)
-        numbers["worst"] = shown.told
-    sections.append(_made(campaign))
-    numbers |= {"told": told, "report_versions": Machine.here().versions}
+    said, versions = in_short(figures), Machine.here().versions
+    difficulties = list(filter(None, (_difficulty(campaign, name) for name in _DIFFICULTIES)))
+    against = _against(pairs)
+    cases = _worst(campaign, worst, progress)
+    page = rendered(
+        "campaign.html",
+        f"Campaign {campaign.name}",
+        campaign=campaign,
+        settings=campaign.settings,
+        figures=figures,
+        said=said,
+        overall=overall_rows(figures),
+        spread=pictures.spread_figure(campaign.rows),
+        difficulties=difficulties,
+        **against,
+        **cases,
+        versions=versions,
+        degree=degrees(1.0),
+        several=several,
+        named=_named,
+    )
+    sentences_told = [*said, *against["compared"]]
+    numbers = {
+        **figures,
+        "settings": campaign.settings,
+        "difficulty": {
+            scale.column: difficulty.told(table) for one in difficulties for scale, table in one["bins"]
+        },
+        **({} if pairs is None else {"against": against["against"]}),
+        **({"worst": cases["worst"]} if worst else {}),
+        "told": sentences_told,
+        "report_versions": versions,
+    }
     files = (folder / PAGE, folder / NUMBERS)
-    files[0].write_text(html_page(f"Campaign {campaign.name}", sections), encoding="utf-8")
+    files[0].write_text(page, encoding="utf-8")
     text = json.dumps(numbers, indent=2, allow_nan=False, ensure_ascii=False)
     files[1].write_text(text + "\n", encoding="utf-8")
-    return Report(files, tuple(told), console_table(campaign, figures))
+    return Report(files, tuple(sentences_told), console_table(campaign, figures))
 
 
-def _made(campaign: Campaign) -> Section:
-    """Settings, and what made the page."""
-    section = settings_section(campaign.settings)
-    versions = ", ".join(f"{name} {value}" for name, value in Machine.here().versions.items() if value)
-    made = say(f"This page was made by `rti-mpcc campaign-report` with {versions}.")
-    return Section(name=section.name, title=section.title, blocks=[*section.blocks, made])
+def _difficulty(campaign: Campaign, name: str) -> dict[str, Any] | None:
+    """Success and time over the scales of one kind; None where none varies."""
+    rows, (title, scales) = campaign.rows, _DIFFICULTIES[name]
+    bins = [(scale, difficulty.bins(rows, scale)) for scale in difficulty.varying(rows, scales)]
+    if not bins:
+        return None
+    success, time = pictures.success_figure(rows, bins), pictures.time_figure(bins)
+    return {"name": name, "title": title, "bins": bins, "success": success, "time": time}
+
+
+def _against(pairs: Pairs | None) -> dict[str, Any]:
+    """The comparison, where there is one."""
+    if pairs is None:
+        return {"pairs": None, "against": None, "compared": []}
+    figures = compared(pairs)
+    return {
+        "pairs": pairs,
+        "against": figures,
+        "compared": sentences(pairs, figures),
+        "against_picture": pictures.pairs_figure(pairs),
+        "ratios": RATIOS,
+        "lost": sorted(figures["lost_by_first"] + figures["lost_by_second"]),
+    }
+
+
+def _worst(campaign: Campaign, count: int, progress: Progress | None) -> dict[str, Any]:
+    """The worst cases, driven again as the page is written."""
+    if not count:
+        return {"worst": None}
+    cases = told(campaign, worst_cases(campaign.rows, count))
+    return {"worst": cases, "shown": shown(campaign, cases, progress)}
+
+
+def _named(values: Mapping[str, str | None]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in values.items() if value)
 
 
 def console_table(campaign: Campaign, figures: dict[str, Any]) -> ConsoleTable:
@@ -103,6 +138,6 @@ def console_table(campaign: Campaign, figures: dict[str, Any]) -> ConsoleTable:
     )
     table.add_column("", no_wrap=True)
     table.add_column("value", justify="right", no_wrap=True)
-    for name, value in overall_table(figures).rows:
+    for name, value in overall_rows(figures):
         table.add_row(name.replace("[", r"\["), value)
     return table

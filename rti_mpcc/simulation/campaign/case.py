@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from rti_mpcc.errors import InputError
@@ -84,36 +85,23 @@ def driven_line(drive: Drive, case: CampaignCase) -> str:
         return undriven_row(case, CaseOutcome.RAISED, told).line()
 
 
-def died_line(case: CampaignCase) -> str:
-    """The line of a case that ended its worker. To be run in another one: it draws the course again."""
-    return undriven_row(case, CaseOutcome.WORKER_DIED, DIED).line()
+def died_line(case: CampaignCase, *, drawn: bool = True) -> str:
+    """The line of a case that ended its worker. To be run in another one where its course is drawn again."""
+    return undriven_row(case, CaseOutcome.WORKER_DIED, DIED, drawn=drawn).line()
 
 
-def undriven_row(case: CampaignCase, outcome: CaseOutcome, detail: str) -> CampaignRow:
-    """A row without figures, and without its course where that cannot be drawn."""
-    try:
-        scenario = case.scenario()
-    except Exception:
-        return bare_row(case, outcome, detail)
+def undriven_row(case: CampaignCase, outcome: CaseOutcome, detail: str, *, drawn: bool = True) -> CampaignRow:
+    """A row without figures, and without its course where that cannot be drawn, or is not to be."""
+    scenario = None
+    if drawn:
+        with suppress(Exception):
+            scenario = case.scenario()
     return CampaignRow(
         index=case.index,
-        scenario=scenario.name,
+        scenario=scenario.name if scenario else case.name,
         outcome=outcome,
         detail=detail,
-        course=course_figures(scenario),
-        disturbances=disturbance_figures(scenario),
-        figures=None,
-    )
-
-
-def bare_row(case: CampaignCase, outcome: CaseOutcome, detail: str) -> CampaignRow:
-    """A row of which nothing is known but how it ended."""
-    return CampaignRow(
-        index=case.index,
-        scenario=case.name,
-        outcome=outcome,
-        detail=detail,
-        course=None,
-        disturbances=None,
+        course=course_figures(scenario) if scenario else None,
+        disturbances=disturbance_figures(scenario) if scenario else None,
         figures=None,
     )

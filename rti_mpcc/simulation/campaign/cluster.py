@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future
-from contextlib import ExitStack, contextmanager
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from itertools import islice
 from types import ModuleType, TracebackType
 from typing import Any, Self
 
 from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
-from rti_mpcc.simulation.campaign.engine import AHEAD
+from rti_mpcc.simulation.campaign.case import CampaignCase
+from rti_mpcc.simulation.campaign.engine import AHEAD, Driven, LineOf
 from rti_mpcc.simulation.campaign.settings import versions
 
 CONNECTING = 10.0
 """So long it may take to reach the scheduler [s]."""
 FIRST_WORKER = 60.0
 """And so long until it has a worker [s]."""
+POLL = 1.0
+"""Between two looks at whether the scheduler is still there [s]."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -32,60 +35,62 @@ class DaskEngine:
         self.address = address
         self._dask = _distributed()
         self._client: Any = None
-        self._executor: Executor | None = None
         self._stack = ExitStack()
-        self._window = AHEAD
-        self._deserted = False
+        self._threads = 1  # of all workers, when last asked
 
     def __enter__(self) -> Self:
         """Raises CampaignError where there is no scheduler, no worker, or one with another program."""
-        self._stack.enter_context(_quiet())
-        try:
-            self._client = self._connected()
-            self._stack.callback(self._client.close)
-            self._executor = self._client.get_executor(pure=False)
+        with ExitStack() as stack:
+            stack.enter_context(_quiet())
+            self._client = stack.enter_context(closing(self._connected()))
             self._same_everywhere()
-        except BaseException:
-            self._stack.close()
-            raise
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with self._stack:
-            if self._executor is not None and self._client.status == "running":
-                self._executor.shutdown(wait=kind is None)  # without waiting it cancels
+        self._stack.close()  # with its client the scheduler forgets what is under way
 
-    def window(self) -> int:
-        """See `Engine`; workers may come and go."""
-        try:
+    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
+        """See `Engine`."""
+        under_way: dict[Any, CampaignCase] = {}
+        while True:
+            for case in islice(cases, max(self._window() - len(under_way), 0)):
+                under_way[self._client.submit(line_of, case, pure=False)] = case
+            if not under_way:
+                return
+            for future in self._ended(under_way):
+                case = under_way.pop(future)
+                if future.status == "finished":
+                    yield case, future.result()
+                elif future.status == "error" and not self._killed(error := future.exception()):
+                    raise error
+                else:  # its workers have ended, or the scheduler has dropped it
+                    self._check()
+                    yield case, None
+
+    def _window(self) -> int:
+        """So many cases may be under way now; workers may come and go."""
+        self._check()
+        threads = self._threads
+        with suppress(OSError, TimeoutError):  # one that is lost will be seen to be
             threads = sum(self._client.nthreads().values())
-        except (OSError, TimeoutError):
-            self.check()
-            return self._window
-        if threads == 0 and not self._deserted:
+        if threads == 0 < self._threads:
             _LOG.warning("the Dask scheduler at %s has no worker: waiting for one", self.address)
-        self._deserted = threads == 0
-        self._window = max(AHEAD * threads, 1)
-        return self._window
+        self._threads = threads
+        return max(AHEAD * threads, 1)
 
-    def submit(self, call: Callable[..., str], *arguments: Any) -> Future[str]:
-        """See `Engine`."""
-        if self._executor is None:
-            raise RuntimeError("a DaskEngine is a context manager: enter it first")
-        return self._executor.submit(call, *arguments)
+    def _ended(self, under_way: Iterable[Any]) -> list[Any]:
+        """Those that have ended, one way or another, after a while at the latest."""
+        with self._client.as_current(), suppress(TimeoutError, self._dask.CancelledError):
+            self._dask.wait(list(under_way), timeout=POLL, return_when="FIRST_COMPLETED")
+        return [future for future in under_way if future.status != "pending"]
 
-    def died(self, error: BaseException) -> bool:
-        """See `Engine`."""
+    def _killed(self, error: BaseException) -> bool:
         return isinstance(error, self._dask.scheduler.KilledWorker)
 
-    def renew(self) -> None:
-        """The cluster has workers again by itself."""
-        self.check()
-
-    def check(self) -> None:
-        """See `Engine`."""
+    def _check(self) -> None:
         if self._client.status != "running":
             raise CampaignError(f"the Dask scheduler at {self.address} is lost")
 

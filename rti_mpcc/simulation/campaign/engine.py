@@ -1,30 +1,35 @@
-"""What runs cases elsewhere: processes of this machine; in `cluster` those of others."""
+"""What drives the cases: processes of this machine, by joblib; `cluster` has those of a Dask scheduler."""
 
 from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+import warnings
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import wait
+from functools import partial
+from time import sleep
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Protocol, Self, TypeVar
 
 from rti_mpcc.errors import CampaignError, InputError
-from rti_mpcc.simulation.batch import end_when_interrupted, one_thread_each
+from rti_mpcc.simulation.batch import end_when_interrupted
+from rti_mpcc.simulation.campaign.case import CampaignCase
 
 AHEAD = 2
-"""Calls under way for each worker: one that runs, one that waits, so that no worker has to."""
+"""Cases under way for each worker: one that is driven, one that waits, so that no worker has to."""
+LOOKS = 0.5
+"""So often a worker looks whether its parent is there [s]."""
+LineOf = Callable[[CampaignCase], str]
+"""Gives the line of a case; workers get it by its name."""
+Driven = tuple[CampaignCase, str | None]
+"""A case and its line; None where a worker ended meanwhile, which may or may not be of the case's doing."""
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 class Engine(Protocol):
-    """Runs calls in other processes, through the interface of concurrent.futures; a context manager.
-
-    Left by an exception it drops all calls that are under way.
-    """
+    """Drives cases in other processes; a context manager. Left by an exception it drops what is under way."""
 
     def __enter__(self) -> Self: ...
 
@@ -32,92 +37,96 @@ class Engine(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
 
-    def window(self) -> int:
-        """So many calls may be under way now, at least 1."""
-        ...
+    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
+        """All cases as they end; each is asked for as it is begun, few ahead.
 
-    def submit(self, call: Callable[..., str], *arguments: Any) -> Future[str]:
-        """Begin a call. Raises what `died` knows where a worker has ended meanwhile."""
-        ...
-
-    def died(self, error: BaseException) -> bool:
-        """Whether a call failed because its worker ended."""
-        ...
-
-    def renew(self) -> None:
-        """Have workers again after one has ended, with no call under way. Raises CampaignError."""
-        ...
-
-    def check(self) -> None:
-        """Raises CampaignError where no call that is under way can end any more."""
+        Raises CampaignError where there are no workers any more.
+        """
         ...
 
 
 class ProcessEngine:
-    """Processes of this machine, one thread each. They import the caller's main module, see `drive_all`."""
+    """Processes of this machine, one thread each, by joblib; see `Engine`.
+
+    What joblib does not do: it tells that a process has ended, but not which case did it, so all that were
+    under way are told to be lost; its processes would outlive a parent that was killed (`_begin_worker`); and
+    a single job runs in the caller's process, which a case may end, so there a second process stands by idle.
+    """
 
     def __init__(self, jobs: int | None = None) -> None:
         """`jobs`: so many processes; default: as many as there are cores. Raises InputError below 1."""
         if jobs is not None and jobs < 1:
             raise InputError(f"jobs = {jobs}: must be >= 1")
         self.jobs = jobs or os.cpu_count() or 1
-        self._stack = ExitStack()
-        self._pool: Executor | None = None
 
     def __enter__(self) -> Self:
-        self._stack.enter_context(one_thread_each())
+        """Raises CampaignError where processes cannot be started."""
+        self._start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        pool, self._pool = self._pool, None
-        with self._stack:
-            if pool is not None:
-                # An interrupted worker has ended; one that was not is left to end its case by itself.
-                pool.shutdown(wait=kind is None, cancel_futures=True)
+        # Joblib keeps its processes for a later call, which may never come.
+        from joblib.externals.loky import get_reusable_executor
 
-    def window(self) -> int:
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=kind is not None)
+
+    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
         """See `Engine`."""
-        return AHEAD * self.jobs
+        while True:
+            under_way: dict[CampaignCase, None] = {}
+            results = self._results(partial(_with_case, line_of), _noted(cases, under_way))
+            try:
+                for case, line in results:
+                    del under_way[case]
+                    yield case, line
+                return
+            except BrokenProcessPool:
+                self._start()
+                yield from ((case, None) for case in under_way)
+            finally:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # of what is dropped
+                    results.close()
 
-    def submit(self, call: Callable[..., str], *arguments: Any) -> Future[str]:
-        """See `Engine`."""
-        if self._pool is None:
-            self._pool = self._begun()
-        return self._pool.submit(call, *arguments)
-
-    def died(self, error: BaseException) -> bool:
-        """See `Engine`."""
-        return isinstance(error, BrokenProcessPool)
-
-    def renew(self) -> None:
-        """See `Engine`."""
-        if self._pool is not None:
-            self._pool.shutdown(wait=True)
-        self._pool = self._begun()
-
-    def check(self) -> None:
-        """A pool tells by itself what has become of its calls."""
-
-    def _begun(self) -> Executor:
-        """A pool whose processes do start: else every case would be taken for one that ends them."""
-        pool = ProcessPoolExecutor(self.jobs, mp_context=get_context("spawn"), initializer=_begin_worker)
+    def _start(self) -> None:
+        """Processes that end before their first case would make each case one that ends them."""
         try:
-            pool.submit(os.getpid).result()
+            list(self._results(str, iter([""])))
         except BrokenProcessPool as error:
-            raise CampaignError(f"worker processes cannot be started: {error}") from error
-        return pool
+            told = str(error).partition("\n")[0]
+            raise CampaignError(f"worker processes cannot be started: {told}") from error
+
+    def _results(self, call: Callable[[T], R], items: Iterator[T]) -> Generator[R]:
+        """Results as they come. Raises BrokenProcessPool where a process has ended."""
+        from joblib import Parallel, delayed, parallel_config
+
+        ahead = AHEAD * self.jobs if self.jobs > 1 else 1
+        options = {"inner_max_num_threads": 1, "initializer": _begin_worker, "initargs": (os.getpid(),)}
+        with parallel_config("loky", n_jobs=max(self.jobs, 2), **options):
+            parallel = Parallel(return_as="generator_unordered", pre_dispatch=ahead, batch_size=1)
+            results: Generator[R] = parallel(delayed(call)(item) for item in items)
+        return results
 
 
-def _begin_worker() -> None:
-    """A worker ends when it is interrupted, and with its parent, whatever ended that."""
+def _noted(cases: Iterator[CampaignCase], under_way: dict[CampaignCase, None]) -> Iterator[CampaignCase]:
+    for case in cases:
+        under_way[case] = None
+        yield case
+
+
+def _with_case(line_of: LineOf, case: CampaignCase) -> tuple[CampaignCase, str]:
+    return case, line_of(case)
+
+
+def _begin_worker(parent: int) -> None:
+    """A worker ends when it is interrupted, and with its parent, whatever ended that (not on Windows)."""
     end_when_interrupted()
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        sleep(LOOKS)
+    os._exit(1)

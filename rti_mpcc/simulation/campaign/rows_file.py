@@ -21,7 +21,6 @@ from rti_mpcc.simulation.campaign.row import CaseOutcome
 FILE = "rows.jsonl"
 SYNCED = 64
 """After so many lines the system is told to write them to the disk: what a power cut may cost."""
-_BLOCK = 1 << 16
 Table = dict[str, Any]
 
 
@@ -68,11 +67,12 @@ class RowsFile:
         self.file = folder / FILE
         self.done = bytearray(count)
         self.tally = Tally()
-        self._unsynced = 0
-        _cut_torn_line(self.file)
-        for number, row in _tables(self.file):
+        self._unsynced, whole = 0, 0
+        for number, row, end in _tables(self.file):
             self._note(row, f"{self.file}: line {number}")
+            whole = end
         self._stream: BinaryIO = self.file.open("ab", buffering=0)
+        self._stream.truncate(whole)
 
     def __enter__(self) -> Self:
         return self
@@ -114,37 +114,22 @@ def read_rows(folder: Path) -> Iterator[Table]:
 
     Raises InputError for a line that is no row.
     """
-    for _, row in _tables(folder / FILE):
+    for _, row, _ in _tables(folder / FILE):
         yield row
 
 
-def _tables(file: Path) -> Iterator[tuple[int, Table]]:
-    """Line number and row of each whole line."""
+def _tables(file: Path) -> Iterator[tuple[int, Table, int]]:
+    """Number and row of each whole line, and where it ends in the file [bytes]."""
     if not file.exists():
         return
+    end = 0
     with file.open("rb") as stream:
         for number, line in enumerate(stream, start=1):
             if not line.endswith(b"\n"):
                 return
+            end += len(line)
             try:
                 row = json.loads(line)
             except ValueError:
                 raise InputError(f"{file}: line {number}: is no row of a campaign") from None
-            yield number, row
-
-
-def _cut_torn_line(file: Path) -> None:
-    """Shorten the file to its last line end."""
-    if not file.exists():
-        return
-    with file.open("r+b") as stream:
-        end = size = stream.seek(0, os.SEEK_END)
-        kept = 0
-        while end > 0 and not kept:
-            begin = max(end - _BLOCK, 0)
-            stream.seek(begin)
-            found = stream.read(end - begin).rfind(b"\n")
-            kept = begin + found + 1 if found >= 0 else 0
-            end = begin
-        if kept < size:
-            stream.truncate(kept)
+            yield number, row, end

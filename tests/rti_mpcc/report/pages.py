@@ -6,17 +6,27 @@ from html.parser import HTMLParser
 
 
 class Wellformed(HTMLParser):
-    """Every tag is closed in its turn; keeps what a browser would fetch."""
+    """Every tag is closed in its turn; keeps what a browser would fetch, and the cells of tables."""
 
     def __init__(self) -> None:
         super().__init__()
         self.open: list[str] = []
         self.fetched: list[str] = []
         self.text: list[str] = []
+        self._caption = 0
+        self.tables: list[tuple[str, list[list[str]]]] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         if tag not in ("meta", "img"):
             self.open.append(tag)
+        if tag == "table":
+            self.tables.append((" ".join("".join(self.text[self._caption :]).split()), []))
+        elif tag == "tr":
+            self.tables[-1][1].append([])
+        elif tag in ("th", "td"):
+            self.tables[-1][1][-1].append("")
+        elif ("class", "caption") in attrs:
+            self._caption = len(self.text)
         self.fetched += [value or "" for name, value in attrs if name in ("src", "href")]
 
     def handle_endtag(self, tag: str) -> None:
@@ -24,6 +34,13 @@ class Wellformed(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         self.text.append(data)
+        if {"th", "td"} & set(self.open):
+            self.tables[-1][1][-1][-1] += data
+
+    def rows_below(self, caption: str) -> list[list[str]]:
+        """Cells of the one table whose caption begins so behind its number, its heads first."""
+        (found,) = [rows for told, rows in self.tables if told.partition(". ")[2].startswith(caption)]
+        return found
 
 
 def parsed(page: str) -> Wellformed:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rti_mpcc.report.campaign.columns import Campaign, read_campaign
+from rti_mpcc.report.campaign.rows import Campaign, read_campaign
 from rti_mpcc.simulation.campaign import (
     CampaignRow,
     CampaignSettings,

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 from scipy.stats import beta
 
-from rti_mpcc.report.campaign.figures import overall, success_interval, time_over_yardstick, turns_beyond
+from rti_mpcc.report.campaign.figures import overall, success_interval
 from rti_mpcc.simulation.campaign import CaseOutcome
 from tests.rti_mpcc.report.campaign.made_up import campaign, docked, figures, raised, row, stalled
 
@@ -73,26 +72,6 @@ def test_figures_are_those_of_the_rows(tmp_path: Path) -> None:
     assert told["energy_to_dock"]["steering_rate"]["p50"] == 0.2
     assert told["cycles_by_status"] == {"arriving": 40, "docked": 8}
     json.dumps(told, allow_nan=False)
-
-
-def test_the_yardstick_time_is_that_of_the_way(tmp_path: Path) -> None:
-    """2 sqrt((c + 1) D / a): 22.5 m at 0.4 m/s² take 15 s, 40 m in two parts 28.28 s, 10 m less 11.18 s."""
-    two = {"cusps": 1, "length_m": 37.0, "goal_behind_m": 3.0}
-    read = campaign(
-        tmp_path,
-        docked(0, 30.0),
-        docked(1, 800.0**0.5, course=two),
-        docked(2, 125.0**0.5, course={"goal_behind_m": -10.0}),
-        stalled(3),
-    )
-    assert time_over_yardstick(read)[:3] == pytest.approx([2.0, 1.0, 1.0])
-    assert np.isnan(time_over_yardstick(read)[3])
-
-
-def test_fewer_turns_than_cusps_are_none_beyond(tmp_path: Path) -> None:
-    read = campaign(tmp_path, docked(0, course={"cusps": 1}), raised(1))
-    assert turns_beyond(read)[0] == 0.0
-    assert np.isnan(turns_beyond(read)[1])
 
 
 def test_what_nothing_is_known_of_is_null(tmp_path: Path) -> None:

@@ -10,17 +10,19 @@ import numpy as np
 import pytest
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.report.campaign.pairs import Pairs, compared, differences, paired
-from rti_mpcc.report.campaign.pairs_section import pairs_figure, pairs_section, sentences
-from rti_mpcc.report.content import Table
+from rti_mpcc.report.campaign.pairs import Pairs, compared, differences, paired, sentences
+from rti_mpcc.report.campaign.pictures import pairs_figure
+from rti_mpcc.report.campaign.report import write_report
+from rti_mpcc.report.campaign.rows import Campaign
 from tests.rti_mpcc.report.campaign.made_up import CALM, SETTINGS, campaign, docked, raised, stalled
+from tests.rti_mpcc.report.pages import parsed
 
 PAPER = replace(SETTINGS, preset="paper", count=9)
 
 
 @pytest.fixture
-def pairs(tmp_path: Path) -> Pairs:
-    first = campaign(
+def first(tmp_path: Path) -> Campaign:
+    return campaign(
         tmp_path / "a",
         docked(0, 20.0, 0.2),
         docked(1, 30.0, 0.1),
@@ -30,6 +32,10 @@ def pairs(tmp_path: Path) -> Pairs:
         raised(5),
         docked(6),
     )
+
+
+@pytest.fixture
+def pairs(tmp_path: Path, first: Campaign) -> Pairs:
     second = campaign(
         tmp_path / "b",
         docked(7),
@@ -48,7 +54,7 @@ def pairs(tmp_path: Path) -> Pairs:
 def test_cases_are_paired_by_index_and_course(pairs: Pairs) -> None:
     """Case 4 is on another course there, 7 is not here."""
     told = compared(pairs)
-    assert pairs.index(np.ones(len(pairs.rows), dtype=np.bool_)) == [0, 1, 2, 3, 5, 6]
+    assert pairs.first.index.tolist() == pairs.second.index.tolist() == [0, 1, 2, 3, 5, 6]
     assert (told["common"], told["only_in_first"], told["only_in_second"]) == (6, 1, 2)
     assert told["disturbed_differently"] == 1
 
@@ -69,7 +75,7 @@ def test_figures_are_those_of_the_pairs(pairs: Pairs) -> None:
     json.dumps(told, allow_nan=False)
 
 
-def test_the_comparison_is_told(pairs: Pairs) -> None:
+def test_the_comparison_is_told(pairs: Pairs, first: Campaign, tmp_path: Path) -> None:
     assert pairs.names == ("default", "paper")
     told = sentences(pairs, compared(pairs))
     assert told[0] == (
@@ -77,14 +83,19 @@ def test_the_comparison_is_told(pairs: Pairs) -> None:
     )
     assert "takes 0.800 times the time to dock of `paper` (median; quartiles 0.650 and 0.900)" in told[1]
     assert told[-1] == "Settings that differ: count (4 and 9), preset (default and paper)."
-    section = pairs_section(pairs).section
-    lost = next(one for one in section.blocks if isinstance(one, Table) and one.heads[0] == "case")
-    assert [list(one) for one in lost.rows] == [
+    page = parsed(write_report(first, tmp_path, pairs=pairs, worst=0).files[0].read_text(encoding="utf-8"))
+    assert page.rows_below("Cases that one docks")[1:] == [
         ["3", "stalled", "docked", "no plan"],
         ["6", "docked", "stalled", "no plan"],
     ]
-    differ = next(one for one in section.blocks if isinstance(one, Table) and one.heads[0] == "setting")
-    assert [list(one) for one in differ.rows] == [["`count`", "4", "9"], ["`preset`", "default", "paper"]]
+    assert page.rows_below("Settings that differ.")[1:] == [
+        ["count", "4", "9"],
+        ["preset", "default", "paper"],
+    ]
+    assert page.rows_below("Both campaigns on their 6 common cases.")[1:] == [
+        ["default", "4", "1", "0", "0.100"],
+        ["paper", "4", "1", "1", "−0.100"],
+    ]
 
 
 def test_the_picture_has_every_pair(pairs: Pairs) -> None:

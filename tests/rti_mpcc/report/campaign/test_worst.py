@@ -7,17 +7,24 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.report.campaign.columns import Campaign
-from rti_mpcc.report.campaign.rerun import Rerun, command_of, rerun
-from rti_mpcc.report.campaign.worst import CLOSE, CROSSED, LONG, worst_cases
-from rti_mpcc.report.campaign.worst_section import worst_section
-from rti_mpcc.report.content import Paragraph
+from rti_mpcc.report.campaign.rows import Campaign
+from rti_mpcc.report.campaign.worst import (
+    CLOSE,
+    CROSSED,
+    LONG,
+    Again,
+    command_of,
+    drive_again,
+    shown,
+    told,
+    worst_cases,
+)
 from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level
 from tests.rti_mpcc.report.campaign.made_up import SETTINGS, campaign, docked, figures, raised, row, stalled
 
 
 def order(read: Campaign, count: int = 20) -> list[tuple[int, str]]:
-    return [(int(read.index[one.row]), one.why) for one in worst_cases(read, count)]
+    return list(worst_cases(read.rows, count).items())
 
 
 def test_failures_come_first_then_close_and_long_ones_in_turn(tmp_path: Path) -> None:
@@ -75,13 +82,13 @@ def test_what_raises_is_told_and_drawn_as_far_as_it_can_be(monkeypatch: pytest.M
     def fails(*arguments: Any) -> None:
         raise ZeroDivisionError("odd")
 
-    monkeypatch.setattr("rti_mpcc.report.campaign.rerun.drive", fails)
-    again = rerun(case)
+    monkeypatch.setattr("rti_mpcc.report.campaign.worst.drive", fails)
+    again = drive_again(case)
     assert again.scenario is not None
     assert (again.outcome, again.raised) == (None, "ZeroDivisionError: odd")
-    assert rerun(case, drives=False) == Rerun(scenario=again.scenario, outcome=None)
+    assert drive_again(case, drives=False) == Again(scenario=again.scenario, outcome=None)
     monkeypatch.setattr(CampaignCase, "scenario", fails)
-    assert rerun(case) == Rerun(scenario=None, outcome=None, raised="ZeroDivisionError: odd")
+    assert drive_again(case) == Again(scenario=None, outcome=None, raised="ZeroDivisionError: odd")
 
 
 def test_a_case_that_ended_its_worker_is_not_driven_again(
@@ -89,20 +96,20 @@ def test_a_case_that_ended_its_worker_is_not_driven_again(
 ) -> None:
     driven: list[tuple[int, bool]] = []
 
-    def told(case: CampaignCase, *, drives: bool) -> Rerun:
+    def driven_again(case: CampaignCase, *, drives: bool) -> Again:
         driven.append((case.index, drives))
-        return Rerun(scenario=None, outcome=None, raised="ValueError: no course")
+        return Again(scenario=None, outcome=None, raised="ValueError: no course")
 
-    monkeypatch.setattr("rti_mpcc.report.campaign.worst_section.rerun", told)
+    monkeypatch.setattr("rti_mpcc.report.campaign.worst.drive_again", driven_again)
     read = campaign(tmp_path, raised(0), raised(1, CaseOutcome.WORKER_DIED), docked(2), docked(3))
     progress: list[tuple[int, int]] = []
-    shown = worst_section(read, worst_cases(read, 3), lambda done, total: progress.append((done, total)))
+    cases = told(read, worst_cases(read.rows, 3))
+    found = list(shown(read, cases, lambda done, total: progress.append((done, total))))
     assert driven == [(1, False), (0, True), (2, True)]
     assert progress == [(1, 3), (2, 3), (3, 3)]
-    texts = [block.text for block in shown.section.blocks if isinstance(block, Paragraph)]
-    commands = [one["command"] for one in shown.told]
-    assert [text.strip("`") for text in texts if text.startswith("`rti-mpcc")] == commands
-    assert len(set(commands)) == 3
-    assert any("It cannot be drawn: ValueError: no course." in text for text in texts)
-    assert shown.told[0]["time_to_dock_s"] is None
-    assert shown.told[2]["time_over_yardstick"] == pytest.approx(20.0 / 15.0)
+    assert [one["command"] for one in found] == [one["command"] for one in cases]
+    assert len({one["command"] for one in found}) == 3
+    assert all("It cannot be drawn: ValueError: no course." in one["sentence"] for one in found)
+    assert all(one["figure"] is None for one in found)
+    assert cases[0]["time_to_dock_s"] is None
+    assert cases[2]["time_over_yardstick"] == pytest.approx(20.0 / 15.0)

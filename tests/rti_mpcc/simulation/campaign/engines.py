@@ -1,50 +1,39 @@
-"""An engine for the tests of campaigns: one thread of this process, going wrong as asked."""
+"""An engine for the tests of campaigns: this process, the last case first, going wrong as asked."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Future
-from threading import Lock, Timer
+from collections.abc import Generator, Iterator
+from itertools import islice
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 from rti_mpcc.errors import CampaignError
 from rti_mpcc.simulation.campaign import CampaignCase
 from rti_mpcc.simulation.campaign.case import died_line
-
-Call = tuple[Future[str], Callable[..., str], tuple[Any, ...]]
-
-
-class Death(Exception):
-    """A worker has ended."""
+from rti_mpcc.simulation.campaign.engine import Driven, LineOf
 
 
 class Puppet:
-    """Runs calls a moment after they are begun, the last one first.
+    """Drives a few cases at a time, the last one first.
 
     Attributes:
-        deadly: indices of cases that end their worker, and with it all calls under way.
+        deadly: indices of cases that end their worker, and with it all that are under way.
         undrawable: whether to draw such a course ends it too.
-        deaths: so many workers end besides, while they have nothing to do.
-        dropped: indices of cases that are dropped once.
-        lost: nothing ends any more.
+        dropped: indices of cases whose lines are lost once.
+        lost_after: so many cases are driven, then the engine is lost.
         begun: cases in the order in which they were run; together: how many were under way at most.
-        renewed: how often; left_by: what it was left by, each time.
+        left_by: what it was left by, each time.
     """
 
     def __init__(self, window: int = 3) -> None:
         self.deadly: set[int] = set()
         self.undrawable = False
-        self.deaths = 0
         self.dropped: set[int] = set()
-        self.lost = False
+        self.lost_after = 1000
         self.begun: list[int] = []
         self.together = 0
-        self.renewed = 0
         self.left_by: list[type[BaseException] | None] = []
         self._window = window
-        self._waiting: list[Call] = []
-        self._lock = Lock()
 
     def __enter__(self) -> Self:
         return self
@@ -54,48 +43,23 @@ class Puppet:
     ) -> None:
         self.left_by.append(kind)
 
-    def window(self) -> int:
-        return self._window
-
-    def submit(self, call: Callable[..., str], *arguments: Any) -> Future[str]:
-        if self.deaths:
-            self.deaths -= 1
-            raise Death
-        future: Future[str] = Future()
-        with self._lock:
-            self._waiting.append((future, call, arguments))
-            self.together = max(self.together, len(self._waiting))
-        Timer(0.01, self._run).start()
-        return future
-
-    def died(self, error: BaseException) -> bool:
-        return isinstance(error, Death)
-
-    def renew(self) -> None:
-        assert not self._waiting
-        self.renewed += 1
-
-    def check(self) -> None:
-        if self.lost:
-            raise CampaignError("the engine is lost")
-
-    def _run(self) -> None:
-        with self._lock:
-            if self.lost or not self._waiting:
+    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
+        under_way: list[CampaignCase] = []
+        while True:
+            under_way += islice(cases, self._window - len(under_way))
+            if not under_way:
                 return
-            future, call, arguments = self._waiting.pop()
-            case: CampaignCase = arguments[-1]
-            if case.index in self.dropped:
-                self.dropped.remove(case.index)
-                future.cancel()
-                future.set_running_or_notify_cancel()
-                return
-            if call is not died_line:
+            self.together = max(self.together, len(under_way))
+            if len(self.begun) >= self.lost_after:
+                raise CampaignError("the engine is lost")
+            case = under_way.pop()
+            if line_of is not died_line:
                 self.begun.append(case.index)
-            if case.index in self.deadly and (self.undrawable or call is not died_line):
-                others = [waiting for waiting, _, _ in self._waiting]
-                self._waiting.clear()
-                for one in [future, *others]:
-                    one.set_exception(Death())
-                return
-            future.set_result(call(*arguments))
+            if case.index in self.deadly and (self.undrawable or line_of is not died_line):
+                yield from ((one, None) for one in [case, *under_way])
+                under_way.clear()
+            elif case.index in self.dropped:
+                self.dropped.remove(case.index)
+                yield case, None
+            else:
+                yield case, line_of(case)

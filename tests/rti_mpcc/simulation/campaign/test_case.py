@@ -10,8 +10,8 @@ import pytest
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import CAMPAIGN, changed, drawn_course, scenario_from_dict, scenario_text
 from rti_mpcc.simulation.batch import Case, drive
-from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level
-from rti_mpcc.simulation.campaign.case import DIED, MOST, bare_row, died_line, drive_case, driven_line
+from rti_mpcc.simulation.campaign import CampaignCase, Level
+from rti_mpcc.simulation.campaign.case import DIED, MOST, died_line, drive_case, driven_line
 from rti_mpcc.simulation.campaign.row import row_of
 from tests.rti_mpcc.simulation.campaign import drives
 
@@ -98,5 +98,5 @@ def test_a_case_that_ended_its_worker_is_a_row() -> None:
     table = json.loads(died_line(case()))
     assert (table["outcome"], table["detail"], table["figures"]) == ("worker_died", DIED, None)
     assert table["course"] is not None
-    bare = json.loads(bare_row(case(), CaseOutcome.WORKER_DIED, DIED).line())
+    bare = json.loads(died_line(case(), drawn=False))
     assert table | {"course": None, "disturbances": None} == bare

@@ -44,19 +44,44 @@ def test_two_processes_keep_the_rows_of_this_one(tmp_path: Path) -> None:
     assert {name: os.environ.get(name) for name in THREADS} == before
 
 
-def test_cases_that_raise_or_end_their_process_are_rows(tmp_path: Path) -> None:
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_cases_that_raise_or_end_their_process_are_rows(tmp_path: Path, jobs: int) -> None:
     settings = CampaignSettings(count=6, level=Level.NOMINAL, seed=11)
-    run_campaign(settings, tmp_path, engine=ProcessEngine(2), drive=drives.troubled)
+    run_campaign(settings, tmp_path, engine=ProcessEngine(jobs), drive=drives.troubled)
     rows = {row["index"]: row for row in read_rows(tmp_path)}
     found = [rows[index]["outcome"] for index in range(6)]
     assert found == ["docked", "raised", "worker_died", "docked", "raised", "docked"]
     assert rows[2]["course"] is not None
 
 
+def test_one_job_drives_one_case_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(drives.JOURNAL, str(tmp_path / "journal"))
+    settings = CampaignSettings(count=4, level=Level.NOMINAL, seed=11)
+    run_campaign(settings, tmp_path, engine=ProcessEngine(1), drive=drives.alone)
+    assert {row["outcome"] for row in read_rows(tmp_path)} == {"docked"}
+    assert os.getpid() not in workers_of(tmp_path / "journal")
+
+
+def test_an_interrupted_campaign_keeps_its_rows_and_leaves_no_workers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(drives.JOURNAL, str(tmp_path / "journal"))
+
+    def enough(done: int, total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    settings = CampaignSettings(count=20, level=Level.NOMINAL, seed=11)
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(settings, tmp_path, engine=ProcessEngine(2), drive=drives.slow, progress=enough)
+    assert len(lines(tmp_path)) == 3
+    eventually(lambda: not any(map(runs, workers_of(tmp_path / "journal"))))
+
+
 def test_an_engine_without_workers_is_refused() -> None:
     with pytest.raises(InputError, match="jobs = 0: must be >= 1"):
         ProcessEngine(0)
-    assert ProcessEngine().window() == 2 * (os.cpu_count() or 1)
+    assert ProcessEngine().jobs == (os.cpu_count() or 1)
 
 
 def test_processes_that_cannot_start_end_the_campaign(

@@ -43,12 +43,8 @@ def test_more_lines_go_behind_those_that_are_there(tmp_path: Path) -> None:
     assert [row["index"] for row in read_rows(tmp_path)] == [1, 4]
 
 
-@pytest.mark.parametrize("block", [1 << 16, 7])
 @pytest.mark.parametrize("kept", [0, 1, 2])
-def test_a_torn_line_is_cut_off(
-    tmp_path: Path, kept: int, block: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(writing, "_BLOCK", block)
+def test_a_torn_line_is_cut_off(tmp_path: Path, kept: int) -> None:
     whole = "".join(line(index) for index in range(kept))
     for torn in ("{", line(3)[:-1], "ä" * 40):
         (tmp_path / "rows.jsonl").write_text(whole + torn, encoding="utf-8")

@@ -17,11 +17,10 @@ from rti_mpcc.simulation.campaign import (
     read_rows,
     run_campaign,
 )
-from rti_mpcc.simulation.campaign import runner as running
 from rti_mpcc.simulation.campaign.lock import locked
 from rti_mpcc.simulation.campaign.runner import lines
 from tests.rti_mpcc.simulation.campaign import drives
-from tests.rti_mpcc.simulation.campaign.engines import Death, Puppet
+from tests.rti_mpcc.simulation.campaign.engines import Puppet
 
 SETTINGS = CampaignSettings(count=8, level=Level.NOMINAL, seed=1)
 
@@ -147,15 +146,6 @@ def test_a_case_that_ends_its_worker_is_a_row_and_the_others_are_driven(
     assert all(engine.begun.count(index) <= 2 for index in (2, 5))
     courses = {row["index"]: row["course"] for row in read_rows(tmp_path)}
     assert all((courses[index] is None) == undrawable for index in (2, 5))
-    assert engine.renewed > 0
-
-
-def test_workers_that_end_between_cases_are_no_cases_fault(tmp_path: Path, expected: list[str]) -> None:
-    engine = Puppet()
-    engine.deaths = 2
-    run_campaign(SETTINGS, tmp_path, engine=engine, drive=drives.made_up)
-    assert whole(tmp_path) == expected
-    assert engine.renewed == 2
 
 
 def test_what_the_engine_drops_is_driven_again(tmp_path: Path, expected: list[str]) -> None:
@@ -165,24 +155,10 @@ def test_what_the_engine_drops_is_driven_again(tmp_path: Path, expected: list[st
     assert whole(tmp_path) == expected
 
 
-def test_a_lost_engine_ends_it_and_keeps_what_is_done(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(running, "POLL", 0.01)
+def test_a_lost_engine_ends_it_and_keeps_what_is_done(tmp_path: Path) -> None:
     engine = Puppet()
-
-    def lost(done: int, total: int) -> None:
-        engine.lost = done >= 2
-
+    engine.lost_after = 2
     with pytest.raises(CampaignError, match="the engine is lost"):
-        run_campaign(SETTINGS, tmp_path, engine=engine, drive=drives.made_up, progress=lost)
-    assert 2 <= len(indices(tmp_path)) < 8
-    assert engine.left_by == [CampaignError]
-
-
-def test_a_mistake_of_the_engine_is_not_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    engine = Puppet()
-    engine.deadly = {2}
-    monkeypatch.setattr(engine, "died", lambda error: False)
-    with pytest.raises(Death):
         run_campaign(SETTINGS, tmp_path, engine=engine, drive=drives.made_up)
+    assert len(indices(tmp_path)) == 2
+    assert engine.left_by == [CampaignError]

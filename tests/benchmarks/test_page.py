@@ -1,12 +1,11 @@
-"""Pages, and the numbers on them."""
+"""Pages of the reproduction's report."""
 
 from __future__ import annotations
 
 import pytest
 
-from rti_mpcc.report.content import Picture, Section, Table, found, say
-from rti_mpcc.report.numbers import counted, number
-from rti_mpcc.report.page import html_page
+from benchmarks.reproduction.content import Picture, Section, Table, found, say
+from benchmarks.reproduction.page import html_page
 from tests.rti_mpcc.report.pages import parsed
 
 
@@ -45,14 +44,3 @@ def test_rows_that_belong_together_are_ruled_off() -> None:
     table = Table(caption="", heads=["run"], rows=[["a"], ["b"], ["c"], ["d"]], group=2)
     page = html_page("Title", [Section(name="one", title="One", blocks=[table])])
     assert [row.partition(">")[0] for row in page.split("<tr")[2:]] == ["", ' class="last"'] * 2
-
-
-@pytest.mark.parametrize(
-    ("value", "digits", "told"), [(-0.04, 1, "0.0"), (-0.06, 1, "−0.1"), (None, 2, "–"), (0.0, 0, "0")]
-)
-def test_what_rounds_to_zero_has_no_sign(value: float | None, digits: int, told: str) -> None:
-    assert number(value, digits) == told
-
-
-def test_things_are_counted_by_their_word() -> None:
-    assert [counted(count, "case") for count in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]

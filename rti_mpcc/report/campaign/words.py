@@ -1,0 +1,114 @@
+"""The figures of a whole campaign in words, for page and terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import degrees
+from typing import Any
+
+from rti_mpcc.report.numbers import counted, in_words, number, percent
+
+ERRORS = {
+    "longitudinal_m": ("longitudinal", "mm", 1e3),
+    "lateral_m": ("lateral", "mm", 1e3),
+    "heading_rad": ("heading", "deg", degrees(1.0)),
+}
+ENERGIES = {
+    "acceleration": "∫a² [m²/s³]",
+    "steering_rate": "∫δ̇² [rad²/s]",
+    "lateral_acceleration": "∫a_lat² [m²/s³]",
+}
+Figures = Mapping[str, Any]
+
+
+def in_short(figures: Figures) -> list[str]:
+    """The outcome in a few sentences."""
+    low, high = figures["success_interval"]
+    lost = {name: count for name, count in figures["outcomes"].items() if count and name != "docked"}
+    others = ", ".join(f"{count} {in_words(name)}" for name, count in lost.items())
+    turns, unknown = figures["direction_changes_beyond_cusps"], figures["collisions_unknown"]
+    told = [
+        f"{figures['outcomes']['docked']} of {figures['cases']} cases docked: "
+        f"{percent(figures['success_rate'])} (95 % interval {percent(low)} to {percent(high)})"
+        + (f"; {others}." if others else "."),
+        counted(figures["collisions"], "collision")
+        + (f" (of {counted(unknown, 'case')} it is not known)" if unknown else "")
+        + f"; least clearance {number(figures['min_clearance_m'], 3)} m, 5 % of the cases have less than "
+        f"{number(figures['clearance_p5_m'], 3)} m.",
+        f"Time to dock {number(figures['time_to_dock_p50'], 2)} s in the median, "
+        f"{number(figures['time_to_dock_p95'], 2)} s at p95.",
+        f"Refused QPs: {_in_cases(figures['solver_failures'], figures['solver_failure_cases'])}, of which "
+        f"{figures['failures_driven']} were driven all the same. Fallback: "
+        f"{_in_cases(figures['fallback_cycles'], figures['fallback_cases'])}. Changes of direction beyond "
+        f"the cusps: {turns['total']}, in {counted(turns['cases'], 'case')}.",
+    ]
+    return [*_not_whole(figures), *told]
+
+
+def _in_cases(cycles: int, cases: int) -> str:
+    return f"{counted(cycles, 'cycle')} in {counted(cases, 'case')}"
+
+
+def _not_whole(figures: Figures) -> list[str]:
+    told = []
+    if not figures["finished"]:
+        told.append(
+            f"The campaign is not finished: {figures['cases']} of {figures['cases_asked']} cases are driven. "
+            "All that follows is of these."
+        )
+    if figures["torn_line"]:
+        told.append("The last line of rows.jsonl is not whole and left out.")
+    if figures["repeated_lines"]:
+        told.append(
+            f"Left out because their case was there already: {counted(figures['repeated_lines'], 'line')}."
+        )
+    return told
+
+
+def overall_rows(figures: Figures) -> list[tuple[str, str]]:
+    """Names and values of the figures, for a table."""
+    rate, low, high = map(percent, (figures["success_rate"], *figures["success_interval"]))
+    times = {
+        "time to tolerance p50 / p95 / largest [s]": "time_to_tolerance",
+        "time to dock p50 / p95 / largest [s]": "time_to_dock",
+        "time over its yardstick p50 / p95 / largest": "time_over_yardstick",
+    }
+    errors, energies = figures["final_error"], figures["energy_to_dock"]
+    turns = figures["direction_changes_beyond_cusps"]
+    return [
+        ("cases", str(figures["cases"])),
+        ("docked, 95 % interval", f"{rate} ({low} to {high})"),
+        ("collisions", str(figures["collisions"])),
+        (
+            "least clearance / p5 / median [m]",
+            several(figures, ("min_clearance_m", "clearance_p5_m", "clearance_p50_m"), 3),
+        ),
+        *(
+            (words, several(figures, [f"{name}_{end}" for end in ("p50", "p95", "max")], 2))
+            for words, name in times.items()
+        ),
+        *(
+            (
+                f"final error, {words} p50 / p95 / largest [{unit}]",
+                several(errors[name], ("p50", "p95", "max"), 2, factor),
+            )
+            for name, (words, unit, factor) in ERRORS.items()
+        ),
+        (
+            "solver failures, cycles / cases",
+            f"{figures['solver_failures']} / {figures['solver_failure_cases']}",
+        ),
+        ("refused results that were driven", str(figures["failures_driven"])),
+        ("fallback cycles / cases", f"{figures['fallback_cycles']} / {figures['fallback_cases']}"),
+        ("changes of direction beyond the cusps / cases", f"{turns['total']} / {turns['cases']}"),
+        *(
+            (f"energy to dock {sign} p50 / p95", several(energies[name], ("p50", "p95"), 2))
+            for name, sign in ENERGIES.items()
+        ),
+    ]
+
+
+def several(figures: Figures, names: Iterable[str], digits: int, factor: float = 1.0) -> str:
+    """Some of the figures behind one another, each times the factor."""
+    values = (figures[name] for name in names)
+    return " / ".join(number(None if value is None else factor * value, digits) for value in values)
