@@ -128,7 +128,7 @@ class Shuttle:
 
     def _wall(self, right: float, left: float) -> Array:
         """Across the way of the vehicle, whichever way it drives, with ends so far beside it [m]."""
-        direction = self.controller.path.parts[self.controller.state.task.leg.part].direction
+        direction = self.controller.path.parts[self.controller.state.task.segment.index].direction
         here = Pose2(self.plant.x, self.plant.y, self.plant.phi)
         corners = [(0.0, right), (0.5, right), (0.5, left), (0.0, left)]
         placed = [here.compose(Pose2(direction * (WALL_AHEAD + x), y, 0.0)) for x, y in corners]
@@ -165,7 +165,7 @@ def soak(cycles: int) -> dict[str, Any]:
     return {
         "cycles": cycles,
         "construction_s": built,
-        "parts_driven": vehicle.controller.state.task.leg.part,
+        "parts_driven": vehicle.controller.state.task.segment.index,
         "rss_second_tenth_mb": float(np.median(warm)) / 2**20,
         "rss_last_tenth_mb": float(np.median(last)) / 2**20,
         "rss_growth": float(np.median(last) / np.median(warm) - 1.0),

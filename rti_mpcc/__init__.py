@@ -46,6 +46,7 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
 from rti_mpcc.iteration import Solution
+from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd, segments_of
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.types import (
     Command,
@@ -84,6 +85,7 @@ __all__ = [
     "InputError",
     "Judgement",
     "Limits",
+    "Manoeuvre",
     "MissingExtraError",
     "Narrowing",
     "Objective",
@@ -97,6 +99,8 @@ __all__ = [
     "RtiMpcc",
     "RtiMpccError",
     "ScenarioError",
+    "Segment",
+    "SegmentEnd",
     "Solution",
     "SolverSettings",
     "Source",
@@ -108,4 +112,5 @@ __all__ = [
     "Weights",
     "config_for_docking_time",
     "expected_docking_time",
+    "segments_of",
 ]

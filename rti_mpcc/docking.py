@@ -1,8 +1,8 @@
 """DockingController: from following a path to standing at the dock, one command a cycle.
 
-It composes the layers below and decides nothing itself: what comes in is checked and set against the leg that
-the vehicle is on; `driving` does what the phase asks for, or takes the next rung of the fallback, with first
-plans by `scouting`; and what goes out is checked again.
+It composes the layers below and decides nothing itself: what comes in is checked and set against the segment
+that the vehicle is on; `driving` does what the phase asks for, or takes the next rung of the fallback, with
+first plans by `scouting`; and what goes out is checked again.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, 
 from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
+from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, checked, segments_of
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.planning import aim, goals, legs, offsets, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.planning.state import ControllerState, Task
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
@@ -45,22 +46,31 @@ class DockingController:
 
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
+        segments: of the manoeuvre along it; None: `segments_of` the path.
 
     Attributes:
-        path, config: as given.
+        path, config, segments: as given.
         state: what is known from cycle to cycle.
 
     Raises:
         CorridorError: the corridor is narrower than the body.
+        InputError: segments that are no manoeuvre on this path.
     """
 
     def __init__(
-        self, path: ReferencePath, corridor: Corridor, config: ControllerConfig | None = None
+        self,
+        path: ReferencePath,
+        corridor: Corridor,
+        config: ControllerConfig | None = None,
+        *,
+        segments: Manoeuvre | None = None,
     ) -> None:
         self.path = path
         self.config = config or ControllerConfig()
-        self.state = ControllerState(area=Surroundings.of(corridor, path, self.config))
-        self._workspaces = Workspaces(path, corridor, self.config)
+        self.segments = None if segments is None else checked(segments, path)
+        task = Task.begun(self.segments or segments_of(path, self.config))
+        self.state = ControllerState(area=Surroundings.of(corridor, path, self.config), task=task)
+        self._workspaces = Workspaces(path, corridor, self.config, task.segment)
         tracking = self.config.goal_tracking
         self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
         if self.config.disturbance.enabled:
@@ -112,7 +122,7 @@ class DockingController:
         try:
             s, remarks = self._told(s, state, now, goal, obstacles)
             s, detections, unfit = self._goal_located(s, measurements)
-            s, context, w = self._on_leg(s, clock)
+            s, context, w = self._on_segment(s, clock)
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
@@ -165,7 +175,7 @@ class DockingController:
         if s.vehicle.monitor.state is not None:
             return s.vehicle.heading_hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        return goals.degrees_hint("heading", here, self.path.parts[s.task.leg.part])
+        return goals.degrees_hint("heading", here, self.path.parts[s.task.segment.index])
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal: its detections begin anew."""
@@ -198,18 +208,18 @@ class DockingController:
         goal = aim.rate_limited_goal(s.goal, estimate, self.path.end, s.now, self.config, fit)
         return replace(s, goal=goal), tuple(judgements), unfit
 
-    # -- the leg ------------------------------------------------------------------------------------
+    # -- the segment --------------------------------------------------------------------------------
 
-    def _on_leg(
+    def _on_segment(
         self, s: ControllerState, clock: CycleClock
     ) -> tuple[ControllerState, PlanningContext, Workspace]:
-        """Where the command will begin to act, on the leg that the vehicle is on by then."""
+        """Where the command will begin to act, on the segment that the vehicle is on by then."""
         s = self._targeted(s)
         if s.vehicle.monitor.found:
             s = moves.found_elsewhere(s)
         w = self._workspaces.of(s, clock)
         context = w.context(s)
-        another = self._another_leg(s, context, w)
+        another = self._another_segment(s, context)
         if another is None:
             return s, context, w
         s = self._targeted(another)
@@ -217,22 +227,21 @@ class DockingController:
         return s, w.context(s), w
 
     def _targeted(self, s: ControllerState) -> ControllerState:
-        """With what the leg is to end in now; a stop before what may be gone is made for no more."""
+        """With what the segment is to end in now; a stop before what may be gone is made for no more."""
         s = replace(s, task=replace(s.task, target=self._workspaces.target(s)))
         return moves.released(s) if stops.way_may_be_free(s) else s
 
-    def _another_leg(
-        self, s: ControllerState, context: PlanningContext, w: Workspace
-    ) -> ControllerState | None:
-        """The state with which another part begins now, or a way back; None: this leg goes on."""
+    def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
+        """The state with which another segment begins now, or a way back; None: this one goes on."""
         dead_time = self.config.dead_time
         if has_pulled_out(s, context, dead_time):
             return moves.coming_again(s, context)
-        if s.task.leg.pull_out is None and may_change_direction(s, context, dead_time):
-            return moves.next_leg(s, staged=w.to_staging)
-        way = legs.way_back(s, context, w.mpcc.part, self.config)
-        if way is not None and s.vehicle.stands(s.now, dead_time):
-            return moves.pulling_out(s, context, way)
+        goes_on = s.task.segment.end is not SegmentEnd.WAY_BACK
+        if goes_on and may_change_direction(s, context, dead_time):
+            return moves.next_segment(s)
+        back = legs.way_back(s, context, self.config)
+        if back is not None and s.vehicle.stands(s.now, dead_time):
+            return moves.pulling_out(s, context, back)
         return None
 
     # -- what goes out --------------------------------------------------------------------------------

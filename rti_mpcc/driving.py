@@ -10,6 +10,7 @@ from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import PATIENCE, replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, look, told
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, legs, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
@@ -37,7 +38,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         late = Reason.LATE.message
         last = _go_on(after, s, context, w, late, decision.attempt, until_another=True)
         after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
-    if s.task.leg.pull_out is not None:
+    if s.task.segment.end is SegmentEnd.WAY_BACK:
         decision = _pulling_out(decision, s)
     return Driven(after, decision)
 
@@ -110,7 +111,7 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Stand stalled, until a way back is driven."""
     s, stalled = _stop(s, context, w, Verdict(Reason.STALLED))
-    way_back = legs.way_back(s, context, w.mpcc.part, w.config)
+    way_back = legs.way_back(s, context, w.config)
     return Driven(s, stalled if way_back is None else _pulling_out(stalled, s))
 
 
@@ -119,13 +120,17 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     if not context.free:
         reason = Reason.STANDS_BEFORE_SOMETHING
     elif not context.last_part:
-        back = s.task.leg.pull_out is not None
-        reason = Reason.STANDS_AT_WAY_BACK_END if back else Reason.STANDS_AT_CUSP
-        if w.to_staging:
-            reason = Reason.STANDS_AT_STAGING_POSE
+        reason = _STANDS_AT[s.task.segment.end]
     elif aim.never_seen(s.goal, w.config):
         reason = Reason.NOT_DETECTED
     return _stop(s, context, w, Verdict(reason))
+
+
+_STANDS_AT = {
+    SegmentEnd.CUSP: Reason.STANDS_AT_CUSP,
+    SegmentEnd.STAGING_POSE: Reason.STANDS_AT_STAGING_POSE,
+    SegmentEnd.WAY_BACK: Reason.STANDS_AT_WAY_BACK_END,
+}
 
 
 def _pulling_out(decision: ControlDecision, s: ControllerState) -> ControlDecision:
@@ -321,7 +326,7 @@ def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
     """Brake and stand; or creep out of it, where the settings allow that."""
     s = moves.overlapping(s)
-    motion = escape.way_out(context.state, context.begin, s.area, s.task.leg.part, w.config)
+    motion = escape.way_out(context.state, context.begin, s.area, s.task.segment.index, w.config)
     if motion is not None:
         decision = ControlDecision(
             control=fallback.follow(motion.controls[0], Source.ESCAPE),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import hypot
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.stops import LOOK_AGAIN
@@ -131,8 +132,10 @@ def replan_due(s: ControllerState, context: PlanningContext) -> bool:
 
 
 def may_change_direction(s: ControllerState, context: PlanningContext, dead_time: float) -> bool:
-    """Whether the next part may begin: standing at the cusp with nothing left in the queue."""
-    if context.last_part or not context.free or not s.vehicle.stands(context.now, dead_time):
+    """Whether the next segment may begin: standing at the end of this one for its dwell, with nothing left in
+    the queue."""
+    dwell = max(dead_time, s.task.segment.dwell)
+    if context.last_part or not context.free or not s.vehicle.stands(context.now, dwell):
         return False
     if abs(context.measured_speed) > STANDSTILL_SPEED:
         return False
@@ -143,7 +146,7 @@ def may_change_direction(s: ControllerState, context: PlanningContext, dead_time
 
 def has_pulled_out(s: ControllerState, context: PlanningContext, dead_time: float) -> bool:
     """Whether the way back is over: at its end, or where there is no getting on."""
-    if s.task.leg.pull_out is None or not s.vehicle.stands(context.now, dead_time):
+    if s.task.segment.end is not SegmentEnd.WAY_BACK or not s.vehicle.stands(context.now, dead_time):
         return False
     there = context.free and (_near(context) or s.task.phase is Phase.STALLED)
     return there or s.vehicle.stands(context.now, PATIENCE)

@@ -6,16 +6,15 @@ from dataclasses import replace
 
 from geometry import Pose2
 from rti_mpcc.behaviour.transitions import Event, told
+from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.legs import placed
 from rti_mpcc.planning.state import (
     ControllerState,
     Halt,
-    Leg,
     PlannedStop,
     Plans,
-    PullOut,
     Task,
 )
 from rti_mpcc.types import Trajectory
@@ -89,18 +88,18 @@ def stop_before(
 
 
 def seeking(s: ControllerState, stop: PlannedStop | None) -> ControllerState:
-    """Look for a first plan to another stop, or to the leg's own target; a search for it goes on."""
+    """Look for a first plan to another stop, or to the segment's own target; a search for it goes on."""
     after = told(s, Event.ANOTHER_SOUGHT).suspending(s.plans.suspended)
     return replace(after, task=replace(after.task, stop=stop))
 
 
 def released(s: ControllerState) -> ControllerState:
-    """Make for the leg's own target again, if the vehicle does not drive."""
+    """Make for the segment's own target again, if the vehicle does not drive."""
     after = told(s, Event.WAY_MAY_BE_FREE)
     return s if after is s else replace(after, task=replace(after.task, stop=None, looks_past=True))
 
 
-# -- goals and legs ---------------------------------------------------------------------------------------
+# -- goals and segments -----------------------------------------------------------------------------------
 
 
 def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
@@ -119,49 +118,48 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
     return replace(s.suspending(None), goal=known, task=replace(s.task, stop=None, pulled_out=0))
 
 
-def next_leg(s: ControllerState, *, staged: bool) -> ControllerState:
-    """Begin the next part, or the last leg after a stop at a staging pose."""
-    leg = Leg(number=s.task.leg.number + 1, part=s.task.leg.part + (not staged))
+def next_segment(s: ControllerState) -> ControllerState:
+    """Begin the next segment of the manoeuvre."""
     return replace(
-        told(s, Event.LEG_ENDED),
+        told(s, Event.SEGMENT_ENDED),
         goal=replace(s.goal, waiting=False),
-        task=Task(leg=leg, cartesian=staged),
+        task=Task.begun(s.task.segments[1:]),
         plans=Plans(),
         begin=None,
     )
 
 
-def pulling_out(s: ControllerState, context: PlanningContext, way: PullOut) -> ControllerState:
-    """Begin a way back."""
+def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> ControllerState:
+    """Begin a way back, after which the segment is driven once more."""
     s = told(s, Event.PULLS_OUT)
-    leg = replace(s.task.leg, number=s.task.leg.number + 1, pull_out=way)
     return replace(
         s,
-        task=replace(s.task, leg=leg, restarts=0),
+        task=replace(s.task, segments=(back, *s.task.segments), restarts=0),
         vehicle=replace(s.vehicle, standing_since=s.now),
-        begin=placed(context.state, way.begin),
+        begin=placed(context.state, back.part.start),
     )
 
 
 def coming_again(s: ControllerState, context: PlanningContext) -> ControllerState:
-    """End a way back: the part is driven once more."""
-    way = s.task.leg.pull_out
-    assert way is not None
-    s = told(s, Event.LEG_ENDED)
+    """End a way back: the segment is driven once more."""
+    back, *segments = s.task.segments
+    s = told(s, Event.SEGMENT_ENDED)
     task = replace(
         s.task,
-        leg=replace(s.task.leg, number=s.task.leg.number + 1, pull_out=None),
+        segments=tuple(segments),
         pulled_out=s.task.pulled_out + 1,
         restarts=0,
         stop=None,
         latched="",
         looked_at=None,
     )
-    return replace(s, task=task, begin=placed(context.state, 2.0 * way.begin - float(context.state[THETA])))
+    theta = 2.0 * back.part.start - float(context.state[THETA])
+    return replace(s, task=task, begin=placed(context.state, theta))
 
 
 def begun_again(s: ControllerState, problem: str) -> ControllerState:
-    """Nothing is kept of the leg's plans after a cycle that went wrong."""
+    """Nothing is kept of the segment's plans after a cycle that went wrong."""
     s = told(s, Event.MISTAKE)
-    leg = replace(s.task.leg, number=s.task.leg.number + 1)
-    return replace(s, task=replace(s.task, leg=leg, latched=problem), begin=None)
+    active, *later = s.task.segments
+    task = replace(s.task, segments=(replace(active), *later), latched=problem)
+    return replace(s, task=task, begin=None)

@@ -1,7 +1,7 @@
 """The table of transitions, and the two functions that run it.
 
 `look` asks in every cycle for the first row whose condition holds. `told` takes the row of an event that
-other code has found: a plan, an obstacle, the end of a leg. Whoever begins again forgets the plans of before.
+other code has found: a plan, an obstacle, the end of a segment. Whoever begins again forgets earlier plans.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Task
 
 
 class Event(Enum):
-    """What happens to a vehicle on its leg."""
+    """What happens to a vehicle on its segment."""
 
     STOP_ENDS_INSIDE = "braking in comfort it would stop inside the tolerance"
     AT_REST = "it has come to rest inside the tolerance, or before something in the way"
@@ -42,7 +42,7 @@ class Event(Enum):
     GOAL_LOST = "it stands before a goal that is not known well enough"
     GOAL_CHANGED = "another goal is given, and the stop made for is not meant any more"
     FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
-    LEG_ENDED = "it stands at a cusp, a staging pose, or the end of a way back"
+    SEGMENT_ENDED = "it stands at a cusp, a staging pose, or the end of a way back"
     PULLS_OUT = "it has to pull out, to come again"
     MISTAKE = "this program went wrong in a cycle"
 
@@ -112,7 +112,7 @@ TRANSITIONS = (
     Transition((STALLED,), Event.PULLS_OUT, STARTING),
     Transition(ANY, Event.OVERLAP, STARTING),
     Transition(ANY, Event.GOAL_CHANGED, STARTING),
-    Transition(ANY, Event.LEG_ENDED, STARTING),
+    Transition(ANY, Event.SEGMENT_ENDED, STARTING),
     Transition(ANY, Event.MISTAKE, STARTING),
 )
 _LOOKED_FOR = {p: [row for row in TRANSITIONS if row.when and p in row.sources] for p in Phase}
@@ -141,7 +141,7 @@ def told(s: ControllerState, event: Event) -> ControllerState:
 
 
 def _entering(s: ControllerState, phase: Phase) -> ControllerState:
-    """Whoever starts begins the leg again from where the vehicle is, whoever holds is inside."""
+    """Whoever starts begins the segment again from where the vehicle is, whoever holds is inside."""
     if phase is STARTING:
         s = forgetting(s)
     since = None if phase is HOLDING else s.task.outside_since
@@ -149,6 +149,6 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
 
 
 def forgetting(s: ControllerState) -> ControllerState:
-    """Nothing that was planned on the leg is kept."""
+    """Nothing that was planned on the segment is kept."""
     task = replace(s.task, arrival=None, outside_since=None)
     return replace(s, task=task, plans=Plans(clear_of=s.plans.clear_of))

@@ -12,8 +12,8 @@ import numpy as np
 
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.planning.sensing import CUSP_TOLERANCE
 from rti_mpcc.types import Array
 
 SHIFT = 0.7

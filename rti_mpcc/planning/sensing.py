@@ -9,6 +9,7 @@ import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.targets import Target
@@ -18,10 +19,8 @@ from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
-CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
-"""What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
 STOP_TOLERANCE = (0.2, 1.0, 0.5)
-"""The same for a stop before something that fills the way."""
+"""What counts as being at a stop before something: longitudinal, lateral [m], heading [rad]."""
 PASSED = 0.5
 """A vehicle that has passed its target by less than this still has the way to it left [m]."""
 OFF_THE_PATH = 100.0
@@ -52,19 +51,12 @@ def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
 
 
 def context_of(
-    s: ControllerState,
-    start: Array,
-    part: PathPart,
-    pace: Pace,
-    target: Target,
-    config: ControllerConfig,
-    *,
-    last_part: bool,
+    s: ControllerState, start: Array, pace: Pace, target: Target, config: ControllerConfig
 ) -> PlanningContext:
     """The context of this cycle, whose command begins to act in `start` (6,), by what is believed."""
     monitor, free = s.vehicle.monitor, s.task.stop is None
     speed = 0.0 if monitor.state is None else float(monitor.state[V])
-    context = assess(start, s.now, speed, part, pace, target, config, last_part=last_part, free=free)
+    context = assess(start, s.now, speed, s.task.segment, pace, target, config, free=free)
     return replace(context, doubt=monitor.why) if monitor.why else context
 
 
@@ -72,18 +64,17 @@ def assess(
     reached: Array,
     now: float,
     measured_speed: float,
-    part: PathPart,
+    segment: Segment,
     pace: Pace,
     target: Target,
     config: ControllerConfig,
     *,
-    last_part: bool,
     free: bool,
 ) -> PlanningContext:
     """Set the state `reached` (6,) against the path and the target."""
     x, y, phi, v, _, theta = reached.tolist()
+    part = segment.part
     here, on_path = Pose2(x, y, phi), part.pose(theta)
-    tolerance = config.goal_tolerance if last_part else CUSP_TOLERANCE
     return PlanningContext(
         now=now,
         begin=now + config.dead_time,
@@ -92,14 +83,14 @@ def assess(
         doubt=_off_the_path(here, on_path),
         target=target,
         direction=part.direction,
-        last_part=last_part,
+        last_part=segment.end is SegmentEnd.GOAL,
         free=free,
         way=way_between(here, theta, on_path, part, target),
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
         stop_error=_stopped(reached, config).relative_to(target.pose),
-        tolerance=tolerance if free else STOP_TOLERANCE,
+        tolerance=segment.tolerance if free else STOP_TOLERANCE,
     )
 
 

@@ -1,7 +1,7 @@
 """What the controller knows from one cycle to the next: one frozen value of frozen parts.
 
 `DockingController.step` computes the next one from it and keeps it. Everything below takes values and returns
-values; beside this there are only caches of the active leg (`planning.workspace`) and the goal's filter.
+values; beside this there are only caches of the active segment (`planning.workspace`) and the goal's filter.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from enum import Enum
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from geometry import Pose2
 from rti_mpcc.iteration import Solution
+from rti_mpcc.manoeuvre import Manoeuvre, Segment
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target
@@ -23,7 +24,7 @@ from rti_mpcc.types import Array, Objective, Trajectory
 
 
 class Phase(Enum):
-    """What the controller is busy with on the active leg; `rti_mpcc.behaviour` tells how they follow."""
+    """What the controller is busy with on the active segment; `rti_mpcc.behaviour` tells how they follow."""
 
     STARTING = "starting"
     CONTOURING = "contouring"
@@ -66,32 +67,6 @@ class Halt:
     """
 
     clear_since: float | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PullOut:
-    """The way back along a part, from which its target can be come to again.
-
-    Attributes:
-        begin, end: progress on the part [m], end < begin.
-    """
-
-    begin: float
-    end: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Leg:
-    """What is driven in one direction: a part of the route, or a way back along it.
-
-    Attributes:
-        number: legs are counted: another one begins with nothing kept of the last one's solutions.
-        part: index in the route; pull_out: the way back that is driven instead, or None.
-    """
-
-    number: int = 0
-    part: int = 0
-    pull_out: PullOut | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,11 +206,11 @@ class GoalState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What the vehicle is to do on its leg, and how that goes.
+    """What the vehicle is to do on its segment, and how that goes.
 
     Attributes:
-        leg: see `Leg`; phase: see `Phase`.
-        target: what the leg itself is to end in; None before the first cycle.
+        segments: what is left of the manoeuvre, the first one being driven; phase: see `Phase`.
+        target: what the segment itself is to end in; None before the first cycle.
         arrival: what is planned, or None while contouring.
         cartesian: from here on only the goal pose counts (`Method.SEPARATED`, `Method.SWITCHED`).
         stop: before something that fills the way, made for or held at; None where the way is free.
@@ -243,14 +218,14 @@ class Task:
         halt: see `Halt`; None while nothing is in the way.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
         looked_at: when a vehicle that stands without a plan last looked for one [s], or None.
-        restarts: how often the leg was begun again after a stop outside the tolerance.
+        restarts: how often the segment was begun again after a stop outside the tolerance.
         pulled_out: how often the vehicle has pulled out to come again.
         stalled_at: the target that it stalled before, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven, or the last halt was over [s].
     """
 
-    leg: Leg = Leg()
+    segments: Manoeuvre
     phase: Phase = Phase.STARTING
     target: Target | None = None
     arrival: Arrival | None = None
@@ -265,6 +240,16 @@ class Task:
     stalled_at: Target | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
+
+    @classmethod
+    def begun(cls, segments: Manoeuvre) -> Task:
+        """At the begin of the first of these segments."""
+        return cls(segments=segments, cartesian=segments[0].cartesian)
+
+    @property
+    def segment(self) -> Segment:
+        """The one that is driven."""
+        return self.segments[0]
 
     @property
     def drives(self) -> bool:
@@ -286,7 +271,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plans:
-    """What was planned on the active leg.
+    """What was planned on the active segment.
 
     Attributes:
         solution: the last iterate, or None: where the next cycle goes on.
@@ -312,13 +297,13 @@ class ControllerState:
         clock, vehicle, goal, task, plans: see there.
         area: where the vehicle may be, with the obstacles that were given last.
         queue: commands on their way to the actuators.
-        begin: state (6,) that the last cycle's command began to act in, or None at the begin of a leg.
+        begin: state (6,) that the last cycle's command began to act in, or None at the begin of a segment.
     """
 
     clock: ClockState = ClockState()
     vehicle: VehicleEstimate = field(default_factory=VehicleEstimate)
     goal: GoalState = GoalState()
-    task: Task = Task()
+    task: Task
     plans: Plans = Plans()
     area: Surroundings
     queue: tuple[QueuedCommand, ...] = ()

@@ -46,6 +46,8 @@ class Recorder:
     def __init__(
         self, controller: DockingController, file: str | PathLike[str], *, dump_failed: Path | None = None
     ) -> None:
+        if controller.segments is not None:
+            raise InputError("controller: a recording does not know segments that were given to it")
         if controller.has_stepped:
             raise InputError("controller: has stepped before, a recording must begin with its first cycle")
         header = Header.of(controller)

@@ -77,7 +77,7 @@ def emergency(
     motion = stopping_motion(state, times, braking(config), config.vehicle.wheelbase)
     diagnostics = Diagnostics(
         theta=float(state[THETA]),
-        part=s.task.leg.part,
+        part=s.task.segment.index,
         objective=Objective.CONTOURING,
         weights=_first_weights(()),
         time_to_go=None,
@@ -159,7 +159,7 @@ def _diagnose(
     arrival = s.task.arrival
     return Diagnostics(
         theta=float(context.state[THETA]),
-        part=s.task.leg.part,
+        part=s.task.segment.index,
         objective=s.task.objective,
         weights=_first_weights(solutions),
         time_to_go=None if arrival is None else arrival.at - context.begin,

@@ -24,7 +24,7 @@ SLOWEST = 1e-3
 
 def overlap(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
     """What the body overlaps, where it is believed to be now or until the command begins to act."""
-    believed, part = s.vehicle.monitor.state, s.task.leg.part
+    believed, part = s.vehicle.monitor.state, s.task.segment.index
     if believed is None:
         return None
     half = s.now + 0.5 * config.dead_time
@@ -50,7 +50,7 @@ def way_to_contact(
 
     `planes`: of its solution, if it is one's.
     """
-    corridor, part = s.area.corridor, s.task.leg.part
+    corridor, part = s.area.corridor, s.task.segment.index
     if contact.surely_clear(plan, planes, corridor, part, config, reach, least=least):
         return inf
     free = planes is not None

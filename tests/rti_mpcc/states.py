@@ -11,6 +11,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.behaviour.conditions import standing_since
 from rti_mpcc.behaviour.transitions import look
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Segment, SegmentEnd, segments_of
 from rti_mpcc.model.layout import CONTROLS, STATES
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning.context import PlanningContext
@@ -21,7 +22,6 @@ from rti_mpcc.planning.state import (
     ClockState,
     ControllerState,
     GoalState,
-    Leg,
     Phase,
     PlannedStop,
     Plans,
@@ -34,6 +34,8 @@ from rti_mpcc.types import Trajectory
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 AREA = Surroundings.of(Corridor.from_offsets(PATH, left=5.0, right=-5.0), PATH, ControllerConfig())
+SEGMENTS = segments_of(PATH, ControllerConfig())
+BACK = Segment(part=PATH.parts[0].driven_back(18.5, 10.5), index=0, end=SegmentEnd.WAY_BACK)
 NOW = 10.0
 """Time of the usual cycle [s]."""
 _PARTS: tuple[tuple[tuple[str, ...], type], ...] = (
@@ -42,7 +44,6 @@ _PARTS: tuple[tuple[tuple[str, ...], type], ...] = (
     (("vehicle",), VehicleEstimate),
     (("goal",), GoalState),
     (("task",), Task),
-    (("task", "leg"), Leg),
     (("task", "arrival"), Arrival),
     (("plans",), Plans),
 )
@@ -66,7 +67,7 @@ def _put(whole: Any, path: tuple[str, ...], name: str, value: Any) -> Any:
 
 def state(**values: Any) -> ControllerState:
     """A state in the usual cycle, with these values: see `put`."""
-    return put(ControllerState(area=AREA), **{"time": NOW, **values})
+    return put(ControllerState(area=AREA, task=Task.begun(SEGMENTS)), **{"time": NOW, **values})
 
 
 def after_changes(count: int) -> Surroundings:

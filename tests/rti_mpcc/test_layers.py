@@ -18,6 +18,7 @@ LAYERS = (
     "qp",
     "iteration",
     "controller",
+    "manoeuvre",
     "planning",
     "behaviour",
     "safety",

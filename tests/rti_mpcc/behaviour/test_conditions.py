@@ -11,10 +11,21 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.sensing import CUSP_TOLERANCE
-from rti_mpcc.planning.state import Halt, Phase, PullOut
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment
+from rti_mpcc.planning.state import Halt, Phase
 from rti_mpcc.planning.stops import LOOK_AGAIN
-from tests.rti_mpcc.states import arriving, begun_for, contexts, contouring, decided, put, state
+from tests.rti_mpcc.states import (
+    BACK,
+    PATH,
+    SEGMENTS,
+    arriving,
+    begun_for,
+    contexts,
+    contouring,
+    decided,
+    put,
+    state,
+)
 
 CONFIG = ControllerConfig(dead_time=0.2)
 
@@ -83,15 +94,23 @@ def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on() -> None:
         ({"phase": Phase.STALLED, "standing_since": 9.0}, 6.0, True),
         ({"standing_since": 9.0}, 6.0, False),
         ({"standing_since": 4.9}, 6.0, True),
-        ({"pull_out": None}, 0.0, False),
+        ({"segments": SEGMENTS}, 0.0, False),
     ],
 )
 def test_a_way_back_is_over_at_its_end_or_where_there_is_no_getting_on(
     changes: dict[str, Any], error: float, over: bool
 ) -> None:
-    usual: dict[str, Any] = {"pull_out": PullOut(begin=20.0, end=12.0), "restarts": 3, "standing_since": 9.0}
+    usual: dict[str, Any] = {"segments": (BACK, *SEGMENTS), "restarts": 3, "standing_since": 9.0}
     here = contexts.standing(12.0, error=Pose2(-error, 0.0, 0.0), last_part=False)
     assert conditions.has_pulled_out(arriving(**{**usual, **changes}), here, 0.2) == over
+
+
+def test_a_vehicle_stands_at_the_end_of_a_segment_as_long_as_it_is_to_dwell() -> None:
+    here = contexts.standing(20.0, last_part=False, tolerance=CUSP_TOLERANCE)
+    waiting = (Segment(part=PATH.parts[0], index=0, dwell=4.0), *SEGMENTS)
+    for stood, over in ((3.9, False), (4.0, True)):
+        s = arriving(segments=waiting, standing_since=here.now - stood)
+        assert conditions.may_change_direction(s, here, 0.2) == over
 
 
 # -- blocked ---------------------------------------------------------------------------------------------

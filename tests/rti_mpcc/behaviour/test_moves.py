@@ -11,7 +11,8 @@ from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import replan_due
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.manoeuvre import segments_of
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.plausibility import StateMonitor
@@ -20,13 +21,14 @@ from rti_mpcc.planning.state import (
     Arrival,
     ControllerState,
     Halt,
-    Leg,
     Phase,
     PlannedStop,
     Plans,
-    PullOut,
 )
 from tests.rti_mpcc.states import (
+    BACK,
+    PATH,
+    SEGMENTS,
     after_changes,
     arrival_at,
     arriving,
@@ -40,7 +42,6 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
-BACK = PullOut(begin=18.5, end=10.5)
 
 
 def stalled(**values: Any) -> ControllerState:
@@ -133,10 +134,13 @@ def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
 
 
 def test_of_a_cycle_that_went_wrong_nothing_is_kept_but_why() -> None:
-    s = moves.begun_again(planned(begin=np.zeros(6), part=1, number=4), "why")
+    before = planned(begin=np.zeros(6), segments=(BACK, *SEGMENTS))
+    s = moves.begun_again(before, "why")
     assert begins_afresh(s)
     assert (s.task.latched, s.begin) == ("why", None)
-    assert s.task.leg == Leg(number=5, part=1)
+    assert s.task.segment is not BACK  # the same again, for which a core is made anew
+    assert (s.task.segment.part, s.task.segment.end) == (BACK.part, BACK.end)
+    assert s.task.segments[1:] == SEGMENTS
 
 
 # -- stops before what fills the way ----------------------------------------------------------------------
@@ -226,7 +230,7 @@ def test_a_stop_is_not_meant_any_more_for_another_goal(phase: Phase) -> None:
     assert (free.task.phase, free.plans.driven is None) == (phase, False)
 
 
-def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
+def test_the_next_segment_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
     goal = Pose2(1.0, 2.0, 3.0)
     kept: dict[str, Any] = {
         "planned": goal,
@@ -241,17 +245,18 @@ def test_the_next_leg_knows_the_goal_where_the_vehicle_is_and_the_queue_and_noth
         "monitor": StateMonitor(at=9.1),
         "area": after_changes(5),
     }
-    s = planned(**kept, restarts=1, pulled_out=1, stop=stop_at(3.0), waiting=True, latched="why", number=3)
-    s = put(s, begin=np.zeros(6))
-    assert moves.next_leg(s, staged=False) == state(**kept, part=1, number=4)
-    assert moves.next_leg(s, staged=True) == state(**kept, part=0, number=4, cartesian=True)
+    s = planned(**kept, restarts=1, pulled_out=1, stop=stop_at(3.0), waiting=True, latched="why")
+    staged = segments_of(PATH, ControllerConfig(method=Method.SEPARATED))
+    for segments, cartesian in (((BACK, *SEGMENTS), False), (staged, True)):
+        after = moves.next_segment(put(s, begin=np.zeros(6), segments=segments))
+        assert after == state(**kept, segments=segments[1:], cartesian=cartesian)
 
 
 def test_the_way_back_begins_afresh_where_the_vehicle_is() -> None:
     here = contexts.standing(18.0)
     s = moves.pulling_out(stalled(), here, BACK)
     assert (s.task.phase, s.task.restarts, s.task.pulled_out) == (Phase.STARTING, 0, 0)
-    assert s.task.leg == Leg(number=1, part=0, pull_out=BACK)
+    assert s.task.segments == (BACK, *SEGMENTS)
     assert s.vehicle.standing_since == here.now
     assert s.begin is not None
     assert s.begin[THETA] == 18.5
@@ -259,14 +264,12 @@ def test_the_way_back_begins_afresh_where_the_vehicle_is() -> None:
 
 
 def test_it_comes_again_from_where_it_is_then() -> None:
-    pulling = arriving(
-        number=1, pull_out=PullOut(begin=22.0, end=14.0), latched="why", restarts=2, stop=stop_at(15.0)
-    )
-    s = moves.coming_again(put(pulling, looked_at=9.0), contexts.standing(30.0))
-    assert (s.task.phase, s.task.leg, s.task.pulled_out) == (Phase.STARTING, Leg(number=2), 1)
+    pulling = arriving(segments=(BACK, *SEGMENTS), latched="why", restarts=2, stop=stop_at(15.0))
+    s = moves.coming_again(put(pulling, looked_at=9.0), contexts.standing(26.5))
+    assert (s.task.phase, s.task.segments, s.task.pulled_out) == (Phase.STARTING, SEGMENTS, 1)
     assert (s.task.restarts, s.task.latched, s.task.stop, s.task.looked_at) == (0, "", None, None)
     assert s.begin is not None
-    assert s.begin[THETA] == 14.0
+    assert s.begin[THETA] == 10.5
 
 
 # -- past the goal, and back up into it ------------------------------------------------------------------
@@ -287,9 +290,9 @@ def test_what_begins_afresh_does_not_back_up() -> None:
         moves.seeking(backing(), None),
         moves.released(backing(phase=Phase.STARTING)),
         moves.with_goal(backing(stop=stop_at(3.0)), goal),
-        moves.next_leg(backing(), staged=False),
+        moves.next_segment(backing(segments=(BACK, *SEGMENTS))),
         moves.pulling_out(backing(phase=Phase.STALLED), contexts.standing(18.0), BACK),
-        moves.coming_again(backing(pull_out=BACK), contexts.standing(18.0)),
+        moves.coming_again(backing(segments=(BACK, *SEGMENTS)), contexts.standing(18.0)),
     ):
         assert not s.task.reverses_into_goal
     assert moves.plan_found(backing()).task.reverses_into_goal

@@ -418,7 +418,7 @@ def test_the_phase_is_set_by_the_table_alone() -> None:
 
 
 @pytest.mark.parametrize(
-    "statement", ["replace(s.task, phase=p)", "Task(leg=leg, phase=p)", "replace(t, **{'phase': p})"]
+    "statement", ["replace(s.task, phase=p)", "Task(segments=x, phase=p)", "replace(t, **{'phase': p})"]
 )
 def test_setting_the_phase_is_noticed(statement: str) -> None:
     assert sets_phase(statement)

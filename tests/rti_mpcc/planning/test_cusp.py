@@ -9,10 +9,10 @@ import pytest
 
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning import workspace
 from rti_mpcc.planning.cusp import SHIFT, cusp_pose
-from rti_mpcc.planning.sensing import CUSP_TOLERANCE
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
 
 CONFIG = ControllerConfig()

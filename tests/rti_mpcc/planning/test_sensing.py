@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -7,13 +8,14 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment, SegmentEnd
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target, TargetKind, path_end
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.sensing import CUSP_TOLERANCE, STOP_TOLERANCE
+from rti_mpcc.planning.sensing import STOP_TOLERANCE
 from rti_mpcc.types import Array
 from tests.rti_mpcc.states import state
 
@@ -32,17 +34,11 @@ def assess(
     last_part: bool = True,
     free: bool = True,
 ) -> PlanningContext:
-    return sensing.assess(
-        reached,
-        1.0,
-        float(reached[3]),
-        on,
-        pace_of(on, CONFIG),
-        target or path_end(on),
-        CONFIG,
-        last_part=last_part,
-        free=free,
-    )
+    segment = Segment(part=on, index=0)
+    if last_part:
+        segment = replace(segment, end=SegmentEnd.GOAL, tolerance=CONFIG.goal_tolerance)
+    pace, target = pace_of(on, CONFIG), target or path_end(on)
+    return sensing.assess(reached, 1.0, float(reached[3]), segment, pace, target, CONFIG, free=free)
 
 
 def test_the_state_is_rolled_over_the_queued_commands() -> None:
@@ -119,8 +115,6 @@ def test_what_is_far_off_the_path_is_doubted() -> None:
 def test_what_is_doubted_is_said_and_nothing_known_is_the_begin_of_the_part() -> None:
     s = state(monitor=StateMonitor(why="not a finite state"))
     start = sensing.start_of(s, part(), CONFIG)
-    context = sensing.context_of(
-        s, start, part(), pace_of(part(), CONFIG), path_end(part()), CONFIG, last_part=True
-    )
+    context = sensing.context_of(s, start, pace_of(part(), CONFIG), path_end(part()), CONFIG)
     assert context.doubt == "not a finite state"
     assert context.state.tolist() == [0.0] * 6

@@ -1,0 +1,101 @@
+"""A manoeuvre is a list of segments, each driven in one direction and ended at rest.
+
+Parts of a path, the way to a staging pose, the last leg from there, a way back: all are segments, driven by
+one mechanism, which does not know who planned them. What is left of a manoeuvre is a tuple of them, the first
+one being driven.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from geometry import InputError, PathPart, ReferencePath
+from rti_mpcc.config import ControllerConfig, Limits, Method
+
+CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
+"""What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
+
+
+class SegmentEnd(Enum):
+    """What a segment ends at."""
+
+    GOAL = "goal"
+    """The goal pose, known or detected, beside or behind the path's end."""
+    CUSP = "cusp"
+    STAGING_POSE = "staging pose"
+    """On the path before the goal, from where only the goal pose counts, of `Method.SEPARATED`."""
+    WAY_BACK = "end of the way back"
+    """From where the segment that comes next is driven once more."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Segment:
+    """A piece of a manoeuvre in one direction. One is equal to itself only: driven twice, it begins twice.
+
+    Attributes:
+        part: what is driven; index: of the route's part whose boundaries count.
+        end: see `SegmentEnd`; tolerance: of that (longitudinal [m], lateral [m], heading [rad]).
+        speed, steering: limits of its own [m/s], [rad], or None for the vehicle's.
+        dwell: how long the vehicle stands at its end, at least [s].
+        cartesian: only the pose that it ends in counts, not the path.
+
+    Raises:
+        InputError: a limit that is not positive, or a negative dwell.
+    """
+
+    part: PathPart
+    index: int
+    end: SegmentEnd = SegmentEnd.CUSP
+    tolerance: tuple[float, float, float] = CUSP_TOLERANCE
+    speed: float | None = None
+    steering: float | None = None
+    dwell: float = 0.0
+    cartesian: bool = False
+
+    def __post_init__(self) -> None:
+        for name, limit in (("speed", self.speed), ("steering", self.steering)):
+            if limit is not None and not limit > 0.0:
+                raise InputError(f"{name} = {limit}: a limit of a segment must be > 0, or None")
+        if not self.dwell >= 0.0:
+            raise InputError(f"dwell = {self.dwell}: must be >= 0")
+
+    def limited(self, config: ControllerConfig) -> ControllerConfig:
+        """The settings with the limits of this segment, where it has some that are lower."""
+        limits = config.limits
+        speed = limits.speed if self.speed is None else min(self.speed, limits.speed)
+        steering = limits.steering if self.steering is None else min(self.steering, limits.steering)
+        if (speed, steering) == (limits.speed, limits.steering):
+            return config
+        own = Limits(**{**dict(limits), "speed": speed, "steering": steering})
+        return ControllerConfig(**{**dict(config), "limits": own})
+
+
+Manoeuvre = tuple[Segment, ...]
+
+
+def segments_of(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
+    """The manoeuvre along a path, to its end or to a goal near it, by the method of the settings."""
+    *before, last = (Segment(part=part, index=index) for index, part in enumerate(path.parts))
+    separated = config.method is Method.SEPARATED
+    if separated:
+        before.append(replace(last, end=SegmentEnd.STAGING_POSE))
+    goal = replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance, cartesian=separated)
+    return (*before, goal)
+
+
+def checked(segments: Manoeuvre, path: ReferencePath) -> Manoeuvre:
+    """The segments, if they can be a manoeuvre on this path.
+
+    Raises:
+        InputError: none, one that belongs to no part, or one that ends at a goal and is not the last.
+    """
+    if not segments:
+        raise InputError("segments: a manoeuvre needs one at least")
+    for place, segment in enumerate(segments):
+        if not 0 <= segment.index < len(path.parts):
+            known = len(path.parts)
+            raise InputError(f"segments[{place}].index = {segment.index}: the path has {known} parts")
+        if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
+            raise InputError(f"segments[{place}].end: the last segment ends at the goal, and no other one")
+    return tuple(segments)
