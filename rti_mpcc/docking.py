@@ -25,7 +25,7 @@ from rti_mpcc.driving import driven
 from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, checked, segments_of
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.planning import aim, goals, legs, offsets, sensing, stops, validation
+from rti_mpcc.planning import aim, goals, offsets, recovery, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
@@ -239,7 +239,7 @@ class DockingController:
         goes_on = s.task.segment.end is not SegmentEnd.WAY_BACK
         if goes_on and may_change_direction(s, context, dead_time):
             return moves.next_segment(s)
-        back = legs.way_back(s, context, self.config)
+        back = recovery.way_back(s, context, self.config)
         if back is not None and s.vehicle.stands(s.now, dead_time):
             return moves.pulling_out(s, context, back)
         return None

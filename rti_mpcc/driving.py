@@ -12,7 +12,7 @@ from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, look, told
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
-from rti_mpcc.planning import aim, legs, schedule, search, stops
+from rti_mpcc.planning import aim, recovery, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
@@ -111,7 +111,7 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Stand stalled, until a way back is driven."""
     s, stalled = _stop(s, context, w, Verdict(Reason.STALLED))
-    way_back = legs.way_back(s, context, w.config)
+    way_back = recovery.way_back(s, context, w.config)
     return Driven(s, stalled if way_back is None else _pulling_out(stalled, s))
 
 

@@ -9,7 +9,7 @@ from rti_mpcc.behaviour.transitions import Event, told
 from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.legs import placed
+from rti_mpcc.planning.recovery import placed
 from rti_mpcc.planning.state import (
     ControllerState,
     Halt,

@@ -80,3 +80,13 @@ def stop_on(part: PathPart, theta: float) -> Target:
     """A stop on the path at progress `theta` [m], or at its end, as its target."""
     theta = min(theta, part.end)
     return Target(pose=part.pose(theta), theta=theta, theta_end=part.end, kind=TargetKind.PATH_END)
+
+
+def staging_on(part: PathPart, goal: Pose2 | None, before: float) -> Target:
+    """A stop on the path so far `before` the goal's projection [m], or at its end where the goal lies behind.
+
+    `goal`: None for the path's last pose.
+    """
+    goal = goal or part.last
+    theta = part.project(goal.x, goal.y, heading=goal.phi)
+    return stop_on(part, part.end if theta >= part.end else max(theta - before, part.start))

@@ -13,12 +13,11 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.ocp.room import room_along, with_obstacles
-from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, stop_on
+from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, staging_on, stop_on
 from rti_mpcc.planning import sensing
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.cusp import cusp_pose
-from rti_mpcc.planning.legs import staging_stop
 from rti_mpcc.planning.pace import Pace, pace_of
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.surroundings import tell_if_narrow
@@ -100,7 +99,7 @@ class Workspaces:
         """What the active segment is to end in."""
         part, end, goal = self.core(s).part, s.task.segment.end, s.goal.pose
         if end is SegmentEnd.STAGING_POSE:
-            return stop_on(part, staging_stop(part, goal, self._config))
+            return staging_on(part, goal, self._config.staging)
         if end is SegmentEnd.GOAL and goal is not None:
             return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and self._config.arrival:

@@ -31,7 +31,7 @@ def test_the_python_blocks_run_as_typed_and_dock(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    run_blocks(ROOT / "docs" / "using.md", 5)
+    run_blocks(ROOT / "docs" / "using.md", 6)
     known, detected, expected, comfort, replayed = capsys.readouterr().out.splitlines()
     assert known.startswith("docked after")
     assert detected.startswith(("docked 0.0", "docked -0.0"))

@@ -204,7 +204,7 @@ def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop() -> None:
     assert not moves.plan_accepted(looking, some_plan()).task.looks_past
 
 
-# -- goals and legs ---------------------------------------------------------------------------------------
+# -- goals and segments ---------------------------------------------------------------------------------
 
 
 def test_another_goal_is_another_docking() -> None:

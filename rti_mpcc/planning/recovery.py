@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from geometry import PathPart, Pose2
+from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.model.layout import PHI, THETA, X, Y
@@ -32,13 +32,6 @@ def way_back(s: ControllerState, context: PlanningContext, config: ControllerCon
         return None
     back = segment.part.driven_back(begin, end)
     return Segment(part=back, index=segment.index, end=SegmentEnd.WAY_BACK)
-
-
-def staging_stop(part: PathPart, goal: Pose2 | None, config: ControllerConfig) -> float:
-    """Progress [m] at which `Method.SEPARATED` stops on its last part."""
-    goal = goal or part.last
-    theta = part.project(goal.x, goal.y, heading=goal.phi)
-    return part.end if theta >= part.end else max(theta - config.staging, part.start)
 
 
 def placed(state: Array, theta: float) -> Array:

@@ -11,7 +11,7 @@ import pytest
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method, Vehicle
 from rti_mpcc.manoeuvre import Segment, SegmentEnd, segments_of
-from rti_mpcc.planning import legs
+from rti_mpcc.planning import recovery
 from rti_mpcc.planning.state import ControllerState, Phase
 from tests.rti_mpcc.states import BACK, SEGMENTS, contexts, state
 
@@ -31,17 +31,17 @@ def ends(way: Segment) -> tuple[float, float]:
 
 def test_the_second_way_back_is_longer() -> None:
     here = contexts.standing(19.0)
-    first, second = (legs.way_back(stalled(pulled_out=n), here, CONFIG) for n in (0, 1))
+    first, second = (recovery.way_back(stalled(pulled_out=n), here, CONFIG) for n in (0, 1))
     assert first is not None
     assert second is not None
     assert ends(first) == pytest.approx((19.0, 19.0 - 1.8 * LENGTH))
     assert ends(second) == pytest.approx((19.0, 19.0 - 3.6 * LENGTH))
-    assert legs.way_back(stalled(pulled_out=2), here, CONFIG) is None
+    assert recovery.way_back(stalled(pulled_out=2), here, CONFIG) is None
 
 
 def test_the_default_vehicle_pulls_out_by_about_8_and_16_m() -> None:
     here, default = contexts.standing(18.0), ControllerConfig()
-    ways = [legs.way_back(stalled(pulled_out=n), here, default) for n in (0, 1)]
+    ways = [recovery.way_back(stalled(pulled_out=n), here, default) for n in (0, 1)]
     assert [way and way.part.end - way.part.start for way in ways] == pytest.approx([8.0, 16.0], abs=0.2)
 
 
@@ -51,44 +51,36 @@ def test_a_small_vehicle_pulls_out_by_less_and_a_large_one_by_more(length: float
     config = ControllerConfig(vehicle=vehicle)
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 99.0)])
     segments = segments_of(path, config)
-    way = legs.way_back(stalled(segments=segments), contexts.standing(60.0), config)
+    way = recovery.way_back(stalled(segments=segments), contexts.standing(60.0), config)
     assert way is not None
     assert way.part.end - way.part.start == pytest.approx(1.8 * length)
-    assert legs.way_back(stalled(segments=segments), contexts.standing(0.44 * length), config) is None
+    assert recovery.way_back(stalled(segments=segments), contexts.standing(0.44 * length), config) is None
 
 
 def test_it_begins_behind_the_end_where_the_vehicle_is_there() -> None:
     here = contexts.standing(20.0, state=np.array([23.0, 1.0, 0.1, 0.0, 0.0, 20.0]))
-    way = legs.way_back(stalled(), here, CONFIG)
+    way = recovery.way_back(stalled(), here, CONFIG)
     assert way is not None
     assert ends(way) == pytest.approx((23.0, 23.0 - 1.8 * LENGTH))
 
 
 def test_it_ends_at_the_begin_of_the_part() -> None:
-    way = legs.way_back(stalled(), contexts.standing(5.0), CONFIG)
+    way = recovery.way_back(stalled(), contexts.standing(5.0), CONFIG)
     assert way is not None
     assert ends(way) == pytest.approx((5.0, 0.0))
     assert (way.end, way.index, way.part.direction) == (SegmentEnd.WAY_BACK, 0, -1)
-    assert legs.way_back(stalled(), contexts.standing(2.2), CONFIG) is None
+    assert recovery.way_back(stalled(), contexts.standing(2.2), CONFIG) is None
 
 
 @pytest.mark.parametrize("phase", [phase for phase in Phase if phase is not Phase.STALLED])
 def test_only_what_has_stalled_pulls_out(phase: Phase) -> None:
-    assert legs.way_back(stalled(phase=phase), contexts.standing(18.0), CONFIG) is None
+    assert recovery.way_back(stalled(phase=phase), contexts.standing(18.0), CONFIG) is None
 
 
 def test_no_way_back_from_a_stop_on_the_way_back_or_without_an_arrival() -> None:
     here = contexts.standing(18.0)
-    assert legs.way_back(stalled(), replace(here, free=False), CONFIG) is None
-    assert legs.way_back(stalled(segments=(BACK, *SEGMENTS)), here, CONFIG) is None
-    assert legs.way_back(stalled(), here, ControllerConfig.paper()) is None
+    assert recovery.way_back(stalled(), replace(here, free=False), CONFIG) is None
+    assert recovery.way_back(stalled(segments=(BACK, *SEGMENTS)), here, CONFIG) is None
+    assert recovery.way_back(stalled(), here, ControllerConfig.paper()) is None
     separated = ControllerConfig(method=Method.SEPARATED)
-    assert legs.way_back(stalled(), here, separated) is None
-
-
-def test_the_staging_pose_lies_before_the_goal_or_at_the_paths_end() -> None:
-    separated = CONFIG.model_copy(update={"method": Method.SEPARATED})
-    assert legs.staging_stop(PART, Pose2(18.0, 1.0, 0.1), separated) == pytest.approx(11.0)
-    assert legs.staging_stop(PART, Pose2(5.0, 1.0, 0.1), separated) == 0.0
-    assert legs.staging_stop(PART, Pose2(23.0, 1.0, 0.1), separated) == 20.0
-    assert legs.staging_stop(PART, None, separated) == 20.0
+    assert recovery.way_back(stalled(), here, separated) is None
