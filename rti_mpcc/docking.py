@@ -161,6 +161,7 @@ class DockingController:
         monitor = monitor.doubting(area.unreadable, vehicle.monitor)
         hint = self._heading_hint(s, monitor)
         vehicle = replace(vehicle, monitor=monitor, offsets=known, heading_hint=hint)
+        vehicle = aim.noted(vehicle, s.now, config.goal_tracking.filter.history)
         known_goal, another = validation.goal_in(goal, s.goal, self.path, area, config)
         s = replace(s, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
@@ -190,7 +191,6 @@ class DockingController:
         what was none."""
         measurements, unfit = validation.measurements_in(given)
         settings = self.config.goal_tracking.filter
-        s = replace(s, vehicle=aim.noted(s.vehicle, s.now, settings.history))
         if measurements and self._filter is None:
             self._filter = GoalPoseFilter(settings)
         if self._filter is None:
@@ -228,7 +228,9 @@ class DockingController:
 
     def _targeted(self, s: ControllerState) -> ControllerState:
         """With what the segment is to end in now; a stop before what may be gone is made for no more."""
-        s = replace(s, task=replace(s.task, target=self._workspaces.target(s)))
+        target = self._workspaces.target(s)
+        if target != s.task.target:
+            s = replace(s, task=replace(s.task, target=target))
         return moves.released(s) if stops.way_may_be_free(s) else s
 
     def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
