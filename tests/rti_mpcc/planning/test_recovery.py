@@ -12,6 +12,8 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method, Vehicle
 from rti_mpcc.manoeuvre import Segment, SegmentEnd, segments_of
 from rti_mpcc.planning import recovery
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.schedule import scheduled_past_goal
 from rti_mpcc.planning.state import ControllerState, Phase
 from tests.rti_mpcc.states import BACK, SEGMENTS, contexts, state
 
@@ -84,3 +86,29 @@ def test_no_way_back_from_a_stop_on_the_way_back_or_without_an_arrival() -> None
     assert recovery.way_back(stalled(), here, ControllerConfig.paper()) is None
     separated = ControllerConfig(method=Method.SEPARATED)
     assert recovery.way_back(stalled(), here, separated) is None
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        ControllerConfig.paper(recovery=True),
+        ControllerConfig(method=Method.SEPARATED, recovery=True),
+        ControllerConfig(method=Method.SWITCHED, recovery=True),
+    ],
+)
+def test_the_baselines_pull_out_where_that_is_switched_on(config: ControllerConfig) -> None:
+    here = contexts.standing(18.0)
+    assert back_from(here, config) is not None
+    assert back_from(here, config.model_copy(update={"recovery": None})) is None
+
+
+def test_the_dynamic_method_stalls_for_good_where_recovery_is_switched_off() -> None:
+    here = contexts.standing(18.0)
+    assert back_from(here, CONFIG) is not None
+    off = CONFIG.model_copy(update={"recovery": False})
+    assert back_from(here, off) is None
+    assert scheduled_past_goal(stalled(), here, off) is None
+
+
+def back_from(here: PlanningContext, config: ControllerConfig) -> Segment | None:
+    return recovery.way_back(stalled(), here, config)
