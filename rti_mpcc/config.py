@@ -80,7 +80,7 @@ class Limits(Settings):
 
 
 class Weights(Settings):
-    """Weights of the cost (paper Eq. 5, 7, 9-11, Table I). Each may be 0, which switches its term off.
+    """Weights of the cost (paper Eq. 2, 5, 7 to 11, Table I). Each may be 0, which switches its term off.
 
     Attributes:
         lag, contouring, heading: q_l, q_c [1/m²] and the heading error's weight [1/rad²].
@@ -89,7 +89,7 @@ class Weights(Settings):
             bound has to hold the vehicle back; 0 (Table I) rewards up to the speed limit.
         progress_reward: gamma [s/m], on theta_dot.
         goal: q_N^e on x, y, heading of the last stage while a goal pose is contoured to.
-        contouring_at_end: q_c^e, the contouring weight at a cusp or path end that is the goal (Eq. 7).
+        contouring_at_end: q_c^e, the contouring weight at a cusp or path end that is the goal (Eq. 8).
         transition_slope, transition_reach: alpha [1/m] and beta [m] of the weight transition sigma.
         lateral_acceleration: on (v² tan(delta)/L)² [s⁴/m²] (published code).
         heading_at_end: heading weight near a cusp or path end (published code).

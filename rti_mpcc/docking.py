@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +35,7 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.safety import fallback, limiter
-from rti_mpcc.safety.decision import ControlDecision, command, emergency
+from rti_mpcc.safety.decision import command, emergency
 from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.types import Array, Command, Reason, Status, VehicleState
 
@@ -103,6 +104,12 @@ class DockingController:
     ) -> Command:
         """One cycle: the command to apply from now until the next step.
 
+        1. Check what comes in, and take what can be used.
+        2. Filter the detections of the goal, and let the pose made for follow.
+        3. Predict where the command will begin to act; begin the next segment where this one is over.
+        4. Drive what the phase asks for, or the next rung of the fallback.
+        5. Keep the command within the limits, and say why it is what it is.
+
         No value that comes in makes it raise: what is not fit to be used is left out, and said.
 
         Args:
@@ -126,7 +133,8 @@ class DockingController:
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
-            after = self._remembering(after, decision, status, context)
+            after = self._queued(after, decision.control, context)
+            after = _looking_again(after, status, decision.verdict.reason)
             remarks = (*remarks, unfit, *aim.remarks(s.goal))
             sent = command(decision, status, context, after, detections, remarks, self.config, clock)
         except Exception as error:
@@ -137,7 +145,7 @@ class DockingController:
         return sent
 
     def problem(self) -> QpProblem:
-        """The QP of the last cycle that solved one, for study off line."""
+        """The QP that was solved last on the active segment, for study off line; zeros if none was."""
         return self._workspaces.core(self.state).problem()
 
     # -- what comes in ------------------------------------------------------------------------------
@@ -227,7 +235,7 @@ class DockingController:
         return s, w.context(s), w
 
     def _targeted(self, s: ControllerState) -> ControllerState:
-        """With what the segment is to end in now; a stop before what may be gone is made for no more."""
+        """With what the segment is to end in now, and without a stop before what may be gone."""
         target = self._workspaces.target(s)
         if target != s.task.target:
             s = replace(s, task=replace(s.task, target=target))
@@ -236,10 +244,9 @@ class DockingController:
     def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
         """The state with which another segment begins now, or a way back; None: this one goes on."""
         dead_time = self.config.dead_time
-        if has_pulled_out(s, context, dead_time):
-            return moves.coming_again(s, context)
-        goes_on = s.task.segment.end is not SegmentEnd.WAY_BACK
-        if goes_on and may_change_direction(s, context, dead_time):
+        if s.task.segment.end is SegmentEnd.WAY_BACK:
+            return moves.coming_again(s, context) if has_pulled_out(s, context, dead_time) else None
+        if may_change_direction(s, context, dead_time):
             return moves.next_segment(s)
         back = recovery.way_back(s, context, self.config)
         if back is not None and s.vehicle.stands(s.now, dead_time):
@@ -252,22 +259,10 @@ class DockingController:
         measured = s.vehicle.monitor.heeded(self.config)
         return limiter.saturate_command(control, start, measured, self.config, s.vehicle.disturbance)
 
-    def _remembering(
-        self, s: ControllerState, decision: ControlDecision, status: Status, context: PlanningContext
-    ) -> ControllerState:
-        """Queue the command; a vehicle that stands blocked begins afresh, unless it only waits a while."""
-        control = decision.control
+    def _queued(self, s: ControllerState, control: ControlInput, context: PlanningContext) -> ControllerState:
+        """With the command that is sent among those under way."""
         sent = QueuedCommand(context.begin, control.acceleration, control.steering_rate)
-        waiting = status is Status.GOAL_LOST
-        goal = s.goal if waiting is s.goal.waiting else replace(s.goal, waiting=waiting)
-        s = replace(s, queue=queued(s.queue, sent, s.now), begin=context.state, goal=goal)
-        task = s.task
-        if status is Status.BLOCKED and task.stop is None and not task.looks_past:
-            waits = decision.verdict.reason is Reason.WAITS_UNTIL_CLEAR
-            return s if waits or not may_look_again(s) else moves.looking_again(s)
-        if task.latched or task.looked_at is None:
-            return s
-        return replace(s, task=replace(task, looked_at=None))
+        return replace(s, queue=queued(s.queue, sent, s.now), begin=context.state)
 
     def _rescued(
         self, s: ControllerState, error: Exception, clock: CycleClock
@@ -275,11 +270,32 @@ class DockingController:
         """Brake, and begin afresh in the next cycle with what was known when this one went wrong."""
         config, what = self.config, f"{type(error).__name__}: {' '.join(str(error).split())}"
         verdict = Verdict(Reason.MISTAKE, what)
-        at = s.now + config.dead_time
-        start = np.zeros(STATES) if s.begin is None else s.begin
-        if s.vehicle.monitor.state is not None:
-            start = sensing.predicted(s, at, config)
+        at, start = s.now + config.dead_time, s.vehicle.monitor.state
+        if start is not None:
+            with suppress(Exception):  # the mistake may be in this: then what is believed of now has to do
+                start = sensing.predicted(s, at, config)
+        elif s.begin is not None:
+            start = s.begin
+        else:
+            start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, fallback.braking(config), config), start, s)
-        sent = QueuedCommand(at, control.acceleration, 0.0)
+        sent = QueuedCommand(at, control.acceleration, control.steering_rate)
         s = replace(moves.begun_again(s, str(verdict)), queue=queued(s.queue, sent, s.now))
         return s, emergency(control, start, s, verdict, config, clock)
+
+
+def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
+    """What the status of a cycle means for the next: whether it waits for the goal, and when it looks again.
+
+    A vehicle that stands blocked begins afresh, unless it only waits a while.
+    """
+    waiting = status is Status.GOAL_LOST
+    if waiting is not s.goal.waiting:
+        s = replace(s, goal=replace(s.goal, waiting=waiting))
+    task = s.task
+    if status is Status.BLOCKED and task.stop is None and not task.looks_past:
+        waits = reason is Reason.WAITS_UNTIL_CLEAR
+        return s if waits or not may_look_again(s) else moves.looking_again(s)
+    if task.latched or task.looked_at is None:
+        return s
+    return replace(s, task=replace(task, looked_at=None))

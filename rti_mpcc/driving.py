@@ -58,9 +58,7 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
         return _give_up(s, context, w, beyond)
     s = look(_watching(s, context, w), context, w.config)
     s = schedule.rescheduled(s, context, w.config)
-    if s.task.phase is Phase.HOLDING:
-        return _hold(s, context, w)
-    waiting = aim.must_wait(s, context, w.config)
+    waiting = "" if s.task.phase is Phase.HOLDING else aim.must_wait(s, context, w.config)
     if waiting and s.stands:
         return _stop(told(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
     return _BY_PHASE[s.task.phase](s, context, w)
@@ -80,7 +78,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     if not attempt.problem:
         return _accept(s, context, w, attempt)
     task = s.task
-    going_on = task.looks_past and attempt.cut
+    going_on = task.looks_past and attempt.out_of_time
     if not (latched or going_on) and s.vehicle.stands(s.now, PATIENCE):
         latched = attempt.problem
         task = replace(task, latched=latched)
@@ -93,9 +91,9 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
-    s, cut = _way_on_driven(s, context, w)
-    if cut < inf or _wants_another_plan(s, context, w):
-        s, decision = _change_over(s, context, w, cut)
+    s, meets_after = _way_on_driven(s, context, w)
+    if meets_after < inf or _wants_another_plan(s, context, w):
+        s, decision = _change_over(s, context, w, meets_after)
         if decision is not None:
             return Driven(s, decision)
     if schedule.cartesian_due(s, context, w.config):
@@ -119,7 +117,7 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     reason = Reason.DOCKED
     if not context.free:
         reason = Reason.STANDS_BEFORE_SOMETHING
-    elif not context.last_part:
+    elif not context.ends_at_goal:
         reason = _STANDS_AT[s.task.segment.end]
     elif aim.never_seen(s.goal, w.config):
         reason = Reason.NOT_DETECTED
@@ -152,22 +150,22 @@ _BY_PHASE = {
 
 
 def _change_over(
-    s: ControllerState, context: PlanningContext, w: Workspace, cut: float
+    s: ControllerState, context: PlanningContext, w: Workspace, meets_after: float
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Turn from the present plan to the first one of another objective; None: not yet.
 
-    `cut`: distance [m] to what cuts the present plan, inf if nothing does.
+    `meets_after`: distance [m] to what the present plan meets, inf if nothing.
     """
-    trial = sought(s, context, w, cut)
+    trial = sought(s, context, w, meets_after)
     found = first_plan(trial, context if trial is s else w.context(trial), w)
     attempt, stop = found.attempt, found.s.task.stop
-    if cut == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
+    if meets_after == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
         # No way past: the stop is needed, and the plan to it is as good as another one.
         return stops.confirmed(s), None
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
         return _accept(found.s, found.context, w, attempt)
     after = s.suspending(found.s.plans.suspended)
-    if not attempt.cut:
+    if not attempt.out_of_time:
         after = stops.still_filled(after)
     if schedule.too_late(s, context, w.config):
         firm = fallback.braking(w.config)
@@ -182,7 +180,7 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     if s.plans.solution is None and valid is not None:  # another objective from here on
         start = search.clean(valid)
     s, attempt = iterated(s, context, start, w)
-    if attempt.problem and not attempt.cut and valid is not None:
+    if attempt.problem and not attempt.out_of_time and valid is not None:
         s, clean = iterated(s, context, search.clean(valid), w)
         attempt = attempt.then(clean)
     if not attempt.problem:
@@ -196,7 +194,7 @@ def _way_on_driven(
 ) -> tuple[ControllerState, float]:
     """Distance [m] to where a change of the obstacles cuts the plan being driven, however far along, or inf.
 
-    Looked for in every cycle until a plan is driven that they do not cut.
+    Looked for in every cycle until a plan is driven that they leave free.
     """
     plan = s.plans.driven
     if plan is None or s.plans.clear_of == s.area.changes:

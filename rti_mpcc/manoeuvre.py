@@ -1,14 +1,16 @@
 """A manoeuvre is a list of segments, each driven in one direction and ended at rest.
 
-Parts of a path, the way to a staging pose, the last leg from there, a way back: all are segments, driven by
-one mechanism, which does not know who planned them. What is left of a manoeuvre is a tuple of them, the first
-one being driven.
+Parts of a path, the way to a staging pose, the one from there to the goal, a way back: all are segments,
+driven by one mechanism, which does not know who planned them. What is left of a manoeuvre is a tuple of them,
+the first one being driven.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import groupby
+from math import inf
 
 from geometry import InputError, PathPart, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, Method
@@ -37,11 +39,11 @@ class Segment:
         part: what is driven; index: of the route's part whose boundaries count.
         end: see `SegmentEnd`; tolerance: of that (longitudinal [m], lateral [m], heading [rad]).
         speed, steering: limits of its own [m/s], [rad], or None for the vehicle's.
-        dwell: how long the vehicle stands at its end, at least [s].
+        dwell: how long the vehicle stands at its end, a cusp or staging pose, at least [s].
         cartesian: only the pose that it ends in counts, not the path.
 
     Raises:
-        InputError: a limit that is not positive, or a negative dwell.
+        InputError: a limit or tolerance that is not positive, or a negative dwell.
     """
 
     part: PathPart
@@ -57,8 +59,12 @@ class Segment:
         for name, limit in (("speed", self.speed), ("steering", self.steering)):
             if limit is not None and not limit > 0.0:
                 raise InputError(f"{name} = {limit}: a limit of a segment must be > 0, or None")
-        if not self.dwell >= 0.0:
-            raise InputError(f"dwell = {self.dwell}: must be >= 0")
+        if not all(most > 0.0 for most in self.tolerance):
+            raise InputError(f"tolerance = {self.tolerance}: each must be > 0")
+        if not 0.0 <= self.dwell < inf:
+            raise InputError(f"dwell = {self.dwell}: must be >= 0, and finite")
+        if self.dwell and self.end not in (SegmentEnd.CUSP, SegmentEnd.STAGING_POSE):
+            raise InputError(f"dwell = {self.dwell}: only at a cusp or staging pose something comes after it")
 
     def limited(self, config: ControllerConfig) -> ControllerConfig:
         """The settings with the limits of this segment, where it has some that are lower."""
@@ -85,17 +91,25 @@ def segments_of(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
 
 
 def checked(segments: Manoeuvre, path: ReferencePath) -> Manoeuvre:
-    """The segments, if they can be a manoeuvre on this path.
+    """The segments, if they are a manoeuvre along this path.
 
     Raises:
-        InputError: none, one that belongs to no part, or one that ends at a goal and is not the last.
+        InputError: none, one that is no part of the path, parts left out or out of order, one that ends at
+            the goal and is not the last, or a way back, which only the controller makes.
     """
     if not segments:
         raise InputError("segments: a manoeuvre needs one at least")
     for place, segment in enumerate(segments):
+        name = f"segments[{place}]"
         if not 0 <= segment.index < len(path.parts):
-            known = len(path.parts)
-            raise InputError(f"segments[{place}].index = {segment.index}: the path has {known} parts")
+            raise InputError(f"{name}.index = {segment.index}: the path has {len(path.parts)} parts")
+        if segment.part is not path.parts[segment.index]:
+            raise InputError(f"{name}.part: must be part {segment.index} of the path")
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
-            raise InputError(f"segments[{place}].end: the last segment ends at the goal, and no other one")
+            raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
+        if segment.end is SegmentEnd.WAY_BACK:
+            raise InputError(f"{name}.end: ways back are made by the controller")
+    driven = [index for index, _ in groupby(segment.index for segment in segments)]
+    if driven != list(range(len(path.parts))):
+        raise InputError(f"segments: drive parts {driven} of the path, must be all of them in order")
     return tuple(segments)

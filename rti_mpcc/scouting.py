@@ -49,11 +49,11 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
         found = _onward(s.suspending(None), context, w)
         return found._replace(s=search.reverse_search_failed(found.s))
     onward = _onward(s, context, w)
-    sought = begun is not None and begun.reverse_failed
-    if backing is None or sought or onward.attempt.cut:
+    tried = begun is not None and begun.reverse_failed
+    if backing is None or tried or onward.attempt.out_of_time:
         return onward
     further = _iterated_on(onward, begun, w)
-    if further.attempt.cut:  # nothing is begun yet
+    if further.attempt.out_of_time:  # nothing is begun yet
         return Found(s.suspending(further.s.plans.suspended), further.attempt, context)
     if onward.context.free and search.reaches(further.attempt, onward.context, MISSED):
         return further
@@ -70,23 +70,24 @@ def iterated(
     return s, attempt
 
 
-def sought(s: ControllerState, context: PlanningContext, w: Workspace, cut: float) -> ControllerState:
-    """The state by what another plan is to end in than the one being driven, which is `cut` after so far [m].
+def sought(s: ControllerState, context: PlanningContext, w: Workspace, meets_after: float) -> ControllerState:
+    """The state by what another plan is to end in than the one being driven, which meets something
+    after so far [m].
 
     A search for another end than the present plan's is first for a way past what is in the way. Where the
-    plan is cut and there was no time for that, a stop comes first: it is found soon, and a way past can
+    plan is not free and there was no time for that, a stop comes first: it is found soon, and a way past can
     be looked for while it is made for.
     """
     begun, left = s.plans.suspended, inf
-    if begun is not None and begun.stop is None and cut < inf:
+    if begun is not None and begun.stop is None and meets_after < inf:
         trial = replace(s, task=replace(s.task, arrival=begun.arrival))
         way = lookout.way_to_contact(s, search.first_guess(w.mpcc, trial, context), w.config)
-        left = (way if way < inf else cut) - contact.stop_clearance(w.config)
+        left = (way if way < inf else meets_after) - contact.stop_clearance(w.config)
     if NEAR_STOP < left < inf:
         s = moves.stop_before(s, context, left, None)
     elif begun is not None and begun.stop != s.task.stop:
         s = moves.seeking(s, begun.stop)
-    elif begun is None and s.task.stop is not None and (cut < inf or stops.way_may_be_free(s)):
+    elif begun is None and s.task.stop is not None and (meets_after < inf or stops.way_may_be_free(s)):
         s = moves.seeking(s, None)
     return moves.released(s) if stops.way_may_be_free(s) else s
 
@@ -104,7 +105,9 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
         return found
     s, more = iterated(s, context, search.further(attempt), w)
     s = search.suspended(s, context, more, done)
-    attempt = attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, cut=True)
+    attempt = (
+        attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, out_of_time=True)
+    )
     return Found(s, attempt, context)
 
 
@@ -112,7 +115,7 @@ def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     """Search for an arrival that passes the goal and backs up into it, clear of everything; None: there is
     none."""
     s, attempt, _ = _from_guess(s, context, w)
-    if attempt.cut:
+    if attempt.out_of_time:
         return Found(s, attempt, context)
     if not (attempt.problem or search.reaches(attempt, context)):
         s, attempt = _further(s, attempt, context, w)
@@ -128,12 +131,12 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> Found
     if begun is not None and begun.past is not None:
         return _past_what_fills(s, begun.past, search.NOT_YET, context, w)
     s, attempt, guess = _from_guess(s, context, w)
-    if not attempt.cut and context.free and s.area.corridor.obstacles:
+    if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
         way = _way_in(s, attempt, guess, w)
         if way < inf and attempt.fits:
-            # Not squeezed and yet not clear: it has not come to its end that far ahead.
+            # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _further(s, attempt, context, w)
-            way = _decided(s, attempt, _way_in(s, attempt, guess, w))
+            way = _as_far_as_seen(s, attempt, _way_in(s, attempt, guess, w))
         if way < inf and not _stands_at_a_wall(s, attempt, guess, way, w):
             return _past_what_fills(s, _past(s, context, way, w), attempt, context, w)
     attempt = _unless_into_a_wall(s, attempt, w)
@@ -156,7 +159,7 @@ def _past_what_fills(
     """
     for tried, detour in enumerate(past.detours):
         after, attempt, _ = _from_guess(s, context, w, detour)
-        if attempt.cut:
+        if attempt.out_of_time:
             still = replace(past, detours=past.detours[tried:])
             return Found(search.sought_past(after, still), attempt, context)
         if attempt.fits and lookout.way_to_contact(after, attempt.plan, w.config) == inf:
@@ -183,7 +186,7 @@ def _further(
 ) -> tuple[ControllerState, SqpResult]:
     """As many iterations more, if there is time for them."""
     s, more = iterated(s, context, search.further(attempt), w)
-    return s, attempt if more.cut else attempt.then(more)
+    return s, attempt if more.out_of_time else attempt.then(more)
 
 
 def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:
@@ -211,7 +214,7 @@ def _stands_at_a_wall(
     return contact.way_to_obstacle(plan, s.area.standing, w.config, inf) == inf
 
 
-def _decided(s: ControllerState, attempt: SqpResult, way: float) -> float:
+def _as_far_as_seen(s: ControllerState, attempt: SqpResult, way: float) -> float:
     """The way [m], or inf in the far half of a cruise, which ends in mid-way: it has not seen enough."""
     if not attempt.fits or s.task.arrival is not None:
         return way

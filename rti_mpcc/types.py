@@ -55,9 +55,10 @@ class Status(Enum):
     DOCKED = "docked"
     """Standing inside the goal tolerance."""
     CHANGING_DIRECTION = "changing direction"
-    """Standing at a cusp until the queued commands are drained and the sign of motion may change."""
+    """Standing at a cusp or staging pose until the queued commands are drained and its dwell is over; then
+    the next segment begins."""
     STARTING = "starting"
-    """The first plan of a part is being found: standing still, or braking if the vehicle moves."""
+    """The first plan of a segment is being found: standing still, or braking if the vehicle moves."""
     BLOCKED = "blocked"
     """The body overlaps something, or is not clear of something on the way that a stop needs: braking; or
     standing before something that fills the way."""
@@ -147,7 +148,7 @@ class Trajectory:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectiveWeights:
-    """The weights that act on the plan's first stage, after dynamic allocation (paper Eq. 7, 9-11)."""
+    """The weights that act on the plan's first stage, after dynamic allocation (paper Eq. 8 to 11)."""
 
     lag: float
     contouring: float

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import hypot
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.stops import LOOK_AGAIN
@@ -61,7 +60,7 @@ def came_to_rest(s: ControllerState, context: PlanningContext, config: Controlle
 
 
 def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """The target is no longer where the vehicle stalled before it, if only creeping."""
+    """The target has moved, however slowly, from where it was when the vehicle stalled."""
     stalled_at = s.task.stalled_at
     return stalled_at is None or not context.inside(
         context.target.pose.relative_to(stalled_at.pose), SETTLE_SHARE
@@ -135,18 +134,18 @@ def may_change_direction(s: ControllerState, context: PlanningContext, dead_time
     """Whether the next segment may begin: standing at the end of this one for its dwell, with nothing left in
     the queue."""
     dwell = max(dead_time, s.task.segment.dwell)
-    if context.last_part or not context.free or not s.vehicle.stands(context.now, dwell):
+    if context.ends_at_goal or not context.free or not s.vehicle.stands(context.now, dwell):
         return False
     if abs(context.measured_speed) > STANDSTILL_SPEED:
         return False
     if context.inside(context.error):
         return True
-    return _near(context) and s.vehicle.stands(context.now, max(STANDSTILL_TIME, dead_time))
+    return _near(context) and s.vehicle.stands(context.now, max(STANDSTILL_TIME, dwell))
 
 
 def has_pulled_out(s: ControllerState, context: PlanningContext, dead_time: float) -> bool:
-    """Whether the way back is over: at its end, or where there is no getting on."""
-    if s.task.segment.end is not SegmentEnd.WAY_BACK or not s.vehicle.stands(context.now, dead_time):
+    """Whether a way back is over: at its end, or where there is no getting on."""
+    if not s.vehicle.stands(context.now, dead_time):
         return False
     there = context.free and (_near(context) or s.task.phase is Phase.STALLED)
     return there or s.vehicle.stands(context.now, PATIENCE)

@@ -10,17 +10,11 @@ from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.recovery import placed
-from rti_mpcc.planning.state import (
-    ControllerState,
-    Halt,
-    PlannedStop,
-    Plans,
-    Task,
-)
+from rti_mpcc.planning.state import ControllerState, Halt, PlannedStop, Plans, Task
 from rti_mpcc.types import Trajectory
 
 NEAR_STOP = 0.2
-"""A vehicle that stands this near to such a stop stays [m]."""
+"""A vehicle this near to a stop before something stays where it is [m]."""
 
 
 # -- plans ----------------------------------------------------------------------------------------------
@@ -83,7 +77,9 @@ def stop_before(
         since=s.now,
         from_there=stays and s.stands,
     )
-    s = told(s, Event.WAY_FILLED_HERE if stays else Event.WAY_FILLED)
+    s = told(s, Event.WAY_FILLED)
+    if stays:
+        s = told(s, Event.STOP_IS_HERE)
     return replace(s, task=replace(s.task, stop=stop, looks_past=s.task.looks_past and not stays))
 
 
@@ -132,33 +128,32 @@ def next_segment(s: ControllerState) -> ControllerState:
 def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> ControllerState:
     """Begin a way back, after which the segment is driven once more."""
     s = told(s, Event.PULLS_OUT)
-    return replace(
-        s,
-        task=replace(s.task, segments=(back, *s.task.segments), restarts=0),
-        vehicle=replace(s.vehicle, standing_since=s.now),
-        begin=placed(context.state, back.part.start),
-    )
+    task = replace(s.task.onto((back, *s.task.segments)), restarts=0)
+    return replace(s, task=task, begin=placed(context.state, back.part.start))
 
 
 def coming_again(s: ControllerState, context: PlanningContext) -> ControllerState:
     """End a way back: the segment is driven once more."""
-    back, *segments = s.task.segments
+    back = s.task.segment
     s = told(s, Event.SEGMENT_ENDED)
     task = replace(
-        s.task,
-        segments=tuple(segments),
+        s.task.onto(s.task.segments[1:]),
         pulled_out=s.task.pulled_out + 1,
         restarts=0,
         stop=None,
         latched="",
         looked_at=None,
     )
+    # Progress on a way back goes on from where it begins, see `PathPart.driven_back`.
     theta = 2.0 * back.part.start - float(context.state[THETA])
     return replace(s, task=task, begin=placed(context.state, theta))
 
 
 def begun_again(s: ControllerState, problem: str) -> ControllerState:
-    """Nothing is kept of the segment's plans after a cycle that went wrong."""
+    """After a cycle that went wrong nothing is kept of the segment's plans, nor of its core.
+
+    A copy of the segment is another one, and gets a core of its own (`Workspaces`).
+    """
     s = told(s, Event.MISTAKE)
     active, *later = s.task.segments
     task = replace(s.task, segments=(replace(active), *later), latched=problem)

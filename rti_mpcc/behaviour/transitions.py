@@ -34,7 +34,7 @@ class Event(Enum):
     ARRIVAL_FOUND = "a plan that arrives was found"
     ANOTHER_SOUGHT = "a plan to another end is looked for, as a trial"
     WAY_FILLED = "something fills the way ahead: a stop before it"
-    WAY_FILLED_HERE = "something fills the way right here: it stays"
+    STOP_IS_HERE = "that stop is right here: it stays"
     WAY_MAY_BE_FREE = "what it stopped before has changed, or may be passed from here"
     STANDS_BLOCKED = "it has stood blocked for a while: it looks again"
     OVERLAP = "the body overlaps something"
@@ -74,7 +74,7 @@ class Transition:
     Attributes:
         sources: phases in which it is looked for, or told; event: what happens; to: the next phase.
         when: how it is looked for in every cycle; None: it is told.
-        effect: what changes with it beside the phase.
+        effect: what else changes, of a row that is looked for; of the others whoever tells it sees to that.
     """
 
     sources: tuple[Phase, ...]
@@ -103,7 +103,7 @@ TRANSITIONS = (
     Transition(PLANNING, Event.ARRIVAL_FOUND, ARRIVING),
     Transition(DRIVING, Event.ANOTHER_SOUGHT, STARTING),
     Transition(PLANNING, Event.WAY_FILLED, STARTING),
-    Transition(PLANNING, Event.WAY_FILLED_HERE, HOLDING),
+    Transition((STARTING,), Event.STOP_IS_HERE, HOLDING),
     Transition((STARTING, SETTLING, HOLDING), Event.WAY_MAY_BE_FREE, STARTING),
     Transition(PLANNING, Event.STANDS_BLOCKED, STARTING),
     Transition((*PLANNING, SETTLING), Event.PLAN_LOST, STARTING),
@@ -136,19 +136,25 @@ def told(s: ControllerState, event: Event) -> ControllerState:
     row = _TOLD.get((s.task.phase, event))
     if row is None:
         return s
-    # A stop right here is a plan's end as well: what was planned is not driven any more.
-    return _entering(forgetting(s) if event is Event.WAY_FILLED_HERE else s, row.to)
+    return _entering(s, row.to)
 
 
 def _entering(s: ControllerState, phase: Phase) -> ControllerState:
     """Whoever starts begins the segment again from where the vehicle is, whoever holds is inside."""
     if phase is STARTING:
-        s = forgetting(s)
+        return _beginning(s)
     since = None if phase is HOLDING else s.task.outside_since
     return replace(s, task=replace(s.task, phase=phase, outside_since=since))
 
 
-def forgetting(s: ControllerState) -> ControllerState:
-    """Nothing that was planned on the segment is kept."""
-    task = replace(s.task, arrival=None, outside_since=None)
-    return replace(s, task=task, plans=Plans(clear_of=s.plans.clear_of))
+def _beginning(s: ControllerState) -> ControllerState:
+    """Nothing that was planned on the segment is kept.
+
+    A vehicle that stood where it was to stand, for however long, is taken to stand from now on: it has not
+    looked for a plan yet.
+    """
+    vehicle = s.vehicle
+    if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED):
+        vehicle = replace(vehicle, standing_since=s.now)
+    task = replace(s.task, phase=STARTING, arrival=None, outside_since=None)
+    return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))

@@ -1,4 +1,4 @@
-"""Frenet errors of vehicle states at references of their own progress (paper Eq. 4).
+"""Frenet errors of vehicle states at references of their own progress (paper Eq. 3, 4).
 
 With c = cos phi_r, s = sin phi_r and d the direction of the part:
 

@@ -110,7 +110,7 @@ def contouring_weights(
     clip_goal: bool,
     allocate: bool = True,
 ) -> StageWeights:
-    """Contouring with dynamic weights: paper Eq. 7 where the path's end is the goal, else Eq. 9-11.
+    """Contouring with dynamic weights: paper Eq. 8 where the path's end is the goal, else Eq. 9 to 11.
 
     Args:
         theta: (N+1,) progress of the plan that is linearised about [m].
@@ -123,7 +123,7 @@ def contouring_weights(
     share = _share(lengths, weights)
     near = sigma(target.stop - theta, weights) * allocate
     nearing = weights.transition_slope * near * (1.0 - near) * share  # d sigma / d theta
-    if target.kind is TargetKind.PATH_END or not allocate:  # Eq. 7
+    if target.kind is TargetKind.PATH_END or not allocate:  # Eq. 8
         lag = np.full_like(near, weights.lag)
         contouring = near * weights.contouring_at_end + (1.0 - near) * weights.contouring
         heading = weights.heading + near * weights.heading_at_end

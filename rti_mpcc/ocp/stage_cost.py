@@ -58,7 +58,7 @@ def quadratic_cost(
     wheelbase: float,
     comfort: Comfort,
 ) -> QuadraticCost:
-    """The model about `states` (N+1, 6) and `controls` (N, 3), Eq. (C1)-(C4).
+    """The model about `states` (N+1, 6) and `controls` (N, 3), paper Eq. 2 (C3) and Eq. 5 (C1), (C2); (C4).
 
     Args:
         errors: at `states`; None where no weight is on them.

@@ -111,7 +111,7 @@ def remark(goal: GoalState) -> str:
 
 def must_wait(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> str:
     """Why the vehicle must stop now before a goal that is not known well enough, or ""."""
-    if not (context.last_part and context.free):
+    if not (context.ends_at_goal and context.free):
         return ""
     brake = context.speed**2 / (2.0 * config.comfort_acceleration)
     if not s.goal.waiting and context.way > config.goal_tracking.standoff + max(brake, NEAR):

@@ -1,4 +1,4 @@
-"""What a cycle plans in: where its command begins to act, against what the leg is to end in."""
+"""What a cycle plans in: where its command begins to act, against what the segment is to end in."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class PlanningContext:
         state: (6,) at `begin`, heading on the route's branch, with the steering that acts, see (O4).
         measured_speed: at `now` [m/s], as far as it is believed.
         doubt: why nothing can be planned from this state, or "".
-        target: what the leg is to end in.
-        direction: of the active leg.
-        last_part: whether the active leg is the route's last, and its target no staging pose on it.
-        way: left to the target [m]; speed: in its direction [m/s]; pace: of the leg.
-        free: whether the target is the leg's own, not a stop before something in the way.
+        target: what the vehicle is to end in: what the segment is, or a stop on it.
+        direction: of the segment.
+        ends_at_goal: whether the segment ends at the goal.
+        way: left to the target [m]; speed: in its direction [m/s]; pace: of the segment.
+        free: whether the target is the segment's own, not a stop before something in the way.
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
         stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
         tolerance: (longitudinal, lateral, heading) of the target.
@@ -37,7 +37,7 @@ class PlanningContext:
     doubt: str
     target: Target
     direction: int
-    last_part: bool
+    ends_at_goal: bool
     free: bool
     way: float
     speed: float

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import CUSP_TOLERANCE
+from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.types import Array
 
@@ -21,16 +21,16 @@ SHIFT = 0.7
 _STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.norm)
 
 
-def cusp_pose(cusp: Pose2, corridor: Corridor, index: int, config: ControllerConfig) -> Pose2:
-    """The pose to change direction at, at the end of part `index`.
+def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: ControllerConfig) -> Pose2:
+    """The pose to change direction at, at the end of a segment.
 
     It is the nearest one to `cusp` at which the body keeps the corridor's margin on this part and on the
     next, or, within `SHIFT` of the tolerance, the one that comes nearest to that.
     """
-    margin = config.footprint.margin
+    margin, index = config.footprint.margin, segment.index
     if _room([cusp], corridor, index, config)[0] >= margin:
         return cusp
-    poses = [cusp.compose(Pose2(*(SHIFT * np.multiply(CUSP_TOLERANCE, step)).tolist())) for step in _STEPS]
+    poses = [cusp.compose(Pose2(*(SHIFT * np.multiply(segment.tolerance, step)).tolist())) for step in _STEPS]
     room = np.minimum(_room(poses, corridor, index, config), margin)
     return poses[int(np.argmax(room))]  # the first of equals is the nearest
 

@@ -15,7 +15,7 @@ PULL_OUT = (1.8, 3.6)
 """How far back along its segment a vehicle pulls out that has stalled, the first and the second time, in
 lengths of its body: 8.1 and 16.1 m for the default one."""
 LEAST_DISTANCE = 0.45
-"""A way back that is shorter is none, in the same: 2.0 m."""
+"""A shorter way back is not driven, in lengths of the body: 2.0 m."""
 
 
 def way_back(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Segment | None:
@@ -31,7 +31,13 @@ def way_back(s: ControllerState, context: PlanningContext, config: ControllerCon
     if begin - end < LEAST_DISTANCE * length:
         return None
     back = segment.part.driven_back(begin, end)
-    return Segment(part=back, index=segment.index, end=SegmentEnd.WAY_BACK)
+    return Segment(
+        part=back,
+        index=segment.index,
+        end=SegmentEnd.WAY_BACK,
+        speed=segment.speed,
+        steering=segment.steering,
+    )
 
 
 def placed(state: Array, theta: float) -> Array:

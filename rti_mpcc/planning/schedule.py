@@ -19,7 +19,7 @@ LEAST_SHARE = 0.5
 RETRY_TIME = 10.0
 """A vehicle that tries again takes at least so long [s]: it may have to back off first."""
 RETREAT_SPEED = 0.3
-"""Speed of backing off, or up into the goal, against the direction of the leg [m/s]."""
+"""Speed of backing off, or up into the goal, against the direction of the segment [m/s]."""
 LOST_CYCLES = 2.5
 """After a gap of more cycles than this an arrival gets the time again that its way takes."""
 MOVED = 0.1
@@ -59,7 +59,7 @@ def scheduled_past_goal(
     s: ControllerState, context: PlanningContext, config: ControllerConfig
 ) -> ControllerState | None:
     """The same for an arrival that passes the goal and backs up into it; None: there is none to begin."""
-    if not (recovery_enabled(config) and context.last_part and context.free):
+    if not (recovery_enabled(config) and context.ends_at_goal and context.free):
         return None
     begun = s.plans.suspended
     if begun is not None and not begun.reverse_into_goal:
@@ -107,7 +107,11 @@ def arrival_due(s: ControllerState, context: PlanningContext, config: Controller
 
 def cartesian_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether from here on only the goal pose is to count (`Method.SWITCHED`): by the way along the path."""
-    if s.task.cartesian or config.method is not Method.SWITCHED or not (context.last_part and context.free):
+    if (
+        s.task.cartesian
+        or config.method is not Method.SWITCHED
+        or not (context.ends_at_goal and context.free)
+    ):
         return False
     return context.target.stop - float(context.state[THETA]) <= config.weights.transition_reach
 
@@ -120,7 +124,7 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
 
 
 def retreat(s: ControllerState, context: PlanningContext) -> float:
-    """Speed allowed near the target against the leg's direction [m/s]: to back up into it, or try again."""
+    """Speed allowed near the target against the segment's direction [m/s]: to back up, or to try again."""
     task = s.task
     near = hypot(context.error.x, context.error.y) <= RETREAT_REACH
     return RETREAT_SPEED if task.reverses_into_goal or (task.restarts > 0 and near) else 0.0
@@ -140,7 +144,7 @@ def apart(one: Pose2, other: Pose2) -> float:
 
 def _arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether one planned arrival is to bring the vehicle to its target from here."""
-    if not config.arrival or s.task.cartesian or (config.method is Method.SWITCHED and context.last_part):
+    if not config.arrival or s.task.cartesian or (config.method is Method.SWITCHED and context.ends_at_goal):
         return False
     theta = float(context.state[THETA])
     return within_reach(context.way, context.speed, config, context.pace, theta)

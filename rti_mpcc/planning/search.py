@@ -62,15 +62,15 @@ class SqpResult:
     Attributes:
         solutions: in order; none if there was no time for any.
         problem: why the last one must not be driven, or "".
-        squeezed: it goes through something that stands in the way, or ends before it.
-        cut: the time was up before the iterations came to an end.
+        corridor_infeasible: it goes through something that stands in the way, or ends before it.
+        out_of_time: the time was up before the iterations came to an end.
         retried: the last ones began from a clean start, after others had failed.
     """
 
     solutions: tuple[Solution, ...]
     problem: str
     corridor_infeasible: bool
-    cut: bool = False
+    out_of_time: bool = False
     retried: bool = False
 
     @property
@@ -95,7 +95,7 @@ class SqpResult:
         return replace(other, solutions=(*self.solutions, *other.solutions), retried=True)
 
 
-NOT_YET = SqpResult(solutions=(), problem=NO_TIME, corridor_infeasible=False, cut=True)
+NOT_YET = SqpResult(solutions=(), problem=NO_TIME, corridor_infeasible=False, out_of_time=True)
 """What stands for an attempt before there is one."""
 
 
@@ -179,7 +179,7 @@ def converge(
                 solutions=tuple(solutions),
                 problem=problem or NO_TIME,
                 corridor_infeasible=corridor_infeasible,
-                cut=True,
+                out_of_time=True,
             )
         begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
         solutions.append(_iterate(mpcc, s, context, begin, clock))
@@ -192,7 +192,10 @@ def converge(
         )
         if _ran_out_of_time(solutions[-1]):
             return SqpResult(
-                solutions=tuple(solutions), problem=problem, corridor_infeasible=corridor_infeasible, cut=True
+                solutions=tuple(solutions),
+                problem=problem,
+                corridor_infeasible=corridor_infeasible,
+                out_of_time=True,
             )
         if unsolved >= start.unsolved or (
             len(solutions) >= start.least and not problem and not corridor_infeasible
@@ -244,7 +247,7 @@ def suspended(
 
     `done`: iterations before those of the attempt, where no search is known that it goes on with.
     """
-    if not attempt.cut:
+    if not attempt.out_of_time:
         return s.suspending(None)
     before = s.plans.suspended
     if before is not None and not attempt.solutions:

@@ -83,7 +83,7 @@ def assess(
         doubt=_off_the_path(here, on_path),
         target=target,
         direction=part.direction,
-        last_part=segment.end is SegmentEnd.GOAL,
+        ends_at_goal=segment.end is SegmentEnd.GOAL,
         free=free,
         way=way_between(here, theta, on_path, part, target),
         speed=max(part.direction * v, 0.0),

@@ -48,7 +48,7 @@ class PlannedStop:
         obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
             was no time yet.
         since: when that was, or when a way past was last looked for in vain [s].
-        from_there: that was standing at the stop.
+        from_there: the search in vain was from rest at the stop.
     """
 
     at: float
@@ -157,7 +157,8 @@ class VehicleEstimate:
         offsets: what is known to act beside the commands, or None where that is not estimated, or not yet.
         poses: where it has been in the last moments.
         heading_hint: what there is to say of the heading when it was first measured, or "".
-        standing_since: when it came to a standstill [s], or None while it moves.
+        standing_since: when it came to a standstill, or began again from a target that it stood at [s]; None
+            while it moves.
     """
 
     monitor: StateMonitor = field(default_factory=StateMonitor)
@@ -245,6 +246,10 @@ class Task:
     def begun(cls, segments: Manoeuvre) -> Task:
         """At the begin of the first of these segments."""
         return cls(segments=segments, cartesian=segments[0].cartesian)
+
+    def onto(self, segments: Manoeuvre) -> Task:
+        """The same task on other segments."""
+        return replace(self, segments=segments, cartesian=segments[0].cartesian)
 
     @property
     def segment(self) -> Segment:

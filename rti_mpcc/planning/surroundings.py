@@ -63,14 +63,12 @@ class Surroundings:
         """The obstacles that are seen to move."""
         return tuple(each for each in self.obstacles if each.moves)
 
-    def updated(self, outlines: Sequence[ArrayLike] | None, now: float, caution: Caution) -> Surroundings:
-        """With the obstacles told at `now` [s]; for None the last ones stay.
+    def updated(self, outlines: Sequence[ArrayLike], now: float, caution: Caution) -> Surroundings:
+        """With the obstacles told at `now` [s].
 
         Raises:
             CorridorError: one that is no simple polygon.
         """
-        if outlines is None:
-            return self
         obstacles = observed(self.obstacles, outlines, now, self.given_at, caution)
         if obstacles is self.obstacles:
             return replace(self, given_at=now, unreadable="")

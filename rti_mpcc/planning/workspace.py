@@ -1,7 +1,7 @@
 """What a cycle works with on the active segment: its core, what is around it, and what time decides.
 
 A core is made anew for each segment, with nothing kept of the last one's solutions. All else here is a cache:
-the same state always gives the same workspace.
+but for what a core's solver keeps, the same state gives the same workspace.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Workspaces:
     def __init__(
         self, path: ReferencePath, corridor: Corridor, config: ControllerConfig, first: Segment
     ) -> None:
-        self._path, self._own = path, config
+        self._path, self._settings = path, config
         self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(path.parts))
         for k, room in enumerate(self._rooms):
             tell_if_narrow(room, k, config)
@@ -66,7 +66,7 @@ class Workspaces:
         self._begin(first, corridor)
 
     def _begin(self, segment: Segment, corridor: Corridor) -> None:
-        self._segment, self._config = segment, segment.limited(self._own)
+        self._segment, self._config = segment, segment.limited(self._settings)
         self._mpcc = RtiMpcc(segment.part, corridor, self._config, index=segment.index)
         self._look_round(corridor)
 
@@ -110,6 +110,6 @@ class Workspaces:
         """Where the direction is to change, clear of what is known now."""
         segment, changes = s.task.segment, s.area.changes
         if self._cusp_of is None or self._cusp_of[0] is not segment or self._cusp_of[1] != changes:
-            pose = cusp_pose(part.last, s.area.corridor, segment.index, self._config)
+            pose = cusp_pose(part.last, s.area.corridor, segment, self._config)
             self._cusp_of = segment, changes, pose
         return self._cusp_of[2]

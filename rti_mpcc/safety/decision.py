@@ -8,7 +8,7 @@ import numpy as np
 
 from estimation import Judgement
 from geometry import Pose2
-from rti_mpcc.behaviour.status import Verdict
+from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -101,7 +101,8 @@ def emergency(
         steering_offset=s.vehicle.disturbance.steering,
     )
     believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
-    return _command(control, state, believed, Status.FAILED, motion, diagnostics, config, known)
+    status = status_of(verdict, s.task)
+    return _command(control, state, believed, status, motion, diagnostics, config, known)
 
 
 def _command(

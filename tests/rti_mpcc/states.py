@@ -144,7 +144,7 @@ class Contexts:
             "measured_speed": 1.0,
             "target": target_at(20.0),
             "direction": 1,
-            "last_part": True,
+            "ends_at_goal": True,
             "free": True,
             "way": 10.0,
             "speed": 1.0,

@@ -12,7 +12,7 @@ import pytest
 
 from geometry import Corridor, CorridorError, InputError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
-from rti_mpcc.planning import search
+from rti_mpcc.planning import search, sensing
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.safety.fallback import PLAN_LIFE
 from rti_mpcc.simulation import docking_controller
@@ -259,6 +259,39 @@ def test_a_mistake_that_lasts_brings_the_vehicle_to_rest_and_leaves_it_there(
     run = list(drive(short(dead_time=dead_time), 12.0))
     assert max(plant.v for plant, _ in run) <= 0.02  # it reverses, and is not driven forwards by its brakes
     assert all(abs(plant.v) <= 0.02 for plant, _ in between(run, 9.0, 12.0))
+
+
+def test_a_mistake_in_the_prediction_itself_is_braked_for_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    predicted = sensing.predicted
+
+    def fails(s: Any, at: float, config: Any) -> Any:
+        if 5.0 <= s.now < 5.2:
+            raise ZeroDivisionError("made up")
+        return predicted(s, at, config)
+
+    monkeypatch.setattr(sensing, "predicted", fails)
+    run = list(drive(short(), 25.0))
+    during = between(run, 5.0, 5.2)
+    assert {(c.status, c.source) for _, c in during} == {(Status.FAILED, Source.BRAKING)}
+    assert during[0][1].acceleration > 0.0  # it reverses
+    assert finite(run)
+    assert run[-1][1].docked
+
+
+def test_after_a_mistake_the_command_that_was_sent_is_queued(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any) -> Any:
+        raise ZeroDivisionError("made up")
+
+    scenario = short(dead_time=0.2)
+    path = scenario.build_path()
+    controller = DockingController(path, scenario.build_corridor(path), scenario.controller_config())
+    monkeypatch.setattr(search, "converge", fails)
+    first, beyond = path.parts[0].first, 1.05 * controller.config.limits.steering
+    command = controller.step(VehicleState(first.x, first.y, first.phi, v=-1.0, delta=beyond), now=0.0)
+    queued = controller.state.queue[-1]
+    assert command.diagnostics.cause is Reason.MISTAKE
+    assert command.steering_rate < 0.0  # back to within the limit
+    assert (queued.acceleration, queued.steering_rate) == (command.acceleration, command.steering_rate)
 
 
 class Told(DockingController):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,10 @@ import pytest
 
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
+from rti_mpcc.behaviour.conditions import PATIENCE
 from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.planning import search
+from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import RunResult, scenario_from_dict, simulate
 from rti_mpcc.types import Status
@@ -68,6 +72,27 @@ def test_a_vehicle_dwells_at_the_cusp_and_docks_so_much_later() -> None:
     assert later == pytest.approx(4.0 - stood_at_cusp(plain), abs=1.0)
 
 
+def test_after_a_long_dwell_a_first_search_without_time_is_no_failure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A vehicle that has stood for longer than it waits for a first plan has not looked for one yet."""
+    converge = search.converge
+    in_vain: list[float] = []
+
+    def without_time(mpcc: Any, s: Any, *rest: Any) -> SqpResult:
+        if s.task.segment.index == 0 or len(in_vain) >= 5:
+            return converge(mpcc, s, *rest)
+        in_vain.append(s.now)
+        return SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True)
+
+    monkeypatch.setattr(search, "converge", without_time)
+    run = simulate(SCENARIO, controller=controller({"dwell": PATIENCE + 1.0}))
+    assert len(in_vain) == 5
+    assert stood_at_cusp(run) > PATIENCE
+    assert Status.FAILED not in run.cycles.status
+    assert run.cycles.status[-1] is Status.DOCKED
+
+
 def test_a_segment_has_limits_of_its_own() -> None:
     plain, slow = simulate(SCENARIO), simulate(SCENARIO, controller=controller({"speed": 0.5}))
     assert slow.cycles.status[-1] is Status.DOCKED
@@ -85,11 +110,18 @@ def test_a_separated_docking_is_one_segment_more() -> None:
 
 @pytest.mark.parametrize(
     ("values", "named"),
-    [({"dwell": -1.0}, "dwell"), ({"speed": 0.0}, "speed"), ({"steering": -0.1}, "steering")],
+    [
+        ({"dwell": -1.0}, "dwell"),
+        ({"dwell": inf}, "dwell"),
+        ({"dwell": 4.0, "end": SegmentEnd.GOAL}, "dwell = 4.0: only at a cusp"),
+        ({"speed": 0.0}, "speed"),
+        ({"steering": -0.1}, "steering"),
+        ({"tolerance": (0.1, 0.0, 0.1)}, "tolerance"),
+    ],
 )
-def test_bad_values_are_told(values: dict[str, float], named: str) -> None:
+def test_bad_values_are_told(values: dict[str, Any], named: str) -> None:
     with pytest.raises(InputError, match=named):
-        Segment(part=PATH.parts[0], index=0, **values)  # type: ignore[arg-type]
+        Segment(part=PATH.parts[0], index=0, **values)
 
 
 def test_what_is_no_manoeuvre_is_told() -> None:
@@ -99,6 +131,11 @@ def test_what_is_no_manoeuvre_is_told() -> None:
         ((to_cusp,), "ends at the goal"),
         ((to_goal, to_goal), "ends at the goal"),
         ((replace(to_cusp, index=2), to_goal), "2 parts"),
+        ((replace(to_cusp, part=PATH.parts[1]), to_goal), "part 0 of the path"),
+        ((replace(to_cusp, part=SCENARIO.build_path().parts[0]), to_goal), "part 0 of the path"),
+        ((to_goal,), r"parts \[1\]"),
+        ((to_cusp, replace(to_goal, end=SegmentEnd.CUSP), to_cusp, to_goal), r"parts \[0, 1, 0, 1\]"),
+        ((replace(to_cusp, end=SegmentEnd.WAY_BACK), to_goal), "made by the controller"),
     ):
         with pytest.raises(InputError, match=told):
             DockingController(PATH, corridor, CONFIG, segments=segments)

@@ -57,7 +57,7 @@ def test_noise_on_the_speed_is_no_motion() -> None:
     noisy = contexts.standing(19.96, measured_speed=0.035)
     assert conditions.standing_since(s, noisy) == 8.0
     assert conditions.standing_since(arriving(), noisy) is None
-    cusp = contexts.standing(20.0, last_part=False, measured_speed=0.035)
+    cusp = contexts.standing(20.0, ends_at_goal=False, measured_speed=0.035)
     assert not conditions.may_change_direction(s, cusp, 0.2)
     assert conditions.may_change_direction(s, replace(cusp, measured_speed=0.0), 0.2)
 
@@ -66,21 +66,21 @@ def test_noise_on_the_speed_is_no_motion() -> None:
 
 
 def test_the_direction_changes_at_the_cusp_after_the_dead_time_at_rest() -> None:
-    at_cusp = contexts.standing(19.95, last_part=False, tolerance=CUSP_TOLERANCE)
+    at_cusp = contexts.standing(19.95, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
     assert conditions.may_change_direction(state(standing_since=9.75), at_cusp, 0.2)
     assert not conditions.may_change_direction(state(standing_since=9.85), at_cusp, 0.2)
     assert not conditions.may_change_direction(state(), at_cusp, 0.2)
-    last = replace(at_cusp, last_part=True)
+    last = replace(at_cusp, ends_at_goal=True)
     assert not conditions.may_change_direction(state(standing_since=5.0), last, 0.2)
     held = replace(at_cusp, free=False)
     assert not conditions.may_change_direction(state(standing_since=5.0), held, 0.2)
 
 
 def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on() -> None:
-    near = contexts.standing(19.6, last_part=False, tolerance=CUSP_TOLERANCE)
+    near = contexts.standing(19.6, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
     assert not conditions.may_change_direction(state(standing_since=9.5), near, 0.2)
     assert conditions.may_change_direction(state(standing_since=9.0), near, 0.2)
-    far = contexts.standing(19.4, last_part=False, tolerance=CUSP_TOLERANCE)
+    far = contexts.standing(19.4, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
     assert not conditions.may_change_direction(state(standing_since=5.0), far, 0.2)
 
 
@@ -94,19 +94,18 @@ def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on() -> None:
         ({"phase": Phase.STALLED, "standing_since": 9.0}, 6.0, True),
         ({"standing_since": 9.0}, 6.0, False),
         ({"standing_since": 4.9}, 6.0, True),
-        ({"segments": SEGMENTS}, 0.0, False),
     ],
 )
 def test_a_way_back_is_over_at_its_end_or_where_there_is_no_getting_on(
     changes: dict[str, Any], error: float, over: bool
 ) -> None:
     usual: dict[str, Any] = {"segments": (BACK, *SEGMENTS), "restarts": 3, "standing_since": 9.0}
-    here = contexts.standing(12.0, error=Pose2(-error, 0.0, 0.0), last_part=False)
+    here = contexts.standing(12.0, error=Pose2(-error, 0.0, 0.0), ends_at_goal=False)
     assert conditions.has_pulled_out(arriving(**{**usual, **changes}), here, 0.2) == over
 
 
 def test_a_vehicle_stands_at_the_end_of_a_segment_as_long_as_it_is_to_dwell() -> None:
-    here = contexts.standing(20.0, last_part=False, tolerance=CUSP_TOLERANCE)
+    here = contexts.standing(20.0, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
     waiting = (Segment(part=PATH.parts[0], index=0, dwell=4.0), *SEGMENTS)
     for stood, over in ((3.9, False), (4.0, True)):
         s = arriving(segments=waiting, standing_since=here.now - stood)

@@ -260,6 +260,8 @@ def test_the_way_back_begins_afresh_where_the_vehicle_is() -> None:
     assert s.vehicle.standing_since == here.now
     assert s.begin is not None
     assert s.begin[THETA] == 18.5
+    posing = stalled(cartesian=True)
+    assert not moves.pulling_out(posing, here, BACK).task.cartesian  # it drives along the path
     np.testing.assert_array_equal(s.begin[:THETA], here.state[:THETA])
 
 
@@ -270,6 +272,13 @@ def test_it_comes_again_from_where_it_is_then() -> None:
     assert (s.task.restarts, s.task.latched, s.task.stop, s.task.looked_at) == (0, "", None, None)
     assert s.begin is not None
     assert s.begin[THETA] == 10.5
+
+
+def test_what_comes_again_to_a_segment_that_only_seeks_the_pose_does_so_again() -> None:
+    *_, goal = segments_of(PATH, ControllerConfig(method=Method.SEPARATED))
+    pulling = arriving(segments=(BACK, goal))
+    assert not pulling.task.cartesian
+    assert moves.coming_again(pulling, contexts.standing(26.5)).task.cartesian
 
 
 # -- past the goal, and back up into it ------------------------------------------------------------------

@@ -334,7 +334,7 @@ def test_every_row_that_is_told_leads_to_its_phase(phase: Phase, row: Transition
     s = planned(phase)
     after = told(s, row.event)
     assert after.task.phase is row.to
-    if row.to is not Phase.STARTING and row.event is not Event.WAY_FILLED_HERE:
+    if row.to is not Phase.STARTING:
         assert after == put(s, phase=row.to)
 
 
@@ -387,12 +387,21 @@ def test_whoever_holds_is_inside(phase: Phase, row: Transition) -> None:
     assert (after.task.phase, after.task.outside_since) == (Phase.HOLDING, None)
 
 
-@pytest.mark.parametrize("phase", [Phase.STARTING, *DRIVING], ids=names)
-def test_a_stop_right_here_ends_what_was_planned_too(phase: Phase) -> None:
-    after = told(planned(phase, outside_since=9.0), Event.WAY_FILLED_HERE)
-    assert after.task.phase is Phase.HOLDING
-    assert after.plans == Plans(clear_of=3)
-    assert (after.task.arrival, after.task.outside_since) == (None, None)
+@pytest.mark.parametrize("phase", [Phase.HOLDING, Phase.STALLED], ids=names)
+def test_a_vehicle_that_begins_again_from_its_target_is_taken_to_stand_from_now(phase: Phase) -> None:
+    s = planned(phase, standing_since=2.0)
+    for event in (Event.OVERLAP, Event.GOAL_CHANGED, Event.MISTAKE, Event.SEGMENT_ENDED):
+        assert told(s, event).vehicle.standing_since == s.now
+        assert told(put(s, standing_since=None), event).vehicle.standing_since is None
+
+
+@pytest.mark.parametrize("phase", [Phase.STARTING, *DRIVING, Phase.SETTLING], ids=names)
+def test_one_that_begins_again_elsewhere_stands_as_long_as_it_does(phase: Phase) -> None:
+    assert told(planned(phase, standing_since=2.0), Event.OVERLAP).vehicle.standing_since == 2.0
+
+
+def test_what_is_told_has_no_effect_of_its_own() -> None:
+    assert not [row.event for row in TRANSITIONS if row.effect and not row.when]
 
 
 def sets_phase(source: str) -> bool:

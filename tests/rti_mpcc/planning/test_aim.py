@@ -180,7 +180,7 @@ def test_it_waits_at_the_standoff_and_once_it_waits_until_there_is_no_doubt() ->
 
 def test_it_does_not_wait_before_a_cusp_or_a_stop_of_its_own() -> None:
     s = lost(0.1, 0.1, 0.1)
-    assert aim.must_wait(s, contexts(way=0.5, speed=0.1, last_part=False), CONFIG) == ""
+    assert aim.must_wait(s, contexts(way=0.5, speed=0.1, ends_at_goal=False), CONFIG) == ""
     assert aim.must_wait(s, contexts(way=0.5, speed=0.1, free=False), CONFIG) == ""
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import CUSP_TOLERANCE
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning import workspace
 from rti_mpcc.planning.cusp import SHIFT, cusp_pose
@@ -24,12 +24,15 @@ def corridor(path: ReferencePath, *narrowings: Narrowing) -> Corridor:
     return Corridor.from_offsets(path, left=4.0, right=-4.0, narrowings=narrowings)
 
 
-def chosen(side: int, bound: float) -> tuple[Pose2, float]:
+def chosen(
+    side: int, bound: float, tolerance: tuple[float, float, float] = CUSP_TOLERANCE
+) -> tuple[Pose2, float]:
     """The pose at the cusp, and the room of the body there [m], with the next part narrowed at its begin."""
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(d, side * k, s) for d, k, s in BENT])
     left, right = (bound, None) if side > 0 else (None, -bound)
     walls = corridor(path, Narrowing(start=9.0, end=10.0, left=left, right=right))
-    pose = cusp_pose(path.parts[0].last, walls, 0, CONFIG)
+    segment = Segment(part=path.parts[0], index=0, tolerance=tolerance)
+    pose = cusp_pose(path.parts[0].last, walls, segment, CONFIG)
     body = body_polygons(np.array([[pose.x, pose.y, pose.phi]]), CONFIG.vehicle)
     return pose, min(float(walls.clearance(index, body)[0]) for index in (0, 1))
 
@@ -37,16 +40,28 @@ def chosen(side: int, bound: float) -> tuple[Pose2, float]:
 def test_with_room_on_both_parts_it_is_the_cusp() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), BENT)
     cusp = path.parts[0].last
-    assert cusp_pose(cusp, corridor(path), 0, CONFIG) is cusp
+    assert cusp_pose(cusp, corridor(path), Segment(part=path.parts[0], index=0), CONFIG) is cusp
+
+
+def beside_cusp(pose: Pose2) -> tuple[float, float, float]:
+    error = pose.relative_to(Pose2(-8.0, 0.0, 0.0))
+    return (error.x, error.y, error.phi)
 
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_beside_a_narrowing_of_the_next_part_it_keeps_the_margin(side: int) -> None:
     pose, room = chosen(side, 1.02)
     assert room >= MARGIN
-    error = pose.relative_to(Pose2(-8.0, 0.0, 0.0))
-    assert (np.abs([error.x, error.y, error.phi]) <= SHIFT * np.array(CUSP_TOLERANCE) + 1e-12).all()
-    assert (error.x, error.y, error.phi) != (0.0, 0.0, 0.0)
+    assert (np.abs(beside_cusp(pose)) <= SHIFT * np.array(CUSP_TOLERANCE) + 1e-12).all()
+    assert beside_cusp(pose) != (0.0, 0.0, 0.0)
+
+
+def test_it_stays_within_the_tolerance_of_the_segment() -> None:
+    tolerance = (0.02, 0.01, 0.005)
+    pose, room = chosen(1, 1.02, tolerance)
+    assert (np.abs(beside_cusp(pose)) <= SHIFT * np.array(tolerance) + 1e-12).all()
+    assert beside_cusp(pose) != (0.0, 0.0, 0.0)
+    assert room < chosen(1, 1.02)[1]
 
 
 def test_it_is_mirrored_with_the_course() -> None:

@@ -12,6 +12,7 @@ from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.config import Caution, ControllerConfig
 from rti_mpcc.planning.obstacles import JUMP, Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.validation import surroundings_in
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import square
 
@@ -119,4 +120,4 @@ def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:
     again = around.updated([still, square(20.0, -2.9, 0.6)], 0.5, CAUTION)
     assert again.changes == changes
     assert again.corridor is around.corridor
-    assert around.updated(None, 0.6, CAUTION) is around
+    assert surroundings_in(around, None, 0.6, CAUTION) is around

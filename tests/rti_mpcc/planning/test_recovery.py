@@ -1,4 +1,4 @@
-"""Legs: when a vehicle that has stalled drives back, and how far; and where the staging pose lies."""
+"""Ways back: when a vehicle that has stalled drives back, and how far; and where the staging pose lies."""
 
 from __future__ import annotations
 
@@ -72,6 +72,13 @@ def test_it_ends_at_the_begin_of_the_part() -> None:
     assert ends(way) == pytest.approx((5.0, 0.0))
     assert (way.end, way.index, way.part.direction) == (SegmentEnd.WAY_BACK, 0, -1)
     assert recovery.way_back(stalled(), contexts.standing(2.2), CONFIG) is None
+
+
+def test_it_has_the_limits_of_its_segment() -> None:
+    segments = tuple(replace(segment, speed=0.7, steering=0.3) for segment in SEGMENTS)
+    way = recovery.way_back(stalled(segments=segments), contexts.standing(18.0), CONFIG)
+    assert way is not None
+    assert (way.speed, way.steering) == (0.7, 0.3)
 
 
 @pytest.mark.parametrize("phase", [phase for phase in Phase if phase is not Phase.STALLED])

@@ -137,7 +137,7 @@ def test_the_switch_to_the_goal_pose_is_within_beta_of_it_on_the_last_leg() -> N
     assert not schedule.cartesian_due(contouring(), far, SWITCHED)
     assert not schedule.cartesian_due(contouring(), near, CONFIG)
     assert not schedule.cartesian_due(contouring(cartesian=True), near, SWITCHED)
-    assert not schedule.cartesian_due(contouring(), replace(near, last_part=False), SWITCHED)
+    assert not schedule.cartesian_due(contouring(), replace(near, ends_at_goal=False), SWITCHED)
     assert not schedule.cartesian_due(contouring(), replace(near, free=False), SWITCHED)
     beside = replace(far, error=Pose2(-0.5 * reach, 0.0, 0.0))
     assert not schedule.cartesian_due(contouring(), beside, SWITCHED)
@@ -147,7 +147,7 @@ def test_a_vehicle_that_makes_for_the_pose_alone_plans_no_arrival() -> None:
     assert schedule.arrival_due(contouring(), contexts(), CONFIG)
     assert not schedule.arrival_due(arriving(), contexts(), CONFIG)
     assert not schedule.arrival_due(contouring(), contexts(), SWITCHED)
-    assert schedule.arrival_due(contouring(), contexts(last_part=False), SWITCHED)
+    assert schedule.arrival_due(contouring(), contexts(ends_at_goal=False), SWITCHED)
     posing = contouring(cartesian=True)
     assert not schedule.arrival_due(posing, contexts(), SEPARATED)
     assert scheduled(posing, contexts(), SEPARATED).task.arrival is None
@@ -216,7 +216,7 @@ def test_only_planned_arrivals_of_the_dynamic_method_back_up(config: ControllerC
     assert scheduled_past_goal(arriving(), contexts(), config) is None
 
 
-@pytest.mark.parametrize("changes", [{"last_part": False}, {"free": False}])
+@pytest.mark.parametrize("changes", [{"ends_at_goal": False}, {"free": False}])
 def test_none_backs_up_into_a_cusp_or_a_stop(changes: dict[str, bool]) -> None:
     assert schedule.recovery_enabled(CONFIG)
     assert scheduled_past_goal(arriving(), contexts(**changes), CONFIG) is None

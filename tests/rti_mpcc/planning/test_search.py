@@ -171,7 +171,7 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> N
     at_once = search.converge(mpcc, s, context, start, CycleClock())
     clock = Granting(2)
     cut = search.converge(mpcc, s, context, start, clock)
-    assert cut.cut
+    assert cut.out_of_time
     assert cut.problem != ""
     assert clock.decisions.granted == (True, True, False)
     s = search.suspended(s, context, cut)
@@ -237,7 +237,7 @@ def test_a_search_for_a_target_that_has_moved_is_dropped(
 def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) -> None:
     stop = PlannedStop(at=7.0, goal=None, obstacles=1, since=0.0)
     context = contexts(target=mpcc.target, begin=0.2)
-    none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
+    none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True)
     s = search.suspended(state(stop=stop, arrival=arrival_at(15.0)), context, none)
     begun = s.plans.suspended
     assert begun is not None
@@ -250,7 +250,7 @@ def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) ->
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution) -> None:
     context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution)
     attempt = search.converge(mpcc, state(), context, start, Granting(0))
-    assert (attempt.solutions, attempt.problem, attempt.cut) == ((), search.NO_TIME, True)
+    assert (attempt.solutions, attempt.problem, attempt.out_of_time) == ((), search.NO_TIME, True)
 
 
 # -- past the goal, and back up into it ------------------------------------------------------------------
@@ -297,7 +297,7 @@ def test_a_plan_not_to_be_driven_or_squeezed_reaches_nothing(solution: Solution)
     assert search.reaches(ending(solution, goal), contexts())
     assert not search.reaches(ending(solution, goal, corridor_infeasible=True), contexts())
     assert not search.reaches(ending(solution, goal, problem="why"), contexts())
-    none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
+    none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True)
     assert not search.reaches(none, contexts())
 
 
@@ -306,7 +306,9 @@ def test_a_search_for_backing_up_that_ran_out_of_time_stays_one(
     reverse_into_goal: bool, mpcc: RtiMpcc, solution: Solution
 ) -> None:
     context = contexts(target=mpcc.target, begin=0.2)
-    cut = search.SqpResult(solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
+    cut = search.SqpResult(
+        solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True
+    )
     before = state(arrival=arrival_at(15.0, reverse_into_goal=reverse_into_goal))
     begun = search.suspended(before, context, cut).plans.suspended
     assert begun is not None
@@ -320,13 +322,15 @@ def test_a_search_after_one_in_vain_for_backing_up_knows_that_until_it_ends(
     mpcc: RtiMpcc, solution: Solution
 ) -> None:
     context = contexts(target=mpcc.target, begin=0.2)
-    cut = search.SqpResult(solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, cut=True)
+    cut = search.SqpResult(
+        solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True
+    )
     s = search.suspended(state(arrival=arrival_at(15.0)), context, cut)
     assert s.plans.suspended is not None
     assert not s.plans.suspended.reverse_failed
     later = search.suspended(search.reverse_search_failed(s), context, cut)
     assert later.plans.suspended is not None
     assert later.plans.suspended.reverse_failed
-    over = search.suspended(later, context, replace(cut, cut=False))
+    over = search.suspended(later, context, replace(cut, out_of_time=False))
     assert over.plans.suspended is None
     assert search.reverse_search_failed(over) is over

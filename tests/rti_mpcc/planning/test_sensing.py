@@ -31,11 +31,11 @@ def assess(
     on: PathPart,
     target: Target | None = None,
     *,
-    last_part: bool = True,
+    ends_at_goal: bool = True,
     free: bool = True,
 ) -> PlanningContext:
     segment = Segment(part=on, index=0)
-    if last_part:
+    if ends_at_goal:
         segment = replace(segment, end=SegmentEnd.GOAL, tolerance=CONFIG.goal_tolerance)
     pace, target = pace_of(on, CONFIG), target or path_end(on)
     return sensing.assess(reached, 1.0, float(reached[3]), segment, pace, target, CONFIG, free=free)
@@ -103,7 +103,7 @@ def test_where_it_would_stop_is_one_braking_distance_on() -> None:
 def test_the_tolerance_is_the_goals_the_cusps_or_a_stops() -> None:
     reached = np.array([12.0, 0.0, 0.0, 0.0, 0.0, 12.0])
     assert assess(reached, part()).tolerance == CONFIG.goal_tolerance
-    assert assess(reached, part(), last_part=False).tolerance == CUSP_TOLERANCE
+    assert assess(reached, part(), ends_at_goal=False).tolerance == CUSP_TOLERANCE
     assert assess(reached, part(), free=False).tolerance == STOP_TOLERANCE
 
 

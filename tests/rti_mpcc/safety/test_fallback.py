@@ -24,7 +24,7 @@ def state(v: float = 1.0, delta: float = 0.0) -> Array:
 
 def before_the_goal(left: float, speed: float, direction: int = 1) -> PlanningContext:
     """`left` [m] before the goal at `speed` [m/s] in the direction of the part."""
-    values: dict[str, Any] = {"now": 0.0, "begin": 0.0, "doubt": "", "last_part": True, "free": True}
+    values: dict[str, Any] = {"now": 0.0, "begin": 0.0, "doubt": "", "ends_at_goal": True, "free": True}
     return PlanningContext(
         state=state(direction * speed),
         measured_speed=direction * speed,
