@@ -32,6 +32,7 @@ from geometry import (
     ReferencePath,
     RtiMpccError,
 )
+from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import (
     ControllerConfig,
     Footprint,
@@ -46,7 +47,7 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd, segments_of
+from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.types import (
     Command,

@@ -363,6 +363,13 @@ class ControllerConfig(Settings):
             return self.limits.speed
         return min(self.limits.speed, 0.5 * self.arrival_acceleration * self.arrival_horizon)
 
+    @property
+    def recovers(self) -> bool:
+        """Whether a goal that is missed is made for by other ways, see `recovery`."""
+        if self.recovery is None:
+            return self.arrival and self.method is Method.DYNAMIC
+        return self.recovery
+
     @classmethod
     def paper(cls, **changes: Any) -> Self:
         """Table I with the terms of the authors' published code and their 7 s horizon.

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
 from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, ReflexVertices, lift
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -26,11 +25,11 @@ from rti_mpcc.ocp.corridor_rows import (
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, cartesian_weights, contouring_weights
+from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, StageWeights
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.ocp.separating_planes import Index
 from rti_mpcc.ocp.stage_cost import quadratic_cost
-from rti_mpcc.ocp.targets import Target, TargetKind, goal_on, path_end
+from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
     empty_values,
     fill_bounds,
@@ -113,8 +112,7 @@ class RtiMpcc:
         target: Target | None = None,
         last: Solution | None = None,
         plan: Trajectory | None = None,
-        arrive_at: float | None = None,
-        cartesian: bool = False,
+        objective: HorizonObjective = CONTOURING,
         retreat: float = 0.0,
         damping: float = 0.0,
         pace: AdmmSettings | None = None,
@@ -128,9 +126,7 @@ class RtiMpcc:
             target: what it is to end in; None: the last one.
             last: the solution to go on from; default: this object's last one.
             plan: a trajectory to begin afresh from, with nothing kept of the last solution.
-            arrive_at: planned time of arrival at rest [s]; None: contour over the cruise horizon.
-            cartesian: make for the target's pose over the cruise horizon, either way, whatever path and
-                corridor are.
+            objective: what is asked for; default: contouring over the cruise horizon.
             retreat: speed allowed against the part's direction near the target [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
             pace: how the solver steps; None: as suits a plan that goes on from the last solution, or one from
@@ -152,16 +148,13 @@ class RtiMpcc:
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
-        horizon = config.cruise_horizon if arrive_at is None else arrive_at - at
-        lengths = stage_lengths(horizon, config.cycle, config.stages)
+        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages)
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
         theta = states[:, THETA]
 
-        weights = self._weights(
-            theta, lengths, arriving=arrive_at is not None, cartesian=cartesian, insists=retreat > 0.0
-        )
+        weights = objective.weights(config, target, theta, lengths, insists=retreat > 0.0)
         errors = None
         if weights.follows_path:
             reference = frame.reference_in(self.part.reference(theta))
@@ -170,15 +163,15 @@ class RtiMpcc:
         goal = frame.pose_in(target.pose)
         cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
-        ends = arrive_at is not None or cartesian or not config.arrival
-        back, reach = (config.limits.speed, np.inf) if cartesian else (retreat, RETREAT_REACH)
-        most = None if cartesian else self._speeds(shifted)
+        along_path = objective.along_path
+        back, reach = (retreat, RETREAT_REACH) if along_path else (config.limits.speed, np.inf)
+        most = self._speeds(shifted) if along_path else None
         bounds = stage_bounds(
             config,
             target,
             self.part.direction,
             theta,
-            ends=ends,
+            ends=objective.ends(config),
             retreat=back,
             reach=reach,
             disturbance=disturbance,
@@ -193,7 +186,7 @@ class RtiMpcc:
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls, rows_scaled=pace.rows_scaled)
-        planes = None if cartesian else self._planes(shifted.states, last)
+        planes = self._planes(shifted.states, last) if along_path else None
         rows = None if planes is None else self._rows(states, planes, frame)
         drift = None if rows is None else free_response(states, lengths, wheelbase)
         fill_corridor(values, pattern, rows, rows_scaled=pace.rows_scaled)
@@ -251,27 +244,6 @@ class RtiMpcc:
     def problem(self) -> QpProblem:
         """The QP as it is now: after `feedback` the one that was solved last. For study off line."""
         return problem_of(self._pattern, self._values, *self._guess)
-
-    def _weights(
-        self, theta: Array, lengths: Array, *, arriving: bool, cartesian: bool, insists: bool
-    ) -> StageWeights:
-        weights, target = self.config.weights, self.target
-        if cartesian:
-            return cartesian_weights(weights, lengths)
-        if arriving:
-            return arrival_weights(weights, target, theta, lengths, insists=insists)
-        if self.config.method is Method.SWITCHED:
-            # Until the switch the path ends where the goal lies beside it.
-            target = replace(target, kind=TargetKind.PATH_END)
-        return contouring_weights(
-            weights,
-            target,
-            theta,
-            lengths,
-            cruise_speed=self.config.cruise_speed,
-            clip_goal=self.config.corridor_rows,
-            allocate=not self.config.arrival,
-        )
 
     def _speeds(self, plan: Trajectory) -> Array | None:
         """Speeds (N,) that the room allows at stages 1..N [m/s]; who is faster brakes in comfort."""

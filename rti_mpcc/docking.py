@@ -18,12 +18,13 @@ from numpy.typing import ArrayLike
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from estimation.disturbance import load_library
 from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, may_look_again
 from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
-from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, checked, segments_of
+from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.planning import aim, goals, offsets, recovery, sensing, stops, validation

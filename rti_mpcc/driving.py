@@ -96,8 +96,8 @@ def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         s, decision = _change_over(s, context, w, meets_after)
         if decision is not None:
             return Driven(s, decision)
-    if schedule.cartesian_due(s, context, w.config):
-        s = replace(s, task=replace(s.task, cartesian=True), plans=replace(s.plans, solution=None))
+    if schedule.final_due(s, context):
+        s = replace(s, task=replace(s.task, final=True), plans=replace(s.plans, solution=None))
     return _iterate(s, context, w)
 
 

@@ -13,7 +13,8 @@ from itertools import groupby
 from math import inf
 
 from geometry import InputError, PathPart, ReferencePath
-from rti_mpcc.config import ControllerConfig, Limits, Method
+from rti_mpcc.config import ControllerConfig, Limits
+from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 
 CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
 """What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
@@ -26,9 +27,21 @@ class SegmentEnd(Enum):
     """The goal pose, known or detected, beside or behind the path's end."""
     CUSP = "cusp"
     STAGING_POSE = "staging pose"
-    """On the path before the goal, from where only the goal pose counts, of `Method.SEPARATED`."""
+    """On the path before the goal, see `ControllerConfig.staging`."""
     WAY_BACK = "end of the way back"
     """From where the segment that comes next is driven once more."""
+
+
+@dataclass(frozen=True, slots=True)
+class FinalObjective:
+    """What is asked for near the end of a segment instead of an arrival.
+
+    Attributes:
+        objective: see there; within: so much of the path before the stop [m]; inf: from the segment's begin.
+    """
+
+    objective: HorizonObjective
+    within: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,7 +53,8 @@ class Segment:
         end: see `SegmentEnd`; tolerance: of that (longitudinal [m], lateral [m], heading [rad]).
         speed, steering: limits of its own [m/s], [rad], or None for the vehicle's.
         dwell: how long the vehicle stands at its end, a cusp or staging pose, at least [s].
-        cartesian: only the pose that it ends in counts, not the path.
+        objective: on the way, until an arrival is planned.
+        final: what is asked for near its end instead of an arrival, or None.
 
     Raises:
         InputError: a limit or tolerance that is not positive, or a negative dwell.
@@ -53,7 +67,8 @@ class Segment:
     speed: float | None = None
     steering: float | None = None
     dwell: float = 0.0
-    cartesian: bool = False
+    objective: HorizonObjective = CONTOURING
+    final: FinalObjective | None = None
 
     def __post_init__(self) -> None:
         for name, limit in (("speed", self.speed), ("steering", self.steering)):
@@ -65,6 +80,11 @@ class Segment:
             raise InputError(f"dwell = {self.dwell}: must be >= 0, and finite")
         if self.dwell and self.end not in (SegmentEnd.CUSP, SegmentEnd.STAGING_POSE):
             raise InputError(f"dwell = {self.dwell}: only at a cusp or staging pose something comes after it")
+
+    @property
+    def begins_final(self) -> bool:
+        """Whether it is driven on its final objective from its begin."""
+        return self.final is not None and self.final.within == inf
 
     def limited(self, config: ControllerConfig) -> ControllerConfig:
         """The settings with the limits of this segment, where it has some that are lower."""
@@ -80,14 +100,10 @@ class Segment:
 Manoeuvre = tuple[Segment, ...]
 
 
-def segments_of(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
-    """The manoeuvre along a path, to its end or to a goal near it, by the method of the settings."""
+def along(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
+    """The parts of a path, the last one to its end or to a goal near it."""
     *before, last = (Segment(part=part, index=index) for index, part in enumerate(path.parts))
-    separated = config.method is Method.SEPARATED
-    if separated:
-        before.append(replace(last, end=SegmentEnd.STAGING_POSE))
-    goal = replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance, cartesian=separated)
-    return (*before, goal)
+    return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
 
 
 def checked(segments: Manoeuvre, path: ReferencePath) -> Manoeuvre:

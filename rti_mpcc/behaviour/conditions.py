@@ -160,7 +160,7 @@ def _stuck(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about; and
     one that halts for something waits."""
     task = s.task
-    standing = s.vehicle.stands(context.now, TURNING_TIME if task.cartesian else STANDSTILL_TIME)
+    standing = s.vehicle.stands(context.now, TURNING_TIME if task.final else STANDSTILL_TIME)
     on_its_way = task.arrival is not None and task.arrival.overdue_since is None
     waits = on_its_way or task.halt is not None
     return standing and not waits and context.now - task.driving_since > STANDSTILL_TIME

@@ -64,7 +64,7 @@ def status_of(verdict: Verdict, task: Task) -> Status:
     """The status of a cycle with this verdict, after which the task is `task`."""
     status = STATUS_OF.get(verdict.reason)
     if status is None:
-        status = Status.FOLLOWING if task.objective is Objective.CONTOURING else Status.ARRIVING
+        status = Status.FOLLOWING if task.objective.kind is Objective.CONTOURING else Status.ARRIVING
     if verdict.reason in (Reason.LOOKS_SOON, Reason.SEARCHES_PLAN):
         if task.latched:
             status = Status.FAILED

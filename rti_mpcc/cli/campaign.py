@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
 from rti_mpcc.errors import CampaignError
 from rti_mpcc.report.campaign_tally import tally_table
@@ -13,7 +14,6 @@ from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation.campaign import CampaignSettings, Engine, Level, ProcessEngine, run_campaign
 from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
 from rti_mpcc.simulation.campaign.settings import FILE as SETTINGS
-from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
 ALL_RUN = 0

@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import Commands, at_least_one, seed
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.comparison import compared, comparison_tables, label
@@ -14,7 +15,6 @@ from rti_mpcc.report.files import make_writable, write_json
 from rti_mpcc.report.looks import Onlooker
 from rti_mpcc.simulation import docking_controller, load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
-from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
 
 COMPARED = 0

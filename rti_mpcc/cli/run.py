@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
+from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder
@@ -25,7 +26,6 @@ from rti_mpcc.simulation import (
     summary,
 )
 from rti_mpcc.simulation.goal_feed import source_in
-from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
 

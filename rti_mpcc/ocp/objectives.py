@@ -1,22 +1,22 @@
-"""Weights of every stage: dynamic weight allocation and dynamic objective allocation.
+"""What a QP asks for, and the weights of its stages: dynamic weight and dynamic objective allocation.
 
 sigma(eps) = 1 / (1 + exp(alpha (eps - beta)))                                          (paper Eq. 7)
 
-Both objectives are values of one type, so everything behind them is shared. Stage weights already
-contain the stage's share h_k / stage_length.
+All objectives give weights of one type, so everything behind them is shared, and one more needs no line
+elsewhere. Stage weights already contain the stage's share h_k / stage_length.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from scipy.special import expit
 
-from rti_mpcc.config import Weights
+from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.targets import Target, TargetKind
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Objective
 
 GOAL_CLIP = (0.5, 0.3)
 """What the pull of a goal counts at most, position [m] and heading [rad]: beyond it the cost grows
@@ -93,6 +93,98 @@ class StageWeights:
         return bool(self.lag.any() or self.contouring.any() or self.heading.any())
 
 
+class HorizonObjective(Protocol):
+    """What the QP of a cycle asks for.
+
+    Attributes:
+        kind: what the diagnostics call it.
+        along_path: corridor, room and the part's direction count; otherwise only its target does.
+    """
+
+    kind: ClassVar[Objective]
+    along_path: ClassVar[bool]
+
+    def horizon(self, at: float, config: ControllerConfig) -> float:
+        """Length of a plan that begins `at` [s]."""
+
+    def ends(self, config: ControllerConfig) -> bool:
+        """Whether the progress ends at the target's stop."""
+
+    def weights(
+        self, config: ControllerConfig, target: Target, theta: Array, lengths: Array, *, insists: bool
+    ) -> StageWeights:
+        """Weights at progress `theta` (N+1,) [m] of stages of these `lengths` (N,) [s].
+
+        `insists`: the vehicle may change its direction of motion near the target.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Contouring:
+    """Along the path over the cruise horizon, paper Eq. 5.
+
+    Attributes:
+        to_goal: a goal beside or behind the path pulls (Eq. 9 to 11); otherwise the path ends where the goal
+            lies beside it (Eq. 8).
+    """
+
+    kind: ClassVar[Objective] = Objective.CONTOURING
+    along_path: ClassVar[bool] = True
+    to_goal: bool = True
+
+    def horizon(self, at: float, config: ControllerConfig) -> float:
+        """The cruise horizon [s]."""
+        return config.cruise_horizon
+
+    def ends(self, config: ControllerConfig) -> bool:
+        """Where no planned arrival follows; a cruise goes on along the extrapolated path."""
+        return not config.arrival
+
+    def weights(
+        self, config: ControllerConfig, target: Target, theta: Array, lengths: Array, *, insists: bool
+    ) -> StageWeights:
+        """See `contouring_weights`."""
+        return contouring_weights(
+            config.weights,
+            target if self.to_goal else replace(target, kind=TargetKind.PATH_END),
+            theta,
+            lengths,
+            cruise_speed=config.cruise_speed,
+            clip_goal=config.corridor_rows,
+            allocate=not config.arrival,
+        )
+
+
+CONTOURING = Contouring()
+
+
+@dataclass(frozen=True, slots=True)
+class ArrivalAtRest:
+    """One arrival at rest at the target, at the horizon's end.
+
+    Attributes:
+        at: when that is [s].
+    """
+
+    kind: ClassVar[Objective] = Objective.ARRIVAL
+    along_path: ClassVar[bool] = True
+    at: float
+
+    def horizon(self, at: float, config: ControllerConfig) -> float:
+        """The time to go [s]."""
+        return self.at - at
+
+    def ends(self, config: ControllerConfig) -> bool:
+        """It does."""
+        return True
+
+    def weights(
+        self, config: ControllerConfig, target: Target, theta: Array, lengths: Array, *, insists: bool
+    ) -> StageWeights:
+        """See `arrival_weights`."""
+        return arrival_weights(config.weights, target, theta, lengths, insists=insists)
+
+
 def sigma(distance: Array | float, weights: Weights) -> Array:
     """Paper Eq. 7: near 1 closer than beta [m], near 0 beyond."""
     return np.asarray(
@@ -120,7 +212,7 @@ def contouring_weights(
         allocate: False leaves all weights as they are far from the end: a cruise that will turn to a
             planned arrival in time.
     """
-    share = _share(lengths, weights)
+    share = stage_share(lengths, weights)
     near = sigma(target.stop - theta, weights) * allocate
     nearing = weights.transition_slope * near * (1.0 - near) * share  # d sigma / d theta
     if target.kind is TargetKind.PATH_END or not allocate:  # Eq. 8
@@ -164,11 +256,11 @@ def contouring_weights(
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
-        comfort=_on_comfort(share, weights.comfort),
+        comfort=comfort_weights(share, weights.comfort),
         goal=goal,
         goal_speed=0.0,
         goal_clipped=clip_goal,
-        slack=2.0 * (weights.progress_reward / weights.stage_length + _goal_pull(goal)),
+        slack=2.0 * (weights.progress_reward / weights.stage_length + goal_pull(goal)),
         scale=1.0 / max(weights.lag * share.max(), weights.terminal_lag, goal.max()),
         by_progress=slopes if allocate else None,
     )
@@ -185,7 +277,7 @@ def arrival_weights(
     Args as `contouring_weights`, and
         insists: whether effort counts little against an error at the goal, however far ahead that is.
     """
-    share = _share(lengths, weights)
+    share = stage_share(lengths, weights)
     none = np.zeros_like(share)
     firm = min(1.0, float(lengths.sum()) / FIRM) ** 3
     if insists:
@@ -207,56 +299,26 @@ def arrival_weights(
         steering_rate=weights.steering_rate * effort,
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
-        comfort=_on_comfort(share * firm, weights.arrival_comfort),
+        comfort=comfort_weights(share * firm, weights.arrival_comfort),
         goal=np.full(3, weights.arrival_pose),
         goal_speed=weights.arrival_speed,
         goal_clipped=True,
-        slack=2.0 * _goal_pull(np.full(3, weights.arrival_pose)),
+        slack=2.0 * goal_pull(np.full(3, weights.arrival_pose)),
         scale=1.0 / weights.arrival_pose,
     )
 
 
-def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
-    """The goal pose at the horizon's end, whatever the path: what the method is compared with.
-
-    The progress costs its square, so that it is determined.
-
-    Args:
-        lengths: (N,) of the stages [s].
-    """
-    share = _share(lengths, weights)
-    none = np.zeros_like(share)
-    goal = np.array(weights.goal)
-    return StageWeights(
-        lag=none,
-        contouring=none,
-        heading=none,
-        lateral_acceleration=weights.lateral_acceleration * share,
-        bound_distance=none,
-        bound_speed=none,
-        acceleration=weights.acceleration * share[:-1],
-        steering_rate=weights.steering_rate * share[:-1],
-        virtual_speed=weights.lag * share[:-1],
-        progress_reward=none[:-1],
-        comfort=_on_comfort(share, weights.comfort),
-        goal=goal,
-        goal_speed=0.0,
-        goal_clipped=False,
-        slack=2.0 * _goal_pull(goal),
-        scale=1.0 / max(float(goal.max()), weights.acceleration * float(share.max())),
-    )
-
-
-def _share(lengths: Array, weights: Weights) -> Array:
+def stage_share(lengths: Array, weights: Weights) -> Array:
     """What each stage counts (N+1,): its length over the length that the weights belong to."""
     return np.append(lengths, lengths[-1]) / weights.stage_length
 
 
-def _on_comfort(share: Array, weights: tuple[float, float, float]) -> ComfortWeights:
+def comfort_weights(share: Array, weights: tuple[float, float, float]) -> ComfortWeights:
+    """Weights on what goes beyond comfort, at stages that count `share` (N+1,)."""
     acceleration, lateral, steering = weights
     return ComfortWeights(acceleration * share[:-1], lateral * share, steering * share[:-1])
 
 
-def _goal_pull(goal: Array) -> float:
+def goal_pull(goal: Array) -> float:
     """Largest gradient of the clipped goal cost per metre of body motion [1/m]."""
     return float(2.0 * (max(goal[0], goal[1]) * GOAL_CLIP[0] + goal[2] * GOAL_CLIP[1]))

@@ -7,7 +7,6 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.schedule import recovery_enabled
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.types import Array
 
@@ -22,7 +21,7 @@ def way_back(s: ControllerState, context: PlanningContext, config: ControllerCon
     """The way back that a vehicle which has stalled is to drive next; None if it has to stay where it is."""
     task, segment = s.task, s.task.segment
     stalled = task.phase is Phase.STALLED and context.free and segment.end is not SegmentEnd.WAY_BACK
-    if not (stalled and recovery_enabled(config) and task.pulled_out < len(PULL_OUT)):
+    if not (stalled and config.recovers and task.pulled_out < len(PULL_OUT)):
         return None
     *here, theta = context.state[[X, Y, PHI, THETA]].tolist()
     begin = segment.part.progress(Pose2(*here), theta)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import hypot
 
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.ocp.bounds import RETREAT_REACH
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
@@ -59,7 +59,7 @@ def scheduled_past_goal(
     s: ControllerState, context: PlanningContext, config: ControllerConfig
 ) -> ControllerState | None:
     """The same for an arrival that passes the goal and backs up into it; None: there is none to begin."""
-    if not (recovery_enabled(config) and context.ends_at_goal and context.free):
+    if not (config.recovers and context.ends_at_goal and context.free):
         return None
     begun = s.plans.suspended
     if begun is not None and not begun.reverse_into_goal:
@@ -105,21 +105,18 @@ def arrival_due(s: ControllerState, context: PlanningContext, config: Controller
     return s.task.phase is Phase.CONTOURING and _arrives(s, context, config)
 
 
-def cartesian_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether from here on only the goal pose is to count (`Method.SWITCHED`): by the way along the path."""
-    if (
-        s.task.cartesian
-        or config.method is not Method.SWITCHED
-        or not (context.ends_at_goal and context.free)
-    ):
+def final_due(s: ControllerState, context: PlanningContext) -> bool:
+    """Whether from here on the segment's final objective is to be driven for: by the way along the path."""
+    final = s.task.segment.final
+    if final is None or s.task.final or not context.free:
         return False
-    return context.target.stop - float(context.state[THETA]) <= config.weights.transition_reach
+    return context.target.stop - float(context.state[THETA]) <= final.within
 
 
 def too_late(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
     needed = context.speed**2 / (2.0 * config.comfort_acceleration)
-    contouring = s.task.phase is Phase.CONTOURING and not s.task.cartesian
+    contouring = s.task.phase is Phase.CONTOURING and not s.task.final
     return contouring and context.way <= needed
 
 
@@ -130,13 +127,6 @@ def retreat(s: ControllerState, context: PlanningContext) -> float:
     return RETREAT_SPEED if task.reverses_into_goal or (task.restarts > 0 and near) else 0.0
 
 
-def recovery_enabled(config: ControllerConfig) -> bool:
-    """Whether a goal that is missed is made for by other ways, see `ControllerConfig.recovery`."""
-    if config.recovery is None:
-        return config.arrival and config.method is Method.DYNAMIC
-    return config.recovery
-
-
 def apart(one: Pose2, other: Pose2) -> float:
     """Distance [m]."""
     return hypot(one.x - other.x, one.y - other.y)
@@ -144,7 +134,7 @@ def apart(one: Pose2, other: Pose2) -> float:
 
 def _arrives(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether one planned arrival is to bring the vehicle to its target from here."""
-    if not config.arrival or s.task.cartesian or (config.method is Method.SWITCHED and context.ends_at_goal):
+    if not config.arrival or s.task.segment.final is not None:
         return False
     theta = float(context.state[THETA])
     return within_reach(context.way, context.speed, config, context.pace, theta)

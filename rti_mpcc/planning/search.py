@@ -221,8 +221,7 @@ def _iterate(
         target=context.target,
         last=start.last,
         plan=start.guess,
-        arrive_at=None if s.task.arrival is None else s.task.arrival.at,
-        cartesian=s.task.cartesian,
+        objective=s.task.objective,
         retreat=retreat(s, context),
         damping=start.damping,
         pace=start.pace,
@@ -288,7 +287,7 @@ def first_guess(
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
     horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
     times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages))
-    if s.task.objective is Objective.CONTOURING:
+    if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, config, detour)
     if s.task.reverses_into_goal:
         return reverse_guess(part, target, context.state, times, context.way, config)

@@ -15,12 +15,13 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, Segment
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.types import Array, Objective, Trajectory
+from rti_mpcc.types import Array, Trajectory
 
 
 class Phase(Enum):
@@ -213,7 +214,7 @@ class Task:
         segments: what is left of the manoeuvre, the first one being driven; phase: see `Phase`.
         target: what the segment itself is to end in; None before the first cycle.
         arrival: what is planned, or None while contouring.
-        cartesian: from here on only the goal pose counts (`Method.SEPARATED`, `Method.SWITCHED`).
+        final: the segment's final objective is driven for, from here on.
         stop: before something that fills the way, made for or held at; None where the way is free.
         looks_past: standing there, a way past it is looked for.
         halt: see `Halt`; None while nothing is in the way.
@@ -230,7 +231,7 @@ class Task:
     phase: Phase = Phase.STARTING
     target: Target | None = None
     arrival: Arrival | None = None
-    cartesian: bool = False
+    final: bool = False
     stop: PlannedStop | None = None
     looks_past: bool = False
     halt: Halt | None = None
@@ -245,11 +246,11 @@ class Task:
     @classmethod
     def begun(cls, segments: Manoeuvre) -> Task:
         """At the begin of the first of these segments."""
-        return cls(segments=segments, cartesian=segments[0].cartesian)
+        return cls(segments=segments, final=segments[0].begins_final)
 
     def onto(self, segments: Manoeuvre) -> Task:
         """The same task on other segments."""
-        return replace(self, segments=segments, cartesian=segments[0].cartesian)
+        return replace(self, segments=segments, final=segments[0].begins_final)
 
     @property
     def segment(self) -> Segment:
@@ -262,11 +263,12 @@ class Task:
         return self.phase in DRIVING
 
     @property
-    def objective(self) -> Objective:
+    def objective(self) -> HorizonObjective:
         """What the QP asks for."""
-        if self.cartesian:
-            return Objective.CARTESIAN
-        return Objective.CONTOURING if self.arrival is None else Objective.ARRIVAL
+        final = self.segment.final
+        if self.final and final is not None:
+            return final.objective
+        return self.segment.objective if self.arrival is None else ArrivalAtRest(self.arrival.at)
 
     @property
     def reverses_into_goal(self) -> bool:

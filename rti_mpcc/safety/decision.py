@@ -161,7 +161,7 @@ def _diagnose(
     return Diagnostics(
         theta=float(context.state[THETA]),
         part=s.task.segment.index,
-        objective=s.task.objective,
+        objective=s.task.objective.kind,
         weights=_first_weights(solutions),
         time_to_go=None if arrival is None else arrival.at - context.begin,
         failed=decision.attempt is not None and bool(decision.attempt.problem),

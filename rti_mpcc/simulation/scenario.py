@@ -13,11 +13,11 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
+from rti_mpcc.baselines import with_method
 from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
-from rti_mpcc.simulation.methods import with_method
 from rti_mpcc.simulation.plant import PlantParameters
 from rti_mpcc.simulation.section import Section
 

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour.conditions import standing_since
 from rti_mpcc.behaviour.transitions import look
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment, SegmentEnd, segments_of
+from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.model.layout import CONTROLS, STATES
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning.context import PlanningContext

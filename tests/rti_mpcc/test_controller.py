@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, InputError, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Limits, Method, SolverSettings, Vehicle, Weights
+from rti_mpcc.baselines import CartesianPose
+from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.objectives import ArrivalAtRest, Contouring
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.qp.solver import COLD
@@ -47,14 +49,14 @@ def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> 
     times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
     way = mpcc.target.theta - state[THETA]
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, config)
-    return repeat(mpcc, state, guess, iterations, arrive_at=seconds)
+    return repeat(mpcc, state, guess, iterations, objective=ArrivalAtRest(seconds))
 
 
-def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8) -> Solution:
+def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8, **options: Any) -> Solution:
     config = mpcc.config
     times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
     guess = cruise_guess(mpcc.part, mpcc.target, state, times, config)
-    return repeat(mpcc, state, guess, iterations)
+    return repeat(mpcc, state, guess, iterations, **options)
 
 
 def repeat(mpcc: RtiMpcc, state: Array, guess: Trajectory, iterations: int, **options: Any) -> Solution:
@@ -176,7 +178,8 @@ def test_one_direction_of_motion_and_a_retreat() -> None:
         state = at(mpcc, 16.0)
         times = stage_times(0.0, stage_lengths(8.0, 0.05, 30))
         plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
-        slowest = repeat(mpcc, state, plan, 8, arrive_at=8.0, retreat=retreat).trajectory.states[:, V].min()
+        arrived = repeat(mpcc, state, plan, 8, objective=ArrivalAtRest(8.0), retreat=retreat)
+        slowest = arrived.trajectory.states[:, V].min()
         assert slowest == pytest.approx(-retreat, abs=1e-3) if retreat < 0.5 else slowest < -0.15
 
 
@@ -247,7 +250,7 @@ def test_the_plan_shifts_by_any_cycle(cycle: float) -> None:
     mpcc.set_goal(mpcc.part.last.compose(Pose2(0.0, 0.5, 0.0)))
     before = arrive(mpcc, at(mpcc, 0.0), 20.0, 10).trajectory
     assert np.diff(before.times)[0] == pytest.approx(cycle)
-    mpcc.prepare(cycle, arrive_at=20.0)
+    mpcc.prepare(cycle, objective=ArrivalAtRest(20.0))
     after = mpcc.feedback(before.states[1], cycle).trajectory
     assert after.times[0] == pytest.approx(cycle)
     assert after.times[-1] == pytest.approx(20.0)
@@ -375,13 +378,27 @@ def test_plans_that_are_handed_out_are_read_only() -> None:
 
 def test_until_it_switches_a_vehicle_keeps_to_the_path_up_to_the_goals_projection() -> None:
     weights = []
-    for method in (Method.SWITCHED, Method.DYNAMIC):
-        mpcc = core(preset=ControllerConfig.paper, method=method)
+    for objective in (Contouring(to_goal=False), Contouring()):
+        mpcc = core(preset=ControllerConfig.paper)
         mpcc.set_goal(mpcc.part.pose(26.0).compose(Pose2(0.0, 1.0, 0.2)))
-        weights.append(cruise(mpcc, at(mpcc, 13.0, v=2.0), iterations=2).weights)
+        state = at(mpcc, 13.0, v=2.0)
+        weights.append(cruise(mpcc, state, iterations=2, objective=objective).weights)
     switched, dynamic = weights
     assert switched.contouring[-2] > 10.0 * switched.contouring[0]
     assert not switched.goal.any()
     assert (switched.progress_reward > 0.0).all()
     assert dynamic.goal.any()
     assert dynamic.contouring[-2] < dynamic.contouring[0]
+
+
+def test_an_objective_beside_the_path_may_drive_either_way_and_knows_no_corridor() -> None:
+    mpcc = core()
+    mpcc.set_goal(mpcc.part.pose(8.0))
+    state = at(mpcc, 10.0)
+    times = stage_times(0.0, stage_lengths(10.0, 0.05, 30))
+    plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
+    linear = mpcc.prepare(0.0, plan=plan, objective=CartesianPose())
+    assert (linear.planes, linear.rows) == (None, None)
+    back = repeat(mpcc, state, plan, 8, objective=CartesianPose()).trajectory.states
+    assert back[:, V].min() < -0.2
+    assert back[-1, 0] < state[0] - 1.0

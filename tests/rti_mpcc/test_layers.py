@@ -19,6 +19,7 @@ LAYERS = (
     "iteration",
     "controller",
     "manoeuvre",
+    "baselines",
     "planning",
     "behaviour",
     "safety",

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import geometry
+from rti_mpcc.baselines import METHODS
 from rti_mpcc.config import Method
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.campaign.case import MOST, CampaignCase
 from rti_mpcc.simulation.campaign.levels import Level
 from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
-from rti_mpcc.simulation.methods import METHODS
 from rti_mpcc.simulation.scenario import PRESETS
 
 FILE = "campaign.json"

@@ -9,10 +9,10 @@ import pytest
 
 from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2
+from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import replan_due
 from rti_mpcc.config import ControllerConfig, Method
-from rti_mpcc.manoeuvre import segments_of
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.plausibility import StateMonitor
@@ -247,9 +247,9 @@ def test_the_next_segment_knows_the_goal_where_the_vehicle_is_and_the_queue_and_
     }
     s = planned(**kept, restarts=1, pulled_out=1, stop=stop_at(3.0), waiting=True, latched="why")
     staged = segments_of(PATH, ControllerConfig(method=Method.SEPARATED))
-    for segments, cartesian in (((BACK, *SEGMENTS), False), (staged, True)):
+    for segments, final in (((BACK, *SEGMENTS), False), (staged, True)):
         after = moves.next_segment(put(s, begin=np.zeros(6), segments=segments))
-        assert after == state(**kept, segments=segments[1:], cartesian=cartesian)
+        assert after == state(**kept, segments=segments[1:], final=final)
 
 
 def test_the_way_back_begins_afresh_where_the_vehicle_is() -> None:
@@ -260,8 +260,7 @@ def test_the_way_back_begins_afresh_where_the_vehicle_is() -> None:
     assert s.vehicle.standing_since == here.now
     assert s.begin is not None
     assert s.begin[THETA] == 18.5
-    posing = stalled(cartesian=True)
-    assert not moves.pulling_out(posing, here, BACK).task.cartesian  # it drives along the path
+    assert not moves.pulling_out(stalled(final=True), here, BACK).task.final  # it drives along the path
     np.testing.assert_array_equal(s.begin[:THETA], here.state[:THETA])
 
 
@@ -277,8 +276,8 @@ def test_it_comes_again_from_where_it_is_then() -> None:
 def test_what_comes_again_to_a_segment_that_only_seeks_the_pose_does_so_again() -> None:
     *_, goal = segments_of(PATH, ControllerConfig(method=Method.SEPARATED))
     pulling = arriving(segments=(BACK, goal))
-    assert not pulling.task.cartesian
-    assert moves.coming_again(pulling, contexts.standing(26.5)).task.cartesian
+    assert not pulling.task.final
+    assert moves.coming_again(pulling, contexts.standing(26.5)).task.final
 
 
 # -- past the goal, and back up into it ------------------------------------------------------------------

@@ -112,7 +112,7 @@ def test_without_a_planned_arrival_there_is_no_other_try() -> None:
 
 
 def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck() -> None:
-    standing, posing = contexts.standing(19.0), contouring(cartesian=True)
+    standing, posing = contexts.standing(19.0), contouring(final=True)
     assert decided(put(posing, standing_since=8.0), standing, SEPARATED).task.phase is Phase.CONTOURING
     long = put(posing, standing_since=10.0 - conditions.TURNING_TIME)
     assert decided(long, standing, SEPARATED).task.phase is Phase.STARTING

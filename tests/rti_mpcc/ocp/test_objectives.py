@@ -11,7 +11,6 @@ from rti_mpcc.ocp.objectives import (
     FIRM,
     StageWeights,
     arrival_weights,
-    cartesian_weights,
     contouring_weights,
     sigma,
 )
@@ -129,24 +128,6 @@ def test_weights_know_how_they_change_with_progress(goal: Target) -> None:
         ).by_progress
         is None
     )
-
-
-def test_the_cartesian_objective_knows_the_goal_and_the_effort_only() -> None:
-    got = cartesian_weights(Weights(lateral_acceleration=100.0), LENGTHS)
-    for none in (
-        got.lag,
-        got.contouring,
-        got.heading,
-        got.bound_distance,
-        got.bound_speed,
-        got.progress_reward,
-    ):
-        assert not none.any()
-    np.testing.assert_allclose(got.goal, 1e4)
-    np.testing.assert_allclose(got.acceleration, 1e3)
-    np.testing.assert_allclose(got.lateral_acceleration, 100.0)
-    assert (got.virtual_speed > 0.0).all()
-    assert not got.goal_clipped
 
 
 def test_stages_count_by_their_length() -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from geometry import Pose2, ReferencePath
+from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import ControllerConfig, Method, Vehicle
-from rti_mpcc.manoeuvre import Segment, SegmentEnd, segments_of
+from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.planning import recovery
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import scheduled_past_goal

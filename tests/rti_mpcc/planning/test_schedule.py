@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
+from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import STATES, THETA
@@ -20,6 +21,8 @@ from rti_mpcc.planning.schedule import rescheduled, scheduled, scheduled_past_go
 from rti_mpcc.planning.state import Arrival, ControllerState, Halt, Phase, SuspendedSearch
 from rti_mpcc.types import Array
 from tests.rti_mpcc.states import (
+    BACK,
+    PATH,
     arrival_at,
     arrives_at,
     arriving,
@@ -129,28 +132,32 @@ def at(theta: float) -> Array:
     return here
 
 
-def test_the_switch_to_the_goal_pose_is_within_beta_of_it_on_the_last_leg() -> None:
-    reach = CONFIG.weights.transition_reach
+def test_the_final_objective_is_due_so_much_of_the_path_before_the_stop() -> None:
+    reach = SWITCHED.weights.transition_reach
     stop = contexts().target.stop
     near, far = (contexts(state=at(stop - reach * share)) for share in (0.99, 1.01))
-    assert schedule.cartesian_due(contouring(), near, SWITCHED)
-    assert not schedule.cartesian_due(contouring(), far, SWITCHED)
-    assert not schedule.cartesian_due(contouring(), near, CONFIG)
-    assert not schedule.cartesian_due(contouring(cartesian=True), near, SWITCHED)
-    assert not schedule.cartesian_due(contouring(), replace(near, ends_at_goal=False), SWITCHED)
-    assert not schedule.cartesian_due(contouring(), replace(near, free=False), SWITCHED)
+    switched = contouring(segments=segments_of(PATH, SWITCHED))
+    assert schedule.final_due(switched, near)
+    assert not schedule.final_due(switched, far)
+    assert not schedule.final_due(contouring(), near)
+    assert not schedule.final_due(put(switched, final=True), near)
+    assert not schedule.final_due(put(switched, segments=(BACK, *switched.task.segments)), near)
+    assert not schedule.final_due(switched, replace(near, free=False))
     beside = replace(far, error=Pose2(-0.5 * reach, 0.0, 0.0))
-    assert not schedule.cartesian_due(contouring(), beside, SWITCHED)
+    assert not schedule.final_due(switched, beside)
 
 
-def test_a_vehicle_that_makes_for_the_pose_alone_plans_no_arrival() -> None:
+@pytest.mark.parametrize("config", [SWITCHED, SEPARATED])
+def test_a_segment_with_a_final_objective_plans_no_arrival(config: ControllerConfig) -> None:
     assert schedule.arrival_due(contouring(), contexts(), CONFIG)
     assert not schedule.arrival_due(arriving(), contexts(), CONFIG)
-    assert not schedule.arrival_due(contouring(), contexts(), SWITCHED)
-    assert schedule.arrival_due(contouring(), contexts(ends_at_goal=False), SWITCHED)
-    posing = contouring(cartesian=True)
-    assert not schedule.arrival_due(posing, contexts(), SEPARATED)
-    assert scheduled(posing, contexts(), SEPARATED).task.arrival is None
+    *before, goal = segments_of(PATH, config)
+    last = contouring(segments=(goal,))
+    assert not schedule.arrival_due(last, contexts(), config)
+    assert scheduled(last, contexts(), config).task.arrival is None
+    for segment in (BACK, *before):
+        on_the_way = contouring(segments=(segment, goal))
+        assert schedule.arrival_due(on_the_way, contexts(ends_at_goal=False), config)
 
 
 def test_a_contouring_vehicle_without_an_arrival_yet_brakes_in_time() -> None:
@@ -159,7 +166,7 @@ def test_a_contouring_vehicle_without_an_arrival_yet_brakes_in_time() -> None:
     assert schedule.too_late(contouring(), near, CONFIG)
     assert not schedule.too_late(contouring(), far, CONFIG)
     assert not schedule.too_late(arriving(), near, CONFIG)
-    assert not schedule.too_late(contouring(cartesian=True), near, SEPARATED)
+    assert not schedule.too_late(contouring(final=True), near, SEPARATED)
 
 
 # -- another try -----------------------------------------------------------------------------------------
@@ -212,13 +219,13 @@ def test_backing_up_takes_the_way_past_the_goal_and_the_way_back() -> None:
     ],
 )
 def test_only_planned_arrivals_of_the_dynamic_method_back_up(config: ControllerConfig) -> None:
-    assert not schedule.recovery_enabled(config)
+    assert not config.recovers
     assert scheduled_past_goal(arriving(), contexts(), config) is None
 
 
 @pytest.mark.parametrize("changes", [{"ends_at_goal": False}, {"free": False}])
 def test_none_backs_up_into_a_cusp_or_a_stop(changes: dict[str, bool]) -> None:
-    assert schedule.recovery_enabled(CONFIG)
+    assert CONFIG.recovers
     assert scheduled_past_goal(arriving(), contexts(**changes), CONFIG) is None
 
 
