@@ -1,0 +1,33 @@
+"""Frozen, validated settings of the controller. SI units and radians; a bad value raises `ConfigError`.
+
+The numbers of the paper (Table I) are the defaults of `Weights`; what its published code adds is
+switched on by `ControllerConfig.paper()`, see docs/decisions.
+"""
+
+from __future__ import annotations
+
+from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, PLANNED_SHARE, ControllerConfig
+from rti_mpcc.config.decisions import Method
+from rti_mpcc.config.inputs import GoalTracking, Plausibility
+from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
+from rti_mpcc.config.safety import Caution
+from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
+
+__all__ = [
+    "COMFORT_ACCELERATION",
+    "EXIT",
+    "NO_COMFORT",
+    "PLANNED_SHARE",
+    "Caution",
+    "Comfort",
+    "ControllerConfig",
+    "Footprint",
+    "GoalTracking",
+    "Limits",
+    "Method",
+    "Plausibility",
+    "SolverSettings",
+    "SpeedProfile",
+    "Vehicle",
+    "Weights",
+]

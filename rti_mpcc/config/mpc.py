@@ -1,0 +1,115 @@
+"""What the optimal control problem asks for, how it covers the body, and how its QPs are solved."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Annotated
+
+from pydantic import Field
+
+from geometry.settings import NonNegative, Positive, Settings, Triple
+
+
+class Weights(Settings):
+    """Weights of the cost (paper Eq. 2, 5, 7 to 11, Table I). Each may be 0, which switches its term off.
+
+    Attributes:
+        lag, contouring, heading: q_l, q_c [1/m²] and the heading error's weight [1/rad²].
+        acceleration, steering_rate, virtual_speed: r, per squared unit of the control. A virtual_speed of
+            None is the one with which the progress reward has its best at the cruise speed, so that no
+            bound has to hold the vehicle back; 0 (Table I) rewards up to the speed limit.
+        progress_reward: gamma [s/m], on theta_dot.
+        goal: q_N^e on x, y, heading of the last stage while a goal pose is contoured to.
+        contouring_at_end: q_c^e, the contouring weight at a cusp or path end that is the goal (Eq. 8).
+        transition_slope, transition_reach: alpha [1/m] and beta [m] of the weight transition sigma.
+        lateral_acceleration: on (v² tan(delta)/L)² [s⁴/m²] (published code).
+        heading_at_end: heading weight near a cusp or path end (published code).
+        terminal_lag, terminal_heading: extra weights at the last stage (published code).
+        bound_distance: on (2 m - distance of the rear axle to the boundary)² (published code).
+        bound_speed: on v² (2.5 m - distance of the rear axle to the boundary)² (published code).
+        stage_length: the stage length that the stage weights belong to [s]: a stage of h counts
+            h / stage_length times. 0.1 s is the printed sum, 1 s the published code's integral.
+        arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
+            end of a planned arrival.
+        arrival_contouring: contouring weight far from the goal during an arrival.
+        comfort, arrival_comfort: on the squared excess over comfort, in the order of `Comfort` [s⁴/m²],
+            [s⁴/m²], [s²/rad²], while contouring and during an arrival.
+    """
+
+    lag: NonNegative = 1e3
+    contouring: NonNegative = 1.0
+    heading: NonNegative = 0.0
+    acceleration: NonNegative = 1e3
+    steering_rate: NonNegative = 100.0
+    virtual_speed: NonNegative | None = None
+    progress_reward: NonNegative = 100.0
+    goal: Triple = (1e4, 1e4, 1e4)
+    contouring_at_end: NonNegative = 100.0
+    transition_slope: Positive = 1.0
+    transition_reach: NonNegative = 10.0
+    lateral_acceleration: NonNegative = 0.0
+    heading_at_end: NonNegative = 0.0
+    terminal_lag: NonNegative = 0.0
+    terminal_heading: NonNegative = 0.0
+    bound_distance: NonNegative = 0.0
+    bound_speed: NonNegative = 0.0
+    stage_length: Positive = 0.1
+    arrival_pose: Positive = 1e5
+    arrival_speed: NonNegative = 1e5
+    arrival_contouring: NonNegative = 0.0
+    comfort: Triple = (1e5, 1e5, 1e4)
+    arrival_comfort: Triple = (0.0, 1e5, 1e5)
+
+
+class SpeedProfile(Settings):
+    """Bound on |v| and theta_dot that falls towards the stop point (published code).
+
+    Attributes:
+        final: speed allowed at the stop point [m/s].
+        deceleration: how the bound falls [m/s²]: v² <= final² + 2 deceleration (theta_stop - theta).
+        behind: for a goal behind the path end, the share of the speed from which `deceleration` stops over
+            the way behind it: so fast the vehicle may be at the stop point, if that is more than `final`.
+    """
+
+    final: Positive = 1.0
+    deceleration: Positive = 5.0
+    behind: NonNegative = 0.5
+
+    def at_stop(self, behind: float) -> float:
+        """Speed allowed at the stop point [m/s], the goal lying `behind` [m] the path end (0: not)."""
+        return max(self.final, self.behind * sqrt(2.0 * self.deceleration * behind))
+
+
+class Footprint(Settings):
+    """How the corridor rows cover the body.
+
+    Attributes:
+        discs: number of discs along the body axis.
+        margin: distance kept between discs and boundaries [m].
+        near: boundaries farther from a disc's rim than this act on it in no way [m].
+    """
+
+    discs: Annotated[int, Field(ge=1, le=20)] = 5
+    margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
+    near: Positive = 1.5
+
+
+class SolverSettings(Settings):
+    """Settings of OSQP.
+
+    Attributes:
+        tolerance: absolute and relative termination tolerance, on the scaled problem.
+        fine_tolerance: the same for the first `fine_iterations` of a QP that goes on from the one before: a
+            shape that costs little changes by little from cycle to cycle, and never comes to its best where
+            that is within the tolerance. What is not that good by then has to reach `tolerance`.
+        max_iterations: of one QP; a QP that needs more is not accepted.
+        check_interval: iterations between two termination checks.
+        polish: refine the active set's solution (off on the vehicle, on for reference solutions).
+    """
+
+    tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
+    fine_tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-6
+    fine_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 6
+    max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
+    check_interval: Annotated[int, Field(ge=1, le=1000)] = 3
+    polish: bool = False
