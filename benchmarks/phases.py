@@ -35,7 +35,8 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
         "path, weights and cost",
         (
             "geometry.part:PathPart.reference",
-            "rti_mpcc.controller:RtiMpcc._weights",
+            "rti_mpcc.ocp.objectives:Contouring.weights",
+            "rti_mpcc.ocp.objectives:ArrivalAtRest.weights",
             "rti_mpcc.controller:frenet_errors",
             "rti_mpcc.controller:quadratic_cost",
             "rti_mpcc.controller:stage_bounds",
