@@ -13,8 +13,7 @@ from typing import Any
 
 from benchmarks.reproduction.published import published
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
-from rti_mpcc import SolverSettings
-from rti_mpcc.ocp import objectives
+from rti_mpcc import SolverSettings, Weights
 from rti_mpcc.planning import arrival, search
 from rti_mpcc.qp import filling, pattern, solver
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
@@ -25,7 +24,7 @@ COMMAND = "python -m benchmarks.measure_results"
 PUBLISHED: dict[str, dict[str, Any]] = {
     run["scenario"]: run for run in published()["runs"] if run["method"] == "dynamic"
 }
-SOLVER = SolverSettings()
+SOLVER, WEIGHTS = SolverSettings(), Weights()
 SOLVED = ("default", "paper")
 SCENARIOS = tuple(name for name in builtin_names() if load_scenario(name).goal.measurement is None)
 """Those whose goal is known; the others are measured by measure_detections."""
@@ -125,9 +124,9 @@ def constant_rows() -> list[list[str]]:
         ],
         ["ρ, α from cycle to cycle", "`qp.solver.WARM`", "{:g}, {:g}".format(*solver.WARM)],
         ["ρ, α from a first guess on", "`qp.solver.COLD`", "{:g}, {:g}".format(*solver.COLD)],
-        ["effort fades below [s]", "`ocp.objectives.FIRM`", f"{objectives.FIRM:g}"],
+        ["effort fades below [s]", "`Weights.firm_time`", f"{WEIGHTS.firm_time:g}"],
         ["shortest time to go [s]", "`planning.arrival.FLOOR`", f"{arrival.FLOOR:g}"],
-        ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{objectives.GOAL_CLIP}"],
+        ["goal's pull is linear beyond [m], [rad]", "`Weights.goal_clip`", f"{WEIGHTS.goal_clip}"],
     ]
 
 

@@ -30,7 +30,7 @@ class Variation:
     changes: Mapping[str, Any] = field(default_factory=dict)
 
 
-EASE, FIRM = "rti_mpcc.qp.pattern.BOUND_EASE", "rti_mpcc.ocp.objectives.FIRM"
+EASE = "rti_mpcc.qp.pattern.BOUND_EASE"
 IDLE = "rti_mpcc.qp.filling.IDLE_WEIGHT"
 DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
 LAZY = {"simulation.acceleration_gain": 0.8}
@@ -91,7 +91,7 @@ VARIATIONS = (
         letter="d",
         what="effort in full to the end, gain 0.8",
         scenario="docking_behind",
-        constants={FIRM: 1e-9},
+        settings={"weights": Weights(firm_time=1e-9)},
         changes=LAZY,
     ),
     Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_inside", changes=LAZY),
@@ -99,7 +99,7 @@ VARIATIONS = (
         letter="d",
         what="effort in full to the end, gain 0.8",
         scenario="docking_inside",
-        constants={FIRM: 1e-9},
+        settings={"weights": Weights(firm_time=1e-9)},
         changes=LAZY,
     ),
     Variation(

@@ -161,7 +161,9 @@ class RtiMpcc:
             errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
         walls = self._walls(shifted.states, frame, weights)
         goal = frame.pose_in(target.pose)
-        cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
+        cost = quadratic_cost(
+            states, controls, weights, errors, walls, goal, wheelbase, config.comfort, config.weights
+        )
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path = objective.along_path
         back, reach = (retreat, RETREAT_REACH) if along_path else (config.limits.speed, np.inf)

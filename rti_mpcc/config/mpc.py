@@ -11,7 +11,9 @@ from geometry.settings import NonNegative, Positive, Settings, Triple
 
 
 class Weights(Settings):
-    """Weights of the cost (paper Eq. 2, 5, 7 to 11, Table I). Each may be 0, which switches its term off.
+    """Weights of the cost (paper Eq. 2, 5, 7 to 11, Table I), and from where on its terms act.
+
+    Each weight may be 0, which switches its term off.
 
     Attributes:
         lag, contouring, heading: q_l, q_c [1/m²] and the heading error's weight [1/rad²].
@@ -25,8 +27,10 @@ class Weights(Settings):
         lateral_acceleration: on (v² tan(delta)/L)² [s⁴/m²] (published code).
         heading_at_end: heading weight near a cusp or path end (published code).
         terminal_lag, terminal_heading: extra weights at the last stage (published code).
-        bound_distance: on (2 m - distance of the rear axle to the boundary)² (published code).
-        bound_speed: on v² (2.5 m - distance of the rear axle to the boundary)² (published code).
+        bound_distance: on (bound_distance_reach - distance of the rear axle to the boundary)²;
+            bound_distance_reach: it acts on less than this [m] (published code, both).
+        bound_speed: on v² (bound_speed_reach - distance of the rear axle to the boundary)²;
+            bound_speed_reach: it acts on less than this [m] (published code, both).
         stage_length: the stage length that the stage weights belong to [s]: a stage of h counts
             h / stage_length times. 0.1 s is the printed sum, 1 s the published code's integral.
         arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
@@ -34,6 +38,17 @@ class Weights(Settings):
         arrival_contouring: contouring weight far from the goal during an arrival.
         comfort, arrival_comfort: on the squared excess over comfort, in the order of `Comfort` [s⁴/m²],
             [s⁴/m²], [s²/rad²], while contouring and during an arrival.
+        comfort_ease: share of a comfort value over which its penalty sets in, (C4). A penalty that begins at
+            once makes the plans of successive cycles jump to and fro across it.
+        comfort_clip: what goes beyond comfort costs its square up to here, in its own units, then linearly:
+            comfort gives way to the corridor and the goal.
+        goal_clip: what the pull of a goal counts at most, position [m] and heading [rad]: beyond it the cost
+            grows linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed.
+        firm_time: time to go [s] below which an arrival's effort counts less and less, as its cube. The error
+            that a plan accepts at the goal to save effort grows with 1/t_go³: without this it is all of the
+            way left at 1 s (docs/decisions, 1).
+        insisting_share: share of its effort that counts in an arrival that may change its direction near the
+            goal. An error that is left for later to save effort would cost another turn.
     """
 
     lag: NonNegative = 1e3
@@ -52,13 +67,20 @@ class Weights(Settings):
     terminal_lag: NonNegative = 0.0
     terminal_heading: NonNegative = 0.0
     bound_distance: NonNegative = 0.0
+    bound_distance_reach: Positive = 2.0
     bound_speed: NonNegative = 0.0
+    bound_speed_reach: Positive = 2.5
     stage_length: Positive = 0.1
     arrival_pose: Positive = 1e5
     arrival_speed: NonNegative = 1e5
     arrival_contouring: NonNegative = 0.0
     comfort: Triple = (1e5, 1e5, 1e4)
     arrival_comfort: Triple = (0.0, 1e5, 1e5)
+    comfort_ease: Positive = 0.05
+    comfort_clip: Positive = 0.1
+    goal_clip: tuple[Positive, Positive] = (0.5, 0.3)
+    firm_time: Positive = 5.0
+    insisting_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
 
 
 class SpeedProfile(Settings):

@@ -16,7 +16,6 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -188,7 +187,7 @@ def converge(
         unsolved += not solutions[-1].solved
         problem = rejection_reason(solutions[-1], mpcc.config, s.vehicle.disturbance)
         corridor_infeasible = start.least > 1 and _corridor_infeasible(
-            solutions[-1], context.target, arriving=s.task.arrival is not None
+            solutions[-1], context.target, mpcc.config, arriving=s.task.arrival is not None
         )
         if _ran_out_of_time(solutions[-1]):
             return SqpResult(
@@ -302,12 +301,14 @@ def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) ->
     return context.inside(end.relative_to(context.target.pose), share)
 
 
-def _corridor_infeasible(solution: Solution, target: Target, *, arriving: bool) -> bool:
+def _corridor_infeasible(
+    solution: Solution, target: Target, config: ControllerConfig, *, arriving: bool
+) -> bool:
     if float(solution.slack.max()) > SQUEEZED:
         return True
-    end = solution.trajectory.states[-1]
+    end, (position, heading) = solution.trajectory.states[-1], config.weights.goal_clip
     left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
-    return arriving and (left > GOAL_CLIP[0] or abs(end[PHI] - target.pose.phi) > GOAL_CLIP[1])
+    return arriving and (left > position or abs(end[PHI] - target.pose.phi) > heading)
 
 
 def rejection_reason(

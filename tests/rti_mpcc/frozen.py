@@ -176,7 +176,9 @@ class FrozenProblem:
         errors = frenet_errors(states, reference, part.direction)
         walls = self.walls.at(states[:, :2]) if self.walls is not None else None
         goal = self.frame.pose_in(self.target.pose)
-        cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase, config.comfort)
+        cost = quadratic_cost(
+            states, controls, self.weights, errors, walls, goal, wheelbase, config.comfort, config.weights
+        )
         cost.state_gradient[:, THETA] += self.nearing
         fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
@@ -368,10 +370,11 @@ def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -
     reference = linear.frame.reference_in(mpcc.part.reference(states[:, THETA]))
     errors = frenet_errors(states, reference, mpcc.part.direction)
     near = walls.at(states[:, :2]) if walls is not None else None
-    goal, wheelbase = linear.frame.pose_in(mpcc.target.pose), mpcc.config.vehicle.wheelbase
+    config, goal = mpcc.config, linear.frame.pose_in(mpcc.target.pose)
+    wheelbase = config.vehicle.wheelbase
     gradients = [
         quadratic_cost(
-            states, controls, weights, errors, near, goal, wheelbase, mpcc.config.comfort
+            states, controls, weights, errors, near, goal, wheelbase, config.comfort, config.weights
         ).state_gradient[:, THETA]
         for weights in (linear.weights, replace(linear.weights, by_progress=None))
     ]
