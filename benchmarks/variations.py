@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rti_mpcc.config import Footprint, SolverSettings, Weights
+from rti_mpcc.config import BoundRelaxation, Footprint, SolverSettings, Weights
 from rti_mpcc.qp.solver import AdmmSettings
 
 PATIENT = {"solver": SolverSettings(max_iterations=1000)}
@@ -36,7 +36,6 @@ DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.S
 LAZY = {"simulation.acceleration_gain": 0.8}
 SHORT = {"simulation.duration": 60.0}
 
-RETURN_TIME = "rti_mpcc.ocp.corridor_rows.RETURN_TIME"
 CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
@@ -146,7 +145,7 @@ VARIATIONS = (
         letter="l",
         what="margin that noise has taken is fought at once",
         scenario="docking_moving_goal",
-        constants={RETURN_TIME: 1e-9},
+        settings={"bound_relaxation": BoundRelaxation(margin_time=1e-9)},
     ),
     *(
         Variation(letter="n", what=what, scenario=scenario, preset="paper", constants=constants)

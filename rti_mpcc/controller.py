@@ -13,7 +13,7 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
-from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
+from rti_mpcc.ocp.bounds import overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     CorridorRows,
@@ -46,12 +46,6 @@ from rti_mpcc.qp.problem import QpProblem, problem_of
 from rti_mpcc.qp.solver import COLD, WARM, AdmmSettings, Ends, QpSolution, QpSolver
 from rti_mpcc.types import Array, Trajectory
 
-OUTSIDE_PATIENCE = 10
-"""While the vehicle is far outside its bounds a QP may take so many times the configured iterations at least:
-what presses it back in at all stages adds up, and it takes the solver long to find how much."""
-SHORT = 0.1
-"""Share of the corridor's margin that must be missing for that."""
-
 
 class RtiMpcc:
     """Real-time-iteration MPCC on one part of a route.
@@ -74,7 +68,7 @@ class RtiMpcc:
         self.index = index
         self.config = config
         self._corridor = corridor
-        self._discs = cover(config.vehicle, config.footprint.discs)
+        self._discs = cover(config.vehicle, config.footprint)
         self._last: Solution | None = None
         self.room: Room | None = None
         self.target = path_end(part)
@@ -93,7 +87,11 @@ class RtiMpcc:
 
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
-        self.target = path_end(self.part) if goal is None else goal_on(self.part, goal, self.target)
+        if goal is None:
+            self.target = path_end(self.part)
+        else:
+            reach = self.config.progress.projection_reach
+            self.target = goal_on(self.part, goal, self.target, reach=reach)
 
     def set_room(self, room: Room | None) -> None:
         """The room along the part, which bounds the speed; None: it does not."""
@@ -148,7 +146,7 @@ class RtiMpcc:
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
-        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages)
+        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages, config.fine_stage)
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
@@ -166,7 +164,7 @@ class RtiMpcc:
         )
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path = objective.along_path
-        back, reach = (retreat, RETREAT_REACH) if along_path else (config.limits.speed, np.inf)
+        back, reach = (retreat, None) if along_path else (config.limits.speed, np.inf)
         most = self._speeds(shifted) if along_path else None
         bounds = stage_bounds(
             config,
@@ -190,7 +188,8 @@ class RtiMpcc:
         fill_bounds(values, pattern, bounds, states, controls, rows_scaled=pace.rows_scaled)
         planes = self._planes(shifted.states, last) if along_path else None
         rows = None if planes is None else self._rows(states, planes, frame)
-        drift = None if rows is None else free_response(states, lengths, wheelbase)
+        span = config.bound_relaxation.margin_time
+        drift = None if rows is None else free_response(states, lengths, wheelbase, span)
         fill_corridor(values, pattern, rows, rows_scaled=pace.rows_scaled)
         self._last = last
         self._linearisation = Linearisation(
@@ -233,10 +232,10 @@ class RtiMpcc:
         assert linear is not None
         measured = linear.frame.states_in(state)
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
-        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
+        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target, self.config.progress))
         fill_initial(self._values, self._pattern, measured - linear.states[0])
         far_out = self._admit(measured, linear)
-        self._solver.allow(max(patience, OUTSIDE_PATIENCE) if far_out else patience)
+        self._solver.allow(max(patience, self.config.bound_relaxation.patience) if far_out else patience)
         result = self._solve(linear, measured - linear.states[0], ends, iterate)
         solution = self._read(linear, result, begun)
         if solution.solved:
@@ -277,18 +276,24 @@ class RtiMpcc:
         def reflex_vertices(among: Index) -> ReflexVertices | None:
             return frame.reflex_vertices_in(self._corridor.reflex_vertices(self.index, planes, among))
 
-        margin, near = self.config.footprint.margin, self.config.footprint.near
-        least = self.config.caution.hard_minimum
+        config = self.config
         return corridor_rows(
-            states[1:], frame.planes_in(planes), self._discs, margin, near, reflex_vertices, least
+            states[1:],
+            frame.planes_in(planes),
+            self._discs,
+            config.footprint,
+            reflex_vertices,
+            config.narrow_passage,
+            config.caution.hard_minimum,
         )
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
 
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
-        the corridor's margin by more than `SHORT` of it.
+        the corridor's margin by more than `BoundRelaxation.far_share` of it.
         """
+        relaxation = self.config.bound_relaxation
         far_out = fill_motion_bounds(
             self._values,
             self._pattern,
@@ -297,6 +302,7 @@ class RtiMpcc:
             linear.lengths,
             linear.bounds,
             self.config.limits,
+            relaxation.limit_share,
         )
         if linear.rows is None or linear.drift is None:
             return far_out
@@ -315,9 +321,10 @@ class RtiMpcc:
             margin=margin,
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,
+            relaxation=relaxation,
         )
         fill_corridor_bounds(self._values, self._pattern, bounds)
-        return far_out or float(lack.max()) > SHORT * margin
+        return far_out or float(lack.max()) > relaxation.far_share * margin
 
     def _solve(
         self,

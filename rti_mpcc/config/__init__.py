@@ -9,7 +9,15 @@ from __future__ import annotations
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, PLANNED_SHARE, ControllerConfig
 from rti_mpcc.config.decisions import Method
 from rti_mpcc.config.inputs import GoalTracking, Plausibility
-from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
+from rti_mpcc.config.mpc import (
+    BoundRelaxation,
+    Footprint,
+    NarrowPassage,
+    Progress,
+    SolverSettings,
+    SpeedProfile,
+    Weights,
+)
 from rti_mpcc.config.safety import Caution
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
@@ -18,6 +26,7 @@ __all__ = [
     "EXIT",
     "NO_COMFORT",
     "PLANNED_SHARE",
+    "BoundRelaxation",
     "Caution",
     "Comfort",
     "ControllerConfig",
@@ -25,7 +34,9 @@ __all__ = [
     "GoalTracking",
     "Limits",
     "Method",
+    "NarrowPassage",
     "Plausibility",
+    "Progress",
     "SolverSettings",
     "SpeedProfile",
     "Vehicle",

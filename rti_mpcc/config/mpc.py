@@ -102,6 +102,25 @@ class SpeedProfile(Settings):
         return max(self.final, self.behind * sqrt(2.0 * self.deceleration * behind))
 
 
+class Progress(Settings):
+    """The progress theta along the path: how far it may go, and where a goal lies on it.
+
+    Attributes:
+        overrun: how far it may pass the stop point of a goal pose [m] (published code).
+        headroom: share of the speed limit that theta_dot may reach, so that no bound on it and the one on v
+            ever say the same twice.
+        retreat_reach: so near the stop point a vehicle may back off, or up into its goal, against the part's
+            direction [m].
+        projection_reach: a goal that has moved by less than this is projected near its last projection [m]:
+            noise makes no jumps.
+    """
+
+    overrun: NonNegative = 0.1
+    headroom: Annotated[float, Field(ge=1.0, le=1e3)] = 1.5
+    retreat_reach: NonNegative = 2.0
+    projection_reach: NonNegative = 1.0
+
+
 class Footprint(Settings):
     """How the corridor rows cover the body.
 
@@ -109,11 +128,68 @@ class Footprint(Settings):
         discs: number of discs along the body axis.
         margin: distance kept between discs and boundaries [m].
         near: boundaries farther from a disc's rim than this act on it in no way [m].
+        rounding: e of (H6), a sine: its price is so much of the half width, 0.05 m, where a wall is exactly
+            ahead (docs/decisions, 10).
+        corner_near: a piece of the body that is farther from the half-plane of its disc than this is not held
+            by one of a corner, (H7) [m].
+        corner_gain: what the corner itself has to be farther away than that half-plane for another one to be
+            worth it [m].
     """
 
     discs: Annotated[int, Field(ge=1, le=20)] = 5
     margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
     near: Positive = 1.5
+    rounding: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05
+    corner_near: NonNegative = 0.6
+    corner_gain: NonNegative = 0.01
+
+
+class NarrowPassage(Settings):
+    """The margin and the speed between walls that face each other, (H8) and (P2) (docs/decisions, 11).
+
+    Attributes:
+        facing: walls face each other if the cosine between their normals is below this.
+        strip: left to either side to steer in, of what is between two walls [m]: rows that all bind say the
+            same.
+        speed: with which the least room is driven through [m/s].
+        reaction_time: so much faster a vehicle drives for each metre of room more, 1 / reaction_time [s]: who
+            drives with a heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times
+            the speed.
+        spacing: between the places on a part at which the room is looked up [m]; the pieces of the body are
+            longer.
+        obstacle_reach: obstacles farther than this from the path leave it its room [m].
+    """
+
+    facing: Annotated[float, Field(ge=-1.0, le=0.0)] = -0.5
+    strip: NonNegative = 0.03
+    speed: Positive = 0.3
+    reaction_time: Positive = 0.1
+    spacing: Positive = 0.5
+    obstacle_reach: Positive = 8.0
+
+
+class BoundRelaxation(Settings):
+    """How bounds and corridor are given back that the measured state has taken, (H4) (docs/decisions, 9).
+
+    Attributes:
+        margin_time: so long the plan may take to give back the corridor's margin [s]. Over 3 s or 5 s the
+            vehicle came nearer to walls, and steered harder all the same.
+        margin_way: S, over which it is given back, as far as the room that the trailing end needs for that
+            goes [m].
+        boundary_way: over which a body that is over a boundary is brought back, once it has turned [m].
+        limit_share: of the input limits, at which a measured speed or steering outside its limits must
+            return.
+        far_share: of the margin, that must be missing for a vehicle to be far outside.
+        patience: while it is, a QP may take so many times the configured iterations at least: what presses it
+            back in at all stages adds up, and it takes the solver long to find how much.
+    """
+
+    margin_time: Positive = 1.5
+    margin_way: Positive = 3.5
+    boundary_way: Positive = 10.0
+    limit_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
+    far_share: NonNegative = 0.1
+    patience: Annotated[int, Field(ge=1, le=1000)] = 10
 
 
 class SolverSettings(Settings):

@@ -221,7 +221,7 @@ def _iterate(
         last=start.last,
         plan=start.guess,
         objective=s.task.objective,
-        retreat=retreat(s, context),
+        retreat=retreat(s, context, mpcc.config),
         damping=start.damping,
         pace=start.pace,
         again=start.iterate is not None,
@@ -285,7 +285,7 @@ def first_guess(
     """
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
     horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
-    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages))
+    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages, config.fine_stage))
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, config, detour)
     if s.task.reverses_into_goal:
@@ -335,11 +335,7 @@ def rejection_reason(
 
 def _most_slack(solution: Solution, config: ControllerConfig) -> float:
     """Slack [m] with which a disc's centre lies on a boundary, on top of what the vehicle begins with."""
-    return (
-        cover(config.vehicle, config.footprint.discs).radius
-        + config.footprint.margin
-        + float(solution.slack[0])
-    )
+    return cover(config.vehicle, config.footprint).radius + config.footprint.margin + float(solution.slack[0])
 
 
 def defect(plan: Trajectory, wheelbase: float) -> tuple[float, float]:

@@ -40,9 +40,6 @@ guess none is scaled down."""
 MOST_ROW_SCALING = 1e4
 """For bounds at infinity."""
 
-RETURN_SHARE = 0.9
-"""Share of the input limits at which a measured speed or steering outside its limits must return."""
-
 _DIAGONAL = (HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]).astype(np.float64)
 _DAMPED = _DIAGONAL * np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
 _IDLE = _DIAGONAL * (HESSIAN_PAIRS[:, 0] == THETA)
@@ -244,12 +241,14 @@ def fill_motion_bounds(
     lengths: Array,
     bounds: Array,
     limits: Limits,
+    share: float,
 ) -> bool:
     """Feedback phase: widen bounds on v and delta as far as the measured state (6,) needs it.
 
     Args:
         states: (N+1, 6) linearised about; lengths: (N,) of the stages [s].
         bounds: (2, 2) what v and delta may be at every stage, lower and upper.
+        share: of the input `limits`, at which they must return.
 
     Returns whether it is by more than the first stage can give back.
     """
@@ -261,7 +260,7 @@ def fill_motion_bounds(
         if bounds[column, 0] <= value <= bounds[column, 1]:
             continue
         units = block(pattern.row_units, rows)[:, column] * block(values.row_scaling, rows)[:, column]
-        shift, drop = states[1:, quantity], RETURN_SHARE * rate * np.add.accumulate(lengths)
+        shift, drop = states[1:, quantity], share * rate * np.add.accumulate(lengths)
         low, high = lower[0, column], upper[0, column]
         top, bottom = upper[:, column], lower[:, column]
         np.maximum(top, (value - drop - shift) / units, out=top)

@@ -180,7 +180,7 @@ def surely_clear(
     one only if that is, or if the way leads round an open end of it, farther than the half-planes call
     beyond. So this holds for a vehicle whose body is free where the plan begins, see `overlap`.
     """
-    discs, stages = cover(config.vehicle, config.footprint.discs), len(plan.controls)
+    discs, stages = cover(config.vehicle, config.footprint), len(plan.controls)
     count = len(discs.offsets)
     if planes is None or len(planes.distance) != stages * count:
         return False
@@ -204,7 +204,7 @@ def bodies_surely_clear(
     `planes` are those of the first stages of a plan that is being driven. The way from there crosses nothing
     either.
     """
-    discs = cover(config.vehicle, config.footprint.discs)
+    discs = cover(config.vehicle, config.footprint)
     if planes is None or len(planes.distance) < len(states) * len(discs.offsets):
         return False
     centres = _centres(states[:, X] + 1j * states[:, Y], np.exp(1j * states[:, PHI]), discs)
@@ -267,7 +267,7 @@ def stop_clearance(config: ControllerConfig) -> float:
     not ahead counts by the discs, which reach beyond the ends of the body.
     """
     vehicle, footprint = config.vehicle, config.footprint
-    overhang = cover(vehicle, footprint.discs).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs
+    overhang = cover(vehicle, footprint).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs
     return overhang + footprint.margin + SPACING
 
 

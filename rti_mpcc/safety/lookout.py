@@ -84,7 +84,7 @@ def braking(
     context: PlanningContext, deceleration: float, config: ControllerConfig, along: Trajectory | None = None
 ) -> Trajectory:
     """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan where it is near it."""
-    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
+    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
     times = stage_times(context.begin, lengths)
     motion = None if along is None else stopping_along(along, context.state, times, deceleration)
     return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)

@@ -22,7 +22,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V
-from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
+from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
@@ -31,7 +31,6 @@ from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import workspace
 from rti_mpcc.qp.filling import (
-    RETURN_SHARE,
     QpValues,
     empty_values,
     fill_bounds,
@@ -186,12 +185,10 @@ class FrozenProblem:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, self.bounds, states, controls)
         if self.planes is not None:
-            discs = cover(config.vehicle, config.footprint.discs)
+            discs = cover(config.vehicle, config.footprint)
             planes = self.planes.at(disc_centres(states[1:], discs).reshape(-1, 2))
-            margin = config.footprint.margin
-            fill_corridor(
-                values, pattern, corridor_rows(states[1:], planes, discs, margin, np.inf, no_corners)
-            )
+            footprint = config.footprint.model_copy(update={"near": 1e12})
+            fill_corridor(values, pattern, corridor_rows(states[1:], planes, discs, footprint, no_corners))
         fill_initial(values, pattern, self.measured - states[0])
 
 
@@ -330,12 +327,12 @@ def _freeze(
     config, frame, target = mpcc.config, linear.frame, mpcc.target
     measured = frame.states_in(state)
     measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
-    measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
+    measured[THETA] = min(measured[THETA], target.stop + config.progress.overrun)
     theta = linear.states[:, THETA]
     bounds = stage_bounds(config, target, mpcc.part.direction, theta, retreat=options.get("retreat", 0.0))
     planes, walls = None, None
     if linear.planes is not None:
-        discs = cover(config.vehicle, config.footprint.discs)
+        discs = cover(config.vehicle, config.footprint)
         centres = disc_centres(linear.trajectory.states[1:], discs).reshape(-1, 2)
         acts = linear.planes.distance - discs.radius - config.footprint.margin < config.footprint.near
         planes = FrozenPlanes.of(linear.planes, centres, frame, acts)
@@ -386,7 +383,7 @@ def _widened(bounds: StageBounds, measured: Array, lengths: Array, config: Contr
     states, elapsed = bounds.states.copy(), np.cumsum(lengths)
     for quantity, rate in ((V, config.limits.acceleration), (DELTA, config.limits.steering_rate)):
         column = int(np.flatnonzero(quantity == BOUNDED)[0])
-        back = RETURN_SHARE * rate * elapsed
+        back = config.bound_relaxation.limit_share * rate * elapsed
         states[:, 0, column] = np.minimum(states[:, 0, column], measured[quantity] + back)
         states[:, 1, column] = np.maximum(states[:, 1, column], measured[quantity] - back)
     return replace(bounds, states=states)

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from rti_mpcc.config import Weights
-from rti_mpcc.model.footprint import ROUND, Discs, cover
+from rti_mpcc.model.footprint import Discs, cover
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
@@ -213,7 +213,7 @@ def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, A
     """Dynamics = 0, and acting half-planes with their slack >= 0."""
     config, stages = problem.config, len(problem.lengths)
     equal, above = [], []
-    discs = cover(config.vehicle, config.footprint.discs)
+    discs = cover(config.vehicle, config.footprint)
     for k in range(stages):
         equal.append(z[:, k + 1] - _step(z[:, k], u[:, k], problem.lengths[k], config.vehicle.wheelbase))
         for i in range(problem.discs):
@@ -234,7 +234,7 @@ def _reach(normal: Array, phi: Any, discs: Discs) -> Any:
     radius = float(np.sqrt(a**2 + b**2))
     along = ca.fabs(normal[0] * ca.cos(phi) + normal[1] * ca.sin(phi))
     across = normal[1] * ca.cos(phi) - normal[0] * ca.sin(phi)
-    piece = a * along + b * ca.sqrt(across**2 + ROUND**2)
+    piece = a * along + b * ca.sqrt(across**2 + discs.rounding**2)
     return ca.if_else(along >= a / radius, ca.fmin(radius, piece), radius)
 
 

@@ -121,7 +121,7 @@ def test_at_the_stop_clearance_the_discs_are_free(discs: int) -> None:
     """Where the body stops so far before a wall, no corridor row is violated."""
     config = ControllerConfig(footprint=Footprint(discs=discs))
     stop = WALL_AT - config.vehicle.front - contact.stop_clearance(config)
-    shape = cover(config.vehicle, discs)
+    shape = cover(config.vehicle, config.footprint)
     centres = disc_centres(np.array([[stop, 0.0, 0.0, 0.0, 0.0, stop]]), shape)
     gap = WALL_AT - centres[0, :, 0].max() - shape.radius
     assert gap >= config.footprint.margin
@@ -136,10 +136,10 @@ def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
     outlines = [np.array([[a, c], [b, c], [b, d], [a, d]]) for a, b, c, d in boxes]
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
     inside = Corridor.from_offsets(path, left=3.0, right=-3.0, obstacles=outlines)
-    plan, discs = straight_on(10.0, end), cover(vehicle, CONFIG.footprint.discs)
+    plan, discs = straight_on(10.0, end), cover(vehicle, CONFIG.footprint)
     planes = inside.half_planes(0, disc_centres(plan.states[1:], discs).reshape(-1, 2))
     footprint = CONFIG.footprint
-    rows = corridor_rows(plan.states[1:], planes, discs, footprint.margin, footprint.near, no_corners)
+    rows = corridor_rows(plan.states[1:], planes, discs, footprint, no_corners)
     assert rows is not None
     assert rows.lower[-1].max() <= 0.0
     assert not contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf, least=LEAST)
@@ -257,7 +257,7 @@ def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
     assert contact.way_to_moving(plan, [walker], 0.9, CONFIG, 1.0) < np.inf
 
 
-DISCS = cover(CONFIG.vehicle, CONFIG.footprint.discs)
+DISCS = cover(CONFIG.vehicle, CONFIG.footprint)
 
 
 def planes_of(plan: Trajectory, inside: Corridor) -> HalfPlanes:
