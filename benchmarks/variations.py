@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rti_mpcc.config import BoundRelaxation, Footprint, SolverSettings, Weights
-from rti_mpcc.qp.solver import AdmmSettings
+from rti_mpcc.config import AdmmSettings, BoundRelaxation, Footprint, SolverSettings, Weights
 
 PATIENT = {"solver": SolverSettings(max_iterations=1000)}
 
@@ -30,8 +29,6 @@ class Variation:
     changes: Mapping[str, Any] = field(default_factory=dict)
 
 
-EASE = "rti_mpcc.qp.pattern.BOUND_EASE"
-IDLE = "rti_mpcc.qp.filling.IDLE_WEIGHT"
 DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
 LAZY = {"simulation.acceleration_gain": 0.8}
 SHORT = {"simulation.duration": 60.0}
@@ -40,9 +37,10 @@ CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
 BLENDING = "rti_mpcc.ocp.stage_cost._blending"
-ROW_SCALING_FROM = "rti_mpcc.qp.filling.ROW_SCALING_FROM"
-WARM = ("rti_mpcc.controller.WARM", "rti_mpcc.qp.solver.WARM")
-RELAXED = AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
+RELAXED = SolverSettings(
+    max_iterations=1000, warm=AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
+)
+UNSCALED = SolverSettings(max_iterations=1000, row_scaling_from=1e9)
 TIGHT = SolverSettings(max_iterations=20_000, tolerance=1e-7, fine_tolerance=1e-7)
 COARSE = SolverSettings(max_iterations=1000, fine_tolerance=SolverSettings().tolerance)
 
@@ -69,15 +67,13 @@ VARIATIONS = (
         letter="b",
         what="bound rows in their own unit",
         scenario="docking_behind",
-        settings=PATIENT,
-        constants={EASE: 1.0},
+        settings={"solver": SolverSettings(max_iterations=1000, bound_unit=1.0)},
     ),
     Variation(
         letter="b",
         what="the same with tolerance 1e-4",
         scenario="docking_behind",
-        settings={"solver": SolverSettings(max_iterations=1000, tolerance=1e-4)},
-        constants={EASE: 1.0},
+        settings={"solver": SolverSettings(max_iterations=1000, bound_unit=1.0, tolerance=1e-4)},
     ),
     Variation(
         letter="c",
@@ -105,8 +101,7 @@ VARIATIONS = (
         letter="e",
         what="progress of an arrival without a weight of its own",
         scenario="docking_behind",
-        settings=PATIENT,
-        constants={IDLE: 1e-6},
+        settings={"solver": SolverSettings(max_iterations=1000, idle_weight=1e-6)},
     ),
     Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
     Variation(
@@ -156,14 +151,14 @@ VARIATIONS = (
         )
     ),
     *(
-        Variation(letter=letter, what=what, scenario=scenario, settings=settings, constants=constants)
+        Variation(letter=letter, what=what, scenario=scenario, settings=settings)
         for scenario in ("docking_behind", "long_approach")
-        for letter, what, settings, constants in (
-            ("o", "as it is", PATIENT, {}),
-            ("o", "tight: all QPs to 1e-7", {"solver": TIGHT}, {}),
-            ("o", "bounds that are far off count in full", PATIENT, {ROW_SCALING_FROM: 1e9}),
-            ("p", "over-relaxation 1.6 from cycle to cycle", PATIENT, dict.fromkeys(WARM, RELAXED)),
-            ("q", "no fine tolerance first", {"solver": COARSE}, {}),
+        for letter, what, settings in (
+            ("o", "as it is", PATIENT),
+            ("o", "tight: all QPs to 1e-7", {"solver": TIGHT}),
+            ("o", "bounds that are far off count in full", {"solver": UNSCALED}),
+            ("p", "over-relaxation 1.6 from cycle to cycle", {"solver": RELAXED}),
+            ("q", "no fine tolerance first", {"solver": COARSE}),
         )
     ),
 )

@@ -10,6 +10,7 @@ from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, P
 from rti_mpcc.config.decisions import Method
 from rti_mpcc.config.inputs import GoalTracking, Plausibility
 from rti_mpcc.config.mpc import (
+    AdmmSettings,
     BoundRelaxation,
     Footprint,
     NarrowPassage,
@@ -26,6 +27,7 @@ __all__ = [
     "EXIT",
     "NO_COMFORT",
     "PLANNED_SHARE",
+    "AdmmSettings",
     "BoundRelaxation",
     "Caution",
     "Comfort",

@@ -192,22 +192,68 @@ class BoundRelaxation(Settings):
     patience: Annotated[int, Field(ge=1, le=1000)] = 10
 
 
+class AdmmSettings(Settings):
+    """How OSQP steps.
+
+    Attributes:
+        rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
+        fine: it is to come to the fine tolerance in its first iterations.
+        rows_scaled: bounds that are far off count less, see `SolverSettings.row_scaling_from`.
+    """
+
+    rho: Positive = 0.1
+    over_relaxation: Annotated[float, Field(gt=0.0, lt=2.0)] = 1.6
+    fine: bool = False
+    rows_scaled: bool = False
+
+
 class SolverSettings(Settings):
-    """Settings of OSQP.
+    """How QPs are scaled, and settings of OSQP (docs/decisions, 4 and 6).
 
     Attributes:
         tolerance: absolute and relative termination tolerance, on the scaled problem.
         fine_tolerance: the same for the first `fine_iterations` of a QP that goes on from the one before: a
             shape that costs little changes by little from cycle to cycle, and never comes to its best where
             that is within the tolerance. What is not that good by then has to reach `tolerance`.
+        fine_share: of `tolerance`, that both residuals have to be within after them, to be left at that.
         max_iterations: of one QP; a QP that needs more is not accepted.
+        slice_iterations: so many are done in one go, then the step size is adapted, and it is asked whether
+            to go on. OSQP's own time limit stops anywhere, which could not be played back.
         check_interval: iterations between two termination checks.
         polish: refine the active set's solution (off on the vehicle, on for reference solutions).
+        warm: steps where a QP goes on from the one before. Rows that are equalities or far from their bounds,
+            most of them, settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20
+            iterations, with 1 a QP near its guess takes 3 (docs/performance.md).
+        cold: from a first guess, where rows come to act that are far from it: there are hundreds of
+            iterations to do.
+        retry: once more from a clean start. What did not come to its end the first time mostly has
+            multipliers at the slack's weight, a thousand times the usual ones, to which small steps take too
+            long (docs/performance.md).
+        change_weight: on every change, in scaled units of variables and cost.
+        idle_weight: on the change of progress where no Frenet cost acts on it: it just goes on as planned.
+        bound_unit: bounds on states and controls count in so many units. Each row drags on the solver's steps
+            like a proximal term, active or not; with small rows those that are far from active hardly do,
+            which makes the difference between 400 and 50 iterations.
+        row_scaling_from: an inequality farther from its bound than this, in units of its row, counts in
+            proportion to that: k times less at a distance of k times this. A plan whose shape costs little
+            would be held by bounds that are far off for hundreds of iterations (docs/performance.md). A row
+            that does come to act from afar takes long: with a first guess none is scaled down.
+        row_scaling_most: largest k, for bounds at infinity.
     """
 
     tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
     fine_tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-6
     fine_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 6
+    fine_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.2
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
+    slice_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 48
     check_interval: Annotated[int, Field(ge=1, le=1000)] = 3
     polish: bool = False
+    warm: AdmmSettings = AdmmSettings(over_relaxation=1.0, fine=True, rows_scaled=True)
+    cold: AdmmSettings = AdmmSettings()
+    retry: AdmmSettings = AdmmSettings(rho=10.0)
+    change_weight: Positive = 1e-6
+    idle_weight: NonNegative = 1e-2
+    bound_unit: Positive = 10.0
+    row_scaling_from: Positive = 0.02
+    row_scaling_most: Annotated[float, Field(ge=1.0, le=1e12)] = 1e4

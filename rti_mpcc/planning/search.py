@@ -23,7 +23,7 @@ from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.schedule import retreat
 from rti_mpcc.planning.state import ControllerState, Past, SuspendedSearch
-from rti_mpcc.qp.solver import COLD, RETRY, AdmmSettings
+from rti_mpcc.qp.solver import AdmmStart
 from rti_mpcc.types import Array, Objective, Trajectory
 
 ITERATIONS = 10
@@ -116,7 +116,7 @@ class InitialIterate:
     least: int = 1
     most: int = ITERATIONS
     damping: float = DAMPING
-    pace: AdmmSettings | None = None
+    pace: AdmmStart | None = None
     patience: int = 1
     unsolved: int = 1
 
@@ -128,7 +128,7 @@ def going_on(solution: Solution | None) -> InitialIterate:
 
 def clean(plan: Trajectory) -> InitialIterate:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return InitialIterate(guess=plan, pace=RETRY, patience=CLEAN_PATIENCE)
+    return InitialIterate(guess=plan, pace=AdmmStart.RETRY, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> InitialIterate:
@@ -137,7 +137,7 @@ def from_guess(guess: Trajectory) -> InitialIterate:
         guess=guess,
         least=FIRST_ITERATIONS,
         damping=START_DAMPING,
-        pace=COLD,
+        pace=AdmmStart.COLD,
         patience=PATIENCE,
         unsolved=UNSOLVED,
     )

@@ -166,7 +166,7 @@ class FrozenProblem:
         return 0 if self.planes is None else self.config.footprint.discs
 
     def build_pattern(self) -> QpPattern:
-        return build_pattern(len(self.lengths), self.discs, self.sides)
+        return build_pattern(len(self.lengths), self.discs, self.sides, self.config.solver)
 
     def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array, dual: Array) -> None:
         """The QP about states (N+1, 6), controls (N, 3) and multipliers (m,), as the package fills it."""
