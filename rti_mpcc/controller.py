@@ -128,8 +128,8 @@ class RtiMpcc:
             objective: what is asked for; default: contouring over the cruise horizon.
             retreat: speed allowed against the part's direction near the target [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
-            pace: what the QP begins from, by which the solver steps; None: the last solution, or a first guess
-                where there is a `plan`, which may be far from its optimum.
+            pace: what the QP begins from, by which the solver steps; None: the last solution, or a first
+                guess where there is a `plan`, which may be far from its optimum.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
         """

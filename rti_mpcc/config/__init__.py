@@ -19,7 +19,7 @@ from rti_mpcc.config.mpc import (
     SpeedProfile,
     Weights,
 )
-from rti_mpcc.config.safety import Caution
+from rti_mpcc.config.safety import Caution, Escape, Fallback
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
 __all__ = [
@@ -32,6 +32,8 @@ __all__ = [
     "Caution",
     "Comfort",
     "ControllerConfig",
+    "Escape",
+    "Fallback",
     "Footprint",
     "GoalTracking",
     "Limits",

@@ -20,7 +20,7 @@ from rti_mpcc.config.mpc import (
     SpeedProfile,
     Weights,
 )
-from rti_mpcc.config.safety import Caution
+from rti_mpcc.config.safety import Caution, Escape, Fallback
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
 EXIT = 1e-3
@@ -39,7 +39,7 @@ class ControllerConfig(Settings):
 
     Attributes:
         vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
-        progress, narrow_passage, bound_relaxation: see there.
+        progress, narrow_passage, bound_relaxation, fallback, escape: see there.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
         cycle: time between two steps [s], 0.005 to 0.2.
@@ -82,6 +82,8 @@ class ControllerConfig(Settings):
     progress: Progress = Progress()
     narrow_passage: NarrowPassage = NarrowPassage()
     bound_relaxation: BoundRelaxation = BoundRelaxation()
+    fallback: Fallback = Fallback()
+    escape: Escape = Escape()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0

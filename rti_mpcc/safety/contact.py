@@ -31,10 +31,6 @@ from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
 
-NEARER = 0.01
-"""A plan that begins where the body seems to touch something may go so much deeper [m]: rounding."""
-SPACING = 0.2
-"""Way between two bodies that are checked [m]."""
 UNSURE = 0.02
 """Where two pieces of a boundary are about equally near, the distance of the farther one may have been found:
 it is too large by so much at most [m], see `Boundary.nearest_sample`."""
@@ -112,7 +108,7 @@ def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
     wall = max(least - config.caution.contact_tolerance, 0.0)
     kept = np.where(begins < least, 0.0, least)
     kept[0] = min(max(float(begins[0]) - wall, 0.0), wall)
-    return np.where(begins < 0.0, begins - NEARER, kept)
+    return np.where(begins < 0.0, begins - config.caution.overlap_growth, kept)
 
 
 def way_to_obstacle(
@@ -246,7 +242,7 @@ def _steps(plan: Trajectory) -> Array:
 def _bodies(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array, Array]:
     """Ways along the plan (n,) [m] up to `reach`, states (n, 6) and bodies (n, 4, 2) [m] there."""
     end = min(reach, length(plan))
-    marks = np.linspace(0.0, end, max(int(np.ceil(end / SPACING)) + 1, 2))
+    marks = np.linspace(0.0, end, max(int(np.ceil(end / config.caution.check_spacing)) + 1, 2))
     states = states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
     return marks, states, body_polygons(states, config.vehicle)
 
@@ -268,7 +264,7 @@ def stop_clearance(config: ControllerConfig) -> float:
     """
     vehicle, footprint = config.vehicle, config.footprint
     overhang = cover(vehicle, footprint).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs
-    return overhang + footprint.margin + SPACING
+    return overhang + footprint.margin + config.caution.check_spacing
 
 
 def stopping_way(speed: float, config: ControllerConfig) -> float:

@@ -49,7 +49,7 @@ def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
 def test_the_way_to_a_wall_is_found_within_the_spacing(direction: int, ahead: float) -> None:
     found = way(straight_on(2.0, 30.0, direction=direction), corridor(direction))
     expected = WALL_AT - ahead - 2.0
-    assert expected <= found <= expected + contact.SPACING
+    assert expected <= found <= expected + CONFIG.caution.check_spacing
 
 
 def test_nothing_in_the_way_is_infinite() -> None:
@@ -83,7 +83,7 @@ def test_no_plan_is_clear_that_comes_nearer_to_a_boundary_than_the_hard_minimum_
     inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONFIG.caution.contact_tolerance
     assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
     found = way(beside_the_wall(0.3, 0.3), inside)
-    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * contact.SPACING)
+    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CONFIG.caution.check_spacing)
 
 
 @pytest.mark.parametrize("room", [0.3, 0.02])
@@ -125,7 +125,7 @@ def test_at_the_stop_clearance_the_discs_are_free(discs: int) -> None:
     centres = disc_centres(np.array([[stop, 0.0, 0.0, 0.0, 0.0, stop]]), shape)
     gap = WALL_AT - centres[0, :, 0].max() - shape.radius
     assert gap >= config.footprint.margin
-    assert gap == pytest.approx(config.footprint.margin + contact.SPACING)
+    assert gap == pytest.approx(config.footprint.margin + CONFIG.caution.check_spacing)
 
 
 def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
@@ -245,7 +245,7 @@ def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
     around = Surroundings.of(corridor(), PATH, CONFIG)
     met = contact.way_to_obstacle(into_both, around.standing, CONFIG, np.inf)
     expected = WALL_AT - CONFIG.vehicle.front - 2.0
-    assert expected <= met <= expected + contact.SPACING
+    assert expected <= met <= expected + CONFIG.caution.check_spacing
     assert around.corridor.collides(0, body_polygons(into_both.states, CONFIG.vehicle)).all()
     assert contact.way_to_obstacle(into_both, (), CONFIG, np.inf) == np.inf
     assert contact.way_to_obstacle(straight_on(2.0, 15.0), around.standing, CONFIG, np.inf) == np.inf
