@@ -18,7 +18,7 @@ UNIT = "what one scaled unit of a variable is: the QP stays the same"
 RULE = "nodes and weights of a quadrature"
 NEUTRAL = "nothing acts beside the commands"
 ROUNDING = "what rounding may leave of a number"
-MODULES = {
+MODULES: dict[str, dict[str, str]] = {
     "model/layout.py": {
         TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",
     },
@@ -40,7 +40,7 @@ MODULES = {
 }
 """Numbers at the level of a module or a class: file, why they are no settings, names."""
 
-FUNCTIONS = {
+FUNCTIONS: dict[str, dict[str, tuple[float, ...]]] = {
     "model/bicycle.py": {RULE: (4.0, 6.0)},
     "ocp/corridor_rows.py": {"of (H4), 3/2": (1.5,)},
     "ocp/horizon.py": {
