@@ -13,10 +13,9 @@ from typing import Any
 
 from benchmarks.reproduction.published import published
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
-from rti_mpcc import SolverSettings
-from rti_mpcc.ocp import objectives
+from rti_mpcc import SolverSettings, Weights
+from rti_mpcc.config import AdmmSettings
 from rti_mpcc.planning import arrival, search
-from rti_mpcc.qp import filling, pattern, solver
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 
 COMMAND = "python -m benchmarks.measure_results"
@@ -25,7 +24,7 @@ COMMAND = "python -m benchmarks.measure_results"
 PUBLISHED: dict[str, dict[str, Any]] = {
     run["scenario"]: run for run in published()["runs"] if run["method"] == "dynamic"
 }
-SOLVER = SolverSettings()
+SOLVER, WEIGHTS = SolverSettings(), Weights()
 SOLVED = ("default", "paper")
 SCENARIOS = tuple(name for name in builtin_names() if load_scenario(name).goal.measurement is None)
 """Those whose goal is known; the others are measured by measure_detections."""
@@ -104,18 +103,22 @@ def not_docked(runs: list[dict[str, Any]]) -> str:
     return " ".join(told) or "All of them docked."
 
 
+def _steps(admm: AdmmSettings) -> str:
+    return f"{admm.rho:g}, {admm.over_relaxation:g}"
+
+
 def constant_rows() -> list[list[str]]:
-    """Fixed numbers of the method, read from where they act."""
+    """Numbers of the method, read from the settings, or from where they act."""
     return [
         ["damping from a first guess on", "`planning.search.START_DAMPING`", f"{search.START_DAMPING:g}"],
         ["damping from cycle to cycle", "`planning.search.DAMPING`", f"{search.DAMPING:g}"],
-        ["weight on every change", "`qp.filling.CHANGE_WEIGHT`", f"{filling.CHANGE_WEIGHT:g}"],
-        ["the same on idle progress", "`qp.filling.IDLE_WEIGHT`", f"{filling.IDLE_WEIGHT:g}"],
-        ["unit of rows of bounds, in units", "`qp.pattern.BOUND_EASE`", f"{pattern.BOUND_EASE:g}"],
+        ["weight on every change", "`SolverSettings.change_weight`", f"{SOLVER.change_weight:g}"],
+        ["the same on idle progress", "`SolverSettings.idle_weight`", f"{SOLVER.idle_weight:g}"],
+        ["unit of rows of bounds, in units", "`SolverSettings.bound_unit`", f"{SOLVER.bound_unit:g}"],
         [
             "rows are scaled down beyond, in units",
-            "`qp.filling.ROW_SCALING_FROM`",
-            f"{filling.ROW_SCALING_FROM:g}",
+            "`SolverSettings.row_scaling_from`",
+            f"{SOLVER.row_scaling_from:g}",
         ],
         ["OSQP tolerance, iterations", "`SolverSettings`", f"{SOLVER.tolerance:g}, {SOLVER.max_iterations}"],
         [
@@ -123,11 +126,11 @@ def constant_rows() -> list[list[str]]:
             "`SolverSettings`",
             f"{SOLVER.fine_tolerance:g}, {SOLVER.fine_iterations}",
         ],
-        ["ρ, α from cycle to cycle", "`qp.solver.WARM`", "{:g}, {:g}".format(*solver.WARM)],
-        ["ρ, α from a first guess on", "`qp.solver.COLD`", "{:g}, {:g}".format(*solver.COLD)],
-        ["effort fades below [s]", "`ocp.objectives.FIRM`", f"{objectives.FIRM:g}"],
+        ["ρ, α from cycle to cycle", "`SolverSettings.warm`", _steps(SOLVER.warm)],
+        ["ρ, α from a first guess on", "`SolverSettings.cold`", _steps(SOLVER.cold)],
+        ["effort fades below [s]", "`Weights.firm_time`", f"{WEIGHTS.firm_time:g}"],
         ["shortest time to go [s]", "`planning.arrival.FLOOR`", f"{arrival.FLOOR:g}"],
-        ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{objectives.GOAL_CLIP}"],
+        ["goal's pull is linear beyond [m], [rad]", "`Weights.goal_clip`", f"{WEIGHTS.goal_clip}"],
     ]
 
 

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rti_mpcc.config import Footprint, SolverSettings, Weights
-from rti_mpcc.qp.solver import AdmmSettings
+from rti_mpcc.config import AdmmSettings, BoundRelaxation, Footprint, SolverSettings, Weights
 
 PATIENT = {"solver": SolverSettings(max_iterations=1000)}
 
@@ -30,20 +29,18 @@ class Variation:
     changes: Mapping[str, Any] = field(default_factory=dict)
 
 
-EASE, FIRM = "rti_mpcc.qp.pattern.BOUND_EASE", "rti_mpcc.ocp.objectives.FIRM"
-IDLE = "rti_mpcc.qp.filling.IDLE_WEIGHT"
 DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
 LAZY = {"simulation.acceleration_gain": 0.8}
 SHORT = {"simulation.duration": 60.0}
 
-RETURN_TIME = "rti_mpcc.ocp.corridor_rows.RETURN_TIME"
 CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
 BLENDING = "rti_mpcc.ocp.stage_cost._blending"
-ROW_SCALING_FROM = "rti_mpcc.qp.filling.ROW_SCALING_FROM"
-WARM = ("rti_mpcc.controller.WARM", "rti_mpcc.qp.solver.WARM")
-RELAXED = AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
+RELAXED = SolverSettings(
+    max_iterations=1000, warm=AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
+)
+UNSCALED = SolverSettings(max_iterations=1000, row_scaling_from=1e9)
 TIGHT = SolverSettings(max_iterations=20_000, tolerance=1e-7, fine_tolerance=1e-7)
 COARSE = SolverSettings(max_iterations=1000, fine_tolerance=SolverSettings().tolerance)
 
@@ -70,15 +67,13 @@ VARIATIONS = (
         letter="b",
         what="bound rows in their own unit",
         scenario="docking_behind",
-        settings=PATIENT,
-        constants={EASE: 1.0},
+        settings={"solver": SolverSettings(max_iterations=1000, bound_unit=1.0)},
     ),
     Variation(
         letter="b",
         what="the same with tolerance 1e-4",
         scenario="docking_behind",
-        settings={"solver": SolverSettings(max_iterations=1000, tolerance=1e-4)},
-        constants={EASE: 1.0},
+        settings={"solver": SolverSettings(max_iterations=1000, bound_unit=1.0, tolerance=1e-4)},
     ),
     Variation(
         letter="c",
@@ -91,7 +86,7 @@ VARIATIONS = (
         letter="d",
         what="effort in full to the end, gain 0.8",
         scenario="docking_behind",
-        constants={FIRM: 1e-9},
+        settings={"weights": Weights(firm_time=1e-9)},
         changes=LAZY,
     ),
     Variation(letter="d", what="as it is, acceleration gain 0.8", scenario="docking_inside", changes=LAZY),
@@ -99,15 +94,14 @@ VARIATIONS = (
         letter="d",
         what="effort in full to the end, gain 0.8",
         scenario="docking_inside",
-        constants={FIRM: 1e-9},
+        settings={"weights": Weights(firm_time=1e-9)},
         changes=LAZY,
     ),
     Variation(
         letter="e",
         what="progress of an arrival without a weight of its own",
         scenario="docking_behind",
-        settings=PATIENT,
-        constants={IDLE: 1e-6},
+        settings={"solver": SolverSettings(max_iterations=1000, idle_weight=1e-6)},
     ),
     Variation(letter="f", what="as it is", scenario="docking_behind", preset="paper"),
     Variation(
@@ -146,7 +140,7 @@ VARIATIONS = (
         letter="l",
         what="margin that noise has taken is fought at once",
         scenario="docking_moving_goal",
-        constants={RETURN_TIME: 1e-9},
+        settings={"bound_relaxation": BoundRelaxation(margin_time=1e-9)},
     ),
     *(
         Variation(letter="n", what=what, scenario=scenario, preset="paper", constants=constants)
@@ -157,14 +151,14 @@ VARIATIONS = (
         )
     ),
     *(
-        Variation(letter=letter, what=what, scenario=scenario, settings=settings, constants=constants)
+        Variation(letter=letter, what=what, scenario=scenario, settings=settings)
         for scenario in ("docking_behind", "long_approach")
-        for letter, what, settings, constants in (
-            ("o", "as it is", PATIENT, {}),
-            ("o", "tight: all QPs to 1e-7", {"solver": TIGHT}, {}),
-            ("o", "bounds that are far off count in full", PATIENT, {ROW_SCALING_FROM: 1e9}),
-            ("p", "over-relaxation 1.6 from cycle to cycle", PATIENT, dict.fromkeys(WARM, RELAXED)),
-            ("q", "no fine tolerance first", {"solver": COARSE}, {}),
+        for letter, what, settings in (
+            ("o", "as it is", PATIENT),
+            ("o", "tight: all QPs to 1e-7", {"solver": TIGHT}),
+            ("o", "bounds that are far off count in full", {"solver": UNSCALED}),
+            ("p", "over-relaxation 1.6 from cycle to cycle", {"solver": RELAXED}),
+            ("q", "no fine tolerance first", {"solver": COARSE}),
         )
     ),
 )

@@ -99,6 +99,6 @@ def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
         goal=goal,
         goal_speed=0.0,
         goal_clipped=False,
-        slack=2.0 * goal_pull(goal),
+        slack=2.0 * goal_pull(goal, weights),
         scale=1.0 / max(float(goal.max()), weights.acceleration * float(share.max())),
     )

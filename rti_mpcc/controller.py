@@ -13,7 +13,7 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
-from rti_mpcc.ocp.bounds import RETREAT_REACH, overrun, stage_bounds
+from rti_mpcc.ocp.bounds import overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     CorridorRows,
@@ -43,14 +43,8 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
-from rti_mpcc.qp.solver import COLD, WARM, AdmmSettings, Ends, QpSolution, QpSolver
+from rti_mpcc.qp.solver import AdmmStart, Ends, QpSolution, QpSolver
 from rti_mpcc.types import Array, Trajectory
-
-OUTSIDE_PATIENCE = 10
-"""While the vehicle is far outside its bounds a QP may take so many times the configured iterations at least:
-what presses it back in at all stages adds up, and it takes the solver long to find how much."""
-SHORT = 0.1
-"""Share of the corridor's margin that must be missing for that."""
 
 
 class RtiMpcc:
@@ -74,7 +68,7 @@ class RtiMpcc:
         self.index = index
         self.config = config
         self._corridor = corridor
-        self._discs = cover(config.vehicle, config.footprint.discs)
+        self._discs = cover(config.vehicle, config.footprint)
         self._last: Solution | None = None
         self.room: Room | None = None
         self.target = path_end(part)
@@ -84,7 +78,8 @@ class RtiMpcc:
         """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
         config = self.config
         count = config.footprint.discs if config.corridor_rows else 0
-        self._pattern = build_pattern(config.stages, count, 3 if self._corridor.obstacles else 2)
+        sides = 3 if self._corridor.obstacles else 2
+        self._pattern = build_pattern(config.stages, count, sides, config.solver)
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
         self._linearisation: Linearisation | None = None
@@ -93,7 +88,11 @@ class RtiMpcc:
 
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
-        self.target = path_end(self.part) if goal is None else goal_on(self.part, goal, self.target)
+        if goal is None:
+            self.target = path_end(self.part)
+        else:
+            reach = self.config.progress.projection_reach
+            self.target = goal_on(self.part, goal, self.target, reach=reach)
 
     def set_room(self, room: Room | None) -> None:
         """The room along the part, which bounds the speed; None: it does not."""
@@ -115,7 +114,7 @@ class RtiMpcc:
         objective: HorizonObjective = CONTOURING,
         retreat: float = 0.0,
         damping: float = 0.0,
-        pace: AdmmSettings | None = None,
+        pace: AdmmStart | None = None,
         again: bool = False,
         disturbance: Disturbance = UNDISTURBED,
     ) -> Linearisation:
@@ -129,8 +128,8 @@ class RtiMpcc:
             objective: what is asked for; default: contouring over the cruise horizon.
             retreat: speed allowed against the part's direction near the target [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
-            pace: how the solver steps; None: as suits a plan that goes on from the last solution, or one from
-                `plan`, which may be far from its optimum.
+            pace: what the QP begins from, by which the solver steps; None: the last solution, or a first
+                guess where there is a `plan`, which may be far from its optimum.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
         """
@@ -144,11 +143,11 @@ class RtiMpcc:
         else:
             last = last or self._last
             plan = last.trajectory if last else None
-        pace = pace or (COLD if last is None else WARM)
+        pace = pace or (AdmmStart.COLD if last is None else AdmmStart.WARM)
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
-        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages)
+        lengths = stage_lengths(objective.horizon(at, config), config.cycle, config.stages, config.fine_stage)
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
@@ -161,10 +160,12 @@ class RtiMpcc:
             errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
         walls = self._walls(shifted.states, frame, weights)
         goal = frame.pose_in(target.pose)
-        cost = quadratic_cost(states, controls, weights, errors, walls, goal, wheelbase, config.comfort)
+        cost = quadratic_cost(
+            states, controls, weights, errors, walls, goal, wheelbase, config.comfort, config.weights
+        )
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path = objective.along_path
-        back, reach = (retreat, RETREAT_REACH) if along_path else (config.limits.speed, np.inf)
+        back, reach = (retreat, None) if along_path else (config.limits.speed, np.inf)
         most = self._speeds(shifted) if along_path else None
         bounds = stage_bounds(
             config,
@@ -179,17 +180,19 @@ class RtiMpcc:
         )
 
         values, pattern = self._values, self._pattern
-        self._solver.pace(pace)
+        admm = pace.steps(config.solver)
+        self._solver.pace(admm)
         fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
         if last is not None and len(last.dual) == len(values.lower):
             change_of_scale = weights.scale / last.weights.scale
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, bounds, states, controls, rows_scaled=pace.rows_scaled)
+        fill_bounds(values, pattern, bounds, states, controls, rows_scaled=admm.rows_scaled)
         planes = self._planes(shifted.states, last) if along_path else None
         rows = None if planes is None else self._rows(states, planes, frame)
-        drift = None if rows is None else free_response(states, lengths, wheelbase)
-        fill_corridor(values, pattern, rows, rows_scaled=pace.rows_scaled)
+        span = config.bound_relaxation.margin_time
+        drift = None if rows is None else free_response(states, lengths, wheelbase, span)
+        fill_corridor(values, pattern, rows, rows_scaled=admm.rows_scaled)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,
@@ -231,10 +234,10 @@ class RtiMpcc:
         assert linear is not None
         measured = linear.frame.states_in(state)
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
-        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target))
+        measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target, self.config.progress))
         fill_initial(self._values, self._pattern, measured - linear.states[0])
         far_out = self._admit(measured, linear)
-        self._solver.allow(max(patience, OUTSIDE_PATIENCE) if far_out else patience)
+        self._solver.allow(max(patience, self.config.bound_relaxation.patience) if far_out else patience)
         result = self._solve(linear, measured - linear.states[0], ends, iterate)
         solution = self._read(linear, result, begun)
         if solution.solved:
@@ -275,18 +278,24 @@ class RtiMpcc:
         def reflex_vertices(among: Index) -> ReflexVertices | None:
             return frame.reflex_vertices_in(self._corridor.reflex_vertices(self.index, planes, among))
 
-        margin, near = self.config.footprint.margin, self.config.footprint.near
-        least = self.config.caution.hard_minimum
+        config = self.config
         return corridor_rows(
-            states[1:], frame.planes_in(planes), self._discs, margin, near, reflex_vertices, least
+            states[1:],
+            frame.planes_in(planes),
+            self._discs,
+            config.footprint,
+            reflex_vertices,
+            config.narrow_passage,
+            config.caution.hard_minimum,
         )
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
 
         Returns whether the vehicle is far outside: beyond a limit for more than the first stage, or short of
-        the corridor's margin by more than `SHORT` of it.
+        the corridor's margin by more than `BoundRelaxation.far_share` of it.
         """
+        relaxation = self.config.bound_relaxation
         far_out = fill_motion_bounds(
             self._values,
             self._pattern,
@@ -295,6 +304,7 @@ class RtiMpcc:
             linear.lengths,
             linear.bounds,
             self.config.limits,
+            relaxation.limit_share,
         )
         if linear.rows is None or linear.drift is None:
             return far_out
@@ -313,9 +323,10 @@ class RtiMpcc:
             margin=margin,
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,
+            relaxation=relaxation,
         )
         fill_corridor_bounds(self._values, self._pattern, bounds)
-        return far_out or float(lack.max()) > SHORT * margin
+        return far_out or float(lack.max()) > relaxation.far_share * margin
 
     def _solve(
         self,

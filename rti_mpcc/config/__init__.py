@@ -9,8 +9,17 @@ from __future__ import annotations
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, PLANNED_SHARE, ControllerConfig
 from rti_mpcc.config.decisions import Method
 from rti_mpcc.config.inputs import GoalTracking, Plausibility
-from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
-from rti_mpcc.config.safety import Caution
+from rti_mpcc.config.mpc import (
+    AdmmSettings,
+    BoundRelaxation,
+    Footprint,
+    NarrowPassage,
+    Progress,
+    SolverSettings,
+    SpeedProfile,
+    Weights,
+)
+from rti_mpcc.config.safety import Caution, Escape, Fallback
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
 __all__ = [
@@ -18,14 +27,20 @@ __all__ = [
     "EXIT",
     "NO_COMFORT",
     "PLANNED_SHARE",
+    "AdmmSettings",
+    "BoundRelaxation",
     "Caution",
     "Comfort",
     "ControllerConfig",
+    "Escape",
+    "Fallback",
     "Footprint",
     "GoalTracking",
     "Limits",
     "Method",
+    "NarrowPassage",
     "Plausibility",
+    "Progress",
     "SolverSettings",
     "SpeedProfile",
     "Vehicle",

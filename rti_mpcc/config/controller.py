@@ -11,8 +11,16 @@ from estimation import DisturbanceFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance
 from rti_mpcc.config.decisions import Method
 from rti_mpcc.config.inputs import GoalTracking, Plausibility
-from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
-from rti_mpcc.config.safety import Caution
+from rti_mpcc.config.mpc import (
+    BoundRelaxation,
+    Footprint,
+    NarrowPassage,
+    Progress,
+    SolverSettings,
+    SpeedProfile,
+    Weights,
+)
+from rti_mpcc.config.safety import Caution, Escape, Fallback
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
 EXIT = 1e-3
@@ -31,12 +39,14 @@ class ControllerConfig(Settings):
 
     Attributes:
         vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
+        progress, narrow_passage, bound_relaxation, fallback, escape: see there.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
         cycle: time between two steps [s], 0.005 to 0.2.
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
         stages: N.
+        fine_stage: length of the second stage where stages grow; also the longest equal stage [s].
         comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
             what passengers or load are to feel at most. A planned arrival takes the time that keeps to all
             three, and what goes beyond them costs extra.
@@ -69,11 +79,17 @@ class ControllerConfig(Settings):
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
     plausibility: Plausibility = Plausibility()
+    progress: Progress = Progress()
+    narrow_passage: NarrowPassage = NarrowPassage()
+    bound_relaxation: BoundRelaxation = BoundRelaxation()
+    fallback: Fallback = Fallback()
+    escape: Escape = Escape()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
     stages: Annotated[int, Field(ge=10, le=1000)] = 70
+    fine_stage: Annotated[float, Field(ge=0.005, le=10.0)] = 0.1
     comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = COMFORT_ACCELERATION
     comfort_lateral_acceleration: Positive = 1.0
     comfort_steering_rate: Positive = 0.5

@@ -11,7 +11,9 @@ from geometry.settings import NonNegative, Positive, Settings, Triple
 
 
 class Weights(Settings):
-    """Weights of the cost (paper Eq. 2, 5, 7 to 11, Table I). Each may be 0, which switches its term off.
+    """Weights of the cost (paper Eq. 2, 5, 7 to 11, Table I), and from where on its terms act.
+
+    Each weight may be 0, which switches its term off.
 
     Attributes:
         lag, contouring, heading: q_l, q_c [1/m²] and the heading error's weight [1/rad²].
@@ -25,8 +27,10 @@ class Weights(Settings):
         lateral_acceleration: on (v² tan(delta)/L)² [s⁴/m²] (published code).
         heading_at_end: heading weight near a cusp or path end (published code).
         terminal_lag, terminal_heading: extra weights at the last stage (published code).
-        bound_distance: on (2 m - distance of the rear axle to the boundary)² (published code).
-        bound_speed: on v² (2.5 m - distance of the rear axle to the boundary)² (published code).
+        bound_distance: on (bound_distance_reach - distance of the rear axle to the boundary)²;
+            bound_distance_reach: it acts on less than this [m] (published code, both).
+        bound_speed: on v² (bound_speed_reach - distance of the rear axle to the boundary)²;
+            bound_speed_reach: it acts on less than this [m] (published code, both).
         stage_length: the stage length that the stage weights belong to [s]: a stage of h counts
             h / stage_length times. 0.1 s is the printed sum, 1 s the published code's integral.
         arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
@@ -34,6 +38,17 @@ class Weights(Settings):
         arrival_contouring: contouring weight far from the goal during an arrival.
         comfort, arrival_comfort: on the squared excess over comfort, in the order of `Comfort` [s⁴/m²],
             [s⁴/m²], [s²/rad²], while contouring and during an arrival.
+        comfort_ease: share of a comfort value over which its penalty sets in, (C4). A penalty that begins at
+            once makes the plans of successive cycles jump to and fro across it.
+        comfort_clip: what goes beyond comfort costs its square up to here, in its own units, then linearly:
+            comfort gives way to the corridor and the goal.
+        goal_clip: what the pull of a goal counts at most, position [m] and heading [rad]: beyond it the cost
+            grows linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed.
+        firm_time: time to go [s] below which an arrival's effort counts less and less, as its cube. The error
+            that a plan accepts at the goal to save effort grows with 1/t_go³: without this it is all of the
+            way left at 1 s (docs/decisions, 1).
+        insisting_share: share of its effort that counts in an arrival that may change its direction near the
+            goal. An error that is left for later to save effort would cost another turn.
     """
 
     lag: NonNegative = 1e3
@@ -52,13 +67,20 @@ class Weights(Settings):
     terminal_lag: NonNegative = 0.0
     terminal_heading: NonNegative = 0.0
     bound_distance: NonNegative = 0.0
+    bound_distance_reach: Positive = 2.0
     bound_speed: NonNegative = 0.0
+    bound_speed_reach: Positive = 2.5
     stage_length: Positive = 0.1
     arrival_pose: Positive = 1e5
     arrival_speed: NonNegative = 1e5
     arrival_contouring: NonNegative = 0.0
     comfort: Triple = (1e5, 1e5, 1e4)
     arrival_comfort: Triple = (0.0, 1e5, 1e5)
+    comfort_ease: Positive = 0.05
+    comfort_clip: Positive = 0.1
+    goal_clip: tuple[Positive, Positive] = (0.5, 0.3)
+    firm_time: Positive = 5.0
+    insisting_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
 
 
 class SpeedProfile(Settings):
@@ -80,6 +102,25 @@ class SpeedProfile(Settings):
         return max(self.final, self.behind * sqrt(2.0 * self.deceleration * behind))
 
 
+class Progress(Settings):
+    """The progress theta along the path: how far it may go, and where a goal lies on it.
+
+    Attributes:
+        overrun: how far it may pass the stop point of a goal pose [m] (published code).
+        headroom: share of the speed limit that theta_dot may reach, so that no bound on it and the one on v
+            ever say the same twice.
+        retreat_reach: so near the stop point a vehicle may back off, or up into its goal, against the part's
+            direction [m].
+        projection_reach: a goal that has moved by less than this is projected near its last projection [m]:
+            noise makes no jumps.
+    """
+
+    overrun: NonNegative = 0.1
+    headroom: Annotated[float, Field(ge=1.0, le=1e3)] = 1.5
+    retreat_reach: NonNegative = 2.0
+    projection_reach: NonNegative = 1.0
+
+
 class Footprint(Settings):
     """How the corridor rows cover the body.
 
@@ -87,29 +128,132 @@ class Footprint(Settings):
         discs: number of discs along the body axis.
         margin: distance kept between discs and boundaries [m].
         near: boundaries farther from a disc's rim than this act on it in no way [m].
+        rounding: e of (H6), a sine: its price is so much of the half width, 0.05 m, where a wall is exactly
+            ahead (docs/decisions, 10).
+        corner_near: a piece of the body that is farther from the half-plane of its disc than this is not held
+            by one of a corner, (H7) [m].
+        corner_gain: what the corner itself has to be farther away than that half-plane for another one to be
+            worth it [m].
     """
 
     discs: Annotated[int, Field(ge=1, le=20)] = 5
     margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
     near: Positive = 1.5
+    rounding: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05
+    corner_near: NonNegative = 0.6
+    corner_gain: NonNegative = 0.01
+
+
+class NarrowPassage(Settings):
+    """The margin and the speed between walls that face each other, (H8) and (P2) (docs/decisions, 11).
+
+    Attributes:
+        facing: walls face each other if the cosine between their normals is below this.
+        strip: left to either side to steer in, of what is between two walls [m]: rows that all bind say the
+            same.
+        speed: with which the least room is driven through [m/s].
+        reaction_time: so much faster a vehicle drives for each metre of room more, 1 / reaction_time [s]: who
+            drives with a heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times
+            the speed.
+        spacing: between the places on a part at which the room is looked up [m]; the pieces of the body are
+            longer.
+        obstacle_reach: obstacles farther than this from the path leave it its room [m].
+    """
+
+    facing: Annotated[float, Field(ge=-1.0, le=0.0)] = -0.5
+    strip: NonNegative = 0.03
+    speed: Positive = 0.3
+    reaction_time: Positive = 0.1
+    spacing: Positive = 0.5
+    obstacle_reach: Positive = 8.0
+
+
+class BoundRelaxation(Settings):
+    """How bounds and corridor are given back that the measured state has taken, (H4) (docs/decisions, 9).
+
+    Attributes:
+        margin_time: so long the plan may take to give back the corridor's margin [s]. Over 3 s or 5 s the
+            vehicle came nearer to walls, and steered harder all the same.
+        margin_way: S, over which it is given back, as far as the room that the trailing end needs for that
+            goes [m].
+        boundary_way: over which a body that is over a boundary is brought back, once it has turned [m].
+        limit_share: of the input limits, at which a measured speed or steering outside its limits must
+            return.
+        far_share: of the margin, that must be missing for a vehicle to be far outside.
+        patience: while it is, a QP may take so many times the configured iterations at least: what presses it
+            back in at all stages adds up, and it takes the solver long to find how much.
+    """
+
+    margin_time: Positive = 1.5
+    margin_way: Positive = 3.5
+    boundary_way: Positive = 10.0
+    limit_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
+    far_share: NonNegative = 0.1
+    patience: Annotated[int, Field(ge=1, le=1000)] = 10
+
+
+class AdmmSettings(Settings):
+    """How OSQP steps.
+
+    Attributes:
+        rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
+        fine: it is to come to the fine tolerance in its first iterations.
+        rows_scaled: bounds that are far off count less, see `SolverSettings.row_scaling_from`.
+    """
+
+    rho: Positive = 0.1
+    over_relaxation: Annotated[float, Field(gt=0.0, lt=2.0)] = 1.6
+    fine: bool = False
+    rows_scaled: bool = False
 
 
 class SolverSettings(Settings):
-    """Settings of OSQP.
+    """How QPs are scaled, and settings of OSQP (docs/decisions, 4 and 6).
 
     Attributes:
         tolerance: absolute and relative termination tolerance, on the scaled problem.
         fine_tolerance: the same for the first `fine_iterations` of a QP that goes on from the one before: a
             shape that costs little changes by little from cycle to cycle, and never comes to its best where
             that is within the tolerance. What is not that good by then has to reach `tolerance`.
+        fine_share: of `tolerance`, that both residuals have to be within after them, to be left at that.
         max_iterations: of one QP; a QP that needs more is not accepted.
+        slice_iterations: so many are done in one go, then the step size is adapted, and it is asked whether
+            to go on. OSQP's own time limit stops anywhere, which could not be played back.
         check_interval: iterations between two termination checks.
         polish: refine the active set's solution (off on the vehicle, on for reference solutions).
+        warm: steps where a QP goes on from the one before. Rows that are equalities or far from their bounds,
+            most of them, settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20
+            iterations, with 1 a QP near its guess takes 3 (docs/performance.md).
+        cold: from a first guess, where rows come to act that are far from it: there are hundreds of
+            iterations to do.
+        retry: once more from a clean start. What did not come to its end the first time mostly has
+            multipliers at the slack's weight, a thousand times the usual ones, to which small steps take too
+            long (docs/performance.md).
+        change_weight: on every change, in scaled units of variables and cost.
+        idle_weight: on the change of progress where no Frenet cost acts on it: it just goes on as planned.
+        bound_unit: bounds on states and controls count in so many units. Each row drags on the solver's steps
+            like a proximal term, active or not; with small rows those that are far from active hardly do,
+            which makes the difference between 400 and 50 iterations.
+        row_scaling_from: an inequality farther from its bound than this, in units of its row, counts in
+            proportion to that: k times less at a distance of k times this. A plan whose shape costs little
+            would be held by bounds that are far off for hundreds of iterations (docs/performance.md). A row
+            that does come to act from afar takes long: with a first guess none is scaled down.
+        row_scaling_most: largest k, for bounds at infinity.
     """
 
     tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
     fine_tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-6
     fine_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 6
+    fine_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.2
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
+    slice_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 48
     check_interval: Annotated[int, Field(ge=1, le=1000)] = 3
     polish: bool = False
+    warm: AdmmSettings = AdmmSettings(over_relaxation=1.0, fine=True, rows_scaled=True)
+    cold: AdmmSettings = AdmmSettings()
+    retry: AdmmSettings = AdmmSettings(rho=10.0)
+    change_weight: Positive = 1e-6
+    idle_weight: NonNegative = 1e-2
+    bound_unit: Positive = 10.0
+    row_scaling_from: Positive = 0.02
+    row_scaling_most: Annotated[float, Field(ge=1.0, le=1e12)] = 1e4

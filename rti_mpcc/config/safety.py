@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from pydantic import Field
+
 from geometry.settings import NonNegative, Positive, Settings
+
+Shares = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...], Field(min_length=1)]
 
 
 class Caution(Settings):
@@ -20,6 +26,13 @@ class Caution(Settings):
             clear_distance: and clear for so much more way than it needs to stop [m].
         moved: an obstacle whose middle has moved by more than this within `observation` moves [m];
             observation: its speed is what it did in so long [s]. It stands again after `clear_time`.
+        check_spacing: way between two bodies of a motion that are checked [m]; also left on top of the margin
+            before a stop.
+        overlap_growth: a plan that begins where the body seems to touch something may go so much deeper [m]:
+            rounding.
+        authority_reserve: share of a limit that must be left to drive with, beyond what it takes to hold the
+            vehicle on a slope, or straight: with a fifth of the acceleration it still docks, with a tenth it
+            no longer does.
     """
 
     hard_minimum: NonNegative = 0.05
@@ -29,3 +42,57 @@ class Caution(Settings):
     clear_distance: NonNegative = 0.5
     moved: Positive = 0.05
     observation: Positive = 0.3
+    check_spacing: Positive = 0.2
+    overlap_growth: NonNegative = 0.01
+    authority_reserve: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
+
+
+class Fallback(Settings):
+    """What is driven where there is no plan of the cycle's own, and how it is braked.
+
+    Attributes:
+        plan_life: how long the last plan that was driven may be driven on [s].
+        plan_offset: a plan that begins farther than this from the vehicle is not driven on [m], [rad].
+        braking_offset: a plan whose way passes farther than this from the vehicle is not braked along [m],
+            [rad].
+        firmness: so many times the comfort acceleration is braked before something that blocks the way, or
+            without a plan: firm, not an emergency.
+        settling_factor: a stop at the target's length takes no more than so many times the comfort
+            acceleration, and no less than it by this factor.
+        settling_time: time constant with which the last of the speed is taken out [s];
+            holding_time: the same while standing [s], so that noise hardly shows.
+        stop_distance: distance to a contact at which a blocked vehicle means to stand [m].
+        steering_speed: below this speed the steering is not turned while braking [m/s].
+        least_deceleration: of a motion that is looked at [m/s²].
+    """
+
+    plan_life: NonNegative = 1.0
+    plan_offset: tuple[Positive, Positive] = (0.5, 0.2)
+    braking_offset: tuple[Positive, Positive] = (0.2, 0.1)
+    firmness: Annotated[float, Field(ge=1.0, le=1e3)] = 4.0
+    settling_factor: Annotated[float, Field(ge=1.0, le=1e3)] = 2.0
+    settling_time: Positive = 0.15
+    holding_time: Positive = 0.5
+    stop_distance: NonNegative = 0.3
+    steering_speed: NonNegative = 0.1
+    least_deceleration: Positive = 1e-3
+
+
+class Escape(Settings):
+    """How a way out of an overlap is sought and crept, where `ControllerConfig.escape_speed` allows it.
+
+    Attributes:
+        spacing: way between two bodies that are checked [m].
+        reach: longest way out [m].
+        steering_shares: steering angles that are tried, as shares of the largest.
+        steering_tolerance: wheels this near to where they are to be are there [rad].
+        standing_speed: a vehicle slower than this stands [m/s].
+        rise_time: time constant with which the speed is set [s].
+    """
+
+    spacing: Positive = 0.04
+    reach: Positive = 2.0
+    steering_shares: Shares = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)
+    steering_tolerance: Positive = 0.02
+    standing_speed: Positive = 0.02
+    rise_time: Positive = 0.3

@@ -21,12 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rti_mpcc.config import Vehicle
+from rti_mpcc.config import Footprint, Vehicle
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.types import Array
-
-ROUND = 0.05
-"""e of (H6), a sine."""
 
 
 class Reach(NamedTuple):
@@ -43,11 +40,13 @@ class Discs:
     Attributes:
         offsets: (n,) centres along the body axis, ahead of the rear axle [m].
         half_length, half_width: a, b of the piece of the body that each of them covers [m].
+        rounding: e of (H6), a sine.
     """
 
     offsets: Array
     half_length: float
     half_width: float
+    rounding: float
 
     @property
     def radius(self) -> float:
@@ -60,7 +59,7 @@ class Discs:
 
     def reach(self, along: Array, across: Array) -> Reach:
         """Equation (H6) for walls whose normals have the components `along` n·u and `across` n·v."""
-        wide = np.hypot(across, ROUND)
+        wide = np.hypot(across, self.rounding)
         value = self.half_length * np.abs(along) + self.half_width * wide
         radius = self.radius
         ahead = self.ahead(along) & (value < radius)
@@ -69,11 +68,16 @@ class Discs:
         return Reach(np.where(ahead, value, radius), np.where(ahead, slope, 0.0))
 
 
-def cover(vehicle: Vehicle, count: int) -> Discs:
-    """The smallest `count` equal discs on the body axis that cover the body rectangle."""
-    length = vehicle.front + vehicle.rear
+def cover(vehicle: Vehicle, footprint: Footprint) -> Discs:
+    """The smallest equal discs on the body axis, as many as wanted, that cover the body rectangle."""
+    length, count = vehicle.front + vehicle.rear, footprint.discs
     offsets = -vehicle.rear + (np.arange(count) + 0.5) * length / count
-    return Discs(offsets=offsets, half_length=0.5 * length / count, half_width=0.5 * vehicle.width)
+    return Discs(
+        offsets=offsets,
+        half_length=0.5 * length / count,
+        half_width=0.5 * vehicle.width,
+        rounding=footprint.rounding,
+    )
 
 
 def disc_centres(states: Array, discs: Discs) -> Array:

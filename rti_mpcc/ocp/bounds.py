@@ -6,20 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Progress
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
-
-OVERRUN = 0.1
-"""How far the progress may pass the stop point of a goal pose [m] (published code)."""
-
-RETREAT_REACH = 2.0
-"""So near the stop point a vehicle may back off, or up into its goal, against the part's direction [m]."""
-
-HEADROOM = 1.5
-"""Share of the speed limit that theta_dot may reach, so that no bound on it and the one on v ever say the
-same twice."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,9 +20,9 @@ class StageBounds:
     controls: Array
 
 
-def overrun(target: Target) -> float:
+def overrun(target: Target, progress: Progress) -> float:
     """How far the progress may pass the stop point [m]: at a path's end not at all, it would end there."""
-    return OVERRUN if target.kind is TargetKind.POSE else 0.0
+    return progress.overrun if target.kind is TargetKind.POSE else 0.0
 
 
 def stage_bounds(
@@ -42,7 +32,7 @@ def stage_bounds(
     theta: Array,
     *,
     retreat: float = 0.0,
-    reach: float = RETREAT_REACH,
+    reach: float | None = None,
     ends: bool = True,
     most: Array | None = None,
     disturbance: Disturbance = UNDISTURBED,
@@ -52,13 +42,14 @@ def stage_bounds(
     Args:
         direction: d of the part: d v >= -retreat [m/s].
         theta: (N+1,) progress of the plan that is linearised about [m].
-        retreat: speed allowed against the direction [m/s], from `reach` [m] before the stop point on.
+        retreat: speed allowed against the direction [m/s], from `reach` [m] before the stop point on; None:
+            `Progress.retreat_reach`.
         ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
     """
-    limits, stages = config.limits, len(theta) - 1
+    limits, progress, stages = config.limits, config.progress, len(theta) - 1
     speed = np.full(stages, limits.speed)
     profile = config.speed_profile
     if profile is not None:
@@ -68,16 +59,17 @@ def stage_bounds(
     if most is not None:
         speed = np.minimum(speed, most)
     states = np.empty((stages, 2, 3))
+    reach = progress.retreat_reach if reach is None else reach
     slow = np.where(theta[1:] >= target.stop - reach, min(retreat, limits.speed), 0.0)
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
     d, o, gain = disturbance
     strongest = gain * limits.acceleration
     states[:, 0, 1], states[:, 1, 1] = o - limits.steering, o + limits.steering
-    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + overrun(target) if ends else np.inf
+    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + overrun(target, progress) if ends else np.inf
     controls = np.empty((stages, 2, 3))
     controls[:, :, 0] = [d - strongest, d + strongest]
     controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]
-    ahead = speed if profile is not None else HEADROOM * speed
+    ahead = speed if profile is not None else progress.headroom * speed
     controls[:, 1, 2] = ahead
     controls[:, 0, 2] = -ahead if config.progress_reverses else 0.0
     return StageBounds(states=states, controls=controls)

@@ -9,10 +9,11 @@ rti_mpcc.model.footprint, and at corners half-planes of (H7), rti_mpcc.ocp.separ
 Between two walls that face each other the margin is at most what they leave to the body as it stands at
 that stage, less a strip to steer in, but no less than the body's hard minimum:
 
-(H8)  margin' = max(min(margin, (g + g')/2 - STRIP), d_min - (h - h_body)),   g = min n · (c - b) - h
+(H8)  margin' = max(min(margin, (g + g')/2 - strip), d_min - (h - h_body)),   g = min n · (c - b) - h
 
-over all discs, h_body being how far the body itself reaches, its half width beside it. A slack that nothing
-can make smaller would cost by the time spent in it: the narrower the lane, the more it would pay to hurry.
+over all discs, h_body being how far the body itself reaches, its half width beside it, and `strip` that of
+`NarrowPassage`. A slack that nothing can make smaller would cost by the time spent in it: the narrower the
+lane, the more it would pay to hurry.
 """
 
 from __future__ import annotations
@@ -23,27 +24,18 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry import HalfPlanes, ReflexVertices
+from rti_mpcc.config import BoundRelaxation, Footprint, NarrowPassage
 from rti_mpcc.model.footprint import Discs
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.room import between
 from rti_mpcc.ocp.separating_planes import Index, SeparatingPlanes, separating_planes
 from rti_mpcc.types import Array
 
-STRIP = 0.03
-"""Left to either side to steer in, of what is between two walls [m]: rows that all bind say the same."""
 LOOSE = -100.0
 """Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation. Its slopes
 are 0 besides: a row that never binds still drags on the solver's steps."""
-
-
-RETURN_TIME = 1.5
-"""So long the plan may take to give the margin back that a measurement has taken from it [s]."""
-RETURN_WAY = 3.5
-"""Way over which it is given back, as far as the room that the trailing end needs for that goes [m]."""
 MEASURED = DELTA + 1
 """Of a state all but its progress is measured: x, y, phi, v, delta."""
-WAY_BACK = 10.0
-"""Way over which a body that is over a boundary is brought back, once it has turned [m]."""
 
 
 class CorridorRows(NamedTuple):
@@ -57,31 +49,31 @@ def corridor_rows(
     states: Array,
     planes: HalfPlanes,
     discs: Discs,
-    margin: float,
-    near: float,
+    footprint: Footprint,
     reflex_vertices: Callable[[Index], ReflexVertices | None],
-    least: float | None = None,
+    passage: NarrowPassage | None = None,
+    least: float = 0.0,
 ) -> CorridorRows | None:
     """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage); None if none
     acts.
 
     Args:
+        footprint: whose margin is kept between disc, or piece of the body, and boundary.
         reflex_vertices: which of some of the half-planes are of points that jut out, see `separating_planes`.
-        margin: kept between disc, or piece of the body, and boundary [m]; near: boundaries farther from the
-            disc than that and the margin do not act [m].
-        least: d_min of (H8) [m]; None: the margin is kept whatever is left.
+        passage: for (H8), with d_min = `least` [m]; None: the margin is kept whatever is left.
     """
+    margin, near = footprint.margin, footprint.near
     acts = (planes.distance.reshape(-1) < discs.radius + margin + near).nonzero()[0]
     if acts.size == 0:
         return None
     shape = (len(states), len(discs.offsets), planes.distance.shape[1])
-    faced = separating_planes(states, planes, acts, discs, reflex_vertices)
+    faced = separating_planes(states, planes, acts, discs, footprint, reflex_vertices)
     slopes, lower = np.zeros((*shape, 3)), np.full(shape, LOOSE)
     rows = slopes.reshape(-1, 3)
     rows[acts, X], rows[acts, Y] = faced.normal.real, faced.normal.imag
     offset = discs.offsets[acts // shape[2] % shape[1]]
     rows[acts, PHI] = offset * faced.across - faced.reach.slope
-    kept = margin if least is None else _margins(faced, acts, shape, discs, margin, least)
+    kept = margin if passage is None else _margins(faced, acts, shape, discs, margin, passage, least)
     lower.reshape(-1)[acts] = kept - faced.gap
     return CorridorRows(slopes, lower)
 
@@ -92,12 +84,13 @@ def _margins(
     shape: tuple[int, int, int],
     discs: Discs,
     margin: float,
+    passage: NarrowPassage,
     least: float,
 ) -> Array:
     """Equation (H8): the margin (k,) of each half-plane that acts [m]."""
     gaps, normals = np.full(shape, np.inf), np.zeros(shape, dtype=np.complex128)
     gaps.reshape(-1)[acts], normals.reshape(-1)[acts] = faced.gap, faced.normal
-    room = between(gaps, normals) - STRIP
+    room = between(gaps, normals, passage.facing) - passage.strip
     if float(room.min()) >= margin:
         return np.full(acts.size, margin)
     spare = np.where(faced.reach.value < discs.radius, 0.0, discs.radius - discs.half_width)
@@ -105,7 +98,7 @@ def _margins(
     return np.maximum(np.minimum(left, margin), least - spare)
 
 
-def free_response(states: Array, lengths: Array, wheelbase: float) -> Array:
+def free_response(states: Array, lengths: Array, wheelbase: float, span: float) -> Array:
     """How x, y, phi of the first n stages follow what the plan begins with, its controls kept: (n, 3, 5).
 
     (H5)  dphi_k = dphi + s_k ddelta (1 + tan²delta)/L
@@ -113,13 +106,13 @@ def free_response(states: Array, lengths: Array, wheelbase: float) -> Array:
                       + (s_k dphi + s_k²/2 ddelta (1 + tan²delta)/L) (-sin phi_k, cos phi_k)
 
     with s_k the way driven by then, negative in reverse, and delta the steering that the plan begins with.
-    The n stages are those that end within `RETURN_TIME`.
+    The n stages are those that end within the `span`.
 
     Args:
-        states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m].
+        states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m]; span: [s].
     """
     elapsed = np.add.accumulate(lengths)
-    n = int(elapsed.searchsorted(RETURN_TIME))
+    n = int(elapsed.searchsorted(span))
     elapsed, phi = elapsed[:n], states[1 : n + 1, PHI]
     c, s = np.cos(phi), np.sin(phi)
     way = np.add.accumulate(lengths[:n] * states[:n, V])
@@ -156,6 +149,7 @@ def relaxed_bounds(
     margin: float,
     over: Array,
     far: float,
+    relaxation: BoundRelaxation,
 ) -> Array:
     """Lower bounds (N, discs, sides) that give back step by step what is missing.
 
@@ -173,30 +167,32 @@ def relaxed_bounds(
     stage it would bind at all of them, and hold the plan to the one linearised about. The other boundaries
     stay.
 
-    (H4)  lower - r - (1 - (s - 2 far) / WAY_BACK) (over + min(over, margin - r)),
-          r_i = min(margin, max(1 - (t / RETURN_TIME)³, 1 - (s / S)³) m_i
+    (H4)  lower - r - (1 - (s - 2 far) / W) (over + min(over, margin - r)),
+          r_i = min(margin, max(1 - (t / T)³, 1 - (s / S)³) m_i
                             + (1 - (s / (S + 2 l_i))³) max over discs j of 3 max(0, l_i - l_j) / 2S max m_j),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
-    each share being 0 to 1, m_i beyond the stages that it is known for that of the last of them, and max m_j
-    the most that is missing of that side at disc j at any stage.
+    T, S and W being `margin_time`, `margin_way` and `boundary_way` of `BoundRelaxation`, each share 0 to 1,
+    m_i beyond the stages that it is known for that of the last of them, and max m_j the most that is missing
+    of that side at disc j at any stage.
 
     Args:
         missing: (n, discs, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
         way: (N,) way s that the plan has driven by then [m]; trails: (discs,) l, 0 for discs that lead [m].
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
+    time, margin_way, boundary_way = relaxation.margin_time, relaxation.margin_way, relaxation.boundary_way
     missing = np.minimum(missing, margin)
     n, behind = len(missing), np.maximum(trails[:, None] - trails, 0.0)
-    swing = (1.5 / RETURN_WAY * behind[..., None] * missing.max(axis=0)).max(axis=1)
-    share = 1.0 - np.minimum(way[:, None] / (RETURN_WAY + 2.0 * trails), 1.0) ** 3
+    swing = (1.5 / margin_way * behind[..., None] * missing.max(axis=0)).max(axis=1)
+    share = 1.0 - np.minimum(way[:, None] / (margin_way + 2.0 * trails), 1.0) ** 3
     relief = share[..., None] * swing
-    share = 1.0 - np.minimum(np.minimum(elapsed / RETURN_TIME, way / RETURN_WAY), 1.0) ** 3
+    share = 1.0 - np.minimum(np.minimum(elapsed / time, way / margin_way), 1.0) ** 3
     relief[:n] += share[:n, None, None] * missing
     relief[n:] += share[n:, None, None] * missing[-1]
     np.minimum(relief, margin, out=relief)
     if over.any():
-        back = np.minimum(np.maximum(1.0 - (way - 2.0 * far) / WAY_BACK, 0.0), 1.0)
+        back = np.minimum(np.maximum(1.0 - (way - 2.0 * far) / boundary_way, 0.0), 1.0)
         relief += back[:, None, None] * (over + np.minimum(over, margin - relief))
     bounds: Array = rows.lower - relief
     return bounds

@@ -17,23 +17,21 @@ from rti_mpcc.model.bicycle import pose_rates
 from rti_mpcc.model.layout import PHI, POSE, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.types import Array, Trajectory
 
-SHORTEST = 0.1
-"""Length of the second stage [s] where stages grow; also the longest equal stage."""
-
 MOST_STEPS = 100
 """Of Newton's method for the growth of stages; some 10 are needed."""
 
 
-def stage_lengths(duration: float, first: float, stages: int) -> Array:
+def stage_lengths(duration: float, first: float, stages: int, fine: float) -> Array:
     """Lengths (stages,) [s] that sum up to `duration` [s], the first of them `first` [s].
 
-    A duration shorter than three first stages is stretched to that.
+    A duration shorter than three first stages is stretched to that. Stages are equal up to `fine` [s];
+    where they grow it is the second one's.
     """
     rest = max(duration, 3.0 * first) - first
     count = stages - 1
     lengths = np.empty(stages)
     lengths[0] = first
-    target = rest / SHORTEST
+    target = rest / fine
     if target <= count * (1.0 + 1e-6):  # a growth too small to be told from rounding is none
         lengths[1:] = rest / count
         return lengths

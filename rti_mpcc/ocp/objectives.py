@@ -18,25 +18,6 @@ from rti_mpcc.config import ControllerConfig, Weights
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array, Objective
 
-GOAL_CLIP = (0.5, 0.3)
-"""What the pull of a goal counts at most, position [m] and heading [rad]: beyond it the cost grows
-linearly (Huber), so that its pull has a bound that the corridor's exact penalty can exceed."""
-
-COMFORT_CLIP = 0.1
-"""The same for what goes beyond comfort, in its own units: comfort gives way to the corridor and the goal."""
-
-COMFORT_EASE = 0.05
-"""Share of a comfort value over which its penalty sets in. A penalty that begins at once makes the plans of
-successive cycles jump to and fro across it."""
-
-FIRM = 5.0
-"""Time to go [s] below which an arrival's effort counts less and less, as its cube. The error that a plan
-accepts at the goal to save effort grows with 1/t_go³: without this it is all of the way left at 1 s."""
-
-INSISTING = 0.1
-"""Share of its effort that counts in an arrival that may change its direction near the goal. An error that
-is left for later to save effort would cost another turn."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightSlopes:
@@ -260,7 +241,7 @@ def contouring_weights(
         goal=goal,
         goal_speed=0.0,
         goal_clipped=clip_goal,
-        slack=2.0 * (weights.progress_reward / weights.stage_length + goal_pull(goal)),
+        slack=2.0 * (weights.progress_reward / weights.stage_length + goal_pull(goal, weights)),
         scale=1.0 / max(weights.lag * share.max(), weights.terminal_lag, goal.max()),
         by_progress=slopes if allocate else None,
     )
@@ -279,9 +260,9 @@ def arrival_weights(
     """
     share = stage_share(lengths, weights)
     none = np.zeros_like(share)
-    firm = min(1.0, float(lengths.sum()) / FIRM) ** 3
+    firm = min(1.0, float(lengths.sum()) / weights.firm_time) ** 3
     if insists:
-        firm = min(firm, INSISTING)
+        firm = min(firm, weights.insisting_share)
     effort = share[:-1] * firm
     lag = contouring = none
     if weights.arrival_contouring > 0.0:
@@ -303,7 +284,7 @@ def arrival_weights(
         goal=np.full(3, weights.arrival_pose),
         goal_speed=weights.arrival_speed,
         goal_clipped=True,
-        slack=2.0 * goal_pull(np.full(3, weights.arrival_pose)),
+        slack=2.0 * goal_pull(np.full(3, weights.arrival_pose), weights),
         scale=1.0 / weights.arrival_pose,
     )
 
@@ -319,6 +300,7 @@ def comfort_weights(share: Array, weights: tuple[float, float, float]) -> Comfor
     return ComfortWeights(acceleration * share[:-1], lateral * share, steering * share[:-1])
 
 
-def goal_pull(goal: Array) -> float:
-    """Largest gradient of the clipped goal cost per metre of body motion [1/m]."""
-    return float(2.0 * (max(goal[0], goal[1]) * GOAL_CLIP[0] + goal[2] * GOAL_CLIP[1]))
+def goal_pull(goal: Array, weights: Weights) -> float:
+    """Largest gradient of the clipped cost of a `goal` (3,) of weights per metre of body motion [1/m]."""
+    position, heading = weights.goal_clip
+    return float(2.0 * (max(goal[0], goal[1]) * position + goal[2] * heading))

@@ -1,10 +1,10 @@
 """What walls that face each other leave beside the body, and how fast it is driven through there.
 
-(P2)  room = (g + g')/2,   v <= SLOW + max(room - d_min, 0) / REACTION
+(P2)  room = (g + g')/2,   v <= speed + max(room - d_min, 0) / reaction_time
 
-with the gaps g, g' between a body on the path and two walls that face each other, on either side of it. Where
-it does not fit there by d_min it is driven beside the path, or not at all: the room counts as the margin.
-Who drives with a heading that is off by 0.1 rad for a second comes nearer to a wall by 0.1 s times the speed.
+with the gaps g, g' between a body on the path and two walls that face each other, on either side of it, and
+`speed` and `reaction_time` of `NarrowPassage`. Where it does not fit there by d_min it is driven beside the
+path, or not at all: the room counts as the margin.
 """
 
 from __future__ import annotations
@@ -19,23 +19,13 @@ from rti_mpcc.config import PLANNED_SHARE, ControllerConfig
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.types import Array, Complex
 
-FACING = -0.5
-"""Walls face each other if the cosine between their normals is below this."""
-SPACING = 0.5
-"""Between the places on a part at which the room is looked up [m]; the pieces of the body are longer."""
-SLOW = 0.3
-"""Speed with which the least room is driven through [m/s]."""
-REACTION = 0.1
-"""[s], see (P2)."""
-NEAR = 8.0
-"""Obstacles farther than this from the path leave it its room [m]."""
 
-
-def between(gaps: Array, normals: Complex) -> Array:
+def between(gaps: Array, normals: Complex, facing: float) -> Array:
     """Half of what each side (n, s) and the nearest one that faces it leave to the body [m]; inf without one.
 
     Args:
         gaps: (n, d, s) of the pieces of the body to the sides [m]; normals: (n, d, s), complex.
+        facing: see `NarrowPassage`.
     """
     nearest = gaps.argmin(axis=1)[:, None]
     gap = np.take_along_axis(gaps, nearest, axis=1)[:, 0]
@@ -43,7 +33,7 @@ def between(gaps: Array, normals: Complex) -> Array:
     room = np.full(gap.shape, np.inf)
     for one, other in combinations(range(gap.shape[1]), 2):
         both = 0.5 * (gap[:, one] + gap[:, other])
-        face = (normal[:, one] * normal[:, other].conj()).real < FACING
+        face = (normal[:, one] * normal[:, other].conj()).real < facing
         for side in (one, other):
             np.minimum(room[:, side], both, out=room[:, side], where=face)
     return room
@@ -77,7 +67,7 @@ class Room:
 
 def room_along(part: PathPart, corridor: Corridor, index: int, config: ControllerConfig) -> Room:
     """The room on a part, which is the route's `index`-th, and the speeds that it allows."""
-    count = max(int(np.ceil((part.end - part.start) / SPACING)), 1)
+    count = max(int(np.ceil((part.end - part.start) / config.narrow_passage.spacing)), 1)
     theta = np.linspace(part.start, part.end, count + 1)
     walls = _room(part, corridor.with_obstacles(()), index, theta, config)
     found = Room(theta=theta, walls=walls, room=walls, speed=walls)
@@ -91,7 +81,7 @@ def with_obstacles(
     left: Array = room.walls
     if corridor.obstacles:
         at = part.reference(room.theta)
-        near = corridor.near_obstacles(np.column_stack([at.x, at.y]), NEAR)
+        near = corridor.near_obstacles(np.column_stack([at.x, at.y]), config.narrow_passage.obstacle_reach)
         beside = _room(part, corridor, index, room.theta[near], config)
         # Where the body does not fit the way leads past the other side of what stands on the path.
         fits = beside >= config.caution.hard_minimum
@@ -102,7 +92,7 @@ def with_obstacles(
 
 def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: ControllerConfig) -> Array:
     """Room (n,) beside bodies that stand on the path at `theta` (n,) [m]."""
-    discs, at = cover(config.vehicle, config.footprint.discs), part.reference(theta)
+    discs, at = cover(config.vehicle, config.footprint), part.reference(theta)
     poses = np.column_stack([at.x, at.y, at.phi])
     planes = corridor.half_planes(index, disc_centres(poses, discs).reshape(-1, 2))
     shape = (len(theta), len(discs.offsets), planes.distance.shape[1])
@@ -119,14 +109,15 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
             np.maximum(to * v - discs.half_width, 0.0),
         )
         gaps.reshape(-1)[juts.at] = np.maximum(gaps.reshape(-1)[juts.at], np.hypot(ahead, beside))
-    room: Array = between(gaps, normals).min(axis=1)
+    room: Array = between(gaps, normals, config.narrow_passage.facing).min(axis=1)
     return room
 
 
 def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
     """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
-    least = config.caution.hard_minimum
-    speed = SLOW + (np.where(room >= least, room, config.footprint.margin) - least) / REACTION
+    least, passage = config.caution.hard_minimum, config.narrow_passage
+    beyond = np.where(room >= least, room, config.footprint.margin) - least
+    speed = passage.speed + beyond / passage.reaction_time
     squares = np.minimum(speed, config.limits.speed / PLANNED_SHARE) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.

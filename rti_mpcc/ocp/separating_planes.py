@@ -8,7 +8,8 @@ point of the piece that is nearest to b, t and t' the tangents of the boundary t
 (H7)  n = (q - b)/|q - b|  if n·t >= 0 and n·t' <= 0,  else the normal of that one whose condition it breaks,
 
 where this leaves the piece more room than the half-plane of its disc, and only where its end points at the
-wall, |n·u| >= a/r as in (H6). A piece that has `CLOSE` to the half-plane of its disc is not held by either.
+wall, |n·u| >= a/r as in (H6). Only a piece that is near the half-plane of its disc, and has something to gain
+by the corner itself, is held by another one: `corner_near` and `corner_gain` of `Footprint`.
 """
 
 from __future__ import annotations
@@ -20,16 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry import HalfPlanes, ReflexVertices
+from rti_mpcc.config import Footprint
 from rti_mpcc.model.footprint import Discs, Reach
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.types import Array
 
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
-CLOSE = 0.6
-"""A piece of the body that is farther from the half-plane of its disc is not held by it [m]."""
-WORTH = 0.01
-"""What the corner itself has to be farther away than that half-plane for another one to be worth it [m]."""
 _TINY = 1e-9  # what rounding may leave of a product that is 0
 
 
@@ -59,6 +57,7 @@ def separating_planes(
     planes: HalfPlanes,
     among: Index,
     discs: Discs,
+    footprint: Footprint,
     reflex_vertices: Callable[[Index], ReflexVertices | None],
 ) -> SeparatingPlanes:
     """(H6) and (H7) for bodies at `states` (n, >= 3) and the half-planes of their discs' centres.
@@ -77,7 +76,7 @@ def separating_planes(
     ahead = discs.ahead(seen.real).nonzero()[0]
     if ahead.size:
         value[ahead], slope[ahead] = discs.reach(seen.real[ahead], seen.imag[ahead])
-        _turn_to_corners(found, ahead, seen[ahead], turn, among, discs, reflex_vertices)
+        _turn_to_corners(found, ahead, seen[ahead], turn, among, discs, footprint, reflex_vertices)
     return found
 
 
@@ -88,6 +87,7 @@ def _turn_to_corners(
     turn: Complex,
     among: Index,
     discs: Discs,
+    footprint: Footprint,
     reflex_vertices: Callable[[Index], ReflexVertices | None],
 ) -> None:
     """Put half-planes (H7) in the place of those found that are of corners.
@@ -101,7 +101,8 @@ def _turn_to_corners(
     corner, most = -distance * n, np.array((discs.half_length, discs.half_width))
     q = np.minimum(np.maximum(corner.view(np.float64).reshape(-1, 2), -most), most).view(np.complex128)[:, 0]
     apart = np.abs(q - corner)
-    worth = (gap < CLOSE) & (apart > np.maximum(gap, 0.0) + WORTH) & (distance > 0.0)
+    worth = (gap < footprint.corner_near) & (distance > 0.0)
+    worth &= apart > np.maximum(gap, 0.0) + footprint.corner_gain
     some = worth.nonzero()[0]
     juts = reflex_vertices(among[at[some]]) if some.size else None
     if juts is None:

@@ -19,17 +19,11 @@ import numpy as np
 from scipy.special import expit
 
 from geometry import HalfPlanes, Pose2
-from rti_mpcc.config import Comfort
+from rti_mpcc.config import Comfort, Weights
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import COMFORT_CLIP, COMFORT_EASE, GOAL_CLIP, StageWeights, WeightSlopes
+from rti_mpcc.ocp.objectives import StageWeights, WeightSlopes
 from rti_mpcc.types import Array
-
-BOUND_DISTANCE = 2.0
-"""Distance of the rear axle to a boundary below which `Weights.bound_distance` acts [m]."""
-BOUND_SPEED = 2.5
-"""The same for `Weights.bound_speed` [m]."""
-
 
 NOTHING_LEFT = -6.0
 """So many c of (C4) below comfort its residual is a quarter of a percent of c, and left out."""
@@ -57,6 +51,7 @@ def quadratic_cost(
     goal: Pose2,
     wheelbase: float,
     comfort: Comfort,
+    settings: Weights,
 ) -> QuadraticCost:
     """The model about `states` (N+1, 6) and `controls` (N, 3), paper Eq. 2 (C3) and Eq. 5 (C1), (C2); (C4).
 
@@ -64,30 +59,33 @@ def quadratic_cost(
         errors: at `states`; None where no weight is on them.
         walls: nearest boundaries of the rear axle (N+1 points), where the soft distance acts.
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
+        settings: from where on terms act, and where they are clipped; what they weigh is in `weights`.
     """
     hessian = np.zeros((len(states), STATES, STATES))
     gradient = np.zeros((len(states), STATES))
     if errors is not None:
         frenet = np.stack((weights.lag, weights.contouring, weights.heading), axis=1)
         _add_squares(hessian, gradient, frenet, errors.values, errors.slopes)
-    rows = _lateral(states, weights, wheelbase, comfort.lateral_acceleration)
+    rows = _lateral(states, weights, wheelbase, comfort.lateral_acceleration, settings)
     if walls is not None:
         for side in range(2):
-            rows += _soft_walls(states, walls, side, weights)
+            rows += _soft_walls(states, walls, side, weights, settings)
     if rows:
         columns = ([row[i] for row in rows] for i in range(3))
         _add_squares(hessian, gradient, *(np.stack(column, axis=1) for column in columns))
     if weights.by_progress is not None and errors is not None:
-        gradient[:, THETA] += _blending(weights.by_progress, controls, errors, walls)
-    _add_goal(hessian, gradient, states[-1], weights, goal)
-    return QuadraticCost(hessian, gradient, *_control_cost(controls, weights, comfort))
+        gradient[:, THETA] += _blending(weights.by_progress, controls, errors, walls, settings)
+    _add_goal(hessian, gradient, states[-1], weights, goal, settings.goal_clip)
+    return QuadraticCost(hessian, gradient, *_control_cost(controls, weights, comfort, settings))
 
 
-def _blending(slopes: WeightSlopes, controls: Array, errors: FrenetErrors, walls: HalfPlanes | None) -> Array:
+def _blending(
+    slopes: WeightSlopes, controls: Array, errors: FrenetErrors, walls: HalfPlanes | None, settings: Weights
+) -> Array:
     """What the cost of each stage (N+1,) gains by progress as its weights change with it."""
     gain: Array = slopes.contouring * errors.contouring**2 + slopes.heading * errors.heading**2
     if walls is not None:
-        near = np.maximum(BOUND_DISTANCE - walls.distance[:, :2], 0.0)
+        near = np.maximum(settings.bound_distance_reach - walls.distance[:, :2], 0.0)
         gain += slopes.bound_distance * (near**2).sum(axis=1)
     gain[:-1] -= slopes.progress_reward[:-1] * controls[:, THETA_DOT]
     return gain
@@ -100,12 +98,14 @@ def _add_squares(hessian: Array, gradient: Array, weights: Array, residuals: Arr
     gradient += np.matmul(residuals[:, None, :], weighted)[:, 0]
 
 
-def _lateral(states: Array, weights: StageWeights, wheelbase: float, most: float) -> list[Residual]:
+def _lateral(
+    states: Array, weights: StageWeights, wheelbase: float, most: float, settings: Weights
+) -> list[Residual]:
     """Residuals of the lateral acceleration and of its excess over `most`, as far as they count."""
     weighs, comfortable = weights.lateral_acceleration.any(), weights.comfort.lateral_acceleration
     v, tangent = states[:, V], np.tan(states[:, DELTA])
     lateral = v * v * tangent / wheelbase
-    excess = _discomfort(lateral, most, comfortable)
+    excess = _discomfort(lateral, most, comfortable, settings)
     if not weighs and excess is None:
         return []
     by = np.zeros((len(states), STATES))
@@ -117,23 +117,26 @@ def _lateral(states: Array, weights: StageWeights, wheelbase: float, most: float
     return rows
 
 
-def _discomfort(values: Array, most: float, weights: Array) -> Residual | None:
+def _discomfort(values: Array, most: float, weights: Array, settings: Weights) -> Residual | None:
     """Weights, residuals and their slopes of (C4) at `values` (n,); weights that fall off beyond the clip
     make its square linear there. None if nothing comes near `most`."""
-    ease = COMFORT_EASE * most
+    ease, clip = settings.comfort_ease * most, settings.comfort_clip
     size = np.abs(values)
     if float(size.max(initial=0.0)) <= most + NOTHING_LEFT * ease:
         return None
     beyond = (size - most) / ease
     excess = ease * np.logaddexp(0.0, beyond)
-    acting = weights * (beyond > NOTHING_LEFT) * COMFORT_CLIP / np.maximum(excess, COMFORT_CLIP)
+    acting = weights * (beyond > NOTHING_LEFT) * clip / np.maximum(excess, clip)
     return (acting, excess, np.sign(values) * expit(beyond)) if acting.any() else None
 
 
-def _soft_walls(states: Array, walls: HalfPlanes, side: int, weights: StageWeights) -> list[Residual]:
-    """Residuals max(0, 2 m - distance) and v max(0, 2.5 m - distance) of the rear axle to one side."""
+def _soft_walls(
+    states: Array, walls: HalfPlanes, side: int, weights: StageWeights, settings: Weights
+) -> list[Residual]:
+    """Residuals max(0, reach - distance) and v max(0, reach - distance) of the rear axle to one side."""
     distance, normal = walls.distance[:, side], walls.normal[:, side]
-    near, slow = np.maximum(BOUND_DISTANCE - distance, 0.0), np.maximum(BOUND_SPEED - distance, 0.0)
+    near = np.maximum(settings.bound_distance_reach - distance, 0.0)
+    slow = np.maximum(settings.bound_speed_reach - distance, 0.0)
     near_by, slow_by = np.zeros((2, len(states), STATES))
     near_by[:, [X, Y]] = -normal * (near > 0.0)[:, None]
     slow_by[:, [X, Y]] = -normal * (states[:, V] * (slow > 0.0))[:, None]
@@ -142,12 +145,19 @@ def _soft_walls(states: Array, walls: HalfPlanes, side: int, weights: StageWeigh
     return [row for row in rows if row[0].any()]
 
 
-def _add_goal(hessian: Array, gradient: Array, last: Array, weights: StageWeights, goal: Pose2) -> None:
+def _add_goal(
+    hessian: Array,
+    gradient: Array,
+    last: Array,
+    weights: StageWeights,
+    goal: Pose2,
+    clip: tuple[float, float],
+) -> None:
     x, y, phi, v = (float(last[i]) for i in (X, Y, PHI, V))
     dx, dy, turn = x - goal.x, y - goal.y, phi - goal.phi
     if weights.goal_clipped:
-        share = min(1.0, GOAL_CLIP[0] / max(hypot(dx, dy), 1e-12))
-        dx, dy, turn = share * dx, share * dy, min(max(turn, -GOAL_CLIP[1]), GOAL_CLIP[1])
+        share = min(1.0, clip[0] / max(hypot(dx, dy), 1e-12))
+        dx, dy, turn = share * dx, share * dy, min(max(turn, -clip[1]), clip[1])
     on_pose = weights.goal.tolist()
     for i, weight, error in zip(
         (X, Y, PHI, V), (*on_pose, weights.goal_speed), (dx, dy, turn, v), strict=True
@@ -156,7 +166,9 @@ def _add_goal(hessian: Array, gradient: Array, last: Array, weights: StageWeight
         gradient[-1, i] += 2.0 * weight * error
 
 
-def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> tuple[Array, Array]:
+def _control_cost(
+    controls: Array, weights: StageWeights, comfort: Comfort, settings: Weights
+) -> tuple[Array, Array]:
     squares = np.empty((len(controls), CONTROLS))
     squares[:, A] = weights.acceleration
     squares[:, DELTA_DOT] = weights.steering_rate
@@ -167,7 +179,7 @@ def _control_cost(controls: Array, weights: StageWeights, comfort: Comfort) -> t
         (A, comfort.acceleration, weights.comfort.acceleration),
         (DELTA_DOT, comfort.steering_rate, weights.comfort.steering_rate),
     ):
-        residual = _discomfort(controls[:, column], most, on_excess)
+        residual = _discomfort(controls[:, column], most, on_excess, settings)
         if residual is not None:
             weight, excess, slope = residual
             gradient[:, column] += 2.0 * weight * excess * slope

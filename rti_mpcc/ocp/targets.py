@@ -8,9 +8,6 @@ from math import hypot
 
 from geometry import PathPart, Pose2, lift
 
-STILL = 1.0
-"""A goal that has moved by less than this is projected near its last projection [m]: noise makes no jumps."""
-
 
 class TargetKind(Enum):
     """What ends a part."""
@@ -48,14 +45,19 @@ class Target:
         return max(self.theta - self.theta_end, 0.0)
 
 
-def goal_on(part: PathPart, goal: Pose2, last: Target | None = None) -> Target:
-    """The goal as the target of a part. `last`: what the part was to end in before, or None."""
+def goal_on(part: PathPart, goal: Pose2, last: Target | None = None, *, reach: float = 0.0) -> Target:
+    """The goal as the target of a part.
+
+    Args:
+        last: what the part was to end in before, or None.
+        reach: a goal that has moved by less than this since is projected near its last projection [m].
+    """
     if last is None or last.goal is None:
         near = None
     elif last.goal == goal:
         return last
     else:
-        near = last.theta if hypot(goal.x - last.pose.x, goal.y - last.pose.y) < STILL else None
+        near = last.theta if hypot(goal.x - last.pose.x, goal.y - last.pose.y) < reach else None
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
     return Target(
         pose=replace(goal, phi=lift(goal.phi, part.pose(theta).phi)),

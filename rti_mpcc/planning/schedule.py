@@ -8,7 +8,6 @@ from math import hypot
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA
-from rti_mpcc.ocp.bounds import RETREAT_REACH
 from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.guess import BACK_TIME, PASS
@@ -47,7 +46,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
     if not _arrives(s, context, config):
         return replace(s, task=replace(s.task, arrival=None))
     duration, restarts = _duration(context, config), s.task.restarts
-    if _beside(s, context):
+    if _beside(s, context, config):
         restarts = max(restarts, 1)
     if restarts > 0:
         duration = max(duration, RETRY_TIME)
@@ -120,10 +119,10 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     return contouring and context.way <= needed
 
 
-def retreat(s: ControllerState, context: PlanningContext) -> float:
+def retreat(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
     """Speed allowed near the target against the segment's direction [m/s]: to back up, or to try again."""
     task = s.task
-    near = hypot(context.error.x, context.error.y) <= RETREAT_REACH
+    near = hypot(context.error.x, context.error.y) <= config.progress.retreat_reach
     return RETREAT_SPEED if task.reverses_into_goal or (task.restarts > 0 and near) else 0.0
 
 
@@ -147,10 +146,10 @@ def _duration(context: PlanningContext, config: ControllerConfig, beyond: float 
     return time_to_go(way, context.speed, config.arrival_acceleration, highest)
 
 
-def _beside(s: ControllerState, context: PlanningContext) -> bool:
+def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
     error, (_, across, heading) = context.error, context.tolerance
-    near = hypot(error.x, error.y) <= RETREAT_REACH
+    near = hypot(error.x, error.y) <= config.progress.retreat_reach
     return near and s.stands and (abs(error.y) > across or abs(error.phi) > heading)
 
 

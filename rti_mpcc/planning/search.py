@@ -16,7 +16,6 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import GOAL_CLIP
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -24,7 +23,7 @@ from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.schedule import retreat
 from rti_mpcc.planning.state import ControllerState, Past, SuspendedSearch
-from rti_mpcc.qp.solver import COLD, RETRY, AdmmSettings
+from rti_mpcc.qp.solver import AdmmStart
 from rti_mpcc.types import Array, Objective, Trajectory
 
 ITERATIONS = 10
@@ -117,7 +116,7 @@ class InitialIterate:
     least: int = 1
     most: int = ITERATIONS
     damping: float = DAMPING
-    pace: AdmmSettings | None = None
+    pace: AdmmStart | None = None
     patience: int = 1
     unsolved: int = 1
 
@@ -129,7 +128,7 @@ def going_on(solution: Solution | None) -> InitialIterate:
 
 def clean(plan: Trajectory) -> InitialIterate:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return InitialIterate(guess=plan, pace=RETRY, patience=CLEAN_PATIENCE)
+    return InitialIterate(guess=plan, pace=AdmmStart.RETRY, patience=CLEAN_PATIENCE)
 
 
 def from_guess(guess: Trajectory) -> InitialIterate:
@@ -138,7 +137,7 @@ def from_guess(guess: Trajectory) -> InitialIterate:
         guess=guess,
         least=FIRST_ITERATIONS,
         damping=START_DAMPING,
-        pace=COLD,
+        pace=AdmmStart.COLD,
         patience=PATIENCE,
         unsolved=UNSOLVED,
     )
@@ -188,7 +187,7 @@ def converge(
         unsolved += not solutions[-1].solved
         problem = rejection_reason(solutions[-1], mpcc.config, s.vehicle.disturbance)
         corridor_infeasible = start.least > 1 and _corridor_infeasible(
-            solutions[-1], context.target, arriving=s.task.arrival is not None
+            solutions[-1], context.target, mpcc.config, arriving=s.task.arrival is not None
         )
         if _ran_out_of_time(solutions[-1]):
             return SqpResult(
@@ -222,7 +221,7 @@ def _iterate(
         last=start.last,
         plan=start.guess,
         objective=s.task.objective,
-        retreat=retreat(s, context),
+        retreat=retreat(s, context, mpcc.config),
         damping=start.damping,
         pace=start.pace,
         again=start.iterate is not None,
@@ -286,7 +285,7 @@ def first_guess(
     """
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
     horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
-    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages))
+    times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages, config.fine_stage))
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, config, detour)
     if s.task.reverses_into_goal:
@@ -302,12 +301,14 @@ def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) ->
     return context.inside(end.relative_to(context.target.pose), share)
 
 
-def _corridor_infeasible(solution: Solution, target: Target, *, arriving: bool) -> bool:
+def _corridor_infeasible(
+    solution: Solution, target: Target, config: ControllerConfig, *, arriving: bool
+) -> bool:
     if float(solution.slack.max()) > SQUEEZED:
         return True
-    end = solution.trajectory.states[-1]
+    end, (position, heading) = solution.trajectory.states[-1], config.weights.goal_clip
     left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
-    return arriving and (left > GOAL_CLIP[0] or abs(end[PHI] - target.pose.phi) > GOAL_CLIP[1])
+    return arriving and (left > position or abs(end[PHI] - target.pose.phi) > heading)
 
 
 def rejection_reason(
@@ -334,11 +335,7 @@ def rejection_reason(
 
 def _most_slack(solution: Solution, config: ControllerConfig) -> float:
     """Slack [m] with which a disc's centre lies on a boundary, on top of what the vehicle begins with."""
-    return (
-        cover(config.vehicle, config.footprint.discs).radius
-        + config.footprint.margin
-        + float(solution.slack[0])
-    )
+    return cover(config.vehicle, config.footprint).radius + config.footprint.margin + float(solution.slack[0])
 
 
 def defect(plan: Trajectory, wheelbase: float) -> tuple[float, float]:

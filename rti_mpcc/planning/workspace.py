@@ -101,7 +101,7 @@ class Workspaces:
         if end is SegmentEnd.STAGING_POSE:
             return staging_on(part, goal, self._config.staging)
         if end is SegmentEnd.GOAL and goal is not None:
-            return goal_on(part, goal, s.task.target)
+            return goal_on(part, goal, s.task.target, reach=self._config.progress.projection_reach)
         if end is SegmentEnd.CUSP and self._config.arrival:
             return ended_at(part, self._cusp(s, part))
         return path_end(part)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rti_mpcc.config import Limits
+from rti_mpcc.config import Limits, SolverSettings
 from rti_mpcc.model.bicycle import Step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
@@ -26,23 +26,6 @@ from rti_mpcc.qp.pattern import (
 )
 from rti_mpcc.types import Array
 
-CHANGE_WEIGHT = 1e-6
-"""Weight on every change, in scaled units of variables and cost."""
-IDLE_WEIGHT = 1e-2
-"""Weight on the change of progress where no Frenet cost acts on it: it just goes on as planned."""
-
-ROW_SCALING_FROM = 0.02
-"""An inequality farther from its bound than this, in units of its row, counts in proportion to that: k times
-less at a distance of k times this (`QpValues.row_scaling` is k). Every row drags on the solver's steps like a
-proximal term, active or not, and a plan whose shape costs little would be held by bounds that are far off for
-hundreds of iterations (docs/performance.md). A row that does come to act from afar takes long: with a first
-guess none is scaled down."""
-MOST_ROW_SCALING = 1e4
-"""For bounds at infinity."""
-
-RETURN_SHARE = 0.9
-"""Share of the input limits at which a measured speed or steering outside its limits must return."""
-
 _DIAGONAL = (HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]).astype(np.float64)
 _DAMPED = _DIAGONAL * np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
 _IDLE = _DIAGONAL * (HESSIAN_PAIRS[:, 0] == THETA)
@@ -55,7 +38,7 @@ class QpValues:
 
     Attributes:
         cost: (nnz P,); gradient: (n,); constraints: (nnz A,); lower, upper: (m,).
-        row_scaling: (m,) so many of its units a row counts in, see `ROW_SCALING_FROM`.
+        row_scaling: (m,) so many of its units a row counts in, see `SolverSettings.row_scaling_from`.
     """
 
     cost: Array
@@ -77,7 +60,7 @@ def empty_values(pattern: QpPattern) -> QpValues:
         upper=np.full(rows, np.inf),
         row_scaling=np.ones(rows),
     )
-    values.cost[pattern.cost.groups["slacks"]] = CHANGE_WEIGHT
+    values.cost[pattern.cost.groups["slacks"]] = pattern.settings.change_weight
     values.lower[pattern.slack_rows] = 0.0
     fill_initial(values, pattern, np.zeros(STATES))
     _loosen(values, pattern)
@@ -99,12 +82,12 @@ def fill_cost(
         damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
             one iteration trusts its linearisation (Levenberg and Marquardt).
     """
-    slots, units = pattern.cost, pattern.column_units
-    on_states = CHANGE_WEIGHT * _DIAGONAL + damping * _DAMPED
-    on_controls = np.full(CONTROLS, CHANGE_WEIGHT)
+    slots, units, settings = pattern.cost, pattern.column_units, pattern.settings
+    on_states = settings.change_weight * _DIAGONAL + damping * _DAMPED
+    on_controls = np.full(CONTROLS, settings.change_weight)
     if not cost.state_hessian[:, THETA, THETA].any():
-        on_states += IDLE_WEIGHT * _IDLE
-        on_controls[THETA_DOT] += IDLE_WEIGHT
+        on_states += settings.idle_weight * _IDLE
+        on_controls[THETA_DOT] += settings.idle_weight
     states = cost.state_hessian[:, HESSIAN_PAIRS[:, 0], HESSIAN_PAIRS[:, 1]]
     slots.write(values.cost, "states", scale * states, on_states)
     slots.write(values.cost, "controls", scale * cost.control_hessian, on_controls)
@@ -164,7 +147,7 @@ def fill_bounds(
     """Bounds on the changes of `states` (N+1, 6) and `controls` (N, 3).
 
     Args:
-        rows_scaled: bounds that are far off count less, see `ROW_SCALING_FROM`.
+        rows_scaled: bounds that are far off count less, see `SolverSettings.row_scaling_from`.
     """
     # Rows on states and on controls follow each other: both in one go, along axis 0.
     rows = pattern.bound_rows
@@ -175,7 +158,7 @@ def fill_bounds(
         np.subtract(limits.transpose(1, 0, 2), about, out=scaled[:, kind])
     scaled /= block(pattern.row_units, rows)
     lower, upper = scaled
-    row_scaling = _row_scaling(np.minimum(upper, -lower), rows_scaled)
+    row_scaling = _row_scaling(np.minimum(upper, -lower), rows_scaled, pattern.settings)
     scaled /= row_scaling
     pattern.constraints.write(values.constraints, "bounds", 1.0 / row_scaling)
     block(values.row_scaling, rows)[...] = row_scaling
@@ -196,13 +179,14 @@ def fill_corridor(
         _loosen(values, pattern)
     if rows is None:
         return
-    _write_half_planes(values, pattern, rows, _row_scaling(-rows.lower, rows_scaled))
+    row_scaling = _row_scaling(-rows.lower, rows_scaled, pattern.settings)
+    _write_half_planes(values, pattern, rows, row_scaling)
 
 
 def _loosen(values: QpValues, pattern: QpPattern) -> None:
     """No half-plane acts: no slopes, but still a relief, which keeps the pattern."""
     lower = block(values.lower, pattern.corridor_rows)
-    row_scaling = float(_row_scaling(np.array(-LOOSE), rows_scaled=True))
+    row_scaling = float(_row_scaling(np.array(-LOOSE), rows_scaled=True, settings=pattern.settings))
     if (lower == LOOSE / row_scaling).all():
         return
     rows = CorridorRows(np.zeros((*lower.shape, 3)), np.full(lower.shape, LOOSE))
@@ -222,11 +206,11 @@ def _write_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows,
     block(values.lower, pattern.corridor_rows)[:, :, :sides] = rows.lower / row_scaling
 
 
-def _row_scaling(distance: Array, rows_scaled: bool) -> Array:
+def _row_scaling(distance: Array, rows_scaled: bool, settings: SolverSettings) -> Array:
     """Factor on the units of rows whose bounds are at `distance`, in these units."""
     if not rows_scaled:
         return np.ones_like(distance)
-    return np.minimum(np.maximum(distance / ROW_SCALING_FROM, 1.0), MOST_ROW_SCALING)
+    return np.minimum(np.maximum(distance / settings.row_scaling_from, 1.0), settings.row_scaling_most)
 
 
 def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> None:
@@ -244,12 +228,14 @@ def fill_motion_bounds(
     lengths: Array,
     bounds: Array,
     limits: Limits,
+    share: float,
 ) -> bool:
     """Feedback phase: widen bounds on v and delta as far as the measured state (6,) needs it.
 
     Args:
         states: (N+1, 6) linearised about; lengths: (N,) of the stages [s].
         bounds: (2, 2) what v and delta may be at every stage, lower and upper.
+        share: of the input `limits`, at which they must return.
 
     Returns whether it is by more than the first stage can give back.
     """
@@ -261,7 +247,7 @@ def fill_motion_bounds(
         if bounds[column, 0] <= value <= bounds[column, 1]:
             continue
         units = block(pattern.row_units, rows)[:, column] * block(values.row_scaling, rows)[:, column]
-        shift, drop = states[1:, quantity], RETURN_SHARE * rate * np.add.accumulate(lengths)
+        shift, drop = states[1:, quantity], share * rate * np.add.accumulate(lengths)
         low, high = lower[0, column], upper[0, column]
         top, bottom = upper[:, column], lower[:, column]
         np.maximum(top, (value - drop - shift) / units, out=top)

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
 from rti_mpcc.types import Array
 
@@ -35,10 +36,6 @@ CONTROL_UNITS = np.array([0.5, 0.5, 1.0])
 """What one scaled unit of a, delta_dot, theta_dot is."""
 SLACK_UNIT = 0.1
 """What one scaled unit of slack is [m]."""
-BOUND_EASE = 10.0
-"""Bounds on states and controls count in so many units. Each row drags on the solver's steps like a
-proximal term, active or not; with small rows those that are far from active hardly do, which makes the
-difference between 400 and 50 iterations (docs/decisions)."""
 
 BOUNDED = np.array([V, DELTA, THETA])
 """States with bounds, in the order of their rows."""
@@ -137,6 +134,7 @@ class QpPattern:
             (N, discs, sides), slack_rows (N,): constraints.
         bound_rows: (2, N, 3), state_rows and control_rows.
         column_units, row_units: what one scaled unit is.
+        settings: of the weights on the change and the scaling of rows.
         cost, constraints: the slots of P (upper triangle) and A.
     """
 
@@ -154,11 +152,12 @@ class QpPattern:
     slack_rows: Index
     column_units: Array
     row_units: Array
+    settings: SolverSettings
     cost: Slots
     constraints: Slots
 
 
-def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
+def build_pattern(stages: int, discs: int, sides: int, settings: SolverSettings) -> QpPattern:
     """The pattern for N stages and `sides` half-planes on each of `discs` discs."""
     columns = _Counter()
     state_columns, control_columns = columns.take(stages + 1, STATES), columns.take(stages, CONTROLS)
@@ -171,9 +170,9 @@ def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
     column_units = np.empty(columns.count)
     column_units[state_columns], column_units[control_columns] = STATE_UNITS, CONTROL_UNITS
     column_units[slack_columns] = SLACK_UNIT
-    row_units = np.ones(rows.count)
-    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, BOUND_EASE * STATE_UNITS[BOUNDED]
-    row_units[control_rows], row_units[slack_rows] = BOUND_EASE * CONTROL_UNITS, SLACK_UNIT
+    row_units, unit = np.ones(rows.count), settings.bound_unit
+    row_units[dynamics_rows], row_units[state_rows] = STATE_UNITS, unit * STATE_UNITS[BOUNDED]
+    row_units[control_rows], row_units[slack_rows] = unit * CONTROL_UNITS, SLACK_UNIT
 
     cost = _SlotsBuilder(column_units, column_units, hessian=True)
     cost.add("states", state_columns[:, HESSIAN_PAIRS[:, 0]], state_columns[:, HESSIAN_PAIRS[:, 1]])
@@ -207,6 +206,7 @@ def build_pattern(stages: int, discs: int, sides: int) -> QpPattern:
         slack_rows=slack_rows,
         column_units=column_units,
         row_units=row_units,
+        settings=settings,
         cost=cost.build(),
         constraints=a.build(),
     )

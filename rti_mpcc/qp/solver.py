@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
 import osqp
 
-from rti_mpcc.config import SolverSettings
+from rti_mpcc.config import AdmmSettings, SolverSettings
 from rti_mpcc.qp.filling import QpValues
 from rti_mpcc.qp.pattern import QpPattern
 from rti_mpcc.types import Array
@@ -35,36 +36,20 @@ UNFINISHED = frozenset(
 """What a QP is called that has had its iterations and not come to an end."""
 
 
-class AdmmSettings(NamedTuple):
-    """How OSQP steps.
+class AdmmStart(Enum):
+    """What the iterations of a QP begin from; how OSQP steps then, is in `SolverSettings`."""
 
-    Attributes:
-        rho: its first step-size parameter, which it adapts; over_relaxation: its alpha.
-        fine: it is to come to the fine tolerance in its first iterations.
-        rows_scaled: bounds that are far off count less, see `qp.filling.ROW_SCALING_FROM`.
-    """
+    WARM = "the QP before"
+    COLD = "a first guess"
+    RETRY = "a clean start, once more"
 
-    rho: float
-    over_relaxation: float
-    fine: bool
-    rows_scaled: bool
+    def steps(self, settings: SolverSettings) -> AdmmSettings:
+        """How OSQP is to step."""
+        if self is AdmmStart.WARM:
+            return settings.warm
+        return settings.cold if self is AdmmStart.COLD else settings.retry
 
 
-WARM = AdmmSettings(rho=0.1, over_relaxation=1.0, fine=True, rows_scaled=True)
-"""Where a QP goes on from the one before. Rows that are equalities or far from their bounds, most of them,
-settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20 iterations, with 1 a QP near
-its guess takes 3 (docs/performance.md)."""
-COLD = AdmmSettings(rho=0.1, over_relaxation=1.6, fine=False, rows_scaled=False)
-"""From a first guess, where rows come to act that are far from it: there are hundreds of iterations to do."""
-RETRY = AdmmSettings(rho=10.0, over_relaxation=1.6, fine=False, rows_scaled=False)
-"""Once more from a clean start. What did not come to its end the first time mostly has multipliers at the
-slack's weight, a thousand times the usual ones, to which small steps take too long (docs/performance.md)."""
-SLICE = 48
-"""So many iterations are done in one go, then the step size is adapted, and it is asked whether to go on.
-OSQP's own time limit stops anywhere, which could not be played back."""
-
-SOON_GOOD = 0.2
-"""Share of the tolerance that both residuals have to be within after the first slice, to be left at that."""
 BAD_BOUNDS = "bounds that are no numbers, or a lower one above its upper one"
 
 Ends = Callable[[int], str]
@@ -112,9 +97,9 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
-        self._pace = WARM
+        self._pace = settings.warm
         self._most = settings.max_iterations
-        self._sliced = (SLICE, settings.tolerance)
+        self._sliced = (settings.slice_iterations, settings.tolerance)
 
     def pace(self, pace: AdmmSettings) -> None:
         """Step so from now on. Another pace than the last begins with its own step-size parameter."""
@@ -163,7 +148,7 @@ class QpSolver:
             if word:
                 return self._stopped(Stop(word, done), primal, dual, seconds)
             first = self._pace.fine and done == 0
-            most = settings.fine_iterations if first else SLICE
+            most = settings.fine_iterations if first else settings.slice_iterations
             tolerance = min(settings.fine_tolerance, settings.tolerance) if first else settings.tolerance
             info, primal, dual = self._slice(min(most, self._most - done), tolerance)
             done += int(info.iter)
@@ -172,7 +157,7 @@ class QpSolver:
             finite = bool(np.isfinite(primal).all() and np.isfinite(dual).all())
             solved = info.status_val in GOOD
             # What the first slice leaves unfinished may be good already: OSQP was asked for more.
-            solved |= first and max(info.prim_res, info.dual_res) <= SOON_GOOD * settings.tolerance
+            solved |= first and max(info.prim_res, info.dual_res) <= settings.fine_share * settings.tolerance
             if solved or info.status_val not in UNFINISHED or not finite or done >= self._most:
                 break
         if not solved or not finite:
@@ -217,7 +202,7 @@ class QpSolver:
     def _set_up(self, values: QpValues) -> None:
         settings = self._settings
         self._osqp = osqp.OSQP()
-        self._sliced = SLICE, settings.tolerance
+        self._sliced = settings.slice_iterations, settings.tolerance
         self._osqp.setup(
             P=self._pattern.cost.matrix(values.cost.copy()),
             q=values.gradient.copy(),
@@ -226,10 +211,10 @@ class QpSolver:
             u=values.upper.copy(),
             rho=self._pace.rho,
             alpha=self._pace.over_relaxation,
-            adaptive_rho_interval=SLICE,
+            adaptive_rho_interval=settings.slice_iterations,
             eps_abs=settings.tolerance,
             eps_rel=settings.tolerance,
-            max_iter=SLICE,
+            max_iter=settings.slice_iterations,
             check_termination=settings.check_interval,
             polishing=settings.polish,
             scaling=0,

@@ -171,13 +171,18 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     states = command.trajectory.states[1:]
     if not config.corridor_rows or command.source not in _FROM_QP or not np.isfinite(states).all():
         return _planes(np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(len(states))
-    discs, margin = cover(config.vehicle, config.footprint.discs), config.footprint.margin
+    discs, margin = cover(config.vehicle, config.footprint), config.footprint.margin
     centres = disc_centres(states, discs).reshape(-1, 2)
     part = command.diagnostics.part
     planes = corridor.half_planes(part, centres)
     every = np.arange(planes.distance.size)
     faced = separating_planes(
-        states, planes, every, discs, lambda among: corridor.reflex_vertices(part, planes, among)
+        states,
+        planes,
+        every,
+        discs,
+        config.footprint,
+        lambda among: corridor.reflex_vertices(part, planes, among),
     )
     gap = faced.gap.reshape(planes.distance.shape)
     active = gap < margin + TIGHT

@@ -154,7 +154,7 @@ def _draw_detections(axes: Axes, result: RunResult) -> None:
 
 
 def _draw_discs(axes: Axes, result: RunResult, poses: Array) -> None:
-    discs = cover(result.config.vehicle, result.config.footprint.discs)
+    discs = cover(result.config.vehicle, result.config.footprint)
     centres = disc_centres(poses, discs).reshape(-1, 2)
     circles = [Circle((x, y), discs.radius) for x, y in centres.tolist()]
     axes.add_collection(

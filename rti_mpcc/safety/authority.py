@@ -7,21 +7,17 @@ from math import degrees
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
 
-LEAST = 0.15
-"""Share of a limit that must be left to drive with, beyond what it takes to hold the vehicle: with a fifth of
-the acceleration it still docks, with a tenth it no longer does."""
-
 
 def exceeded(disturbance: Disturbance, config: ControllerConfig) -> str:
     """Why the vehicle cannot be driven with this disturbance, or ""."""
-    limits = config.limits
+    limits, most = config.limits, 1.0 - config.caution.authority_reserve
     holding, o = disturbance.commanded(0.0), disturbance.steering
-    if abs(holding) > (1.0 - LEAST) * limits.acceleration:
+    if abs(holding) > most * limits.acceleration:
         return (
             f"the drive is too weak for the slope: to hold the vehicle takes {holding:+.2f} m/s², "
             f"the limit is {limits.acceleration:.2f} m/s²"
         )
-    if abs(o) > (1.0 - LEAST) * limits.steering:
+    if abs(o) > most * limits.steering:
         return (
             f"the steering is too far off: to go straight takes {degrees(-o):+.1f} deg, "
             f"the limit is {degrees(limits.steering):.1f} deg"

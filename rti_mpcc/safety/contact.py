@@ -31,10 +31,6 @@ from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
 
-NEARER = 0.01
-"""A plan that begins where the body seems to touch something may go so much deeper [m]: rounding."""
-SPACING = 0.2
-"""Way between two bodies that are checked [m]."""
 UNSURE = 0.02
 """Where two pieces of a boundary are about equally near, the distance of the farther one may have been found:
 it is too large by so much at most [m], see `Boundary.nearest_sample`."""
@@ -112,7 +108,7 @@ def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
     wall = max(least - config.caution.contact_tolerance, 0.0)
     kept = np.where(begins < least, 0.0, least)
     kept[0] = min(max(float(begins[0]) - wall, 0.0), wall)
-    return np.where(begins < 0.0, begins - NEARER, kept)
+    return np.where(begins < 0.0, begins - config.caution.overlap_growth, kept)
 
 
 def way_to_obstacle(
@@ -180,7 +176,7 @@ def surely_clear(
     one only if that is, or if the way leads round an open end of it, farther than the half-planes call
     beyond. So this holds for a vehicle whose body is free where the plan begins, see `overlap`.
     """
-    discs, stages = cover(config.vehicle, config.footprint.discs), len(plan.controls)
+    discs, stages = cover(config.vehicle, config.footprint), len(plan.controls)
     count = len(discs.offsets)
     if planes is None or len(planes.distance) != stages * count:
         return False
@@ -204,7 +200,7 @@ def bodies_surely_clear(
     `planes` are those of the first stages of a plan that is being driven. The way from there crosses nothing
     either.
     """
-    discs = cover(config.vehicle, config.footprint.discs)
+    discs = cover(config.vehicle, config.footprint)
     if planes is None or len(planes.distance) < len(states) * len(discs.offsets):
         return False
     centres = _centres(states[:, X] + 1j * states[:, Y], np.exp(1j * states[:, PHI]), discs)
@@ -246,7 +242,7 @@ def _steps(plan: Trajectory) -> Array:
 def _bodies(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array, Array]:
     """Ways along the plan (n,) [m] up to `reach`, states (n, 6) and bodies (n, 4, 2) [m] there."""
     end = min(reach, length(plan))
-    marks = np.linspace(0.0, end, max(int(np.ceil(end / SPACING)) + 1, 2))
+    marks = np.linspace(0.0, end, max(int(np.ceil(end / config.caution.check_spacing)) + 1, 2))
     states = states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
     return marks, states, body_polygons(states, config.vehicle)
 
@@ -267,8 +263,8 @@ def stop_clearance(config: ControllerConfig) -> float:
     not ahead counts by the discs, which reach beyond the ends of the body.
     """
     vehicle, footprint = config.vehicle, config.footprint
-    overhang = cover(vehicle, footprint.discs).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs
-    return overhang + footprint.margin + SPACING
+    overhang = cover(vehicle, footprint).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs
+    return overhang + footprint.margin + config.caution.check_spacing
 
 
 def stopping_way(speed: float, config: ControllerConfig) -> float:

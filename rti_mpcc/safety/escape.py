@@ -17,19 +17,6 @@ from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
 
-STEP = 0.04
-"""Way between two bodies that are checked [m]."""
-LONGEST = 2.0
-"""Longest way out [m]."""
-ANGLES = np.array([0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0])
-"""Steering angles that are tried, as shares of the largest."""
-TURNED = 0.02
-"""Wheels this near to where they are to be are there [rad]."""
-STILL = 0.02
-"""A vehicle slower than this stands [m/s]."""
-RISE_TIME = 0.3
-"""Time constant with which the speed is set [s]."""
-
 
 def way_out(
     state: Array, begin: float, surroundings: Surroundings, part: int, config: ControllerConfig
@@ -38,13 +25,14 @@ def way_out(
 
     The first control turns the wheels at rest, or creeps; a vehicle that is faster than that has to brake.
     """
-    most, speed = config.escape_speed, float(state[V])
-    if most == 0.0 or abs(speed) > most + STILL:
+    most, speed, standing = config.escape_speed, float(state[V]), config.escape.standing_speed
+    if most == 0.0 or abs(speed) > most + standing:
         return None
-    if abs(speed) > STILL:  # it creeps already: it goes on as it does while that leads out
+    if abs(speed) > standing:  # it creeps already: it goes on as it does while that leads out
         arcs = [(float(np.sign(speed)), float(state[DELTA]))]
     else:
-        angles = sorted(config.limits.steering * ANGLES, key=lambda angle: abs(angle - state[DELTA]))
+        tried = config.limits.steering * np.array(config.escape.steering_shares)
+        angles = sorted(tried, key=lambda angle: abs(angle - state[DELTA]))
         arcs = [(sign, float(angle)) for angle, sign in product(angles, (1.0, -1.0))]
     ways = [(_way_free(state, *arc, surroundings, part, config), arc) for arc in arcs]
     way, (sign, angle) = min(ways, key=lambda each: each[0])
@@ -55,8 +43,8 @@ def _way_free(
     state: Array, sign: float, steering: float, around: Surroundings, part: int, config: ControllerConfig
 ) -> float:
     """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""
-    least = config.caution.hard_minimum
-    ways = np.linspace(0.0, sign * LONGEST, round(LONGEST / STEP) + 1)
+    least, reach = config.caution.hard_minimum, config.escape.reach
+    ways = np.linspace(0.0, sign * reach, round(reach / config.escape.spacing) + 1)
     bodies = body_polygons(_arc(state, ways, steering, config), config.vehicle)
     before = around.known.clearances(part, bodies[:1])[0]
     overlaps, rest = before < 0.0, np.minimum(before, least)
@@ -85,10 +73,11 @@ def _arc(state: Array, ways: Array, steering: float, config: ControllerConfig) -
 def _creep(state: Array, sign: float, angle: float, begin: float, config: ControllerConfig) -> Trajectory:
     """Turn the wheels to `angle`, or creep on with them there, from `begin` [s] on."""
     turn, limits, speed = angle - float(state[DELTA]), config.limits, float(state[V])
-    turned = abs(turn) <= TURNED or abs(speed) > STILL
+    escape = config.escape
+    turned = abs(turn) <= escape.steering_tolerance or abs(speed) > escape.standing_speed
     wanted, most = sign * config.escape_speed if turned else 0.0, config.comfort_acceleration
     times = np.linspace(0.0, config.stages * config.cycle, config.stages + 1)
-    speeds = wanted + (speed - wanted) * np.exp(-times / max(RISE_TIME, config.cycle))
+    speeds = wanted + (speed - wanted) * np.exp(-times / max(escape.rise_time, config.cycle))
     controls = np.zeros((config.stages, CONTROLS))
     controls[:, A] = np.clip(np.diff(speeds) / config.cycle, -most, most)
     controls[0, DELTA_DOT] = np.clip(turn / config.cycle, -limits.steering_rate, limits.steering_rate)

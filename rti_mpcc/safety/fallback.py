@@ -6,7 +6,7 @@
 2. If it does not hold and there is time, the same sought once more from a clean start: from the last plan
    without a complaint, with nothing kept of the solver's last answers.
 3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
-   most `PLAN_LIFE`, and as long as the vehicle is near it (`NEAR_PLAN`).
+   most `Fallback.plan_life`, and as long as the vehicle is within `Fallback.plan_offset` of it.
 4. Braking at `braking` with the steering held, to a standstill. It stays until there is a plan again, which
    is then sought from a fresh first guess.
 
@@ -30,19 +30,6 @@ from rti_mpcc.model.layout import DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, resample, stage_times
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.types import Array, Source, Trajectory
-
-PLAN_LIFE = 1.0
-"""How long the last driven plan may be driven on [s]."""
-NEAR_PLAN = (0.5, 0.2)
-"""A plan that begins farther than this from the vehicle [m], [rad] is not driven on."""
-SETTLING_TIME = 0.15
-"""Time constant with which the last of the speed is taken out [s]."""
-SPARE = 0.3
-"""Distance to a contact at which a blocked vehicle means to stand [m]."""
-HOLDING_TIME = 0.5
-"""The same while standing [s]."""
-SLOW = 0.1
-"""Below this speed the steering is not turned while braking [m/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,10 +55,10 @@ def brake(
 
     `steering_rate` [rad/s] is kept on.
     """
-    speed = float(state[V])
-    soft = config.cycle if deceleration > braking(config) else max(SETTLING_TIME, config.cycle)
+    speed, settling = float(state[V]), max(config.fallback.settling_time, config.cycle)
+    soft = config.cycle if deceleration > braking(config) else settling
     wanted = min(deceleration, abs(speed) / soft, config.limits.acceleration)
-    rate = steering_rate if abs(speed) > SLOW else 0.0
+    rate = steering_rate if abs(speed) > config.fallback.steering_speed else 0.0
     return ControlInput(
         acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING
     )
@@ -81,12 +68,14 @@ def shifted_plan(
     plan: Trajectory | None, accepted_at: float | None, context: PlanningContext, config: ControllerConfig
 ) -> Trajectory | None:
     """The last accepted plan, driven on from where the vehicle is; None if it is too old or too far off."""
-    if plan is None or accepted_at is None or not 0.0 <= context.now - accepted_at <= PLAN_LIFE:
+    limits = config.fallback
+    if plan is None or accepted_at is None or not 0.0 <= context.now - accepted_at <= limits.plan_life:
         return None
     times = stage_times(context.begin, np.diff(plan.times))
     shifted = resample(plan, times, config.vehicle.wheelbase)
     off = context.state - shifted.states[0]
-    if hypot(off[X], off[Y]) > NEAR_PLAN[0] or abs(wrap(float(off[PHI]))) > NEAR_PLAN[1]:
+    position, heading = limits.plan_offset
+    if hypot(off[X], off[Y]) > position or abs(wrap(float(off[PHI]))) > heading:
         return None
     states = rollout(context.state, shifted.controls, np.diff(times), config.vehicle.wheelbase)
     read_only(times, states, shifted.controls)
@@ -96,26 +85,29 @@ def shifted_plan(
 def hold(state: Array, config: ControllerConfig) -> ControlInput:
     """Stay at a standstill: what speed is left fades out gently, so that noise hardly shows."""
     most = config.limits.acceleration
-    wanted = max(min(-float(state[V]) / HOLDING_TIME, most), -most)
+    wanted = max(min(-float(state[V]) / config.fallback.holding_time, most), -most)
     return ControlInput(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
 
 
 def braking(config: ControllerConfig) -> float:
     """Deceleration before something that blocks the way, or without a plan [m/s²]: firm, not an emergency."""
-    return min(config.limits.acceleration, 4.0 * config.comfort_acceleration)
+    return min(config.limits.acceleration, config.fallback.firmness * config.comfort_acceleration)
 
 
 def before_contact(speed: float, way: float, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] to stand `SPARE` before a contact `way` [m] ahead, the comfort one at least."""
-    left, most = way - SPARE, config.limits.acceleration
+    """Deceleration [m/s²] to stand before a contact `way` [m] ahead, the comfort one at least.
+
+    How far before: `Fallback.stop_distance`.
+    """
+    left, most = way - config.fallback.stop_distance, config.limits.acceleration
     return min(max(speed**2 / (2.0 * left), config.comfort_acceleration), most) if left > 0.0 else most
 
 
 def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] that comes to rest at the target's length, within a factor 2 of the comfort one."""
+    """Deceleration [m/s²] that comes to rest at the target's length, within a factor of the comfort one."""
     left = -context.direction * context.error.x
-    comfort = config.comfort_acceleration
+    comfort, factor = config.comfort_acceleration, config.fallback.settling_factor
     if left <= 0.0:
-        return min(2.0 * comfort, config.limits.acceleration)
+        return min(factor * comfort, config.limits.acceleration)
     wanted = context.speed**2 / (2.0 * left)
-    return min(max(wanted, 0.5 * comfort), 2.0 * comfort, config.limits.acceleration)
+    return min(max(wanted, comfort / factor), factor * comfort, config.limits.acceleration)

@@ -18,9 +18,6 @@ from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.stopping import stopping_along, stopping_motion
 from rti_mpcc.types import Trajectory
 
-SLOWEST = 1e-3
-"""Least deceleration of a motion that is looked at [m/s²]."""
-
 
 def overlap(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
     """What the body overlaps, where it is believed to be now or until the command begins to act."""
@@ -84,9 +81,12 @@ def braking(
     context: PlanningContext, deceleration: float, config: ControllerConfig, along: Trajectory | None = None
 ) -> Trajectory:
     """The motion of a vehicle that brakes at `deceleration` [m/s²], along a plan where it is near it."""
-    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages)
+    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
     times = stage_times(context.begin, lengths)
-    motion = None if along is None else stopping_along(along, context.state, times, deceleration)
+    motion = None
+    if along is not None:
+        near = config.fallback.braking_offset
+        motion = stopping_along(along, context.state, times, deceleration, near)
     return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)
 
 
@@ -94,7 +94,8 @@ def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig
     """The motion that stands after all of the way that is looked at for a stop, along a plan."""
     speed = float(context.state[V])
     need = contact.stopping_way(speed, config)
-    return braking(context, max(speed**2 / (2.0 * need), SLOWEST), config, plan)
+    deceleration = max(speed**2 / (2.0 * need), config.fallback.least_deceleration)
+    return braking(context, deceleration, config, plan)
 
 
 def braking_in_time(

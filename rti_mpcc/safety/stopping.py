@@ -9,9 +9,6 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array, Trajectory
 
-NEAR = (0.2, 0.1)
-"""A plan whose way passes farther than this from the vehicle [m], [rad] is not braked along."""
-
 
 def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: float) -> Trajectory:
     """Constant `deceleration` [m/s²] from `state` (6,) to rest on an arc, at `times` (N+1,) [s]."""
@@ -29,11 +26,13 @@ def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: 
     return _with_controls(times, states)
 
 
-def stopping_along(plan: Trajectory, state: Array, times: Array, deceleration: float) -> Trajectory | None:
+def stopping_along(
+    plan: Trajectory, state: Array, times: Array, deceleration: float, near: tuple[float, float]
+) -> Trajectory | None:
     """Constant `deceleration` [m/s²] from `state` (6,) to rest on the way of a plan, at `times` (N+1,) [s].
 
-    The vehicle keeps what it is beside that way. None where it is not `NEAR` it, or the plan goes the other
-    way.
+    The vehicle keeps what it is beside that way. None where it is not as `near` it [m], [rad], or the plan
+    goes the other way.
     """
     steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
     driven = np.append(True, steps > 1e-9)
@@ -42,7 +41,7 @@ def stopping_along(plan: Trajectory, state: Array, times: Array, deceleration: f
     at_here = _states_at(states, way, np.array([here]))[0]
     off = state - at_here
     aside, turned = float(np.hypot(off[X], off[Y])), abs(float(wrap(off[PHI])))
-    if aside > NEAR[0] or turned > NEAR[1] or float(at_here[V] * state[V]) <= 0.0:
+    if aside > near[0] or turned > near[1] or float(at_here[V] * state[V]) <= 0.0:
         return None
     elapsed = np.minimum(times - times[0], speed / deceleration)
     left = here + speed * elapsed - 0.5 * deceleration * elapsed**2

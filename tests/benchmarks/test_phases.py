@@ -23,7 +23,7 @@ def test_a_function_that_is_gone_is_named(name: str) -> None:
 
 def test_what_is_no_function_is_refused() -> None:
     with pytest.raises(LookupError, match="not a function"):
-        found("rti_mpcc.controller:OUTSIDE_PATIENCE")
+        found("rti_mpcc.controller:THETA")
 
 
 def test_times_are_exclusive_and_add_up(monkeypatch: pytest.MonkeyPatch) -> None:

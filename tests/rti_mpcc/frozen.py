@@ -22,7 +22,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import DELTA, PHI, THETA, V
-from rti_mpcc.ocp.bounds import OVERRUN, StageBounds, stage_bounds
+from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
@@ -31,7 +31,6 @@ from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import workspace
 from rti_mpcc.qp.filling import (
-    RETURN_SHARE,
     QpValues,
     empty_values,
     fill_bounds,
@@ -167,7 +166,7 @@ class FrozenProblem:
         return 0 if self.planes is None else self.config.footprint.discs
 
     def build_pattern(self) -> QpPattern:
-        return build_pattern(len(self.lengths), self.discs, self.sides)
+        return build_pattern(len(self.lengths), self.discs, self.sides, self.config.solver)
 
     def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array, dual: Array) -> None:
         """The QP about states (N+1, 6), controls (N, 3) and multipliers (m,), as the package fills it."""
@@ -176,7 +175,9 @@ class FrozenProblem:
         errors = frenet_errors(states, reference, part.direction)
         walls = self.walls.at(states[:, :2]) if self.walls is not None else None
         goal = self.frame.pose_in(self.target.pose)
-        cost = quadratic_cost(states, controls, self.weights, errors, walls, goal, wheelbase, config.comfort)
+        cost = quadratic_cost(
+            states, controls, self.weights, errors, walls, goal, wheelbase, config.comfort, config.weights
+        )
         cost.state_gradient[:, THETA] += self.nearing
         fill_cost(values, pattern, cost, self.weights.slack, self.weights.scale, self.damping)
         step = linearised_step(states[:-1], controls, self.lengths, wheelbase)
@@ -184,12 +185,10 @@ class FrozenProblem:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, self.bounds, states, controls)
         if self.planes is not None:
-            discs = cover(config.vehicle, config.footprint.discs)
+            discs = cover(config.vehicle, config.footprint)
             planes = self.planes.at(disc_centres(states[1:], discs).reshape(-1, 2))
-            margin = config.footprint.margin
-            fill_corridor(
-                values, pattern, corridor_rows(states[1:], planes, discs, margin, np.inf, no_corners)
-            )
+            footprint = config.footprint.model_copy(update={"near": 1e12})
+            fill_corridor(values, pattern, corridor_rows(states[1:], planes, discs, footprint, no_corners))
         fill_initial(values, pattern, self.measured - states[0])
 
 
@@ -328,12 +327,12 @@ def _freeze(
     config, frame, target = mpcc.config, linear.frame, mpcc.target
     measured = frame.states_in(state)
     measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
-    measured[THETA] = min(measured[THETA], target.stop + OVERRUN)
+    measured[THETA] = min(measured[THETA], target.stop + config.progress.overrun)
     theta = linear.states[:, THETA]
     bounds = stage_bounds(config, target, mpcc.part.direction, theta, retreat=options.get("retreat", 0.0))
     planes, walls = None, None
     if linear.planes is not None:
-        discs = cover(config.vehicle, config.footprint.discs)
+        discs = cover(config.vehicle, config.footprint)
         centres = disc_centres(linear.trajectory.states[1:], discs).reshape(-1, 2)
         acts = linear.planes.distance - discs.radius - config.footprint.margin < config.footprint.near
         planes = FrozenPlanes.of(linear.planes, centres, frame, acts)
@@ -368,10 +367,11 @@ def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -
     reference = linear.frame.reference_in(mpcc.part.reference(states[:, THETA]))
     errors = frenet_errors(states, reference, mpcc.part.direction)
     near = walls.at(states[:, :2]) if walls is not None else None
-    goal, wheelbase = linear.frame.pose_in(mpcc.target.pose), mpcc.config.vehicle.wheelbase
+    config, goal = mpcc.config, linear.frame.pose_in(mpcc.target.pose)
+    wheelbase = config.vehicle.wheelbase
     gradients = [
         quadratic_cost(
-            states, controls, weights, errors, near, goal, wheelbase, mpcc.config.comfort
+            states, controls, weights, errors, near, goal, wheelbase, config.comfort, config.weights
         ).state_gradient[:, THETA]
         for weights in (linear.weights, replace(linear.weights, by_progress=None))
     ]
@@ -383,7 +383,7 @@ def _widened(bounds: StageBounds, measured: Array, lengths: Array, config: Contr
     states, elapsed = bounds.states.copy(), np.cumsum(lengths)
     for quantity, rate in ((V, config.limits.acceleration), (DELTA, config.limits.steering_rate)):
         column = int(np.flatnonzero(quantity == BOUNDED)[0])
-        back = RETURN_SHARE * rate * elapsed
+        back = config.bound_relaxation.limit_share * rate * elapsed
         states[:, 0, column] = np.minimum(states[:, 0, column], measured[quantity] + back)
         states[:, 1, column] = np.maximum(states[:, 1, column], measured[quantity] - back)
     return replace(bounds, states=states)

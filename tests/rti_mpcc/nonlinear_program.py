@@ -12,10 +12,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from rti_mpcc.model.footprint import ROUND, Discs, cover
+from rti_mpcc.config import Weights
+from rti_mpcc.model.footprint import Discs, cover
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.objectives import COMFORT_CLIP, COMFORT_EASE, GOAL_CLIP
-from rti_mpcc.ocp.stage_cost import BOUND_DISTANCE, BOUND_SPEED
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
 from tests.rti_mpcc.frozen import FrozenPlanes, FrozenProblem
@@ -151,13 +150,16 @@ def _path_pose(problem: FrozenProblem, k: int, theta: Any) -> tuple[Any, Any, An
 
 def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
     w, stages, comfort = problem.weights, len(problem.lengths), problem.config.comfort
+    settings = problem.config.weights
     total: Any = w.slack * ca.sum1(s)
     for k in range(stages + 1):
         total += problem.nearing[k] * (z[THETA, k] - problem.states[k, THETA])
         v, tangent = z[V, k], ca.tan(z[DELTA, k])
         lateral = v**2 * tangent / problem.config.vehicle.wheelbase
         total += w.lateral_acceleration[k] * lateral**2
-        total += w.comfort.lateral_acceleration[k] * _discomfort(lateral, comfort.lateral_acceleration)
+        total += w.comfort.lateral_acceleration[k] * _discomfort(
+            lateral, comfort.lateral_acceleration, settings
+        )
         if w.lag[k] or w.contouring[k] or w.heading[k]:
             x_r, y_r, phi_r = _path_pose(problem, k, z[THETA, k])
             dx, dy = z[X, k] - x_r, z[Y, k] - y_r
@@ -166,31 +168,33 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
             total += w.heading[k] * (z[PHI, k] - phi_r) ** 2
         for normal, offset in _acting(problem.walls, k):
             distance = normal[0] * z[X, k] + normal[1] * z[Y, k] - offset
-            total += w.bound_distance[k] * ca.fmax(BOUND_DISTANCE - distance, 0) ** 2
-            total += w.bound_speed[k] * (v * ca.fmax(BOUND_SPEED - distance, 0)) ** 2
+            total += w.bound_distance[k] * ca.fmax(settings.bound_distance_reach - distance, 0) ** 2
+            total += w.bound_speed[k] * (v * ca.fmax(settings.bound_speed_reach - distance, 0)) ** 2
     for k in range(stages):
         total += w.acceleration[k] * u[A, k] ** 2 + w.steering_rate[k] * u[DELTA_DOT, k] ** 2
         total += w.virtual_speed[k] * u[THETA_DOT, k] ** 2 - w.progress_reward[k] * u[THETA_DOT, k]
-        total += w.comfort.acceleration[k] * _discomfort(u[A, k], comfort.acceleration)
-        total += w.comfort.steering_rate[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate)
+        total += w.comfort.acceleration[k] * _discomfort(u[A, k], comfort.acceleration, settings)
+        total += w.comfort.steering_rate[k] * _discomfort(u[DELTA_DOT, k], comfort.steering_rate, settings)
     return total + _goal_cost(problem, z[:, stages])
 
 
 def _goal_cost(problem: FrozenProblem, last: Any) -> Any:
     w, goal = problem.weights, problem.frame.pose_in(problem.target.pose)
     dx, dy, dphi = last[X] - goal.x, last[Y] - goal.y, last[PHI] - goal.phi
-    speed = w.goal_speed * last[V] ** 2
+    speed, clip = w.goal_speed * last[V] ** 2, problem.config.weights.goal_clip
     if not w.goal_clipped:
         return w.goal[0] * dx**2 + w.goal[1] * dy**2 + w.goal[2] * dphi**2 + speed
     assert w.goal[0] == w.goal[1], "Huber's cost of a distance needs one weight on x and y"
-    return w.goal[0] * _huber(dx**2 + dy**2, GOAL_CLIP[0]) + w.goal[2] * _huber(dphi**2, GOAL_CLIP[1]) + speed
+    return w.goal[0] * _huber(dx**2 + dy**2, clip[0]) + w.goal[2] * _huber(dphi**2, clip[1]) + speed
 
 
-def _discomfort(value: Any, most: float) -> Any:
+def _discomfort(value: Any, most: float, settings: Weights) -> Any:
     """Square, beyond the clip linear, of max(0, |value| - most) rounded off by the logarithm."""
-    ease = COMFORT_EASE * most
+    ease = settings.comfort_ease * most
     beyond = (ca.fabs(value) - most) / ease
-    return _huber((ease * (ca.fmax(beyond, 0) + ca.log1p(ca.exp(-ca.fabs(beyond))))) ** 2, COMFORT_CLIP)
+    return _huber(
+        (ease * (ca.fmax(beyond, 0) + ca.log1p(ca.exp(-ca.fabs(beyond))))) ** 2, settings.comfort_clip
+    )
 
 
 def _huber(square: Any, clip: float) -> Any:
@@ -209,7 +213,7 @@ def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, A
     """Dynamics = 0, and acting half-planes with their slack >= 0."""
     config, stages = problem.config, len(problem.lengths)
     equal, above = [], []
-    discs = cover(config.vehicle, config.footprint.discs)
+    discs = cover(config.vehicle, config.footprint)
     for k in range(stages):
         equal.append(z[:, k + 1] - _step(z[:, k], u[:, k], problem.lengths[k], config.vehicle.wheelbase))
         for i in range(problem.discs):
@@ -230,7 +234,7 @@ def _reach(normal: Array, phi: Any, discs: Discs) -> Any:
     radius = float(np.sqrt(a**2 + b**2))
     along = ca.fabs(normal[0] * ca.cos(phi) + normal[1] * ca.sin(phi))
     across = normal[1] * ca.cos(phi) - normal[0] * ca.sin(phi)
-    piece = a * along + b * ca.sqrt(across**2 + ROUND**2)
+    piece = a * along + b * ca.sqrt(across**2 + discs.rounding**2)
     return ca.if_else(along >= a / radius, ca.fmin(radius, piece), radius)
 
 

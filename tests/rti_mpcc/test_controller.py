@@ -18,7 +18,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest, Contouring
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
-from rti_mpcc.qp.solver import COLD
+from rti_mpcc.qp.solver import AdmmStart
 from rti_mpcc.types import Array, Trajectory
 
 FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
@@ -46,7 +46,7 @@ def at(mpcc: RtiMpcc, theta: float, *, v: float = 0.0, delta: float = 0.0, left:
 def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> Solution:
     """Iterate a planned arrival from a first guess until it hardly moves any more."""
     config = mpcc.config
-    times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages))
+    times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages, config.fine_stage))
     way = mpcc.target.theta - state[THETA]
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, config)
     return repeat(mpcc, state, guess, iterations, objective=ArrivalAtRest(seconds))
@@ -54,7 +54,9 @@ def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> 
 
 def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8, **options: Any) -> Solution:
     config = mpcc.config
-    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+    times = stage_times(
+        0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
+    )
     guess = cruise_guess(mpcc.part, mpcc.target, state, times, config)
     return repeat(mpcc, state, guess, iterations, **options)
 
@@ -63,7 +65,7 @@ def repeat(mpcc: RtiMpcc, state: Array, guess: Trajectory, iterations: int, **op
     mpcc.prepare(0.0, plan=guess, damping=DAMPING, **options)
     solution = mpcc.feedback(state, 0.0)
     for _ in range(iterations - 1):
-        mpcc.prepare(0.0, last=solution, damping=DAMPING, pace=COLD, **options)
+        mpcc.prepare(0.0, last=solution, damping=DAMPING, pace=AdmmStart.COLD, **options)
         solution = mpcc.feedback(state, 0.0)
     assert solution.solved, solution.status
     return solution
@@ -176,7 +178,7 @@ def test_one_direction_of_motion_and_a_retreat() -> None:
         mpcc = core([(1, 0.0, 20.0)])
         mpcc.set_goal(mpcc.part.pose(15.0))
         state = at(mpcc, 16.0)
-        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30))
+        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30, 0.1))
         plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
         arrived = repeat(mpcc, state, plan, 8, objective=ArrivalAtRest(8.0), retreat=retreat)
         slowest = arrived.trajectory.states[:, V].min()
@@ -184,7 +186,7 @@ def test_one_direction_of_motion_and_a_retreat() -> None:
 
 
 def lowest_gap(mpcc: RtiMpcc, corridor: Corridor, plan: Trajectory) -> float:
-    discs = cover(mpcc.config.vehicle, mpcc.config.footprint.discs)
+    discs = cover(mpcc.config.vehicle, mpcc.config.footprint)
     planes = corridor.half_planes(0, disc_centres(plan.states, discs).reshape(-1, 2))
     return float(planes.distance.min() - discs.radius)
 
@@ -219,7 +221,9 @@ def test_a_measured_state_outside_the_limits_is_admitted_and_returns() -> None:
     mpcc = core([(1, 0.0, 60.0)], limits=limited(speed=2.0, steering=0.4))
     guess_from = at(mpcc, 5.0, v=2.0)
     config = mpcc.config
-    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+    times = stage_times(
+        0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
+    )
     mpcc.prepare(0.0, plan=cruise_guess(mpcc.part, mpcc.target, guess_from, times, config))
     solution = mpcc.feedback(at(mpcc, 5.0, v=2.3, delta=-0.43), 0.0)
     assert solution.solved
@@ -280,7 +284,9 @@ def test_the_first_preparation_needs_a_plan() -> None:
 def test_a_qp_that_is_not_solved_leaves_the_plan_that_was_linearised_about() -> None:
     mpcc = core(solver=SolverSettings(tolerance=1e-9, max_iterations=1, check_interval=1))
     state, config = at(mpcc, 3.0, v=1.0), mpcc.config
-    times = stage_times(0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages))
+    times = stage_times(
+        0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
+    )
     guess = cruise_guess(mpcc.part, mpcc.target, state, times, config)
     linear = mpcc.prepare(0.0, plan=guess)
     solution = mpcc.feedback(state, 0.0)
@@ -395,7 +401,7 @@ def test_an_objective_beside_the_path_may_drive_either_way_and_knows_no_corridor
     mpcc = core()
     mpcc.set_goal(mpcc.part.pose(8.0))
     state = at(mpcc, 10.0)
-    times = stage_times(0.0, stage_lengths(10.0, 0.05, 30))
+    times = stage_times(0.0, stage_lengths(10.0, 0.05, 30, 0.1))
     plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
     linear = mpcc.prepare(0.0, plan=plan, objective=CartesianPose())
     assert (linear.planes, linear.rows) == (None, None)

@@ -28,7 +28,7 @@ def before_a_wall(direction: int, room: float, **simulation: Any) -> Scenario:
 
 
 def test_the_discs_reach_farther_than_the_room_that_is_left() -> None:
-    shape = cover(Vehicle(), Footprint().discs)
+    shape = cover(Vehicle(), Footprint())
     assert shape.radius - shape.half_length > 0.6
 
 

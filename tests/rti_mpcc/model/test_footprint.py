@@ -5,8 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from rti_mpcc.config import Vehicle
-from rti_mpcc.model.footprint import ROUND, Discs, Reach, body_polygons, cover, disc_centres
+from rti_mpcc.config import Footprint, Vehicle
+from rti_mpcc.model.footprint import Discs, Reach, body_polygons, cover, disc_centres
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -17,7 +17,7 @@ VEHICLES = [Vehicle(), Vehicle(front=0.8, rear=3.6), Vehicle(wheelbase=0.5, widt
 @pytest.mark.parametrize("count", [1, 3, 5, 8])
 def test_discs_cover_the_body(vehicle: Vehicle, count: int) -> None:
     random = np.random.default_rng(count)
-    discs = cover(vehicle, count)
+    discs = cover(vehicle, Footprint(discs=count))
     along = random.uniform(-vehicle.rear, vehicle.front, 2000)
     across = random.uniform(-0.5, 0.5, 2000) * vehicle.width
     corners = [(-vehicle.rear, 0.5 * vehicle.width), (vehicle.front, -0.5 * vehicle.width)]
@@ -29,14 +29,14 @@ def test_discs_cover_the_body(vehicle: Vehicle, count: int) -> None:
 
 
 def test_more_discs_are_smaller_but_never_below_the_half_width() -> None:
-    radii = [cover(Vehicle(), count).radius for count in range(1, 12)]
+    radii = [cover(Vehicle(), Footprint(discs=count)).radius for count in range(1, 12)]
     assert (np.diff(radii) < 0.0).all()
     assert radii[-1] > 0.5 * Vehicle().width
     assert radii[2] - 0.5 * Vehicle().width == pytest.approx(0.24, abs=0.01)  # design.md, 1.4
 
 
 def test_disc_centres_lie_on_the_turned_axis() -> None:
-    discs = cover(Vehicle(), 3)
+    discs = cover(Vehicle(), Footprint(discs=3))
     states = np.array([[1.0, 2.0, 0.0], [1.0, 2.0, pi / 2.0]])
     centres = disc_centres(states, discs)
     np.testing.assert_allclose(centres[0], np.column_stack([1.0 + discs.offsets, np.full(3, 2.0)]))
@@ -56,7 +56,7 @@ def test_body_polygons_are_the_turned_rectangle_counter_clockwise() -> None:
 # -- how far a piece of the body reaches towards a wall, Eq. (H6) --------------------------------------------
 
 ALL_COVERS = pytest.mark.parametrize(
-    "discs", [cover(vehicle, count) for vehicle in VEHICLES for count in (1, 3, 5, 8)]
+    "discs", [cover(vehicle, Footprint(discs=count)) for vehicle in VEHICLES for count in (1, 3, 5, 8)]
 )
 
 
@@ -82,7 +82,7 @@ def test_the_reach_is_between_that_of_the_rectangle_and_the_radius(discs: Discs)
     # Ahead it is hardly more than the rectangle's own.
     ahead = np.abs(np.cos(angles)) >= discs.half_length / discs.radius
     assert ahead.any()
-    assert (reach - needed)[ahead].max() <= ROUND * discs.half_width + 1e-12
+    assert (reach - needed)[ahead].max() <= discs.rounding * discs.half_width + 1e-12
 
 
 @ALL_COVERS
@@ -91,7 +91,7 @@ def test_the_reach_is_the_radius_beside_and_the_half_length_ahead(discs: Discs) 
     beside = np.linspace(corner + 1e-9, pi - corner - 1e-9, 50)
     np.testing.assert_array_equal(reach_at(np.append(beside, -beside), discs).value, discs.radius)
     np.testing.assert_array_equal(reach_at(np.append(beside, -beside), discs).slope, 0.0)
-    exactly = np.minimum(discs.half_length + ROUND * discs.half_width, discs.radius)
+    exactly = np.minimum(discs.half_length + discs.rounding * discs.half_width, discs.radius)
     np.testing.assert_allclose(reach_at(np.array([0.0, pi]), discs).value, exactly, rtol=1e-12)
 
 
@@ -111,7 +111,8 @@ def test_the_reachs_slope_is_that_of_its_value_as_the_body_turns(discs: Discs) -
         return reach_at(angles - turned[0], discs).value
 
     # One kink in a quarter, where the disc takes over.
-    piece = discs.half_length * np.abs(np.cos(angles)) + discs.half_width * np.hypot(np.sin(angles), ROUND)
+    wide = np.hypot(np.sin(angles), discs.rounding)
+    piece = discs.half_length * np.abs(np.cos(angles)) + discs.half_width * wide
     smooth = np.abs(piece - discs.radius) > 1e-5
     assert smooth.mean() > 0.9
     difference = slopes(value, np.zeros(1))[:, 0]

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
-from rti_mpcc.config import Vehicle
+from rti_mpcc.config import BoundRelaxation, Footprint, Vehicle
 from rti_mpcc.model.bicycle import rollout
-from rti_mpcc.model.footprint import ROUND, cover, disc_centres
+from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
-    RETURN_TIME,
-    RETURN_WAY,
-    WAY_BACK,
     CorridorRows,
     corridor_rows,
     free_response,
@@ -25,7 +22,13 @@ from rti_mpcc.types import Array
 from tests.rti_mpcc.corners import no_corners
 from tests.rti_mpcc.differences import slopes
 
-DISCS = cover(Vehicle(), 5)
+DISCS = cover(Vehicle(), Footprint())
+RELAXATION = BoundRelaxation()
+RETURN_TIME, RETURN_WAY, WAY_BACK = (
+    RELAXATION.margin_time,
+    RELAXATION.margin_way,
+    RELAXATION.boundary_way,
+)
 MARGIN = 0.1
 
 
@@ -53,7 +56,7 @@ def planes_of(corridor: Corridor, states: Array) -> HalfPlanes:
 
 
 def rows_about(states: Array, planes: HalfPlanes, near: float = 1e3) -> CorridorRows:
-    rows = corridor_rows(states, planes, DISCS, MARGIN, near, no_corners)
+    rows = corridor_rows(states, planes, DISCS, Footprint(margin=MARGIN, near=near), no_corners)
     assert rows is not None
     return rows
 
@@ -130,7 +133,7 @@ def test_rows_of_walls_ahead_are_mirrored_and_turned_with_the_body() -> None:
 
 def test_a_wall_exactly_ahead_may_be_as_near_as_the_margin_and_what_rounds() -> None:
     vehicle = Vehicle()
-    nearest = vehicle.front + MARGIN + ROUND * DISCS.half_width
+    nearest = vehicle.front + MARGIN + Footprint().rounding * DISCS.half_width
     states = np.zeros((1, 6))
     for far, lacks in ((nearest + 1e-6, False), (nearest - 1e-6, True)):
         distance = far - disc_centres(states, DISCS)[0, :, X]
@@ -174,7 +177,7 @@ def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array
         feature=np.full((60, 2), -1),
         sample=np.full((60, 2), -1),
     )
-    assert corridor_rows(states, none, DISCS, MARGIN, 1e3, no_corners) is None
+    assert corridor_rows(states, none, DISCS, Footprint(margin=MARGIN, near=1e3), no_corners) is None
 
 
 STAYS = np.tile(np.eye(POSE, MEASURED), (12, 1, 1))
@@ -203,6 +206,7 @@ def relieved(
         margin=margin,
         over=over,
         far=0.0,
+        relaxation=RELAXATION,
     )
 
 
@@ -249,7 +253,11 @@ def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
     late = np.full(len(states), 2.0 * RETURN_TIME)
-    for way, left in ((0.5 * WAY_BACK, 0.5), (WAY_BACK, 0.0), (2.0 * WAY_BACK, 0.0)):
+    for way, left in (
+        (0.5 * WAY_BACK, 0.5),
+        (WAY_BACK, 0.0),
+        (2.0 * WAY_BACK, 0.0),
+    ):
         bounds = relieved(short, np.zeros(3), late, 0.1, way)
         # The vehicle lacks 0.5 m of the left boundary, which is relieved by no more than that at any stage.
         np.testing.assert_allclose(bounds[..., 0], lower[..., 0] - left * 0.5, atol=1e-12)
@@ -279,7 +287,7 @@ def test_a_plan_begun_beside_another_drifts_as_the_vehicle_does(speed: float, st
     lengths = np.append(0.05, np.full(29, 0.1))
     begin = np.array([0.3, -0.2, 0.7, speed, steering, 0.0])
     controls = np.zeros((len(lengths), CONTROLS))
-    by = free_response(rollout(begin, controls, lengths, 2.9), lengths, 2.9)
+    by = free_response(rollout(begin, controls, lengths, 2.9), lengths, 2.9, RETURN_TIME)
     assert np.cumsum(lengths)[len(by) - 1] < RETURN_TIME <= np.cumsum(lengths)[len(by)]
 
     def poses(measured: Array) -> Array:

@@ -5,10 +5,13 @@ from math import cos, sin
 import numpy as np
 import pytest
 
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import controls_over, resample, stage_lengths, stage_times, states_at
 from rti_mpcc.types import Array, Trajectory
+
+FINE = ControllerConfig().fine_stage
 
 WHEELBASE = 2.875
 
@@ -17,7 +20,7 @@ WHEELBASE = 2.875
 @pytest.mark.parametrize("first", [0.005, 0.05, 0.2])
 @pytest.mark.parametrize("stages", [10, 70])
 def test_lengths_sum_up_and_the_first_is_one_cycle(duration: float, first: float, stages: int) -> None:
-    lengths = stage_lengths(duration, first, stages)
+    lengths = stage_lengths(duration, first, stages, FINE)
     assert lengths.shape == (stages,)
     assert lengths.sum() == pytest.approx(duration, rel=1e-9)
     assert lengths[0] == first
@@ -28,7 +31,7 @@ def test_lengths_sum_up_and_the_first_is_one_cycle(duration: float, first: float
 
 
 def test_short_horizons_are_uniform_and_long_ones_grow() -> None:
-    short, long = stage_lengths(6.0, 0.05, 70), stage_lengths(25.0, 0.05, 70)
+    short, long = stage_lengths(6.0, 0.05, 70, FINE), stage_lengths(25.0, 0.05, 70, FINE)
     np.testing.assert_allclose(short[1:], short[1])
     assert long[1] < 0.11
     assert long[-1] > 5.0 * long[1]
@@ -36,20 +39,20 @@ def test_short_horizons_are_uniform_and_long_ones_grow() -> None:
 
 def test_lengths_change_continuously_with_the_duration() -> None:
     durations = np.arange(6.8, 7.4, 0.005)
-    lengths = np.array([stage_lengths(float(d), 0.05, 70) for d in durations])
+    lengths = np.array([stage_lengths(float(d), 0.05, 70, FINE) for d in durations])
     assert np.abs(np.diff(lengths, axis=0)).max() < 1e-3
 
 
 @pytest.mark.parametrize("beyond", [0.0, 1e-15, 1e-12, 1e-9, 1e-7, 1e-6, 7e-6, 1e-5, 1e-3])
 def test_durations_just_beyond_the_uniform_ones_have_lengths_too(beyond: float) -> None:
     """The growth is then lost in rounding: an arrival whose time falls in round steps comes past here."""
-    lengths = stage_lengths(6.95 + beyond, 0.05, 70)
+    lengths = stage_lengths(6.95 + beyond, 0.05, 70, FINE)
     assert lengths.sum() == pytest.approx(6.95 + beyond, rel=1e-12)
     np.testing.assert_allclose(lengths[1:], 0.1, rtol=1e-3)
 
 
 def test_too_short_a_duration_is_stretched() -> None:
-    lengths = stage_lengths(0.0, 0.05, 70)
+    lengths = stage_lengths(0.0, 0.05, 70, FINE)
     assert lengths.sum() == pytest.approx(0.15)
     assert (lengths > 0.0).all()
 
@@ -67,7 +70,7 @@ def driven(lengths: Array, controls: Array, state: Array, begin: float = 2.0) ->
 
 @pytest.fixture
 def winding() -> Trajectory:
-    lengths = stage_lengths(8.0, 0.05, 40)
+    lengths = stage_lengths(8.0, 0.05, 40, FINE)
     t = np.cumsum(lengths)
     controls = np.column_stack([0.5 * np.cos(t), 0.2 * np.sin(2.0 * t), 1.0 + 0.3 * np.sin(t)])
     return driven(lengths, controls, np.array([3.0, 4.0, 1.0, 1.5, 0.1, 7.0]))
@@ -90,7 +93,7 @@ def test_integrals_of_controls_are_kept(winding: Trajectory) -> None:
 
 
 def test_a_straight_motion_at_constant_acceleration_is_exact() -> None:
-    lengths, a, phi = stage_lengths(10.0, 0.05, 30), 0.3, 0.8
+    lengths, a, phi = stage_lengths(10.0, 0.05, 30, FINE), 0.3, 0.8
     controls = np.tile([a, 0.0, 1.2], (30, 1))
     plan = driven(lengths, controls, np.array([1.0, 2.0, phi, 0.5, 0.0, 4.0]))
     times = plan.times[0] + np.sort(np.random.default_rng(5).uniform(0.0, 10.0, 50))

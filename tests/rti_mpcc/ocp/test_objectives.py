@@ -8,7 +8,6 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.config import Weights
 from rti_mpcc.ocp.objectives import (
-    FIRM,
     StageWeights,
     arrival_weights,
     contouring_weights,
@@ -168,7 +167,7 @@ def test_an_arrival_that_insists_counts_a_tenth_of_the_effort_and_the_goal_the_s
         np.testing.assert_allclose(getattr(insisting, name), 0.1 * getattr(usual, name))
     np.testing.assert_array_equal(insisting.goal, usual.goal)
     assert (insisting.slack, insisting.scale) == (usual.slack, usual.scale)
-    near = np.full(70, 0.3 * FIRM / 70.0)
+    near = np.full(70, 0.3 * Weights().firm_time / 70.0)
     usual, insisting = (
         arrival_weights(Weights(), target(), spread(0.0, 30.0), near, insists=insists)
         for insists in (False, True)

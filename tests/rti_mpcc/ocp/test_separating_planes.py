@@ -10,8 +10,8 @@ import shapely
 from shapely import affinity
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import Vehicle
-from rti_mpcc.model.footprint import ROUND, cover, disc_centres
+from rti_mpcc.config import Footprint, Vehicle
+from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.separating_planes import SeparatingPlanes, separating_planes
@@ -19,7 +19,8 @@ from rti_mpcc.types import Array
 from tests.rti_mpcc.corners import corners_of, no_corners
 from tests.rti_mpcc.differences import slopes
 
-DISCS = cover(Vehicle(), 5)
+FOOTPRINT = Footprint(margin=0.1, near=1e3)
+DISCS = cover(Vehicle(), FOOTPRINT)
 PATH = ReferencePath.from_segments(Pose2(-40.0, 0.0, 0.0), [(1, 0.0, 80.0)])
 BLOCK = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)])
 OBSTACLE = 2
@@ -48,7 +49,8 @@ def drawn(seed: int, count: int = 300) -> Array:
 def faced(states: Array, corridor: Corridor, *, at_corners: bool = True) -> SeparatingPlanes:
     planes = corridor.half_planes(0, disc_centres(states, DISCS).reshape(-1, 2))
     reflex_vertices = corners_of(corridor, planes) if at_corners else no_corners
-    return separating_planes(states, planes, np.arange(planes.distance.size), DISCS, reflex_vertices)
+    every = np.arange(planes.distance.size)
+    return separating_planes(states, planes, every, DISCS, FOOTPRINT, reflex_vertices)
 
 
 def gaps(states: Array, corridor: Corridor, *, at_corners: bool = True, side: int = OBSTACLE) -> Array:
@@ -101,7 +103,7 @@ def test_where_the_end_of_a_piece_points_at_a_corner_the_gap_is_exact() -> None:
     short = (distance - gap)[changed]
     # (H6) takes a little off where a side of the block, not its corner, is what the piece faces.
     assert (np.abs(short) < 1e-9).mean() > 0.7
-    assert (short <= DISCS.half_width * ROUND + 1e-9).all()
+    assert (short <= DISCS.half_width * FOOTPRINT.rounding + 1e-9).all()
 
 
 def test_the_case_that_it_is_for() -> None:
@@ -118,8 +120,8 @@ def test_the_case_that_it_is_for() -> None:
 def test_slopes_are_those_of_the_exact_gap_to_a_corner(seed: int) -> None:
     corridor, states = beside(), drawn(10 + seed, 150)
     planes = corridor.half_planes(0, disc_centres(states, DISCS).reshape(-1, 2))
-    rows = corridor_rows(states, planes, DISCS, 0.1, 1e3, corners_of(corridor, planes))
-    plain = corridor_rows(states, planes, DISCS, 0.1, 1e3, no_corners)
+    rows = corridor_rows(states, planes, DISCS, FOOTPRINT, corners_of(corridor, planes))
+    plain = corridor_rows(states, planes, DISCS, FOOTPRINT, no_corners)
     assert rows is not None
     assert plain is not None
     distance = exact(states).reshape(len(states), -1)

@@ -7,13 +7,10 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, HalfPlanes, PathPart, Pose2, ReferencePath
-from rti_mpcc.config import Comfort
+from rti_mpcc.config import Comfort, Weights
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.objectives import (
-    COMFORT_CLIP,
-    COMFORT_EASE,
-    GOAL_CLIP,
     ComfortWeights,
     StageWeights,
     WeightSlopes,
@@ -23,6 +20,7 @@ from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
 N, WHEELBASE = 8, 2.875
+SETTINGS = Weights()
 COMFORT = Comfort(acceleration=0.4, lateral_acceleration=0.9, steering_rate=0.3)
 """Some stages of the plan are within it, others beyond it on either side."""
 BLENDED = [field.name for field in fields(WeightSlopes)]
@@ -110,8 +108,17 @@ class Setting:
     def model(self, weights: StageWeights) -> QuadraticCost:
         reference = self.part.reference(self.states[:, THETA])
         errors = frenet_errors(self.states, reference, self.part.direction)
-        walls, goal = self.walls, self.goal
-        return quadratic_cost(self.states, self.controls, weights, errors, walls, goal, WHEELBASE, COMFORT)
+        return quadratic_cost(
+            self.states,
+            self.controls,
+            weights,
+            errors,
+            self.walls,
+            self.goal,
+            WHEELBASE,
+            COMFORT,
+            SETTINGS,
+        )
 
     def cost(self, states: Array, controls: Array, w: StageWeights) -> float:
         """Eq. (C1)-(C3) stage by stage, walls as the straight lines that they are near the plan."""
@@ -138,8 +145,8 @@ class Setting:
         total += w.goal_speed * last[V] ** 2
         if not w.goal_clipped:
             return float(total + w.goal @ [dx**2, dy**2, turn**2])
-        along = huber(float(np.hypot(dx, dy)), GOAL_CLIP[0])
-        return float(total + w.goal[0] * along + w.goal[2] * huber(abs(turn), GOAL_CLIP[1]))
+        along = huber(float(np.hypot(dx, dy)), SETTINGS.goal_clip[0])
+        return float(total + w.goal[0] * along + w.goal[2] * huber(abs(turn), SETTINGS.goal_clip[1]))
 
     def blended(self, w: StageWeights, theta: Array) -> StageWeights:
         """The weights at `theta` (N+1,), where those given are the ones at the plan's own."""
@@ -151,8 +158,8 @@ class Setting:
 
 
 def discomfort(value: float, most: float) -> float:
-    ease = COMFORT_EASE * most
-    return huber(ease * log(1.0 + exp((abs(value) - most) / ease)), COMFORT_CLIP)
+    ease = SETTINGS.comfort_ease * most
+    return huber(ease * log(1.0 + exp((abs(value) - most) / ease)), SETTINGS.comfort_clip)
 
 
 def huber(size: float, clip: float) -> float:
@@ -214,4 +221,4 @@ def test_the_pull_of_a_clipped_goal_is_bounded() -> None:
     weights = TERMS["clipped goal"]
     near, far = (Setting(1, Pose2(d, 0.0, 0.0)).model(weights).state_gradient[-1] for d in (1e3, 1e6))
     np.testing.assert_allclose(np.hypot(near[X], near[Y]), np.hypot(far[X], far[Y]), rtol=1e-9)
-    assert np.hypot(far[X], far[Y]) == pytest.approx(2.0 * weights.goal[0] * GOAL_CLIP[0])
+    assert np.hypot(far[X], far[Y]) == pytest.approx(2.0 * weights.goal[0] * SETTINGS.goal_clip[0])

@@ -42,13 +42,13 @@ def on_path(mpcc: RtiMpcc, speed: float) -> Array:
 def arrival(
     mpcc: RtiMpcc, state: Array, horizon: float = 20.0, of: Callable[..., Trajectory] = arrival_guess
 ) -> Trajectory:
-    times = stage_times(5.0, stage_lengths(horizon, CONFIG.cycle, CONFIG.stages))
+    times = stage_times(5.0, stage_lengths(horizon, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
     way = mpcc.target.theta - float(state[THETA])
     return of(mpcc.part, mpcc.target, state, times, way, CONFIG)
 
 
 def cruise(mpcc: RtiMpcc, state: Array) -> Trajectory:
-    times = stage_times(5.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages))
+    times = stage_times(5.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
     return cruise_guess(mpcc.part, mpcc.target, state, times, CONFIG)
 
 
@@ -137,7 +137,7 @@ def test_steering_that_takes_longer_to_turn_than_there_is_time_leaves_a_stage_fo
     mpcc = core(direction)
     state = on_path(mpcc, 2.0)
     state[DELTA] = -0.6
-    times = stage_times(5.0, stage_lengths(1.0, CONFIG.cycle, CONFIG.stages))
+    times = stage_times(5.0, stage_lengths(1.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, 1.0, CONFIG)
     assert guess.states.shape == (CONFIG.stages + 1, 6)
     assert np.isfinite(guess.states).all()
@@ -178,7 +178,7 @@ def test_backing_up_leads_from_the_state_past_the_target_to_rest_at_it(direction
     state = beside(mpcc, speed)
     guess = backing(mpcc, state)
     np.testing.assert_array_equal(
-        guess.times, stage_times(5.0, stage_lengths(30.0, CONFIG.cycle, CONFIG.stages))
+        guess.times, stage_times(5.0, stage_lengths(30.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
     )
     np.testing.assert_allclose(guess.states[0], state, atol=1e-12)
     target = mpcc.target.pose

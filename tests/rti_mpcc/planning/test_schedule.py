@@ -173,9 +173,9 @@ def test_a_contouring_vehicle_without_an_arrival_yet_brakes_in_time() -> None:
 
 
 def test_backing_off_is_for_another_try_near_the_goal() -> None:
-    assert schedule.retreat(arriving(), contexts.standing(19.8)) == 0.0
-    assert schedule.retreat(arriving(restarts=1), contexts.standing(19.8)) == schedule.RETREAT_SPEED
-    assert schedule.retreat(arriving(restarts=1), contexts.standing(17.5)) == 0.0
+    assert schedule.retreat(arriving(), contexts.standing(19.8), CONFIG) == 0.0
+    assert schedule.retreat(arriving(restarts=1), contexts.standing(19.8), CONFIG) == schedule.RETREAT_SPEED
+    assert schedule.retreat(arriving(restarts=1), contexts.standing(17.5), CONFIG) == 0.0
 
 
 def test_another_try_near_the_goal_has_time_to_back_off_first() -> None:
@@ -272,8 +272,8 @@ def test_backing_up_is_not_sought_from_a_search_onward() -> None:
 
 def test_one_that_backs_up_may_go_back_wherever_its_bounds_let_it() -> None:
     for x in (19.8, 17.5, 5.0):
-        assert schedule.retreat(backing(), contexts.standing(x)) == schedule.RETREAT_SPEED
-    assert schedule.retreat(arriving(), contexts.standing(17.5)) == 0.0
+        assert schedule.retreat(backing(), contexts.standing(x), CONFIG) == schedule.RETREAT_SPEED
+    assert schedule.retreat(arriving(), contexts.standing(17.5), CONFIG) == 0.0
 
 
 @pytest.mark.parametrize("x", [10.0, 20.5])

@@ -7,15 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.bicycle import Step, linearised_step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.filling import (
-    CHANGE_WEIGHT,
-    IDLE_WEIGHT,
-    ROW_SCALING_FROM,
     QpValues,
     empty_values,
     fill_bounds,
@@ -24,11 +22,12 @@ from rti_mpcc.qp.filling import (
     fill_dynamics,
     fill_initial,
 )
-from rti_mpcc.qp.pattern import BOUND_EASE, CONTROL_UNITS, SLACK_UNIT, STATE_UNITS, QpPattern, build_pattern
+from rti_mpcc.qp.pattern import CONTROL_UNITS, SLACK_UNIT, STATE_UNITS, QpPattern, build_pattern
 from rti_mpcc.types import Array
 
 N, DISCS, SIDES = 6, 3, 2
 SLACK, SCALE = 700.0, 1e-3
+SETTINGS = SolverSettings()
 BOUNDED = [V, DELTA, THETA]
 
 
@@ -125,11 +124,11 @@ def dense(parts: Parts) -> Dense:
     for k in range(N):
         for j, i in enumerate(BOUNDED):
             low, up = parts.bounds.states[k, :, j] - parts.states[k + 1, i]
-            row([(z[k + 1], one[i])], low, up, BOUND_EASE * STATE_UNITS[i])
+            row([(z[k + 1], one[i])], low, up, SETTINGS.bound_unit * STATE_UNITS[i])
     for k in range(N):
         for i in range(CONTROLS):
             low, up = parts.bounds.controls[k, :, i] - parts.controls[k, i]
-            row([(u[k], np.eye(CONTROLS)[i])], low, up, BOUND_EASE * CONTROL_UNITS[i])
+            row([(u[k], np.eye(CONTROLS)[i])], low, up, SETTINGS.bound_unit * CONTROL_UNITS[i])
     for k in range(N):
         for disc in range(DISCS):
             for side in range(SIDES):
@@ -140,7 +139,7 @@ def dense(parts: Parts) -> Dense:
 
     units = np.concatenate([np.tile(STATE_UNITS, N + 1), np.tile(CONTROL_UNITS, N), np.full(N, SLACK_UNIT)])
     lines, low, up, unit = (np.array(column) for column in zip(*rows, strict=True))
-    p = SCALE * p * units * units[:, None] + CHANGE_WEIGHT * np.eye(n)
+    p = SCALE * p * units * units[:, None] + SETTINGS.change_weight * np.eye(n)
     return Dense(p, SCALE * q * units, lines * units / unit[:, None], low / unit, up / unit)
 
 
@@ -152,7 +151,7 @@ def whole(pattern: QpPattern, values: QpValues) -> Array:
 
 @pytest.fixture
 def pattern() -> QpPattern:
-    return build_pattern(N, DISCS, SIDES)
+    return build_pattern(N, DISCS, SIDES, SETTINGS)
 
 
 def test_the_sparse_qp_is_the_dense_one(pattern: QpPattern) -> None:
@@ -182,7 +181,7 @@ def test_rows_count_less_the_farther_their_bounds_are(pattern: QpPattern) -> Non
     matrices = [pattern.constraints.matrix(values.constraints).toarray() for values in (plain, rows_scaled)]
     np.testing.assert_allclose(matrices[1] * rows_scaled.row_scaling[:, None], matrices[0], atol=1e-12)
     beyond = np.minimum(-plain.lower, plain.upper)
-    expected = np.where(beyond > ROW_SCALING_FROM, beyond / ROW_SCALING_FROM, 1.0)
+    expected = np.where(beyond > SETTINGS.row_scaling_from, beyond / SETTINGS.row_scaling_from, 1.0)
     inequalities = np.isin(np.arange(len(beyond)), np.concatenate([each.ravel() for each in rows]))
     np.testing.assert_allclose(rows_scaled.row_scaling, np.where(inequalities, expected, 1.0))
 
@@ -208,12 +207,12 @@ def test_where_no_frenet_cost_acts_progress_keeps_its_plan(pattern: QpPattern) -
     parts = drawn(frenet=False)
     got, expected = whole(pattern, filled(pattern, parts)), dense(parts).p
     columns = [*pattern.state_columns[:, THETA], *pattern.control_columns[:, THETA_DOT]]
-    expected[columns, columns] += IDLE_WEIGHT
+    expected[columns, columns] += SETTINGS.idle_weight
     np.testing.assert_allclose(got, expected, atol=1e-12)
 
 
 def test_the_cost_is_strictly_convex_in_the_change(pattern: QpPattern) -> None:
-    assert np.linalg.eigvalsh(whole(pattern, filled(pattern, drawn()))).min() > 0.5 * CHANGE_WEIGHT
+    assert np.linalg.eigvalsh(whole(pattern, filled(pattern, drawn()))).min() > 0.5 * SETTINGS.change_weight
 
 
 def test_the_pattern_never_changes_and_keeps_explicit_zeros(pattern: QpPattern) -> None:
@@ -227,11 +226,11 @@ def test_the_pattern_never_changes_and_keeps_explicit_zeros(pattern: QpPattern) 
 
 
 def test_without_discs_there_are_no_corridor_rows() -> None:
-    pattern = build_pattern(N, 0, SIDES)
+    pattern = build_pattern(N, 0, SIDES, SETTINGS)
     assert pattern.corridor_rows.size == 0
     assert (
         pattern.constraints.shape[0]
-        == build_pattern(N, DISCS, SIDES).constraints.shape[0] - N * DISCS * SIDES
+        == build_pattern(N, DISCS, SIDES, SETTINGS).constraints.shape[0] - N * DISCS * SIDES
     )
 
 
@@ -249,7 +248,7 @@ def test_every_row_and_column_has_one_place(pattern: QpPattern) -> None:
 
 
 def test_without_half_planes_their_rows_are_loose_and_slopeless() -> None:
-    pattern, parts = build_pattern(N, DISCS, SIDES), drawn()
+    pattern, parts = build_pattern(N, DISCS, SIDES, SETTINGS), drawn()
     values = empty_values(pattern)
     fill_corridor(values, pattern, parts.rows)
     fill_corridor(values, pattern, None)

@@ -10,7 +10,7 @@ from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import V
 from rti_mpcc.qp.filling import QpValues, empty_values
 from rti_mpcc.qp.pattern import QpPattern, build_pattern
-from rti_mpcc.qp.solver import COLD, SLICE, WARM, QpSolution, QpSolver
+from rti_mpcc.qp.solver import QpSolution, QpSolver
 from rti_mpcc.types import Array
 
 STAGES = 10
@@ -19,7 +19,7 @@ SETTINGS = SolverSettings(tolerance=1e-8, max_iterations=20_000)
 
 @pytest.fixture
 def pattern() -> QpPattern:
-    return build_pattern(STAGES, 2, 2)
+    return build_pattern(STAGES, 2, 2, SETTINGS)
 
 
 def problem(pattern: QpPattern, seed: int) -> QpValues:
@@ -105,7 +105,11 @@ def test_a_near_qp_that_soon_is_fine_is_and_another_one_is_good_enough(pattern: 
     values = problem(pattern, 1)
     coarse = SolverSettings(tolerance=1e-2, fine_tolerance=1e-9, fine_iterations=5000, max_iterations=10_000)
     hasty = coarse.model_copy(update={"fine_iterations": 2})
-    for settings, pace, fine in ((coarse, WARM, True), (coarse, COLD, False), (hasty, WARM, False)):
+    for settings, pace, fine in (
+        (coarse, coarse.warm, True),
+        (coarse, coarse.cold, False),
+        (hasty, hasty.warm, False),
+    ):
         solver = QpSolver(pattern, settings)
         solver.pace(pace)
         solver.update(values)
@@ -127,9 +131,9 @@ def test_paces_come_to_the_same_solution_and_may_change(pattern: QpPattern) -> N
     values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
     solver.update(values)
     near = solve(solver, values)
-    solver.pace(COLD)
+    solver.pace(SETTINGS.cold)
     far = solve(solver, values)
-    solver.pace(WARM)
+    solver.pace(SETTINGS.warm)
     again = solve(solver, values)
     for solution in (near, far, again):
         good(solution, values, pattern)
@@ -211,16 +215,16 @@ def test_a_qp_is_stopped_after_a_slice_and_goes_on_from_there(pattern: QpPattern
     zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
     tight = SolverSettings(tolerance=1e-9, max_iterations=5000)
     whole, other = QpSolver(pattern, tight), QpSolver(pattern, tight)
-    whole.pace(COLD)  # without a first slice for the fine tolerance
-    other.pace(COLD)
+    whole.pace(SETTINGS.cold)  # without a first slice for the fine tolerance
+    other.pace(SETTINGS.cold)
     whole.update(values)
     other.update(values)
     expected = whole.solve(values, *zero)
     assert expected.solved
-    assert expected.iterations > SLICE
+    assert expected.iterations > SETTINGS.slice_iterations
     stopped = other.solve(values, *zero, word_after(1))
     assert not stopped.solved
-    assert stopped.stopped == ("enough", SLICE)
+    assert stopped.stopped == ("enough", SETTINGS.slice_iterations)
     assert stopped.primal.any()
     rest = other.solve(values, stopped.primal, stopped.dual)
     np.testing.assert_allclose(rest.primal, expected.primal, atol=1e-6)
@@ -242,12 +246,12 @@ def test_slices_are_one_solve(pattern: QpPattern) -> None:
     values = problem(pattern, 1)
     settings = SolverSettings(tolerance=1e-7, max_iterations=1000)
     solver = QpSolver(pattern, settings)
-    solver.pace(COLD)
+    solver.pace(SETTINGS.cold)
     solver.update(values)
     sliced = solve(solver, values)
-    assert sliced.iterations > SLICE
+    assert sliced.iterations > SETTINGS.slice_iterations
     fresh = QpSolver(pattern, settings)
-    fresh.pace(COLD)
+    fresh.pace(SETTINGS.cold)
     fresh.update(values)
     info, primal, dual = fresh._slice(settings.max_iterations, settings.tolerance)
     assert info.iter == sliced.iterations

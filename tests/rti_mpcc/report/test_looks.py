@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import ROUND
+from rti_mpcc.config import ControllerConfig, Footprint
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.looks import TIGHT, Onlooker, Seen, held_by
 from rti_mpcc.simulation import RunResult, docking_controller
@@ -124,7 +123,7 @@ def test_obstacles_hold_a_plan_too(command: Command) -> None:
 def test_a_wall_ahead_holds_a_plan_where_the_body_comes_near_it(command: Command) -> None:
     """The plan ends at 20 m; there the front disc, but not the body, reaches beyond the first wall."""
     vehicle = CONFIG.vehicle
-    body = ROUND * 0.5 * vehicle.width  # what (H6) adds to it
+    body = Footprint().rounding * 0.5 * vehicle.width  # what (H6) adds to it
     for room, lack in ((0.3, 0.0), (MARGIN + body - 0.04, 0.04)):
         near = 20.0 + vehicle.front + room
         block = np.array([[near, -1.5], [near + 0.3, -1.5], [near + 0.3, 1.5], [near, 1.5]])

@@ -49,7 +49,7 @@ def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
 def test_the_way_to_a_wall_is_found_within_the_spacing(direction: int, ahead: float) -> None:
     found = way(straight_on(2.0, 30.0, direction=direction), corridor(direction))
     expected = WALL_AT - ahead - 2.0
-    assert expected <= found <= expected + contact.SPACING
+    assert expected <= found <= expected + CONFIG.caution.check_spacing
 
 
 def test_nothing_in_the_way_is_infinite() -> None:
@@ -83,7 +83,7 @@ def test_no_plan_is_clear_that_comes_nearer_to_a_boundary_than_the_hard_minimum_
     inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONFIG.caution.contact_tolerance
     assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
     found = way(beside_the_wall(0.3, 0.3), inside)
-    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * contact.SPACING)
+    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CONFIG.caution.check_spacing)
 
 
 @pytest.mark.parametrize("room", [0.3, 0.02])
@@ -121,11 +121,11 @@ def test_at_the_stop_clearance_the_discs_are_free(discs: int) -> None:
     """Where the body stops so far before a wall, no corridor row is violated."""
     config = ControllerConfig(footprint=Footprint(discs=discs))
     stop = WALL_AT - config.vehicle.front - contact.stop_clearance(config)
-    shape = cover(config.vehicle, discs)
+    shape = cover(config.vehicle, config.footprint)
     centres = disc_centres(np.array([[stop, 0.0, 0.0, 0.0, 0.0, stop]]), shape)
     gap = WALL_AT - centres[0, :, 0].max() - shape.radius
     assert gap >= config.footprint.margin
-    assert gap == pytest.approx(config.footprint.margin + contact.SPACING)
+    assert gap == pytest.approx(config.footprint.margin + CONFIG.caution.check_spacing)
 
 
 def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
@@ -136,10 +136,10 @@ def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
     outlines = [np.array([[a, c], [b, c], [b, d], [a, d]]) for a, b, c, d in boxes]
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
     inside = Corridor.from_offsets(path, left=3.0, right=-3.0, obstacles=outlines)
-    plan, discs = straight_on(10.0, end), cover(vehicle, CONFIG.footprint.discs)
+    plan, discs = straight_on(10.0, end), cover(vehicle, CONFIG.footprint)
     planes = inside.half_planes(0, disc_centres(plan.states[1:], discs).reshape(-1, 2))
     footprint = CONFIG.footprint
-    rows = corridor_rows(plan.states[1:], planes, discs, footprint.margin, footprint.near, no_corners)
+    rows = corridor_rows(plan.states[1:], planes, discs, footprint, no_corners)
     assert rows is not None
     assert rows.lower[-1].max() <= 0.0
     assert not contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf, least=LEAST)
@@ -245,7 +245,7 @@ def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
     around = Surroundings.of(corridor(), PATH, CONFIG)
     met = contact.way_to_obstacle(into_both, around.standing, CONFIG, np.inf)
     expected = WALL_AT - CONFIG.vehicle.front - 2.0
-    assert expected <= met <= expected + contact.SPACING
+    assert expected <= met <= expected + CONFIG.caution.check_spacing
     assert around.corridor.collides(0, body_polygons(into_both.states, CONFIG.vehicle)).all()
     assert contact.way_to_obstacle(into_both, (), CONFIG, np.inf) == np.inf
     assert contact.way_to_obstacle(straight_on(2.0, 15.0), around.standing, CONFIG, np.inf) == np.inf
@@ -257,7 +257,7 @@ def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
     assert contact.way_to_moving(plan, [walker], 0.9, CONFIG, 1.0) < np.inf
 
 
-DISCS = cover(CONFIG.vehicle, CONFIG.footprint.discs)
+DISCS = cover(CONFIG.vehicle, CONFIG.footprint)
 
 
 def planes_of(plan: Trajectory, inside: Corridor) -> HalfPlanes:

@@ -119,7 +119,7 @@ def test_a_plan_that_is_old_or_far_off_is_not_driven_on(
 
 def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:
     control = fallback.hold(state(0.01, 0.3), CONFIG)
-    assert control.acceleration == pytest.approx(-0.01 / fallback.HOLDING_TIME)
+    assert control.acceleration == pytest.approx(-0.01 / CONFIG.fallback.holding_time)
     assert (control.steering_rate, control.source) == (0.0, Source.STANDSTILL)
     assert fallback.hold(state(0.0), CONFIG).acceleration == 0.0
     assert fallback.hold(state(9.0), CONFIG).acceleration == -CONFIG.limits.acceleration
@@ -127,7 +127,7 @@ def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:
 
 def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
     assert fallback.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
-    way = 1.0 + fallback.SPARE
+    way = 1.0 + CONFIG.fallback.stop_distance
     assert fallback.before_contact(2.5, way, CONFIG) == pytest.approx(2.5**2 / 2.0)
     assert fallback.before_contact(8.0, way, CONFIG) == CONFIG.limits.acceleration
     assert fallback.before_contact(1.0, 0.0, CONFIG) == CONFIG.limits.acceleration
