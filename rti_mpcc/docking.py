@@ -161,9 +161,9 @@ class DockingController:
     ) -> tuple[ControllerState, tuple[str, ...]]:
         """Take what is new, in so far as it can be used; says what could not."""
         config = self.config
-        clock, clock_remark = validation.timed(s.clock, now, config.cycle)
+        clock, clock_remark = validation.timed(s.clock, now, config)
         s = replace(s, clock=clock)
-        area = validation.surroundings_in(s.area, obstacles, s.now, config.caution)
+        area = validation.surroundings_in(s.area, obstacles, s.now, config)
         vehicle = s.vehicle
         monitor = validate_measurement(vehicle.monitor, measured, s.queue, s.now, config, vehicle.disturbance)
         known = offsets.learnt(s, monitor, config)
@@ -179,13 +179,13 @@ class DockingController:
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """What there is to say of the heading measured first, as long as one as large is measured."""
-        state, measured = monitor.state, monitor.measured
-        if state is None or measured is None or abs(float(measured[PHI])) <= goals.FULL_TURN:
+        state, measured, limits = monitor.state, monitor.measured, self.config.goal_limits
+        if state is None or measured is None or abs(float(measured[PHI])) <= limits.unsuspected:
             return ""
         if s.vehicle.monitor.state is not None:
             return s.vehicle.heading_hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        return goals.degrees_hint("heading", here, self.path.parts[s.task.segment.index])
+        return goals.degrees_hint("heading", here, self.path.parts[s.task.segment.index], limits)
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal: its detections begin anew."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, PLANNED_SHARE, ControllerConfig
 from rti_mpcc.config.decisions import Method
-from rti_mpcc.config.inputs import GoalTracking, Plausibility
+from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
 from rti_mpcc.config.safety import Caution
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
@@ -22,12 +22,15 @@ __all__ = [
     "Comfort",
     "ControllerConfig",
     "Footprint",
+    "GoalLimits",
     "GoalTracking",
     "Limits",
     "Method",
+    "ObstacleTracking",
     "Plausibility",
     "SolverSettings",
     "SpeedProfile",
+    "UserClock",
     "Vehicle",
     "Weights",
 ]

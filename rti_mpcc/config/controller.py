@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from estimation import DisturbanceFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance
 from rti_mpcc.config.decisions import Method
-from rti_mpcc.config.inputs import GoalTracking, Plausibility
+from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
 from rti_mpcc.config.safety import Caution
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
@@ -31,6 +31,7 @@ class ControllerConfig(Settings):
 
     Attributes:
         vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
+        goal_limits, obstacle_tracking, user_clock: what is made of what comes in; see there.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
         cycle: time between two steps [s], 0.005 to 0.2.
@@ -69,6 +70,9 @@ class ControllerConfig(Settings):
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
     plausibility: Plausibility = Plausibility()
+    goal_limits: GoalLimits = GoalLimits()
+    obstacle_tracking: ObstacleTracking = ObstacleTracking()
+    user_clock: UserClock = UserClock()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0

@@ -23,10 +23,6 @@ STOP_TOLERANCE = (0.2, 1.0, 0.5)
 """What counts as being at a stop before something: longitudinal, lateral [m], heading [rad]."""
 PASSED = 0.5
 """A vehicle that has passed its target by less than this still has the way to it left [m]."""
-OFF_THE_PATH = 100.0
-"""A vehicle farther than this from its path [m] is taken to be on another one."""
-PROJECTION_REACH = 2.0
-"""How far the progress may move from one cycle to the next [m]."""
 
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
@@ -39,7 +35,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
     if s.vehicle.monitor.state is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.now + config.dead_time, config)
-    _place_on_route(start, s.begin, part)
+    _place_on_route(start, s.begin, part, config.plausibility.progress_step)
     return start
 
 
@@ -80,7 +76,7 @@ def assess(
         begin=now + config.dead_time,
         state=reached,
         measured_speed=measured_speed,
-        doubt=_off_the_path(here, on_path),
+        doubt=_off_the_path(here, on_path, config.plausibility.off_path),
         target=target,
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
@@ -94,16 +90,17 @@ def assess(
     )
 
 
-def _off_the_path(here: Pose2, path: Pose2) -> str:
-    """Why the path cannot be come back to, or ""."""
+def _off_the_path(here: Pose2, path: Pose2, most: float) -> str:
+    """Why the path cannot be come back to, being more than `most` [m] away, or ""."""
     distance = hypot(here.x - path.x, here.y - path.y)
-    return f"{distance:.4g} m off the path" if distance > OFF_THE_PATH else ""
+    return f"{distance:.4g} m off the path" if distance > most else ""
 
 
-def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
+def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: float) -> None:
     """Give the state its progress and the branch of its heading, both nearest to the last ones.
 
     Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
+    `reach`: how far it may move [m].
     """
     x, y, phi, *_ = reached.tolist()
     if last is None:
@@ -111,7 +108,7 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
         heading = part.pose(theta).phi
     else:
         near = max(float(last[THETA]), part.start)
-        theta = part.project(x, y, near=near, reach=PROJECTION_REACH)
+        theta = part.project(x, y, near=near, reach=reach)
         heading = float(last[PHI])
     if theta <= part.start:
         theta += min(part.direction * Pose2(x, y, phi).relative_to(part.first).x, 0.0)
