@@ -13,9 +13,8 @@ from typing import Any
 
 from benchmarks.reproduction.published import published
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
-from rti_mpcc import SolverSettings
+from rti_mpcc import ControllerConfig
 from rti_mpcc.ocp import objectives
-from rti_mpcc.planning import arrival, search
 from rti_mpcc.qp import filling, pattern, solver
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 
@@ -25,7 +24,8 @@ COMMAND = "python -m benchmarks.measure_results"
 PUBLISHED: dict[str, dict[str, Any]] = {
     run["scenario"]: run for run in published()["runs"] if run["method"] == "dynamic"
 }
-SOLVER = SolverSettings()
+CONFIG = ControllerConfig()
+SOLVER = CONFIG.solver
 SOLVED = ("default", "paper")
 SCENARIOS = tuple(name for name in builtin_names() if load_scenario(name).goal.measurement is None)
 """Those whose goal is known; the others are measured by measure_detections."""
@@ -107,8 +107,8 @@ def not_docked(runs: list[dict[str, Any]]) -> str:
 def constant_rows() -> list[list[str]]:
     """Fixed numbers of the method, read from where they act."""
     return [
-        ["damping from a first guess on", "`planning.search.START_DAMPING`", f"{search.START_DAMPING:g}"],
-        ["damping from cycle to cycle", "`planning.search.DAMPING`", f"{search.DAMPING:g}"],
+        ["damping from a first guess on", "`Search.first_damping`", f"{CONFIG.search.first_damping:g}"],
+        ["damping from cycle to cycle", "`Search.damping`", f"{CONFIG.search.damping:g}"],
         ["weight on every change", "`qp.filling.CHANGE_WEIGHT`", f"{filling.CHANGE_WEIGHT:g}"],
         ["the same on idle progress", "`qp.filling.IDLE_WEIGHT`", f"{filling.IDLE_WEIGHT:g}"],
         ["unit of rows of bounds, in units", "`qp.pattern.BOUND_EASE`", f"{pattern.BOUND_EASE:g}"],
@@ -126,7 +126,7 @@ def constant_rows() -> list[list[str]]:
         ["ρ, α from cycle to cycle", "`qp.solver.WARM`", "{:g}, {:g}".format(*solver.WARM)],
         ["ρ, α from a first guess on", "`qp.solver.COLD`", "{:g}, {:g}".format(*solver.COLD)],
         ["effort fades below [s]", "`ocp.objectives.FIRM`", f"{objectives.FIRM:g}"],
-        ["shortest time to go [s]", "`planning.arrival.FLOOR`", f"{arrival.FLOOR:g}"],
+        ["shortest time to go [s]", "`ArrivalTiming.least_time`", f"{CONFIG.arrival_timing.least_time:g}"],
         ["goal's pull is linear beyond [m], [rad]", "`ocp.objectives.GOAL_CLIP`", f"{objectives.GOAL_CLIP}"],
     ]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rti_mpcc.config import Footprint, SolverSettings, Weights
+from rti_mpcc.config import Footprint, Search, SolverSettings, Weights
 from rti_mpcc.qp.solver import AdmmSettings
 
 PATIENT = {"solver": SolverSettings(max_iterations=1000)}
@@ -32,7 +32,6 @@ class Variation:
 
 EASE, FIRM = "rti_mpcc.qp.pattern.BOUND_EASE", "rti_mpcc.ocp.objectives.FIRM"
 IDLE = "rti_mpcc.qp.filling.IDLE_WEIGHT"
-DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
 LAZY = {"simulation.acceleration_gain": 0.8}
 SHORT = {"simulation.duration": 60.0}
 
@@ -129,8 +128,7 @@ VARIATIONS = (
         letter="g",
         what="no damping (full Gauss-Newton steps)",
         scenario="docking_full_course",
-        settings=PATIENT,
-        constants={DAMPING: 0.0, START: 0.0},
+        settings={**PATIENT, "search": Search(damping=0.0, first_damping=0.0)},
         changes=SHORT,
     ),
     Variation(

@@ -7,7 +7,7 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 from __future__ import annotations
 
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, PLANNED_SHARE, ControllerConfig
-from rti_mpcc.config.decisions import Method
+from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
 from rti_mpcc.config.safety import Caution
@@ -18,16 +18,21 @@ __all__ = [
     "EXIT",
     "NO_COMFORT",
     "PLANNED_SHARE",
+    "ArrivalTiming",
+    "Behaviour",
     "Caution",
     "Comfort",
     "ControllerConfig",
     "Footprint",
     "GoalLimits",
     "GoalTracking",
+    "Guesses",
     "Limits",
     "Method",
     "ObstacleTracking",
     "Plausibility",
+    "Retries",
+    "Search",
     "SolverSettings",
     "SpeedProfile",
     "UserClock",

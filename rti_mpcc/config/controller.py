@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from estimation import DisturbanceFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance
-from rti_mpcc.config.decisions import Method
+from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import Footprint, SolverSettings, SpeedProfile, Weights
 from rti_mpcc.config.safety import Caution
@@ -31,6 +31,8 @@ class ControllerConfig(Settings):
 
     Attributes:
         vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
+        behaviour, retries, arrival_timing, search, guesses: when the vehicle does what, and how its plans are
+            sought; see there.
         goal_limits, obstacle_tracking, user_clock: what is made of what comes in; see there.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
@@ -70,6 +72,11 @@ class ControllerConfig(Settings):
     solver: SolverSettings = SolverSettings()
     goal_tracking: GoalTracking = GoalTracking()
     plausibility: Plausibility = Plausibility()
+    behaviour: Behaviour = Behaviour()
+    retries: Retries = Retries()
+    arrival_timing: ArrivalTiming = ArrivalTiming()
+    search: Search = Search()
+    guesses: Guesses = Guesses()
     goal_limits: GoalLimits = GoalLimits()
     obstacle_tracking: ObstacleTracking = ObstacleTracking()
     user_clock: UserClock = UserClock()

@@ -19,11 +19,6 @@ from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
-STOP_TOLERANCE = (0.2, 1.0, 0.5)
-"""What counts as being at a stop before something: longitudinal, lateral [m], heading [rad]."""
-PASSED = 0.5
-"""A vehicle that has passed its target by less than this still has the way to it left [m]."""
-
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
     """The state (6,) when a command given now begins to act: what is believed, rolled forward.
@@ -81,12 +76,12 @@ def assess(
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
         free=free,
-        way=way_between(here, theta, on_path, part, target),
+        way=way_between(here, theta, on_path, part, target, config.arrival_timing.passed_way),
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
         stop_error=_stopped(reached, config).relative_to(target.pose),
-        tolerance=segment.tolerance if free else STOP_TOLERANCE,
+        tolerance=segment.tolerance if free else config.behaviour.stop_tolerance,
     )
 
 
@@ -116,15 +111,18 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: f
     reached[PHI] = lift(phi, heading)
 
 
-def way_between(here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target) -> float:
+def way_between(
+    here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target, passed: float
+) -> float:
     """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
 
-    Along the path, straight on behind its end, and across to the target's offset.
+    Along the path, straight on behind its end, and across to the target's offset; also where the target was
+    passed by less than `passed` [m].
     """
     at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
-    return hypot(along, across) if along > 0.0 or hypot(along, across) < PASSED else 0.0
+    return hypot(along, across) if along > 0.0 or hypot(along, across) < passed else 0.0
 
 
 def _stopped(state: Array, config: ControllerConfig) -> Pose2:
