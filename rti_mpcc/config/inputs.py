@@ -51,7 +51,8 @@ class Plausibility(Settings):
             after twice the time: what the vehicle does then it may do blindly.
         rest_speed: a vehicle measured slower than this [m/s] stands, as far as a doubted measurement can say.
         model_mismatch: share of what a vehicle can do in the meantime by which its model may be wrong.
-        gap: after so long without a cycle [s] a measurement is taken as it is: too much may have happened.
+        longest_gap: after so long without a cycle [s] a measurement is taken as it is: too much may have
+            happened.
         farthest: coordinates beyond this [m] are no places on earth, whoever tells them;
             largest_heading: headings beyond this [rad] have lost their precision.
         largest_steering: no steering angle is beyond this [rad].
@@ -73,7 +74,7 @@ class Plausibility(Settings):
     frozen_tries: Annotated[int, Field(ge=0, le=1000)] = 3
     rest_speed: NonNegative = 0.05
     model_mismatch: NonNegative = 0.3
-    gap: Positive = 1.0
+    longest_gap: Positive = 1.0
     farthest: Positive = 1e7
     largest_heading: Positive = 1e4
     largest_steering: Positive = 1.5

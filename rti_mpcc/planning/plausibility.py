@@ -96,7 +96,7 @@ def validate_measurement(
     measured = _array(given)
     problem = _no_state(given) or _unfit(measured, config)
     seconds, checks = now - last.at, config.plausibility
-    anew = last.gap or seconds > checks.gap
+    anew = last.gap or seconds > checks.longest_gap
     if last.state is None or last.measured is None or last.reckoned is None or anew:
         return _first(last, measured, problem, queue, now, config, disturbance)
 
@@ -167,7 +167,7 @@ def _first(
     since = last.since if last.why else now
     state = last.state
     if state is not None:
-        until = min(now, last.at + config.plausibility.gap)
+        until = min(now, last.at + config.plausibility.longest_gap)
         state = by_commands(state, queue, last.at, until, config, disturbance)
     return replace(
         last,

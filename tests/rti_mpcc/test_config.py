@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from math import inf, nan
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -139,6 +140,7 @@ def test_presets_take_changes() -> None:
 
 # -- the groups ----------------------------------------------------------------------------------------------
 
+ROOT = Path(__file__).parents[2]
 GROUPS = sorted(
     {type(value) for _, value in ControllerConfig() if isinstance(value, Settings)} | {ControllerConfig},
     key=lambda group: group.__name__,
@@ -150,6 +152,14 @@ def test_every_setting_is_documented(group: type[Settings]) -> None:
     _, _, attributes = (group.__doc__ or "").partition("Attributes:")
     told = {name for name in group.model_fields if re.search(rf"\b{name}(?:[:,`]| \[)", attributes)}
     assert set(group.model_fields) - told == set()
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.__name__)
+def test_every_setting_is_read_somewhere(group: type[Settings]) -> None:
+    packages = (ROOT / "rti_mpcc", ROOT / "estimation")
+    files = [file for package in packages for file in package.rglob("*.py")]
+    code = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    assert [name for name in group.model_fields if not re.search(rf"\w\.{name}\b(?!`)", code)] == []
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.__name__)
