@@ -13,9 +13,8 @@ from typing import Any
 
 from benchmarks.reproduction.published import published
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
-from rti_mpcc import SolverSettings, Weights
+from rti_mpcc import ControllerConfig
 from rti_mpcc.config import AdmmSettings
-from rti_mpcc.planning import arrival, search
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
 
 COMMAND = "python -m benchmarks.measure_results"
@@ -24,7 +23,8 @@ COMMAND = "python -m benchmarks.measure_results"
 PUBLISHED: dict[str, dict[str, Any]] = {
     run["scenario"]: run for run in published()["runs"] if run["method"] == "dynamic"
 }
-SOLVER, WEIGHTS = SolverSettings(), Weights()
+CONFIG = ControllerConfig()
+SOLVER, WEIGHTS = CONFIG.solver, CONFIG.weights
 SOLVED = ("default", "paper")
 SCENARIOS = tuple(name for name in builtin_names() if load_scenario(name).goal.measurement is None)
 """Those whose goal is known; the others are measured by measure_detections."""
@@ -110,8 +110,8 @@ def _steps(admm: AdmmSettings) -> str:
 def constant_rows() -> list[list[str]]:
     """Numbers of the method, read from the settings, or from where they act."""
     return [
-        ["damping from a first guess on", "`planning.search.START_DAMPING`", f"{search.START_DAMPING:g}"],
-        ["damping from cycle to cycle", "`planning.search.DAMPING`", f"{search.DAMPING:g}"],
+        ["damping from a first guess on", "`Search.first_damping`", f"{CONFIG.search.first_damping:g}"],
+        ["damping from cycle to cycle", "`Search.damping`", f"{CONFIG.search.damping:g}"],
         ["weight on every change", "`SolverSettings.change_weight`", f"{SOLVER.change_weight:g}"],
         ["the same on idle progress", "`SolverSettings.idle_weight`", f"{SOLVER.idle_weight:g}"],
         ["unit of rows of bounds, in units", "`SolverSettings.bound_unit`", f"{SOLVER.bound_unit:g}"],
@@ -129,7 +129,7 @@ def constant_rows() -> list[list[str]]:
         ["ρ, α from cycle to cycle", "`SolverSettings.warm`", _steps(SOLVER.warm)],
         ["ρ, α from a first guess on", "`SolverSettings.cold`", _steps(SOLVER.cold)],
         ["effort fades below [s]", "`Weights.firm_time`", f"{WEIGHTS.firm_time:g}"],
-        ["shortest time to go [s]", "`planning.arrival.FLOOR`", f"{arrival.FLOOR:g}"],
+        ["shortest time to go [s]", "`ArrivalTiming.least_time`", f"{CONFIG.arrival_timing.least_time:g}"],
         ["goal's pull is linear beyond [m], [rad]", "`Weights.goal_clip`", f"{WEIGHTS.goal_clip}"],
     ]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rti_mpcc.config import AdmmSettings, BoundRelaxation, Footprint, SolverSettings, Weights
+from rti_mpcc.config import AdmmSettings, BoundRelaxation, Footprint, Search, SolverSettings, Weights
 
 PATIENT = {"solver": SolverSettings(max_iterations=1000)}
 
@@ -29,7 +29,6 @@ class Variation:
     changes: Mapping[str, Any] = field(default_factory=dict)
 
 
-DAMPING, START = "rti_mpcc.planning.search.DAMPING", "rti_mpcc.planning.search.START_DAMPING"
 LAZY = {"simulation.acceleration_gain": 0.8}
 SHORT = {"simulation.duration": 60.0}
 
@@ -123,8 +122,7 @@ VARIATIONS = (
         letter="g",
         what="no damping (full Gauss-Newton steps)",
         scenario="docking_full_course",
-        settings=PATIENT,
-        constants={DAMPING: 0.0, START: 0.0},
+        settings={**PATIENT, "search": Search(damping=0.0, first_damping=0.0)},
         changes=SHORT,
     ),
     Variation(

@@ -135,7 +135,7 @@ class DockingController:
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
             after = self._queued(after, decision.control, context)
-            after = _looking_again(after, status, decision.verdict.reason)
+            after = _looking_again(after, status, decision.verdict.reason, self.config)
             remarks = (*remarks, unfit, *aim.remarks(s.goal))
             sent = command(decision, status, context, after, detections, remarks, self.config, clock)
         except Exception as error:
@@ -161,9 +161,9 @@ class DockingController:
     ) -> tuple[ControllerState, tuple[str, ...]]:
         """Take what is new, in so far as it can be used; says what could not."""
         config = self.config
-        clock, clock_remark = validation.timed(s.clock, now, config.cycle)
+        clock, clock_remark = validation.timed(s.clock, now, config)
         s = replace(s, clock=clock)
-        area = validation.surroundings_in(s.area, obstacles, s.now, config.caution)
+        area = validation.surroundings_in(s.area, obstacles, s.now, config)
         vehicle = s.vehicle
         monitor = validate_measurement(vehicle.monitor, measured, s.queue, s.now, config, vehicle.disturbance)
         known = offsets.learnt(s, monitor, config)
@@ -179,13 +179,13 @@ class DockingController:
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """What there is to say of the heading measured first, as long as one as large is measured."""
-        state, measured = monitor.state, monitor.measured
-        if state is None or measured is None or abs(float(measured[PHI])) <= goals.FULL_TURN:
+        state, measured, limits = monitor.state, monitor.measured, self.config.goal_limits
+        if state is None or measured is None or abs(float(measured[PHI])) <= limits.unsuspected:
             return ""
         if s.vehicle.monitor.state is not None:
             return s.vehicle.heading_hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        return goals.degrees_hint("heading", here, self.path.parts[s.task.segment.index])
+        return goals.degrees_hint("heading", here, self.path.parts[s.task.segment.index], limits)
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal: its detections begin anew."""
@@ -240,17 +240,17 @@ class DockingController:
         target = self._workspaces.target(s)
         if target != s.task.target:
             s = replace(s, task=replace(s.task, target=target))
-        return moves.released(s) if stops.way_may_be_free(s) else s
+        return moves.released(s) if stops.way_may_be_free(s, self.config) else s
 
     def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
         """The state with which another segment begins now, or a way back; None: this one goes on."""
-        dead_time = self.config.dead_time
+        config = self.config
         if s.task.segment.end is SegmentEnd.WAY_BACK:
-            return moves.coming_again(s, context) if has_pulled_out(s, context, dead_time) else None
-        if may_change_direction(s, context, dead_time):
+            return moves.coming_again(s, context) if has_pulled_out(s, context, config) else None
+        if may_change_direction(s, context, config):
             return moves.next_segment(s)
-        back = recovery.way_back(s, context, self.config)
-        if back is not None and s.vehicle.stands(s.now, dead_time):
+        back = recovery.way_back(s, context, config)
+        if back is not None and s.vehicle.stands(s.now, config.dead_time):
             return moves.pulling_out(s, context, back)
         return None
 
@@ -285,7 +285,9 @@ class DockingController:
         return s, emergency(control, start, s, verdict, config, clock)
 
 
-def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
+def _looking_again(
+    s: ControllerState, status: Status, reason: Reason, config: ControllerConfig
+) -> ControllerState:
     """What the status of a cycle means for the next: whether it waits for the goal, and when it looks again.
 
     A vehicle that stands blocked begins afresh, unless it only waits a while.
@@ -296,7 +298,7 @@ def _looking_again(s: ControllerState, status: Status, reason: Reason) -> Contro
     task = s.task
     if status is Status.BLOCKED and task.stop is None and not task.looks_past:
         waits = reason is Reason.WAITS_UNTIL_CLEAR
-        return s if waits or not may_look_again(s) else moves.looking_again(s)
+        return s if waits or not may_look_again(s, config) else moves.looking_again(s)
     if task.latched or task.looked_at is None:
         return s
     return replace(s, task=replace(task, looked_at=None))

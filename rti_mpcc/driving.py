@@ -7,7 +7,7 @@ from math import inf
 from typing import NamedTuple
 
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import PATIENCE, replan_due, standing_since
+from rti_mpcc.behaviour.conditions import replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, look, told
 from rti_mpcc.manoeuvre import SegmentEnd
@@ -45,7 +45,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """What must not be goes before what the phase asks for."""
-    since = standing_since(s, context)
+    since = standing_since(s, context, w.config)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
     overlap = lookout.overlap(s, context, w.config)
@@ -70,7 +70,7 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Look for a first plan."""
     stands, latched = s.stands, s.task.latched
-    if stands and not replan_due(s, context):
+    if stands and not replan_due(s, context, w.config):
         return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched or "contact ahead"))
     s, attempt, context = first_plan(s, context, w)
     if s.task.phase is Phase.HOLDING:
@@ -79,7 +79,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         return _accept(s, context, w, attempt)
     task = s.task
     going_on = task.looks_past and attempt.out_of_time
-    if not (latched or going_on) and s.vehicle.stands(s.now, PATIENCE):
+    if not (latched or going_on) and s.vehicle.stands(s.now, w.config.retries.give_up_time):
         latched = attempt.problem
         task = replace(task, latched=latched)
     if latched and stands:
@@ -176,12 +176,12 @@ def _change_over(
 def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
     valid, suspended = s.plans.valid, s.plans.suspended
-    start = search.going_on(s.plans.solution)
+    start = search.going_on(s.plans.solution, w.config.search)
     if s.plans.solution is None and valid is not None:  # another objective from here on
-        start = search.clean(valid)
+        start = search.clean(valid, w.config.search)
     s, attempt = iterated(s, context, start, w)
     if attempt.problem and not attempt.out_of_time and valid is not None:
-        s, clean = iterated(s, context, search.clean(valid), w)
+        s, clean = iterated(s, context, search.clean(valid, w.config.search), w)
         attempt = attempt.then(clean)
     if not attempt.problem:
         return _accept(s, context, w, attempt)
@@ -207,9 +207,9 @@ def _way_on_driven(
 
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
     """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
-    if stops.is_old(s):
+    if stops.is_old(s, w.config):
         return False
-    return stops.way_may_be_free(s) or schedule.arrival_due(s, context, w.config)
+    return stops.way_may_be_free(s, w.config) or schedule.arrival_due(s, context, w.config)
 
 
 # -- the rungs of the fallback --------------------------------------------------------------------------

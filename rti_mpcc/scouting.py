@@ -11,7 +11,6 @@ from math import inf
 from typing import NamedTuple
 
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.moves import NEAR_STOP
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning import schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
@@ -21,9 +20,6 @@ from rti_mpcc.planning.state import ControllerState, Past, Phase, SuspendedSearc
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
-
-MISSED = 1.5
-"""A first plan that ends within so many times the goal tolerance is no reason to back up into the goal."""
 
 
 class Found(NamedTuple):
@@ -55,7 +51,8 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     further = _iterated_on(onward, begun, w)
     if further.attempt.out_of_time:  # nothing is begun yet
         return Found(s.suspending(further.s.plans.suspended), further.attempt, context)
-    if onward.context.free and search.reaches(further.attempt, onward.context, MISSED):
+    enough = w.config.retries.accepted_miss
+    if onward.context.free and search.reaches(further.attempt, onward.context, enough):
         return further
     return _past_goal(backing, context, w) or Found(further.s, onward.attempt, onward.context)
 
@@ -78,18 +75,18 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, meets_aft
     plan is not free and there was no time for that, a stop comes first: it is found soon, and a way past can
     be looked for while it is made for.
     """
-    begun, left = s.plans.suspended, inf
+    begun, left, config = s.plans.suspended, inf, w.config
     if begun is not None and begun.stop is None and meets_after < inf:
         trial = replace(s, task=replace(s.task, arrival=begun.arrival))
-        way = lookout.way_to_contact(s, search.first_guess(w.mpcc, trial, context), w.config)
-        left = (way if way < inf else meets_after) - contact.stop_clearance(w.config)
-    if NEAR_STOP < left < inf:
-        s = moves.stop_before(s, context, left, None)
+        way = lookout.way_to_contact(s, search.first_guess(w.mpcc, trial, context), config)
+        left = (way if way < inf else meets_after) - contact.stop_clearance(config)
+    if config.behaviour.near_stop < left < inf:
+        s = moves.stop_before(s, context, config, left, None)
     elif begun is not None and begun.stop != s.task.stop:
         s = moves.seeking(s, begun.stop)
-    elif begun is None and s.task.stop is not None and (meets_after < inf or stops.way_may_be_free(s)):
+    elif begun is None and s.task.stop and (meets_after < inf or stops.way_may_be_free(s, config)):
         s = moves.seeking(s, None)
-    return moves.released(s) if stops.way_may_be_free(s) else s
+    return moves.released(s) if stops.way_may_be_free(s, config) else s
 
 
 def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
@@ -101,9 +98,9 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     s, attempt, context = found
     done = len(attempt.solutions) + (0 if begun is None else begun.iterations)
     missed = attempt.fits and not search.reaches(attempt, context)
-    if not (context.free and missed) or done >= 2 * search.ITERATIONS:
+    if not (context.free and missed) or done >= 2 * w.config.search.iterations:
         return found
-    s, more = iterated(s, context, search.further(attempt), w)
+    s, more = iterated(s, context, search.further(attempt, w.config.search), w)
     s = search.suspended(s, context, more, done)
     attempt = (
         attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, out_of_time=True)
@@ -136,7 +133,7 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> Found
         if way < inf and attempt.fits:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _further(s, attempt, context, w)
-            way = _as_far_as_seen(s, attempt, _way_in(s, attempt, guess, w))
+            way = _as_far_as_seen(s, attempt, _way_in(s, attempt, guess, w), w)
         if way < inf and not _stands_at_a_wall(s, attempt, guess, way, w):
             return _past_what_fills(s, _past(s, context, way, w), attempt, context, w)
     attempt = _unless_into_a_wall(s, attempt, w)
@@ -166,7 +163,7 @@ def _past_what_fills(
             return Found(moves.plan_found(after), attempt, context)
         s = s.suspending(None)
     left = past.meets - float(context.state[THETA]) - contact.stop_clearance(w.config)
-    s = moves.stop_before(s, context, left, s.area.changes)
+    s = moves.stop_before(s, context, w.config, left, s.area.changes)
     context = w.context(s)
     return Found(s, attempt, context) if s.task.phase is Phase.HOLDING else first_plan(s, context, w)
 
@@ -176,7 +173,8 @@ def _from_guess(
 ) -> tuple[ControllerState, SqpResult, Trajectory]:
     """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
     guess, begun = search.first_guess(w.mpcc, s, context, detour), s.plans.suspended
-    start = search.from_guess(guess) if begun is None else search.resumed(begun, guess)
+    settings = w.config.search
+    start = search.from_guess(guess, settings) if begun is None else search.resumed(begun, guess, settings)
     s, attempt = iterated(s, context, start, w)
     return search.suspended(s, context, attempt), attempt, guess
 
@@ -185,7 +183,7 @@ def _further(
     s: ControllerState, attempt: SqpResult, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, SqpResult]:
     """As many iterations more, if there is time for them."""
-    s, more = iterated(s, context, search.further(attempt), w)
+    s, more = iterated(s, context, search.further(attempt, w.config.search), w)
     return s, attempt if more.out_of_time else attempt.then(more)
 
 
@@ -208,14 +206,14 @@ def _stands_at_a_wall(
     s: ControllerState, attempt: SqpResult, guess: Trajectory, way: float, w: Workspace
 ) -> bool:
     """Whether it would stop right here, `way` [m] before what is no obstacle: nothing to wait for."""
-    if way - contact.stop_clearance(w.config) > NEAR_STOP:
+    if way - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
         return False
     plan = attempt.plan if attempt.fits else guess
     return contact.way_to_obstacle(plan, s.area.standing, w.config, inf) == inf
 
 
-def _as_far_as_seen(s: ControllerState, attempt: SqpResult, way: float) -> float:
-    """The way [m], or inf in the far half of a cruise, which ends in mid-way: it has not seen enough."""
+def _as_far_as_seen(s: ControllerState, attempt: SqpResult, way: float, w: Workspace) -> float:
+    """The way [m], or inf in the far part of a cruise, which ends in mid-way: it has not seen enough."""
     if not attempt.fits or s.task.arrival is not None:
         return way
-    return inf if way > 0.5 * contact.length(attempt.plan) else way
+    return inf if way > w.config.search.seen_share * contact.length(attempt.plan) else way

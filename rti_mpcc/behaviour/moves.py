@@ -6,16 +6,13 @@ from dataclasses import replace
 
 from geometry import Pose2
 from rti_mpcc.behaviour.transitions import Event, told
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.recovery import placed
 from rti_mpcc.planning.state import ControllerState, Halt, PlannedStop, Plans, Task
 from rti_mpcc.types import Trajectory
-
-NEAR_STOP = 0.2
-"""A vehicle this near to a stop before something stays where it is [m]."""
-
 
 # -- plans ----------------------------------------------------------------------------------------------
 
@@ -63,13 +60,17 @@ def found_elsewhere(s: ControllerState) -> ControllerState:
 
 
 def stop_before(
-    s: ControllerState, context: PlanningContext, distance: float, obstacle_changes: int | None
+    s: ControllerState,
+    context: PlanningContext,
+    config: ControllerConfig,
+    distance: float,
+    obstacle_changes: int | None,
 ) -> ControllerState:
     """Something fills the way: make for a stop `distance` [m] ahead, or stay where that is near.
 
     `obstacle_changes`: after which no way past was found; None: there was no time to find one.
     """
-    stays = distance <= NEAR_STOP
+    stays = distance <= config.behaviour.near_stop
     stop = PlannedStop(
         at=float(context.state[THETA]) + max(distance, 0.0),
         goal=s.goal.pose,

@@ -7,8 +7,8 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 from __future__ import annotations
 
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, PLANNED_SHARE, ControllerConfig
-from rti_mpcc.config.decisions import Method
-from rti_mpcc.config.inputs import GoalTracking, Plausibility
+from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
+from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import (
     AdmmSettings,
     BoundRelaxation,
@@ -28,6 +28,8 @@ __all__ = [
     "NO_COMFORT",
     "PLANNED_SHARE",
     "AdmmSettings",
+    "ArrivalTiming",
+    "Behaviour",
     "BoundRelaxation",
     "Caution",
     "Comfort",
@@ -35,14 +37,20 @@ __all__ = [
     "Escape",
     "Fallback",
     "Footprint",
+    "GoalLimits",
     "GoalTracking",
+    "Guesses",
     "Limits",
     "Method",
     "NarrowPassage",
+    "ObstacleTracking",
     "Plausibility",
     "Progress",
+    "Retries",
+    "Search",
     "SolverSettings",
     "SpeedProfile",
+    "UserClock",
     "Vehicle",
     "Weights",
 ]

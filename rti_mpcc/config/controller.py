@@ -9,8 +9,8 @@ from pydantic import Field, model_validator
 
 from estimation import DisturbanceFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance
-from rti_mpcc.config.decisions import Method
-from rti_mpcc.config.inputs import GoalTracking, Plausibility
+from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
+from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import (
     BoundRelaxation,
     Footprint,
@@ -40,6 +40,9 @@ class ControllerConfig(Settings):
     Attributes:
         vehicle, limits, weights, footprint, caution, solver, goal_tracking, plausibility: see there.
         progress, narrow_passage, bound_relaxation, fallback, escape: see there.
+        behaviour, retries, arrival_timing, search, guesses: when the vehicle does what, and how its plans are
+            sought; see there.
+        goal_limits, obstacle_tracking, user_clock: what is made of what comes in; see there.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
         cycle: time between two steps [s], 0.005 to 0.2.
@@ -84,6 +87,14 @@ class ControllerConfig(Settings):
     bound_relaxation: BoundRelaxation = BoundRelaxation()
     fallback: Fallback = Fallback()
     escape: Escape = Escape()
+    behaviour: Behaviour = Behaviour()
+    retries: Retries = Retries()
+    arrival_timing: ArrivalTiming = ArrivalTiming()
+    search: Search = Search()
+    guesses: Guesses = Guesses()
+    goal_limits: GoalLimits = GoalLimits()
+    obstacle_tracking: ObstacleTracking = ObstacleTracking()
+    user_clock: UserClock = UserClock()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0

@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 from enum import Enum
+from math import radians
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from geometry.settings import NonNegative, Positive, Settings, Tolerance
 
 
 class Method(Enum):
@@ -17,3 +23,204 @@ class Method(Enum):
     """Contouring to a stop at a staging pose on the path; from there a Cartesian objective (paper IV)."""
     SWITCHED = "switched"
     """Contouring, and from `Weights.transition_reach` of way left on a Cartesian objective (paper IV)."""
+
+
+class Behaviour(Settings):
+    """When a vehicle stands, is at its target or beside it, settles, and has come to a place to go on from.
+
+    Attributes:
+        standstill_speed: below this speed the vehicle stands [m/s].
+        moving_speed: a vehicle that stands is taken to stand until it is measured faster than this [m/s]:
+            noise is no motion. At least `standstill_speed`.
+        standstill_time: a vehicle that has stood so long [s] will not get nearer by waiting.
+        turning_time: the same where it may change its direction of motion on its way [s].
+        overdue_time: an arrival that is still driven so long [s] after its time to go reached
+            `ArrivalTiming.least_time` will not get nearer, even if noise hides that the vehicle stands.
+        outside_time: so long a vehicle that holds has to be measured just outside the tolerance to be
+            outside [s]; outside_share: at once it is beyond so many times the tolerance.
+        settle_share: share of the goal tolerance inside which a braked stop ends the arrival, and within
+            which a target has not moved for a vehicle that stalled before it.
+        settle_time: a braked stop that ends the arrival takes no longer than this [s]; until then the plan is
+            driven.
+        cusp_reach: a vehicle that stands within this distance of a cusp, or of the end of a way back, may go
+            on from there [m].
+        cusp_shift: share of the tolerance at a cusp by which the pose that is made for may lie beside it:
+            the rest is for how the vehicle gets there (docs/decisions/13-cusps.md).
+        near_stop: a vehicle this near to a stop before something stays where it is [m].
+        stop_tolerance: what counts as being at such a stop: longitudinal [m], lateral [m], heading [rad].
+    """
+
+    standstill_speed: NonNegative = 0.02
+    moving_speed: NonNegative = 0.04
+    standstill_time: NonNegative = 1.0
+    turning_time: NonNegative = 5.0
+    overdue_time: NonNegative = 4.0
+    outside_time: NonNegative = 0.3
+    outside_share: Annotated[float, Field(ge=1.0, le=1e12)] = 2.0
+    settle_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
+    settle_time: NonNegative = 0.75
+    cusp_reach: NonNegative = 0.5
+    cusp_shift: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
+    near_stop: NonNegative = 0.2
+    stop_tolerance: Tolerance = (0.2, 1.0, 0.5)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.moving_speed < self.standstill_speed:
+            raise ValueError(
+                f"moving_speed = {self.moving_speed} m/s must not be below "
+                f"standstill_speed = {self.standstill_speed} m/s"
+            )
+        return self
+
+
+class Retries(Settings):
+    """What a vehicle does that does not get to its target in one go, or finds no plan.
+
+    Attributes:
+        restarts: so often a vehicle that stopped outside the tolerance begins its segment again.
+        retry_time: the arrival of a vehicle that does so, or stands beside its target, takes at least so long
+            [s]: it may have to back off first.
+        replan_interval: time between two looks whether the way is free again, or whether there is a plan [s].
+        give_up_time: a vehicle that stands so long without a first plan [s] says that it failed, and looks
+            less often; on a way back it comes again from where it is.
+        retreat_speed: of backing off, or up into the goal, against the direction of the segment [m/s].
+        pull_out: how far back along its segment a vehicle pulls out that has stalled, the first time, the
+            second, and so on, in lengths of its body: 8.1 and 16.1 m for the default one
+            (docs/decisions/15-pulling-out.md).
+        least_pull_out: a shorter way back is not driven, in lengths of the body: 2.0 m.
+        beyond_goal: how far the guess of an arrival that backs up into its goal drives beyond it [m];
+            reverse_time: how long its way back takes [s] (docs/decisions/14-past-the-goal.md).
+        accepted_miss: a first plan that ends within so many times the goal tolerance is no reason to back up
+            into the goal.
+    """
+
+    restarts: Annotated[int, Field(ge=0, le=1000)] = 3
+    retry_time: NonNegative = 10.0
+    replan_interval: NonNegative = 0.5
+    give_up_time: NonNegative = 5.0
+    retreat_speed: NonNegative = 0.3
+    pull_out: tuple[Positive, ...] = (1.8, 3.6)
+    least_pull_out: NonNegative = 0.45
+    beyond_goal: Positive = 1.0
+    reverse_time: Positive = 10.0
+    accepted_miss: Annotated[float, Field(ge=1.0, le=1e12)] = 1.5
+
+
+class ArrivalTiming(Settings):
+    """When an arrival begins, how long it takes, and when it gets another time.
+
+    Attributes:
+        least_time: shortest time to go that is planned [s]; closer in, the plan always ends this far ahead.
+        waiting_reach: no arrival within reach waits until it is nearer than this [m]: (T2) leaves a slow
+            vehicle no room to get across to a goal beside its path. With a speed limit of 0.5 m/s it began
+            0.9 m before such a goal and stalled (docs/decisions/01-arrival-at-rest.md).
+        passed_way: a vehicle that has passed its target by less than this [m] still has the way to it left.
+        target_moved: a target that has moved by more than this is a new arrival [m].
+        lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes.
+        kept_share: a search for an arrival keeps its time as long as this share of what the way takes is
+            left.
+        path_spacing: of the samples along a part, and of the pieces of the way ahead, at which the pace is
+            known [m].
+        least_pieces, most_pieces: in which the way ahead is looked at.
+        steering_way: way over which a step of the path's curvature is steered [m]: no vehicle turns its
+            wheels on the spot.
+        slowest: least factor on the speeds of a motion by which it is slowed down for a given docking time.
+        cruise_step: in which a cruise is driven in thought for the expected docking time [s].
+    """
+
+    least_time: Positive = 1.0
+    waiting_reach: NonNegative = 30.0
+    passed_way: NonNegative = 0.5
+    target_moved: NonNegative = 0.1
+    lost_cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 2.5
+    kept_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    path_spacing: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
+    least_pieces: Annotated[int, Field(ge=1, le=100_000)] = 64
+    most_pieces: Annotated[int, Field(ge=1, le=100_000)] = 400
+    steering_way: NonNegative = 4.0
+    slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
+    cruise_step: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.most_pieces < self.least_pieces:
+            raise ValueError(
+                f"most_pieces = {self.most_pieces} must not be below least_pieces = {self.least_pieces}"
+            )
+        return self
+
+
+class Search(Settings):
+    """How a plan is sought, and what it has to fulfil to be driven.
+
+    Attributes:
+        iterations: real-time iterations of one search, at most; of one that misses the goal twice as many.
+        first_iterations: from a first guess on, at least.
+        unsolved: from a first guess on so many QPs may remain unsolved.
+        first_patience: from a first guess on a QP may take so many times the configured iterations;
+            clean_patience: the same for a plan that is sought once more from a clean start.
+        first_damping: weight on the change (`qp.filling.fill_cost`) from a first guess on: it may be far from
+            the optimum, and what is far from a linearisation is not known to it; damping: the same from cycle
+            to cycle. By docs/decisions/05-damping-and-curvature.md.
+        checked_span: beginning of a plan over which it has to obey the dynamics [s].
+        position_defect, heading_defect: largest error of a plan against the dynamics over that span [m],
+            [rad].
+        input_excess: share of an input limit by which a solver's answer may pass it before it is cut.
+        blocked_slack: corridor slack [m] of a plan that goes through something rather than past it.
+        seen_share: share of a cruise's plan up to which what stands in its way counts: it ends in mid-way,
+            and has not seen enough of what is beyond.
+        plan_age: a plan that is driven while another one is sought is iterated itself when it is older than
+            this [s] (docs/decisions/06-sliced-solves.md).
+    """
+
+    iterations: Annotated[int, Field(ge=1, le=1000)] = 10
+    first_iterations: Annotated[int, Field(ge=1, le=1000)] = 3
+    unsolved: Annotated[int, Field(ge=1, le=1000)] = 2
+    first_patience: Annotated[int, Field(ge=1, le=1000)] = 10
+    clean_patience: Annotated[int, Field(ge=1, le=1000)] = 3
+    first_damping: NonNegative = 1e-2
+    damping: NonNegative = 1e-4
+    checked_span: Positive = 2.0
+    position_defect: Positive = 0.05
+    heading_defect: Positive = radians(2.0)
+    input_excess: NonNegative = 0.02
+    blocked_slack: NonNegative = 0.3
+    seen_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    plan_age: NonNegative = 0.2
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.first_iterations > self.iterations:
+            raise ValueError(
+                f"first_iterations = {self.first_iterations} must not be above iterations = {self.iterations}"
+            )
+        return self
+
+
+class Guesses(Settings):
+    """The shape of a first guess: how it comes to the path, and past an obstacle on it.
+
+    Attributes:
+        fade_way: way over which an offset at the start or at the target fades into the path [m], at least.
+        fade_curvature: with which a large offset at the start begins to fade [1/m]: the end that trails
+            swings out.
+        fade_heading: a heading from the path beyond this fades like this [rad] (60 deg).
+        astray: a start at which the heading goes astray by more than this while the steering turns to where
+            the fade needs it [rad] has the steering turned first.
+        least_stretch: way beside a bend's inside per way of the path, at least: the guess must not run into
+            the centre.
+        detour_clearance: kept from the obstacle beside a detour [m].
+        longest_swing: way over which a detour swings out, and back, at most [m].
+        shortest_swing: and at least [m]: from a guess that breaks the dynamics the iterations come to one
+            that obeys them.
+    """
+
+    fade_way: Positive = 12.0
+    fade_curvature: Positive = 0.1
+    fade_heading: Annotated[float, Field(gt=0.0, le=1.5)] = 1.05
+    astray: NonNegative = 0.05
+    least_stretch: Positive = 0.2
+    detour_clearance: NonNegative = 0.3
+    longest_swing: Positive = 10.0
+    shortest_swing: Positive = 1.0

@@ -20,11 +20,6 @@ from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
 from rti_mpcc.types import Array
 
-LONGEST_STEP = 0.5
-"""After a longer gap between two cycles [s] the pose aimed at moves no farther than in this time."""
-NEAR = 0.3
-"""A vehicle that stands so much [m] farther off than where it has to wait for the goal waits there."""
-
 
 def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimate:
     """Keep where the vehicle is: detections of the last `length` [s] may still arrive."""
@@ -63,8 +58,8 @@ def rate_limited_goal(
     if estimate.pose is None or not (fit and fit.problem):
         followed = estimate.pose
     if followed is not None:
-        seconds = config.cycle if last is None else min(max(now - last, 0.0), LONGEST_STEP)
         tracking = config.goal_tracking
+        seconds = config.cycle if last is None else min(max(now - last, 0.0), tracking.longest_step)
         before = known.pose or end
         pose = _towards(before, followed, tracking.speed * seconds, tracking.turn_rate * seconds)
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
@@ -114,7 +109,8 @@ def must_wait(s: ControllerState, context: PlanningContext, config: ControllerCo
     if not (context.ends_at_goal and context.free):
         return ""
     brake = context.speed**2 / (2.0 * config.comfort_acceleration)
-    if not s.goal.waiting and context.way > config.goal_tracking.standoff + max(brake, NEAR):
+    tracking = config.goal_tracking
+    if not s.goal.waiting and context.way > tracking.standoff + max(brake, tracking.standoff_tolerance):
         return ""
     return doubt(s, config)
 

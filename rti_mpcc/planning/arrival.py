@@ -32,27 +32,21 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array
 
-FLOOR = 1.0
-"""Shortest time to go that is planned [s]; closer in, the plan always ends this far ahead."""
-ROOM = 30.0
-"""No arrival within reach waits until it is nearer than this [m]: (T2) leaves a slow vehicle no room to get
-across to a goal beside its path."""
 
-
-def time_to_go(way: float, speed: float, comfort: float, highest: Array | None = None) -> float:
-    """Duration [s] of the arrival over `way` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3), at least `FLOOR`.
+def time_to_go(way: float, speed: float, comfort: float, least: float, highest: Array | None = None) -> float:
+    """Duration [s] of the arrival over `way` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3).
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does.
 
     Args:
-        comfort: acceleration a [m/s²].
+        comfort: acceleration a [m/s²]; least: shortest duration [s].
         highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
     """
     way = max(way, 1e-6)
     a = max(comfort, speed**2 / (2.0 * way))
     free = (-speed + sqrt(speed**2 + 6.0 * a * way)) / a
-    if free <= FLOOR:
-        return FLOOR
+    if free <= least:
+        return least
     if highest is None:
         return free
     peak = _vertex_speed(way, speed, free)
@@ -76,7 +70,7 @@ def _vertex_speed(way: float, speed: float, duration: float) -> float:
 
 def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
     """Whether the planned arrival should begin: near enough, and either slow enough or due: by (T2), or with
-    no more than `ROOM` left.
+    no more than `ArrivalTiming.waiting_reach` left.
 
     Near is what is reached at the default comfort within the arrival horizon. A gentler arrival over the same
     way takes longer, but its stages are as short in metres.
@@ -84,15 +78,17 @@ def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace,
     Args:
         way: [m], from `theta` [m] on a part with this pace; speed: [m/s].
     """
-    comfort = config.arrival_acceleration
-    duration = time_to_go(way, speed, comfort)
-    due = way <= max(4.0 * speed**2 / (3.0 * comfort), ROOM)
+    comfort, timing = config.arrival_acceleration, config.arrival_timing
+    duration = time_to_go(way, speed, comfort, timing.least_time)
+    due = way <= max(4.0 * speed**2 / (3.0 * comfort), timing.waiting_reach)
     if not due and peak_speed(way, speed, duration) > config.limits.speed:
         return False
     if way <= config.arrival_reach:
         return True
     horizon = config.arrival_horizon
-    return duration <= horizon and time_to_go(way, speed, comfort, pace.ahead(theta, way)) <= horizon
+    if duration > horizon:
+        return False
+    return time_to_go(way, speed, comfort, timing.least_time, pace.ahead(theta, way, config)) <= horizon
 
 
 def _paced_time(way: float, speed: float, acceleration: float, bounds: list[float]) -> float:

@@ -16,13 +16,6 @@ from geometry import PathPart
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array
 
-CLEAR = 0.3
-"""Kept from the obstacle beside it [m]."""
-SWING = 10.0
-"""Way over which a guess swings out, and back, at most [m]."""
-SHORTEST = 1.0
-"""And at least [m]: from a guess that breaks the dynamics the iterations come to one that obeys them."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detour:
@@ -77,9 +70,11 @@ def detours(
     if not met:
         return ()
     first, last, right, left = min(met)
-    begin = min(max(here, first - SWING), first - SHORTEST)
-    end = max(min(target, last + SWING), last + SHORTEST)
-    sides = sorted((left + room + CLEAR, right - room - CLEAR), key=abs)
+    settings = config.guesses
+    longest, shortest, clear = settings.longest_swing, settings.shortest_swing, settings.detour_clearance
+    begin = min(max(here, first - longest), first - shortest)
+    end = max(min(target, last + longest), last + shortest)
+    sides = sorted((left + room + clear, right - room - clear), key=abs)
     return tuple(Detour(begin=begin, first=first, last=last, end=end, offset=offset) for offset in sides)
 
 

@@ -6,32 +6,14 @@ One rule for scenario files and for every cycle. A cycle looks only at what is n
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, nan, pi, radians
+from math import hypot, nan, radians
 
 import numpy as np
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath, wrap
-from rti_mpcc.config import ControllerConfig, Vehicle
+from rti_mpcc.config import ControllerConfig, GoalLimits, Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.surroundings import Surroundings
-
-GOAL_REACH = 20.0
-"""Farthest goal from the path's last part [m]: beyond it a goal is taken for a mistake."""
-MOST_TURN = 0.5 * pi
-"""The same for its heading, from the path's beside it [rad]."""
-SAME = 0.01
-"""A goal at which no point of the body has moved farther than this [m] needs no other check."""
-NEARLY_SAME = 0.03
-"""The same where there was more room than that [m]."""
-ALIKE = 0.1
-"""The same for one that is farther out of reach than that [m]."""
-FULL_TURN = 2.0 * pi
-"""Headings up to this [rad] are not suspected to be in degrees."""
-IN_DEGREES = pi / 6.0
-"""So near the path's heading [rad] one that is refused is, read in degrees, where it was meant in degrees."""
-ODD, SURELY_IN_DEGREES = 0.2, 0.1
-"""One that is not refused is suspected of it if it is farther than `ODD` from the path's heading [rad], and
-within the other in degrees."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,16 +40,22 @@ class GoalFit:
 
 
 def checked(
-    goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle, *, margin: float = 0.0
+    goal: Pose2,
+    path: ReferencePath,
+    corridor: Corridor,
+    vehicle: Vehicle,
+    limits: GoalLimits,
+    *,
+    margin: float = 0.0,
 ) -> GoalFit:
     """The exact check, which takes about a millisecond.
 
     Args:
-        margin: less room than this [m] is remarked.
+        limits: what can be a goal at all; margin: less room than this [m] is remarked.
     """
     part = path.parts[-1]
-    beside, hint = _beside(goal, part), degrees_hint("goal heading", goal, part)
-    problem, excess = _misplaced(goal, beside, vehicle)
+    beside, hint = _beside(goal, part), degrees_hint("goal heading", goal, part, limits)
+    problem, excess = _misplaced(goal, beside, vehicle, limits)
     if problem:
         return GoalFit(pose=goal, problem=_joined(problem, hint), excess=excess, beside=beside)
     if corridor.cut_off(len(path.parts) - 1, (beside.x, beside.y), (goal.x, goal.y)):
@@ -96,24 +84,26 @@ def checked_again(
     """
     if last is not None and _answered(last, goal, surroundings.changes, config):
         return last
-    fit = checked(goal, path, surroundings.corridor, config.vehicle, margin=_margin(config))
+    corridor, margin = surroundings.corridor, _margin(config)
+    fit = checked(goal, path, corridor, config.vehicle, config.goal_limits, margin=margin)
     return replace(fit, changes=surroundings.changes)
 
 
 def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig) -> bool:
     """Whether what was found of another goal holds for this one: no clearance changes by more than the body
     has moved."""
-    vehicle, known = config.vehicle, last.changes == changes
+    vehicle, limits, known = config.vehicle, config.goal_limits, last.changes == changes
     moved = _moved(last.pose, goal, vehicle)
     if last.problem:
-        return (known or not last.room < 0.0) and moved <= max(min(last.excess, ALIKE), SAME)
-    if moved <= SAME:
+        within = max(min(last.excess, limits.still_refused), limits.unmoved)
+        return (known or not last.room < 0.0) and moved <= within
+    if moved <= limits.unmoved:
         return True
-    if _misplaced(goal, last.beside, vehicle)[0]:
+    if _misplaced(goal, last.beside, vehicle, limits)[0]:
         return False  # by that place of the path: another one may be nearer
     left = last.room - moved
     clear = known and left > _margin(config) and not last.remark
-    return clear or (moved <= NEARLY_SAME and left > 0.0)
+    return clear or (moved <= limits.nearly_unmoved and left > 0.0)
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
@@ -126,30 +116,31 @@ def end_checked(path: ReferencePath, surroundings: Surroundings, config: Control
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
-def degrees_hint(what: str, pose: Pose2, part: PathPart) -> str:
+def degrees_hint(what: str, pose: Pose2, part: PathPart, limits: GoalLimits) -> str:
     """What to say of a heading that is far from the path's beside it, but would be near it in degrees, or "".
 
     A heading may be on any branch. Up to a full turn, which is 6 degrees, it is taken for what it is.
     """
-    if abs(pose.phi) <= FULL_TURN:
+    if abs(pose.phi) <= limits.unsuspected:
         return ""
     read = replace(pose, phi=radians(pose.phi))
     off, in_degrees = (_turn(one, _beside(one, part)) for one in (pose, read))
-    if (off > MOST_TURN and in_degrees <= IN_DEGREES) or (off > ODD and in_degrees <= SURELY_IN_DEGREES):
+    refused = off > limits.turn and in_degrees <= limits.in_degrees
+    if refused or (off > limits.odd and in_degrees <= limits.surely_in_degrees):
         return f"{what} {pose.phi:.6g}: in degrees? radians are expected"
     return ""
 
 
-def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
+def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle, limits: GoalLimits) -> tuple[str, float]:
     """Why a goal is out of reach of the path, `beside` which it is, whatever stands there, or "", and how far
     it is beyond that [m]."""
     distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
-    if distance > GOAL_REACH:
-        said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
-        return said, distance - GOAL_REACH
-    if turn > MOST_TURN:
-        said = f"turned by {turn:.4g} rad from the path beside it, at most {MOST_TURN:.4g} rad"
-        return said, (turn - MOST_TURN) * _arm(vehicle)
+    if distance > limits.reach:
+        said = f"{distance:.4g} m from the path's last part, at most {limits.reach:g} m"
+        return said, distance - limits.reach
+    if turn > limits.turn:
+        said = f"turned by {turn:.4g} rad from the path beside it, at most {limits.turn:.4g} rad"
+        return said, (turn - limits.turn) * _arm(vehicle)
     return "", 0.0
 
 

@@ -12,24 +12,12 @@ from math import atan, cos, sin, sqrt, tan
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Guesses
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.types import Array, Trajectory
-
-PASS = 1.0
-"""How far the guess of an arrival that backs up into its goal drives beyond it [m]."""
-BACK_TIME = 10.0
-"""How long its way back takes [s]."""
-BLEND = 12.0
-"""Way over which an offset at the start or at the target fades into the path [m], at least."""
-GENTLE = 0.1
-"""Curvature with which a large offset at the start begins to fade [1/m]: the end that trails swings out."""
-LOST = 0.05
-"""A start at which the heading goes astray by more than this while the steering turns to where the fade needs
-it [rad] has the steering turned first."""
 
 
 def arrival_guess(
@@ -55,27 +43,29 @@ def arrival_guess(
 def reverse_guess(
     part: PathPart, target: Target, state: Array, times: Array, way: float, config: ControllerConfig
 ) -> Trajectory:
-    """The arrival over `times` (N+1,) that ends `PASS` beyond the target, and from there straight back to it.
+    """The arrival over `times` (N+1,) that ends beyond the target, and from there straight back to it.
 
-    The way back is a cubic, too, and takes the last `BACK_TIME` of it.
+    How far beyond is `Retries.beyond_goal`. The way back is a cubic, too, and takes the last
+    `Retries.reverse_time` of it.
     """
-    d, goal = part.direction, target.pose
-    turn = min(max(int(np.searchsorted(times, times[-1] - BACK_TIME)), 2), len(times) - 2)
+    d, goal, past = part.direction, target.pose, config.retries.beyond_goal
+    turns_at = times[-1] - config.retries.reverse_time
+    turn = min(max(int(np.searchsorted(times, turns_at)), 2), len(times) - 2)
     beyond = replace(
         target,
-        pose=goal.compose(Pose2(d * PASS, 0.0, 0.0)),
-        theta=target.theta + PASS,
+        pose=goal.compose(Pose2(d * past, 0.0, 0.0)),
+        theta=target.theta + past,
     )
-    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + PASS, config).states
+    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + past, config).states
     span = times[-1] - times[turn]
     tau = (times[turn + 1 :] - times[turn]) / span
-    left = PASS * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)
+    left = past * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)
     back = np.zeros((len(tau), STATES))
     back[:, X] = goal.x + d * left * cos(goal.phi)
     back[:, Y] = goal.y + d * left * sin(goal.phi)
     back[:, PHI] = lift(goal.phi, float(onward[-1, PHI]))
     back[:, THETA] = target.stop
-    back[:, V] = -d * PASS / span * 6.0 * (tau - tau**2)
+    back[:, V] = -d * past / span * 6.0 * (tau - tau**2)
     states = np.concatenate((onward, back))
     states[1:, THETA] = np.minimum(states[1:, THETA], target.stop)
     return _driven(times, states, config)
@@ -156,17 +146,18 @@ def _faded(
     begin = Pose2(float(state[X]), float(state[Y]), float(state[PHI])).relative_to(here)
     end = target.pose.relative_to(there)
     way = max(target.theta - float(state[THETA]), 1e-3)
-    reach, fade = min(BLEND, way), min(_fade_length(begin.y), way)
+    settings = config.guesses
+    reach, fade = min(settings.fade_way, way), min(_fade_length(begin.y, settings), way)
     left, into = 1.0 - s / fade, 1.0 + (theta - target.theta) / reach
-    across_begin, slope_begin = _fade(left, begin.y, -part.direction * _slope(begin.phi), fade)
-    across_end, slope_end = _fade(into, end.y, part.direction * _slope(end.phi), reach)
+    across_begin, slope_begin = _fade(left, begin.y, -part.direction * _slope(begin.phi, settings), fade)
+    across_end, slope_end = _fade(into, end.y, part.direction * _slope(end.phi, settings), reach)
     along = _smooth(left) * begin.x + _smooth(into) * end.x
     across, slope = across_begin + across_end, slope_end - slope_begin
     if detour is not None:
         beside, turned = detour.beside(theta)
         across, slope = across + beside, slope + turned
     c, sn = np.cos(reference.phi), np.sin(reference.phi)
-    stretch = np.maximum(1.0 - part.direction * reference.slope * across, 0.2)
+    stretch = np.maximum(1.0 - part.direction * reference.slope * across, settings.least_stretch)
 
     states = np.empty((len(s), STATES))
     states[:, X] = reference.x + c * along - sn * across
@@ -198,7 +189,7 @@ def _lead_in(
         here = Pose2(now[X], now[Y], now[PHI]).relative_to(part.pose(now[THETA]))
         gap = _fade_steering(part, target, now[THETA], here, config) - now[DELTA]
         astray = abs(now[V]) * gap**2 / (2.0 * limits.steering_rate * wheelbase)
-        if astray <= LOST and (k == 0 or abs(gap) <= limits.steering_rate * length):
+        if astray <= config.guesses.astray and (k == 0 or abs(gap) <= limits.steering_rate * length):
             break
         a = (d * float(rate[k + 1]) - now[V]) / length
         a = max(min(a, limits.acceleration), -limits.acceleration)
@@ -212,17 +203,17 @@ def _fade_steering(
     part: PathPart, target: Target, theta: float, here: Pose2, config: ControllerConfig
 ) -> float:
     """Steering [rad] with which the fade from `here`, in the frame of the path at `theta`, begins."""
-    d, slope = part.direction, _slope(here.phi)
-    fade = min(_fade_length(here.y), max(target.theta - theta, BLEND))
+    d, slope, settings = part.direction, _slope(here.phi, config.guesses), config.guesses
+    fade = min(_fade_length(here.y, settings), max(target.theta - theta, settings.fade_way))
     bend = -6.0 * here.y / fade**2 - 4.0 * d * slope / fade
     curvature = float(part.reference(np.array([theta])).slope[0]) + d * bend / (1.0 + slope**2) ** 1.5
     steering = atan(config.vehicle.wheelbase * d * curvature)
     return min(max(steering, -config.limits.steering), config.limits.steering)
 
 
-def _fade_length(offset: float) -> float:
+def _fade_length(offset: float, settings: Guesses) -> float:
     """Way over which an offset at the start fades [m]."""
-    return max(BLEND, sqrt(6.0 * abs(offset) / GENTLE))
+    return max(settings.fade_way, sqrt(6.0 * abs(offset) / settings.fade_curvature))
 
 
 def _let_in(speed: float, elapsed: Array, config: ControllerConfig) -> Array:
@@ -241,9 +232,9 @@ def _fade(share: Array, offset: float, slope: float, reach: float) -> tuple[Arra
     return value, offset * 6.0 * t * (1.0 - t) / reach + slope * (3.0 * t - 2.0) * t
 
 
-def _slope(heading: float) -> float:
-    """Lateral way per way of a vehicle turned by `heading` [rad] from the path, within 60 deg."""
-    return tan(min(max(heading, -1.05), 1.05))
+def _slope(heading: float, settings: Guesses) -> float:
+    """Lateral way per way of a vehicle turned by `heading` [rad] from the path, within what fades."""
+    return tan(min(max(heading, -settings.fade_heading), settings.fade_heading))
 
 
 def _smooth(share: Array) -> Array:

@@ -15,15 +15,8 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.outline import checked_polygon
-from rti_mpcc.config import Caution
+from rti_mpcc.config import ControllerConfig, ObstacleTracking
 from rti_mpcc.types import Array
-
-FASTEST = 10.0
-"""What seems to move faster than this is another obstacle [m/s]."""
-JUMP = 0.2
-"""So far may a middle be told elsewhere, by noise, besides [m]."""
-FORGOTTEN = 1.0
-"""An obstacle that has not been told for so long [s] is where it was, and stands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,11 +49,12 @@ class Obstacle:
         """Whether it would be the same if it were told once more at its place."""
         return not self.moves and self.seen[0][1:] == self.seen[-1][1:]
 
-    def seen_as(self, new: Obstacle, now: float, last: float, caution: Caution) -> Obstacle:
+    def seen_as(self, new: Obstacle, now: float, last: float, config: ControllerConfig) -> Obstacle:
         """This obstacle, told at `now` [s] as `new`; it was where it is known to be until `last` [s]."""
+        caution, forgotten = config.caution, config.obstacle_tracking.forgotten
         place = new.seen[-1][1:]
         stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
-        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
+        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= forgotten]
         if not known:
             return new
         # The newest of those that are old enough, and all since.
@@ -100,7 +94,11 @@ def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:
 
 
 def observed(
-    known: tuple[Obstacle, ...], outlines: Sequence[ArrayLike], now: float, last: float, caution: Caution
+    known: tuple[Obstacle, ...],
+    outlines: Sequence[ArrayLike],
+    now: float,
+    last: float,
+    config: ControllerConfig,
 ) -> tuple[Obstacle, ...]:
     """The obstacles that are told at `now` [s], by those `known`, which were told at `last` [s].
 
@@ -116,23 +114,26 @@ def observed(
     left = [each for k, each in enumerate(known) if not (k < len(same) and same[k])]
     found = []
     for k, obstacle in enumerate(given):
-        before = known[k] if same[k] else _nearest(obstacle, left, now - last)
+        before = known[k] if same[k] else _nearest(obstacle, left, now - last, config.obstacle_tracking)
         if before is None:
             found.append(obstacle)
             continue
         if not same[k]:
             left.remove(before)
         here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
-        found.append(before.seen_as(here, now, last, caution))
+        found.append(before.seen_as(here, now, last, config))
     return tuple(found)
 
 
-def _nearest(obstacle: Obstacle, known: Sequence[Obstacle], seconds: float) -> Obstacle | None:
+def _nearest(
+    obstacle: Obstacle, known: Sequence[Obstacle], seconds: float, tracking: ObstacleTracking
+) -> Obstacle | None:
     """The one, known `seconds` [s] ago, that this can be, or None."""
     _, x, y = obstacle.seen[-1]
 
     def way(other: Obstacle) -> float:
         return float(np.hypot(x - other.seen[-1][1], y - other.seen[-1][2]))
 
-    near = [each for each in known if way(each) <= FASTEST * min(seconds, FORGOTTEN) + JUMP]
+    farthest = tracking.fastest * min(seconds, tracking.forgotten) + tracking.jump
+    near = [each for each in known if way(each) <= farthest]
     return min(near, key=way, default=None)

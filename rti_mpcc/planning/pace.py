@@ -19,12 +19,6 @@ from rti_mpcc.config import PLANNED_SHARE, ControllerConfig
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.types import Array
 
-SPACING = 0.25
-"""Of the samples along a part [m]."""
-TRANSITION = 4.0
-"""Way over which a step of the path's curvature is steered [m]."""
-PIECES = (64, 400)
-"""Least and most pieces in which the way ahead is looked at."""
 FLAT = 1e-9
 """Curvatures and their slopes below this are none [1/m], [1/m²]."""
 
@@ -44,19 +38,19 @@ class Pace:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
 
-    def ahead(self, theta: float, way: float) -> Array:
+    def ahead(self, theta: float, way: float, config: ControllerConfig) -> Array:
         """Highest speeds (m,) [m/s] in the middles of m equal pieces of the `way` [m] from `theta` [m] on."""
-        least, most = PIECES
-        pieces = int(min(max(way / SPACING, least), most))
+        timing = config.arrival_timing
+        pieces = int(min(max(way / timing.path_spacing, timing.least_pieces), timing.most_pieces))
         return self.at(theta + way * (np.arange(pieces) + 0.5) / pieces)
 
 
 def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) -> Pace:
     """The pace of a part, Eq. (P1), and where its room is known (P2)."""
-    comfort, wheelbase = config.comfort, config.vehicle.wheelbase
-    count = max(int(np.ceil((part.end - part.start) / SPACING)), 2)
+    comfort, wheelbase, timing = config.comfort, config.vehicle.wheelbase, config.arrival_timing
+    count = max(int(np.ceil((part.end - part.start) / timing.path_spacing)), 2)
     theta = np.linspace(part.start, part.end, count + 1)
-    width = 2 * round(0.5 * TRANSITION / SPACING) + 1
+    width = 2 * round(0.5 * timing.steering_way / timing.path_spacing) + 1
     asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")
     steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")
     curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)

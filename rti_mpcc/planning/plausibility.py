@@ -25,24 +25,6 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
-FAR = 1e7
-"""Coordinates beyond this [m] are no places on earth."""
-MANY_TURNS = 1e4
-"""Headings beyond this [rad] have lost their precision."""
-GAP = 1.0
-"""After so long without a cycle [s] a measurement is taken as it is: too much may have happened."""
-SLOW = 0.05
-"""A vehicle measured slower than this [m/s] stands, as far as a doubted measurement can say."""
-MOST_STEERING = 1.5
-"""No steering angle is beyond this [rad]."""
-MOST_SPEED = 3.0
-"""No speed is beyond this share of its limit."""
-FROZEN_TRIES = 3
-"""So often a frozen measurement of a standing vehicle is trusted once more, each time after twice the time:
-what the vehicle does then it may do blindly."""
-MISMATCH = 0.3
-"""Share of what a vehicle can do in the meantime by which its model may be wrong."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StateMonitor:
@@ -85,7 +67,8 @@ class StateMonitor:
         """
         if self.measured is None or self.state is None or self.odd_since is None:
             return self.measured
-        if abs(float(self.state[V])) <= SLOW or self.at - self.odd_since <= config.plausibility.blind:
+        checks = config.plausibility
+        if abs(float(self.state[V])) <= checks.rest_speed or self.at - self.odd_since <= checks.blind:
             return self.measured
         heeded = self.measured.copy()
         heeded[V] = np.nan
@@ -112,8 +95,9 @@ def validate_measurement(
     """
     measured = _array(given)
     problem = _no_state(given) or _unfit(measured, config)
-    seconds = now - last.at
-    if last.state is None or last.measured is None or last.reckoned is None or last.gap or seconds > GAP:
+    seconds, checks = now - last.at, config.plausibility
+    anew = last.gap or seconds > checks.longest_gap
+    if last.state is None or last.measured is None or last.reckoned is None or anew:
         return _first(last, measured, problem, queue, now, config, disturbance)
 
     def rolled(state: Array) -> Array:
@@ -124,14 +108,14 @@ def validate_measurement(
     reckoned = rolled(last.reckoned) if same else measured
     frozen = "" if problem else _frozen(measured, reckoned, config)
     problem = problem or frozen or _far(measured, expected, seconds, config)
-    gap, fault = last.steering_gap * exp(-seconds / config.plausibility.steering_time), ""
+    gap, fault = last.steering_gap * exp(-seconds / checks.steering_time), ""
     if not problem:
         gap += float(measured[DELTA] - expected[DELTA])
         problem = fault = _steering_fault(gap, last, config)
     alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
-    agrees = problem and alike and abs(float(measured[V])) <= SLOW
+    agrees = problem and alike and abs(float(measured[V])) <= checks.rest_speed
     if frozen:
-        agrees = agrees and last.tries < FROZEN_TRIES and abs(float(reckoned[V])) <= SLOW
+        agrees = agrees and last.tries < checks.frozen_tries and abs(float(reckoned[V])) <= checks.rest_speed
     monitor = replace(
         last,
         at=now,
@@ -152,7 +136,7 @@ def validate_measurement(
         tries=last.tries if same else 0,
     )
     since = monitor.agrees_since
-    if since is None or now - since < config.plausibility.confirmation * 2**monitor.tries:
+    if since is None or now - since < checks.confirmation * 2**monitor.tries:
         return monitor
     tries = monitor.tries + bool(frozen)
     return replace(
@@ -183,7 +167,8 @@ def _first(
     since = last.since if last.why else now
     state = last.state
     if state is not None:
-        state = by_commands(state, queue, last.at, min(now, last.at + GAP), config, disturbance)
+        until = min(now, last.at + config.plausibility.longest_gap)
+        state = by_commands(state, queue, last.at, until, config, disturbance)
     return replace(
         last,
         at=now,
@@ -242,9 +227,10 @@ def by_commands(
 def _unfit(state: Array, config: ControllerConfig) -> str:
     """Why this is no state of a vehicle, or ""."""
     x, y, phi, v, delta, _ = state.tolist()
-    finite = all(map(isfinite, (x, y, phi, v, delta)))
-    placed = max(abs(x), abs(y)) <= FAR and abs(phi) <= MANY_TURNS
-    if finite and placed and abs(v) <= MOST_SPEED * config.limits.speed and abs(delta) <= MOST_STEERING:
+    finite, checks = all(map(isfinite, (x, y, phi, v, delta))), config.plausibility
+    placed = max(abs(x), abs(y)) <= checks.farthest and abs(phi) <= checks.largest_heading
+    moving = abs(v) <= checks.speed_share * config.limits.speed
+    if finite and placed and moving and abs(delta) <= checks.largest_steering:
         return ""
     given = f"(x = {x:.6g}, y = {y:.6g}, phi = {phi:.6g}, v = {v:.6g}, delta = {delta:.6g})"
     return f"{'not a state that the vehicle can have' if finite else 'not a finite state'} {given}"
@@ -263,13 +249,14 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     """Why the vehicle cannot have come from the expected state to this one, or ""."""
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
-    way = MISMATCH * speed * seconds
+    share = allowed.model_mismatch
+    way = share * speed * seconds
     x, y, phi, v, delta, _ = (measured - expected).tolist()
     jumps = (
         ("position", "m", hypot(x, y), allowed.position + way),
         ("heading", "rad", abs(wrap(phi)), allowed.heading + way * config.max_curvature),
-        ("speed", "m/s", abs(v), allowed.speed + MISMATCH * limits.acceleration * seconds),
-        ("steering", "rad", abs(delta), allowed.steering + MISMATCH * limits.steering_rate * seconds),
+        ("speed", "m/s", abs(v), allowed.speed + share * limits.acceleration * seconds),
+        ("steering", "rad", abs(delta), allowed.steering + share * limits.steering_rate * seconds),
     )
     far = [f"{name} by {jump:.2f} {unit}" for name, unit, jump, most in jumps if jump > most]
     return f"the measured state has jumped: {', '.join(far)}" if far else ""

@@ -10,24 +10,18 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.types import Array
 
-PULL_OUT = (1.8, 3.6)
-"""How far back along its segment a vehicle pulls out that has stalled, the first and the second time, in
-lengths of its body: 8.1 and 16.1 m for the default one."""
-LEAST_DISTANCE = 0.45
-"""A shorter way back is not driven, in lengths of the body: 2.0 m."""
-
 
 def way_back(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Segment | None:
     """The way back that a vehicle which has stalled is to drive next; None if it has to stay where it is."""
-    task, segment = s.task, s.task.segment
+    task, segment, retries = s.task, s.task.segment, config.retries
     stalled = task.phase is Phase.STALLED and context.free and segment.end is not SegmentEnd.WAY_BACK
-    if not (stalled and config.recovers and task.pulled_out < len(PULL_OUT)):
+    if not (stalled and config.recovers and task.pulled_out < len(retries.pull_out)):
         return None
     *here, theta = context.state[[X, Y, PHI, THETA]].tolist()
     begin = segment.part.progress(Pose2(*here), theta)
     length = config.vehicle.front + config.vehicle.rear
-    end = max(begin - PULL_OUT[task.pulled_out] * length, segment.part.start)
-    if begin - end < LEAST_DISTANCE * length:
+    end = max(begin - retries.pull_out[task.pulled_out] * length, segment.part.start)
+    if begin - end < retries.least_pull_out * length:
         return None
     back = segment.part.driven_back(begin, end)
     return Segment(

@@ -8,21 +8,9 @@ from math import hypot
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA
-from rti_mpcc.planning.arrival import FLOOR, time_to_go, within_reach
+from rti_mpcc.planning.arrival import time_to_go, within_reach
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.guess import BACK_TIME, PASS
 from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
-
-LEAST_SHARE = 0.5
-"""A search for an arrival keeps its time as long as this share of what the way takes is left."""
-RETRY_TIME = 10.0
-"""A vehicle that tries again takes at least so long [s]: it may have to back off first."""
-RETREAT_SPEED = 0.3
-"""Speed of backing off, or up into the goal, against the direction of the segment [m/s]."""
-LOST_CYCLES = 2.5
-"""After a gap of more cycles than this an arrival gets the time again that its way takes."""
-MOVED = 0.1
-"""A target that has moved by more than this is a new arrival [m]."""
 
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
@@ -32,13 +20,13 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
     vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
     left may take longer than was thought: one that is far too short gets the time that it takes.
     """
-    begun, pose = s.plans.suspended, context.target.pose
-    if begun is not None and apart(begun.target.pose, pose) <= MOVED:
+    begun, pose, timing = s.plans.suspended, context.target.pose, config.arrival_timing
+    if begun is not None and apart(begun.target.pose, pose) <= timing.target_moved:
         if s.stands:
             begun = _later(begun, context.begin - begun.begin)
         elif begun.arrival is not None:
             duration = _duration(context, config)
-            if begun.arrival.at - context.begin < LEAST_SHARE * duration:
+            if begun.arrival.at - context.begin < timing.kept_share * duration:
                 begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
         arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
         return replace(s.suspending(begun), task=replace(s.task, arrival=arrival))
@@ -49,7 +37,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
     if _beside(s, context, config):
         restarts = max(restarts, 1)
     if restarts > 0:
-        duration = max(duration, RETRY_TIME)
+        duration = max(duration, config.retries.retry_time)
     arrival = Arrival(at=context.begin + duration, timed_for=pose)
     return replace(s, task=replace(s.task, arrival=arrival, restarts=restarts))
 
@@ -68,7 +56,8 @@ def scheduled_past_goal(
     arrival = s.task.arrival
     if arrival is None or arrival.reverse_into_goal:
         return None if arrival is None else s
-    at = context.begin + (_duration(context, config, beyond=PASS) + BACK_TIME)
+    retries = config.retries
+    at = context.begin + (_duration(context, config, beyond=retries.beyond_goal) + retries.reverse_time)
     return replace(s, task=replace(s.task, arrival=replace(arrival, reverse_into_goal=True, at=at)))
 
 
@@ -81,21 +70,21 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     if s.task.phase is not Phase.ARRIVING:
         return s
     assert arrival is not None
-    begin, pose = context.begin, context.target.pose
-    moved = apart(arrival.timed_for, pose) > MOVED
-    lost = bool(s.queue) and begin - s.queue[-1].begins > LOST_CYCLES * config.cycle
+    begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
+    moved = apart(arrival.timed_for, pose) > timing.target_moved
+    lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         # One that backs up may be past its goal, and has no way left but time to take.
         at = due if moved and not arrival.reverse_into_goal else max(due, arrival.at)
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
-    elif arrival.at >= begin + FLOOR:
+    elif arrival.at >= begin + timing.least_time:
         if arrival.overdue_since is None:
             return s
         later = replace(arrival, overdue_since=None)
     else:
         since = context.now if arrival.overdue_since is None else arrival.overdue_since
-        later = replace(arrival, at=begin + FLOOR, overdue_since=since)
+        later = replace(arrival, at=begin + timing.least_time, overdue_since=since)
     return replace(s, task=replace(s.task, arrival=later))
 
 
@@ -123,7 +112,8 @@ def retreat(s: ControllerState, context: PlanningContext, config: ControllerConf
     """Speed allowed near the target against the segment's direction [m/s]: to back up, or to try again."""
     task = s.task
     near = hypot(context.error.x, context.error.y) <= config.progress.retreat_reach
-    return RETREAT_SPEED if task.reverses_into_goal or (task.restarts > 0 and near) else 0.0
+    backs = task.reverses_into_goal or (task.restarts > 0 and near)
+    return config.retries.retreat_speed if backs else 0.0
 
 
 def apart(one: Pose2, other: Pose2) -> float:
@@ -142,8 +132,9 @@ def _arrives(s: ControllerState, context: PlanningContext, config: ControllerCon
 def _duration(context: PlanningContext, config: ControllerConfig, beyond: float = 0.0) -> float:
     """What the arrival, or one so much beyond the target [m], takes from here [s]."""
     way = context.way + beyond
-    highest = context.pace.ahead(float(context.state[THETA]), way)
-    return time_to_go(way, context.speed, config.arrival_acceleration, highest)
+    highest = context.pace.ahead(float(context.state[THETA]), way, config)
+    least = config.arrival_timing.least_time
+    return time_to_go(way, context.speed, config.arrival_acceleration, least, highest)
 
 
 def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

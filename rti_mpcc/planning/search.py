@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, radians
+from math import hypot
 
 import numpy as np
 
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Search
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
@@ -26,32 +26,7 @@ from rti_mpcc.planning.state import ControllerState, Past, SuspendedSearch
 from rti_mpcc.qp.solver import AdmmStart
 from rti_mpcc.types import Array, Objective, Trajectory
 
-ITERATIONS = 10
-"""Real-time iterations of one search, at most."""
-UNSOLVED = 2
-"""From a first guess on so many QPs may remain unsolved."""
-PATIENCE = 10
-"""From a first guess on a QP may take so many times the configured iterations."""
-CLEAN_PATIENCE = 3
-"""The same for a plan that is sought once more from a clean start."""
-FIRST_ITERATIONS = 3
-"""Real-time iterations from a first guess on, at least."""
-START_DAMPING = 1e-2
-"""Weight on the change (qp/filling.py) from a first guess on: it may be far from the optimum, and what is
-far from a linearisation is not known to it."""
-DAMPING = 1e-4
-"""The same from cycle to cycle."""
-CHECKED_SPAN = 2.0
-"""Beginning of a plan over which it has to obey the dynamics [s]."""
-POSITION_DEFECT = 0.05
-"""Largest position error of a plan against the dynamics over that span [m]."""
-HEADING_DEFECT = radians(2.0)
-"""The same for the heading [rad]."""
-INPUT_SLACK = 0.02
-"""Share of an input limit by which a solver's answer may pass it before it is cut."""
 NO_TIME = "the deadline left no time for an iteration"
-SQUEEZED = 0.3
-"""Corridor slack [m] of a plan that goes through something rather than past it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,51 +88,59 @@ class InitialIterate:
     last: Solution | None = None
     guess: Trajectory | None = None
     iterate: tuple[Array, Array] | None = None
+    most: int
+    damping: float
     least: int = 1
-    most: int = ITERATIONS
-    damping: float = DAMPING
     pace: AdmmStart | None = None
     patience: int = 1
     unsolved: int = 1
 
 
-def going_on(solution: Solution | None) -> InitialIterate:
+def going_on(solution: Solution | None, settings: Search) -> InitialIterate:
     """One iteration a cycle, more while there is a problem."""
-    return InitialIterate(last=solution)
+    return InitialIterate(last=solution, most=settings.iterations, damping=settings.damping)
 
 
-def clean(plan: Trajectory) -> InitialIterate:
+def clean(plan: Trajectory, settings: Search) -> InitialIterate:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return InitialIterate(guess=plan, pace=AdmmStart.RETRY, patience=CLEAN_PATIENCE)
-
-
-def from_guess(guess: Trajectory) -> InitialIterate:
-    """The first plan of an objective."""
     return InitialIterate(
-        guess=guess,
-        least=FIRST_ITERATIONS,
-        damping=START_DAMPING,
-        pace=AdmmStart.COLD,
-        patience=PATIENCE,
-        unsolved=UNSOLVED,
+        guess=plan,
+        most=settings.iterations,
+        damping=settings.damping,
+        pace=AdmmStart.RETRY,
+        patience=settings.clean_patience,
     )
 
 
-def further(attempt: SqpResult) -> InitialIterate:
+def from_guess(guess: Trajectory, settings: Search) -> InitialIterate:
+    """The first plan of an objective."""
+    return InitialIterate(
+        guess=guess,
+        least=settings.first_iterations,
+        most=settings.iterations,
+        damping=settings.first_damping,
+        pace=AdmmStart.COLD,
+        patience=settings.first_patience,
+        unsolved=settings.unsolved,
+    )
+
+
+def further(attempt: SqpResult, settings: Search) -> InitialIterate:
     """As many iterations more, for a plan that has not come to its end far ahead."""
-    return replace(from_guess(attempt.plan), last=attempt.solved, guess=None, least=ITERATIONS)
+    begun = from_guess(attempt.plan, settings)
+    return replace(begun, last=attempt.solved, guess=None, least=settings.iterations)
 
 
-def resumed(search: SuspendedSearch, guess: Trajectory) -> InitialIterate:
+def resumed(search: SuspendedSearch, guess: Trajectory, settings: Search) -> InitialIterate:
     """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
     done = search.iterations
     return replace(
-        from_guess(guess),
+        from_guess(guess, settings),
         last=search.solution,
         guess=guess if search.solution is None else None,
         iterate=search.iterate,
-        least=max(FIRST_ITERATIONS - done, 1),
-        most=max(ITERATIONS - done, 1),
+        least=max(settings.first_iterations - done, 1),
+        most=max(settings.iterations - done, 1),
     )
 
 
@@ -304,7 +287,7 @@ def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) ->
 def _corridor_infeasible(
     solution: Solution, target: Target, config: ControllerConfig, *, arriving: bool
 ) -> bool:
-    if float(solution.slack.max()) > SQUEEZED:
+    if float(solution.slack.max()) > config.search.blocked_slack:
         return True
     end, (position, heading) = solution.trajectory.states[-1], config.weights.goal_clip
     left = hypot(end[X] - target.pose.x, end[Y] - target.pose.y)
@@ -317,18 +300,18 @@ def rejection_reason(
     """Why a solution must not be driven, or "". `disturbance`: what acts beside its commands."""
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
-    plan, limits = solution.trajectory, config.limits
+    plan, limits, settings = solution.trajectory, config.limits, config.search
     if not (np.isfinite(plan.states).all() and np.isfinite(plan.controls).all()):
         return "the plan is not finite"
     a, rate = disturbance.commanded(plan.controls[0, A]), plan.controls[0, DELTA_DOT]
-    most = 1.0 + INPUT_SLACK
+    most = 1.0 + settings.input_excess
     if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
     slack, most = float(solution.slack.max()), _most_slack(solution, config)
     if slack > most:
         return f"the plan leaves the corridor by {slack:.2f} m"
-    position, heading = defect(plan, config.vehicle.wheelbase)
-    if position > POSITION_DEFECT or heading > HEADING_DEFECT:
+    position, heading = defect(plan, config)
+    if position > settings.position_defect or heading > settings.heading_defect:
         return f"the plan breaks the dynamics by {position:.2f} m and {np.degrees(heading):.1f} deg"
     return ""
 
@@ -338,11 +321,11 @@ def _most_slack(solution: Solution, config: ControllerConfig) -> float:
     return cover(config.vehicle, config.footprint).radius + config.footprint.margin + float(solution.slack[0])
 
 
-def defect(plan: Trajectory, wheelbase: float) -> tuple[float, float]:
-    """Errors [m], [rad] that a plan's first `CHECKED_SPAN` adds up to against the dynamics."""
-    stages = int(np.searchsorted(plan.times - plan.times[0], CHECKED_SPAN))
+def defect(plan: Trajectory, config: ControllerConfig) -> tuple[float, float]:
+    """Errors [m], [rad] that a plan's first `Search.checked_span` adds up to against the dynamics."""
+    stages = int(np.searchsorted(plan.times - plan.times[0], config.search.checked_span))
     stages = min(max(stages, 1), len(plan.controls))
     lengths = np.diff(plan.times[: stages + 1])
-    reached = step(plan.states[:stages], plan.controls[:stages], lengths, wheelbase)
+    reached = step(plan.states[:stages], plan.controls[:stages], lengths, config.vehicle.wheelbase)
     gap = reached - plan.states[1 : stages + 1]
     return float(np.hypot(gap[:, X], gap[:, Y]).sum()), float(np.abs(gap[:, PHI]).sum())

@@ -19,15 +19,6 @@ from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
-STOP_TOLERANCE = (0.2, 1.0, 0.5)
-"""What counts as being at a stop before something: longitudinal, lateral [m], heading [rad]."""
-PASSED = 0.5
-"""A vehicle that has passed its target by less than this still has the way to it left [m]."""
-OFF_THE_PATH = 100.0
-"""A vehicle farther than this from its path [m] is taken to be on another one."""
-PROJECTION_REACH = 2.0
-"""How far the progress may move from one cycle to the next [m]."""
-
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
     """The state (6,) when a command given now begins to act: what is believed, rolled forward.
@@ -39,7 +30,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
     if s.vehicle.monitor.state is None:
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.now + config.dead_time, config)
-    _place_on_route(start, s.begin, part)
+    _place_on_route(start, s.begin, part, config.plausibility.progress_step)
     return start
 
 
@@ -80,30 +71,31 @@ def assess(
         begin=now + config.dead_time,
         state=reached,
         measured_speed=measured_speed,
-        doubt=_off_the_path(here, on_path),
+        doubt=_off_the_path(here, on_path, config.plausibility.off_path),
         target=target,
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
         free=free,
-        way=way_between(here, theta, on_path, part, target),
+        way=way_between(here, theta, on_path, part, target, config.arrival_timing.passed_way),
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
         stop_error=_stopped(reached, config).relative_to(target.pose),
-        tolerance=segment.tolerance if free else STOP_TOLERANCE,
+        tolerance=segment.tolerance if free else config.behaviour.stop_tolerance,
     )
 
 
-def _off_the_path(here: Pose2, path: Pose2) -> str:
-    """Why the path cannot be come back to, or ""."""
+def _off_the_path(here: Pose2, path: Pose2, most: float) -> str:
+    """Why the path cannot be come back to, being more than `most` [m] away, or ""."""
     distance = hypot(here.x - path.x, here.y - path.y)
-    return f"{distance:.4g} m off the path" if distance > OFF_THE_PATH else ""
+    return f"{distance:.4g} m off the path" if distance > most else ""
 
 
-def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
+def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: float) -> None:
     """Give the state its progress and the branch of its heading, both nearest to the last ones.
 
     Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
+    `reach`: how far it may move [m].
     """
     x, y, phi, *_ = reached.tolist()
     if last is None:
@@ -111,7 +103,7 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
         heading = part.pose(theta).phi
     else:
         near = max(float(last[THETA]), part.start)
-        theta = part.project(x, y, near=near, reach=PROJECTION_REACH)
+        theta = part.project(x, y, near=near, reach=reach)
         heading = float(last[PHI])
     if theta <= part.start:
         theta += min(part.direction * Pose2(x, y, phi).relative_to(part.first).x, 0.0)
@@ -119,15 +111,18 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
     reached[PHI] = lift(phi, heading)
 
 
-def way_between(here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target) -> float:
+def way_between(
+    here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target, passed: float
+) -> float:
     """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
 
-    Along the path, straight on behind its end, and across to the target's offset.
+    Along the path, straight on behind its end, and across to the target's offset; also where the target was
+    passed by less than `passed` [m].
     """
     at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
-    return hypot(along, across) if along > 0.0 or hypot(along, across) < PASSED else 0.0
+    return hypot(along, across) if along > 0.0 or hypot(along, across) < passed else 0.0
 
 
 def _stopped(state: Array, config: ControllerConfig) -> Pose2:

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rti_mpcc.config import Caution
-from rti_mpcc.planning.schedule import MOVED, apart
+from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
-
-LOOK_AGAIN = 0.5
-"""Time between two looks whether the way is free again [s]."""
-NEEDS_IT = 0.2
-"""A plan that is driven while another one is sought is iterated itself when it is older than this [s]."""
 
 
 def halted(halt: Halt | None, way: float, needed: float, now: float, caution: Caution) -> Halt | None:
@@ -30,12 +25,12 @@ def halted(halt: Halt | None, way: float, needed: float, now: float, caution: Ca
     return None if now - since >= caution.clear_time else Halt(clear_since=since)
 
 
-def is_old(s: ControllerState) -> bool:
+def is_old(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether the plan being driven has to be iterated before the search for another one goes on."""
     accepted = s.plans.accepted_at
     if s.plans.suspended is None or s.task.halt is not None or accepted is None:
         return False
-    return s.now - accepted > NEEDS_IT
+    return s.now - accepted > config.search.plan_age
 
 
 def unconfirmed(s: ControllerState) -> bool:
@@ -64,15 +59,15 @@ def found_clear(s: ControllerState) -> ControllerState:
     return replace(s, plans=plans)
 
 
-def way_may_be_free(s: ControllerState) -> bool:
+def way_may_be_free(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether it is worth looking again if something still fills the way.
 
     From the stop itself it is once: what could not be passed in one go from far away may be from rest there.
     """
     stop, goal = s.task.stop, s.goal.pose
-    if stop is None or s.now - stop.since < LOOK_AGAIN:
+    if stop is None or s.now - stop.since < config.retries.replan_interval:
         return False
-    before = stop.goal
-    elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > MOVED
+    before, most = stop.goal, config.arrival_timing.target_moved
+    elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > most
     there_now = s.task.phase is Phase.HOLDING and not stop.from_there
     return elsewhere or there_now or stop.obstacles != s.area.changes

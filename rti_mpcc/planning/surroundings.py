@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geometry import Corridor, CorridorError, ReferencePath
-from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
 
@@ -63,13 +63,13 @@ class Surroundings:
         """The obstacles that are seen to move."""
         return tuple(each for each in self.obstacles if each.moves)
 
-    def updated(self, outlines: Sequence[ArrayLike], now: float, caution: Caution) -> Surroundings:
+    def updated(self, outlines: Sequence[ArrayLike], now: float, config: ControllerConfig) -> Surroundings:
         """With the obstacles told at `now` [s].
 
         Raises:
             CorridorError: one that is no simple polygon.
         """
-        obstacles = observed(self.obstacles, outlines, now, self.given_at, caution)
+        obstacles = observed(self.obstacles, outlines, now, self.given_at, config)
         if obstacles is self.obstacles:
             return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in standing(obstacles)]

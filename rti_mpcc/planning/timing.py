@@ -22,11 +22,6 @@ from rti_mpcc.planning.arrival import time_to_go, within_reach
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.sensing import way_between
 
-SLOWEST = 0.1
-"""Least factor that a motion is slowed down by."""
-STEP = 0.25
-"""In which a cruise is driven in thought [s]."""
-
 
 def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None) -> float:
     """Time [s] from rest at the path's begin to rest at the goal, with nothing in the way and no corridor
@@ -70,9 +65,10 @@ def config_for_docking_time(
 
     # Under a speed limit, gentler may be a little sooner: only one side of the present settings is searched.
     fastest, usual = sqrt(config.limits.acceleration / config.comfort_acceleration), time(1.0)
-    least, most = (SLOWEST, 1.0) if seconds >= usual else (1.0, fastest)
+    slowest = config.arrival_timing.slowest
+    least, most = (slowest, 1.0) if seconds >= usual else (1.0, fastest)
     if not time(most) <= seconds <= time(least):
-        takes = (time(SLOWEST), usual, time(fastest))
+        takes = (time(slowest), usual, time(fastest))
         raise ConfigError(
             f"docking_time = {seconds!r} s: within the limits docking here takes {min(takes):.4g} to "
             f"{max(takes):.4g} s"
@@ -97,15 +93,16 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
-    pace = pace_of(part, config)
-    left = way_between(part.first, part.start, part.first, part, target)
+    pace, timing, step = pace_of(part, config), config.arrival_timing, config.arrival_timing.cruise_step
+    left = way_between(part.first, part.start, part.first, part, target, timing.passed_way)
     begin, time, speed = part.start, config.dead_time, 0.0
     while not within_reach(left, speed, config, pace, begin):
         gain = min(_rise(config) * (config.cruise_speed - speed), config.comfort_acceleration)
         highest = float(pace.at(np.array([begin]))[0])
-        speed = min(speed + gain * STEP, highest)
-        time, left, begin = time + STEP, left - speed * STEP, begin + speed * STEP
-    return time + time_to_go(left, speed, config.arrival_acceleration, pace.ahead(begin, left))
+        speed = min(speed + gain * step, highest)
+        time, left, begin = time + step, left - speed * step, begin + speed * step
+    highest_ahead = pace.ahead(begin, left, config)
+    return time + time_to_go(left, speed, config.arrival_acceleration, timing.least_time, highest_ahead)
 
 
 def _rise(config: ControllerConfig) -> float:

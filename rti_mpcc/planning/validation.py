@@ -16,19 +16,14 @@ from numpy.typing import ArrayLike
 from estimation import Frame, GoalMeasurement
 from estimation.measurement import is_time
 from geometry import Pose2, ReferencePath, RtiMpccError
-from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.config import ControllerConfig, Plausibility
 from rti_mpcc.planning import goals
-from rti_mpcc.planning.plausibility import FAR, MANY_TURNS
 from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
 
 STAYS = "the last one stays"
 """End of what is said of a goal that is not taken: without one before it, that is the path's last pose."""
-STILL = 3
-"""A clock that has not moved for so many cycles stands still."""
-LEAP = 3600.0
-"""A clock that leaps ahead by more than this [s] was set anew."""
 
 
 def goal_in(
@@ -45,7 +40,7 @@ def goal_in(
     """
     taken, refusal, given_fit = None, known.refusal, known.given_fit
     if given is not None:
-        goal, refusal = _pose(given)
+        goal, refusal = _pose(given, config.plausibility)
         if goal is not None and goal != known.planned:
             given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
             taken = None if given_fit.problem else goal
@@ -60,7 +55,7 @@ def goal_in(
     return replace(known, given_fit=given_fit, fit=fit, refusal=refusal), taken
 
 
-def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
+def _pose(given: Pose2, checks: Plausibility) -> tuple[Pose2 | None, str]:
     """A goal as a pose to work with, or None, and why it is none."""
     try:
         x, y, phi = given.x, given.y, given.phi
@@ -69,10 +64,12 @@ def _pose(given: Pose2) -> tuple[Pose2 | None, str]:
     if not _all_finite(x, y, phi):
         return None, f"goal ({x}, {y}, {phi}) not finite, {STAYS}"
     goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
-    if max(abs(x), abs(y)) > FAR:
-        return None, f"goal {_text(goal)} out of reach, coordinates at most {FAR:g} m: {STAYS}"
-    if abs(phi) > MANY_TURNS:
-        return None, f"goal {_text(goal)} out of reach, heading at most {MANY_TURNS:g} rad: {STAYS}"
+    if max(abs(x), abs(y)) > checks.farthest:
+        most = checks.farthest
+        return None, f"goal {_text(goal)} out of reach, coordinates at most {most:g} m: {STAYS}"
+    if abs(phi) > checks.largest_heading:
+        most = checks.largest_heading
+        return None, f"goal {_text(goal)} out of reach, heading at most {most:g} rad: {STAYS}"
     return goal, ""
 
 
@@ -81,22 +78,22 @@ def _text(goal: Pose2) -> str:
 
 
 def surroundings_in(
-    known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float, caution: Caution
+    known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float, config: ControllerConfig
 ) -> Surroundings:
     """The surroundings with these obstacles at `now` [s]; where they cannot be used, as known, and why."""
     if obstacles is None:
         return known
     try:
-        outlines, problem = _outlines(obstacles)
+        outlines, problem = _outlines(obstacles, config.plausibility.farthest)
         if not problem:
-            return known.updated(outlines, now, caution)
+            return known.updated(outlines, now, config)
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
         problem = f"obstacles not readable: {_line(error)}"
     return replace(known, unreadable=problem)
 
 
-def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array], str]:
-    """The obstacles as arrays, and why they are none, or ""."""
+def _outlines(obstacles: Sequence[ArrayLike], farthest: float) -> tuple[list[Array], str]:
+    """The obstacles as arrays, with coordinates of at most `farthest` [m], and why they are none, or ""."""
     outlines: list[Array] = []
     try:
         given = list(obstacles)
@@ -107,21 +104,21 @@ def _outlines(obstacles: Sequence[ArrayLike]) -> tuple[list[Array], str]:
             outlines.append(np.asarray(outline, dtype=np.float64))
         except (ValueError, TypeError, OverflowError) as error:
             return outlines, f"obstacles[{k}] not readable: {_line(error)}"
-        problem = _far_outline(outlines[k])
+        problem = _far_outline(outlines[k], farthest)
         if problem:
             return outlines, f"obstacles[{k}] {problem}"
     return outlines, ""
 
 
-def _far_outline(outline: Array) -> str:
+def _far_outline(outline: Array, farthest: float) -> str:
     """Why the numbers of an outline cannot be used, or ""; whether it is one is for geometry to say."""
     if outline.ndim == 0:
         return ""
-    odd = ~(np.abs(outline) <= FAR)
+    odd = ~(np.abs(outline) <= farthest)
     if not odd.any():
         return ""
     value, corner = float(outline[odd][0]), int(np.argwhere(odd)[0, 0])
-    why = f"not near, at most {FAR:g} m" if isfinite(value) else "not finite"
+    why = f"not near, at most {farthest:g} m" if isfinite(value) else "not finite"
     return f"{why}: {value:.6g} in corner {corner}"
 
 
@@ -167,20 +164,20 @@ def measurement_in(measurement: GoalMeasurement, offset: float) -> GoalMeasureme
     return replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
 
 
-def timed(clock: ClockState, now: float, cycle: float) -> tuple[ClockState, str]:
+def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[ClockState, str]:
     """The clock at the time that the user's clock shows, and what is wrong with that one, or "".
 
     The controller's own clock never runs back: where the user's does, or leaps ahead, or shows no number, one
     cycle is taken to have passed, and the two are `offset` apart from then on.
     """
-    last = clock.time
+    last, cycle, checks = clock.time, config.cycle, config.user_clock
     if not _all_finite(now) or not is_time(now):
         return replace(clock, time=0.0 if last is None else last + cycle), f"the clock shows {now}"
     stood = clock.stood + 1 if now == clock.shown else 0
     own, offset, word = now + clock.offset, clock.offset, ""
-    if stood >= STILL:
+    if stood >= checks.stood_cycles:
         word = "the clock stands still"
-    elif last is not None and not last <= own <= last + LEAP:
+    elif last is not None and not last <= own <= last + checks.leap:
         word = f"the clock went {'back' if own < last else 'ahead'} by {abs(own - last):.3f} s"
     if word:
         own = cycle if last is None else last + cycle

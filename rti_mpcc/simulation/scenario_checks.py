@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import tan
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import COMFORT_ACCELERATION
+from rti_mpcc.config import COMFORT_ACCELERATION, GoalLimits
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning import goals
 from rti_mpcc.simulation.faults import SIZES
@@ -197,7 +197,7 @@ def _goals(scenario: Scenario, path: ReferencePath, corridor: Corridor) -> Itera
 def _goal(
     key: str, goal: Pose2, scenario: Scenario, path: ReferencePath, corridor: Corridor
 ) -> Iterator[Problem]:
-    problem = goals.checked(goal, path, corridor, scenario.build_vehicle()).problem
+    problem = goals.checked(goal, path, corridor, scenario.build_vehicle(), GoalLimits()).problem
     if problem:
         value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
         yield Problem(key=key, value=value, allowed=f"out of reach, {problem}")

@@ -129,7 +129,7 @@ def some_plan() -> Trajectory:
 def decided(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """The state after what is decided in a cycle, with nothing in the way."""
     s = put(s, time=context.now)
-    s = look(put(s, standing_since=standing_since(s, context)), context, config)
+    s = look(put(s, standing_since=standing_since(s, context, config)), context, config)
     return rescheduled(s, context, config)
 
 

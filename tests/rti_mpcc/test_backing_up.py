@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from geometry import Pose2
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning import schedule, search
 from rti_mpcc.simulation import (
     RunResult,
@@ -21,6 +22,7 @@ from rti_mpcc.simulation import (
 from rti_mpcc.types import Reason, Status
 from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short
 
+CONFIG = ControllerConfig()
 TIME = 32.0
 """What a run is given: it docks by backing up in 27 s [s]."""
 
@@ -87,7 +89,7 @@ def test_the_goal_is_passed_and_backed_up_into_in_one_go(side: int) -> None:
     assert figures["pull_outs"] == 0
     assert figures["min_clearance_m"] > 0.05
     assert said(result) == [Status.ARRIVING, Status.SETTLING, Status.DOCKED]
-    assert -1.01 * schedule.RETREAT_SPEED < result.truth.v.min() < -0.05
+    assert -1.01 * CONFIG.retries.retreat_speed < result.truth.v.min() < -0.05
     pairs = zip(result.cycles.status, result.cycles.reason, strict=True)
     arriving = [reason for status, reason in pairs if status is Status.ARRIVING]
     assert set(arriving) == {Reason.DRIVES_PAST_GOAL.message}
@@ -103,7 +105,7 @@ def test_in_reverse_too() -> None:
     docked, again, speeds = driven(in_reverse())
     assert docked
     assert again == 0
-    assert 0.05 < max(speeds) < 1.01 * schedule.RETREAT_SPEED
+    assert 0.05 < max(speeds) < 1.01 * CONFIG.retries.retreat_speed
     moving = [speed > 0.0 for speed in speeds if abs(speed) > 0.02]
     assert [forwards for forwards, _ in groupby(moving)] == [False, True]
 
@@ -121,7 +123,7 @@ def test_a_goal_that_moves_a_little_meanwhile_is_backed_up_into_in_one_go(since:
     scenario = beside_a_wall(1)
     goal = scenario.goal_pose(scenario.build_path())
     assert goal is not None
-    moved = goal.compose(Pose2(1.2 * schedule.MOVED, 0.05, 0.0))
+    moved = goal.compose(Pose2(1.2 * CONFIG.arrival_timing.target_moved, 0.05, 0.0))
     controller = docking_controller(scenario)
     told = drive(scenario, TIME, controller=controller, goal_at=lambda now: moved if now > since else goal)
     for _, command in told:

@@ -5,13 +5,27 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from math import inf, nan
+from pathlib import Path
 from typing import Any
 
 import pytest
 from pydantic import ValidationError
 
 from geometry import InputError
+from geometry.settings import Settings
 from rti_mpcc import ControllerConfig, Footprint, Limits, RtiMpccError, SolverSettings, Vehicle, Weights
+from rti_mpcc.config import (
+    ArrivalTiming,
+    Behaviour,
+    GoalLimits,
+    GoalTracking,
+    Guesses,
+    ObstacleTracking,
+    Plausibility,
+    Retries,
+    Search,
+    UserClock,
+)
 from rti_mpcc.errors import ConfigError
 
 REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
@@ -45,6 +59,30 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Weights, "transition_slope", 0.0, "greater than 0"),
     (Footprint, "discs", 0, "greater than or equal to 1"),
     (SolverSettings, "tolerance", 0.0, "greater than 0"),
+    (Behaviour, "standstill_time", -1.0, "greater than or equal to 0"),
+    (Behaviour, "settle_share", 1.1, "less than or equal to 1"),
+    (Behaviour, "outside_share", 0.9, "greater than or equal to 1"),
+    (Behaviour, "cusp_shift", 2.0, "less than or equal to 1"),
+    (Retries, "restarts", 1.5, "integer"),
+    (Retries, "restarts", -1, "greater than or equal to 0"),
+    (Retries, "reverse_time", 0.0, "greater than 0"),
+    (ArrivalTiming, "least_time", 0.0, "greater than 0"),
+    (ArrivalTiming, "path_spacing", 0.0, "greater than 0"),
+    (ArrivalTiming, "slowest", 1.5, "less than or equal to 1"),
+    (Search, "iterations", 0, "greater than or equal to 1"),
+    (Search, "damping", -1e-4, "greater than or equal to 0"),
+    (Search, "heading_defect", nan, "finite"),
+    (Guesses, "fade_way", 0.0, "greater than 0"),
+    (Guesses, "fade_heading", 1.6, "less than or equal to 1.5"),
+    (Guesses, "shortest_swing", 0.0, "greater than 0"),
+    (GoalTracking, "standoff_tolerance", -0.1, "greater than or equal to 0"),
+    (GoalLimits, "turn", 4.0, "less than or equal to 3.14"),
+    (GoalLimits, "reach", inf, "finite"),
+    (ObstacleTracking, "fastest", 0.0, "greater than 0"),
+    (UserClock, "stood_cycles", 0, "greater than or equal to 1"),
+    (UserClock, "leap", 0.0, "greater than 0"),
+    (Plausibility, "model_mismatch", -0.1, "greater than or equal to 0"),
+    (Plausibility, "frozen_tries", "often", "integer"),
 ]
 
 
@@ -98,3 +136,49 @@ def test_presets_take_changes() -> None:
     assert ControllerConfig.paper(cycle=0.1).cycle == 0.1
     assert ControllerConfig.paper().cruise_horizon == 7.0
     assert not ControllerConfig.paper_printed().arrival
+
+
+# -- the groups ----------------------------------------------------------------------------------------------
+
+ROOT = Path(__file__).parents[2]
+GROUPS = sorted(
+    {type(value) for _, value in ControllerConfig() if isinstance(value, Settings)} | {ControllerConfig},
+    key=lambda group: group.__name__,
+)
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.__name__)
+def test_every_setting_is_documented(group: type[Settings]) -> None:
+    _, _, attributes = (group.__doc__ or "").partition("Attributes:")
+    told = {name for name in group.model_fields if re.search(rf"\b{name}(?:[:,`]| \[)", attributes)}
+    assert set(group.model_fields) - told == set()
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.__name__)
+def test_every_setting_is_read_somewhere(group: type[Settings]) -> None:
+    packages = (ROOT / "rti_mpcc", ROOT / "estimation")
+    files = [file for package in packages for file in package.rglob("*.py")]
+    code = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    assert [name for name in group.model_fields if not re.search(rf"\w\.{name}\b(?!`)", code)] == []
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.__name__)
+def test_no_group_takes_nan(group: type[Settings]) -> None:
+    for name in group.model_fields:
+        with pytest.raises(ConfigError, match=rf"{group.__name__}\.{name}"):
+            group(**{name: nan})
+
+
+@pytest.mark.parametrize(
+    ("make", "changes", "problem"),
+    [
+        (Behaviour, {"moving_speed": 0.01}, r"moving_speed = 0\.01 m/s .* standstill_speed = 0\.02 m/s"),
+        (ArrivalTiming, {"most_pieces": 10}, "most_pieces = 10 .* least_pieces = 64"),
+        (Search, {"first_iterations": 11}, "first_iterations = 11 .* iterations = 10"),
+    ],
+)
+def test_settings_that_do_not_fit_one_another_are_refused(
+    make: type[Settings], changes: dict[str, Any], problem: str
+) -> None:
+    with pytest.raises(ConfigError, match=problem):
+        make(**changes)

@@ -12,7 +12,6 @@ import pytest
 
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
-from rti_mpcc.behaviour.conditions import PATIENCE
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.planning import search
 from rti_mpcc.planning.search import SqpResult
@@ -37,6 +36,7 @@ SCENARIO = scenario_from_dict(
 )
 PATH = SCENARIO.build_path()
 CONFIG = SCENARIO.controller_config()
+GIVE_UP_TIME = CONFIG.retries.give_up_time
 
 
 def controller(first: dict[str, Any]) -> DockingController:
@@ -86,9 +86,9 @@ def test_after_a_long_dwell_a_first_search_without_time_is_no_failure(
         return SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True)
 
     monkeypatch.setattr(search, "converge", without_time)
-    run = simulate(SCENARIO, controller=controller({"dwell": PATIENCE + 1.0}))
+    run = simulate(SCENARIO, controller=controller({"dwell": GIVE_UP_TIME + 1.0}))
     assert len(in_vain) == 5
-    assert stood_at_cusp(run) > PATIENCE
+    assert stood_at_cusp(run) > GIVE_UP_TIME
     assert Status.FAILED not in run.cycles.status
     assert run.cycles.status[-1] is Status.DOCKED
 

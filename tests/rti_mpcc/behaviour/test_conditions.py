@@ -13,7 +13,6 @@ from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment
 from rti_mpcc.planning.state import Halt, Phase
-from rti_mpcc.planning.stops import LOOK_AGAIN
 from tests.rti_mpcc.states import (
     BACK,
     PATH,
@@ -28,6 +27,7 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
+INTERVAL = CONFIG.retries.replan_interval
 
 
 # -- standing --------------------------------------------------------------------------------------------
@@ -49,17 +49,17 @@ def test_standing_is_counted_from_its_first_cycle_and_ends_with_motion() -> None
 def test_a_vehicle_about_to_move_does_not_stand() -> None:
     """Measured at rest, but the queued commands will have it moving."""
     about_to = np.array([12.0, 0.0, 0.0, 0.1, 0.0, 12.0])
-    assert conditions.standing_since(arriving(), contexts.standing(12.0, state=about_to)) is None
+    assert conditions.standing_since(arriving(), contexts.standing(12.0, state=about_to), CONFIG) is None
 
 
 def test_noise_on_the_speed_is_no_motion() -> None:
     s = arriving(standing_since=8.0)
     noisy = contexts.standing(19.96, measured_speed=0.035)
-    assert conditions.standing_since(s, noisy) == 8.0
-    assert conditions.standing_since(arriving(), noisy) is None
+    assert conditions.standing_since(s, noisy, CONFIG) == 8.0
+    assert conditions.standing_since(arriving(), noisy, CONFIG) is None
     cusp = contexts.standing(20.0, ends_at_goal=False, measured_speed=0.035)
-    assert not conditions.may_change_direction(s, cusp, 0.2)
-    assert conditions.may_change_direction(s, replace(cusp, measured_speed=0.0), 0.2)
+    assert not conditions.may_change_direction(s, cusp, CONFIG)
+    assert conditions.may_change_direction(s, replace(cusp, measured_speed=0.0), CONFIG)
 
 
 # -- parts -----------------------------------------------------------------------------------------------
@@ -67,21 +67,21 @@ def test_noise_on_the_speed_is_no_motion() -> None:
 
 def test_the_direction_changes_at_the_cusp_after_the_dead_time_at_rest() -> None:
     at_cusp = contexts.standing(19.95, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
-    assert conditions.may_change_direction(state(standing_since=9.75), at_cusp, 0.2)
-    assert not conditions.may_change_direction(state(standing_since=9.85), at_cusp, 0.2)
-    assert not conditions.may_change_direction(state(), at_cusp, 0.2)
+    assert conditions.may_change_direction(state(standing_since=9.75), at_cusp, CONFIG)
+    assert not conditions.may_change_direction(state(standing_since=9.85), at_cusp, CONFIG)
+    assert not conditions.may_change_direction(state(), at_cusp, CONFIG)
     last = replace(at_cusp, ends_at_goal=True)
-    assert not conditions.may_change_direction(state(standing_since=5.0), last, 0.2)
+    assert not conditions.may_change_direction(state(standing_since=5.0), last, CONFIG)
     held = replace(at_cusp, free=False)
-    assert not conditions.may_change_direction(state(standing_since=5.0), held, 0.2)
+    assert not conditions.may_change_direction(state(standing_since=5.0), held, CONFIG)
 
 
 def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on() -> None:
     near = contexts.standing(19.6, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
-    assert not conditions.may_change_direction(state(standing_since=9.5), near, 0.2)
-    assert conditions.may_change_direction(state(standing_since=9.0), near, 0.2)
+    assert not conditions.may_change_direction(state(standing_since=9.5), near, CONFIG)
+    assert conditions.may_change_direction(state(standing_since=9.0), near, CONFIG)
     far = contexts.standing(19.4, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
-    assert not conditions.may_change_direction(state(standing_since=5.0), far, 0.2)
+    assert not conditions.may_change_direction(state(standing_since=5.0), far, CONFIG)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_a_way_back_is_over_at_its_end_or_where_there_is_no_getting_on(
 ) -> None:
     usual: dict[str, Any] = {"segments": (BACK, *SEGMENTS), "restarts": 3, "standing_since": 9.0}
     here = contexts.standing(12.0, error=Pose2(-error, 0.0, 0.0), ends_at_goal=False)
-    assert conditions.has_pulled_out(arriving(**{**usual, **changes}), here, 0.2) == over
+    assert conditions.has_pulled_out(arriving(**{**usual, **changes}), here, CONFIG) == over
 
 
 def test_a_vehicle_stands_at_the_end_of_a_segment_as_long_as_it_is_to_dwell() -> None:
@@ -109,7 +109,7 @@ def test_a_vehicle_stands_at_the_end_of_a_segment_as_long_as_it_is_to_dwell() ->
     waiting = (Segment(part=PATH.parts[0], index=0, dwell=4.0), *SEGMENTS)
     for stood, over in ((3.9, False), (4.0, True)):
         s = arriving(segments=waiting, standing_since=here.now - stood)
-        assert conditions.may_change_direction(s, here, 0.2) == over
+        assert conditions.may_change_direction(s, here, CONFIG) == over
 
 
 # -- blocked ---------------------------------------------------------------------------------------------
@@ -117,19 +117,19 @@ def test_a_vehicle_stands_at_the_end_of_a_segment_as_long_as_it_is_to_dwell() ->
 
 def test_a_blocked_vehicle_looks_again_now_and_then() -> None:
     looked = state(looked_at=10.0)
-    assert conditions.replan_due(state(), contexts.standing(now=10.0))
-    early = contexts.standing(now=10.0 + 0.9 * LOOK_AGAIN)
-    assert not conditions.replan_due(looked, early)
-    assert conditions.replan_due(looked, contexts.standing(now=10.0 + LOOK_AGAIN))
-    assert conditions.replan_due(looked, contexts.standing(now=3.0))  # a clock that was set back
-    assert conditions.replan_due(put(looked, suspended=begun_for(None)), early)  # it goes on looking
+    assert conditions.replan_due(state(), contexts.standing(now=10.0), CONFIG)
+    early = contexts.standing(now=10.0 + 0.9 * INTERVAL)
+    assert not conditions.replan_due(looked, early, CONFIG)
+    assert conditions.replan_due(looked, contexts.standing(now=10.0 + INTERVAL), CONFIG)
+    assert conditions.replan_due(looked, contexts.standing(now=3.0), CONFIG)  # a clock that was set back
+    assert conditions.replan_due(put(looked, suspended=begun_for(None)), early, CONFIG)  # it goes on looking
 
 
 def test_a_plan_that_is_blocked_is_iterated_for_a_while_before_another_is_looked_for() -> None:
-    standing = state(standing_since=5.0, driving_since=10.0 - LOOK_AGAIN)
-    assert conditions.may_look_again(standing)
-    assert not conditions.may_look_again(put(standing, driving_since=10.0 - 0.9 * LOOK_AGAIN))
-    assert not conditions.may_look_again(put(standing, standing_since=None))
+    standing = state(standing_since=5.0, driving_since=10.0 - INTERVAL)
+    assert conditions.may_look_again(standing, CONFIG)
+    assert not conditions.may_look_again(put(standing, driving_since=10.0 - 0.9 * INTERVAL), CONFIG)
+    assert not conditions.may_look_again(put(standing, standing_since=None), CONFIG)
 
 
 def test_a_vehicle_that_halts_for_something_waits_and_is_not_stuck() -> None:

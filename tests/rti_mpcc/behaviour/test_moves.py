@@ -107,7 +107,7 @@ def test_a_vehicle_that_overlaps_something_begins_afresh_once_its_way_is_clear(p
 def test_a_vehicle_that_stands_blocked_looks_again_at_once() -> None:
     s = moves.looking_again(planned(suspended=None))
     assert begins_afresh(s)
-    assert replan_due(s, contexts.standing(12.0, now=10.05))
+    assert replan_due(s, contexts.standing(12.0, now=10.05), CONFIG)
 
 
 @pytest.mark.parametrize(
@@ -147,26 +147,28 @@ def test_of_a_cycle_that_went_wrong_nothing_is_kept_but_why() -> None:
 
 
 def test_a_stop_is_made_for_or_kept_where_it_is_near() -> None:
-    s = moves.stop_before(arriving(), contexts(), 4.0, 7)
+    s = moves.stop_before(arriving(), contexts(), CONFIG, 4.0, 7)
     assert s.task.phase is Phase.STARTING
     assert s.task.stop == PlannedStop(at=14.0, goal=None, obstacles=7, since=10.0)
-    near = moves.stop_before(arriving(), contexts(), moves.NEAR_STOP, 7)
+    near = moves.stop_before(arriving(), contexts(), CONFIG, CONFIG.behaviour.near_stop, 7)
     assert near.task.phase is Phase.HOLDING
-    behind = moves.stop_before(arriving(), contexts(), -1.0, 7).task.stop
+    behind = moves.stop_before(arriving(), contexts(), CONFIG, -1.0, 7).task.stop
     assert behind is not None
     assert behind.at == 10.0
 
 
 @pytest.mark.parametrize("distance", [4.0, 0.1])
 def test_a_stop_is_made_for_or_kept_with_nothing_of_what_was_planned(distance: float) -> None:
-    s = moves.stop_before(planned(), contexts(), distance, 7)
+    s = moves.stop_before(planned(), contexts(), CONFIG, distance, 7)
     assert (s.task.arrival, s.task.outside_since, s.plans) == (None, None, Plans(clear_of=3))
 
 
 def test_a_stop_remembers_the_goal_and_whether_it_was_found_standing_there() -> None:
     goal = Pose2(20.0, 0.0, 0.0)
     stops = [
-        moves.stop_before(arriving(pose=goal, standing_since=since), contexts(), distance, 7).task.stop
+        moves.stop_before(
+            arriving(pose=goal, standing_since=since), contexts(), CONFIG, distance, 7
+        ).task.stop
         for since, distance in ((9.0, 0.1), (9.0, 4.0), (None, 0.1))
     ]
     assert [stop and (stop.goal, stop.from_there) for stop in stops] == [
@@ -199,8 +201,8 @@ def test_a_stop_that_is_driven_to_stays_until_another_plan_is_found(phase: Phase
 def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop() -> None:
     looking = state(looks_past=True, standing_since=9.0)
     here = contexts.standing(12.0)
-    assert not moves.stop_before(looking, here, moves.NEAR_STOP, 7).task.looks_past
-    assert moves.stop_before(looking, here, 0.4, 7).task.looks_past  # drives up to it first
+    assert not moves.stop_before(looking, here, CONFIG, CONFIG.behaviour.near_stop, 7).task.looks_past
+    assert moves.stop_before(looking, here, CONFIG, 0.4, 7).task.looks_past  # drives up to it first
     assert not moves.plan_accepted(looking, some_plan()).task.looks_past
 
 
@@ -293,8 +295,8 @@ def test_what_begins_afresh_does_not_back_up() -> None:
         moves.begun_again(backing(), "why"),
         scheduled(backing(), here, CONFIG),
         scheduled(backing(), contexts(way=200.0), CONFIG),
-        moves.stop_before(backing(), here, 4.0, 7),
-        moves.stop_before(backing(), here, 0.1, 7),
+        moves.stop_before(backing(), here, CONFIG, 4.0, 7),
+        moves.stop_before(backing(), here, CONFIG, 0.1, 7),
         moves.seeking(backing(), None),
         moves.released(backing(phase=Phase.STARTING)),
         moves.with_goal(backing(stop=stop_at(3.0)), goal),

@@ -32,10 +32,11 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
+BEHAVIOUR = CONFIG.behaviour
 SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
 NEAR = Pose2(0.01, -0.01, 0.01)
 """Inside half the tolerance."""
-LONG = conditions.STANDSTILL_TIME + 1.0
+LONG = BEHAVIOUR.standstill_time + 1.0
 """A vehicle that stands so long gets no nearer [s]."""
 
 
@@ -82,7 +83,7 @@ def test_a_vehicle_that_stands_has_not_stalled_while_its_arrival_has_time_to_go(
     ("x", "phase"), [(19.8, Phase.STARTING), (19.96, Phase.SETTLING), (19.99, Phase.SETTLING)]
 )
 def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(x: float, phase: Phase) -> None:
-    s, overdue = arriving(at=10.2), conditions.OVERDUE
+    s, overdue = arriving(at=10.2), BEHAVIOUR.overdue_time
     for cycle in range(round(overdue / 0.05)):
         creeping = contexts.standing(19.8, now=10.0 + 0.05 * cycle, begin=10.2 + 0.05 * cycle)
         s = decided(s, replace(creeping, measured_speed=0.03), CONFIG)
@@ -97,7 +98,7 @@ def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(x: floa
 def test_a_vehicle_that_stands_outside_the_tolerance_tries_a_few_times_more() -> None:
     under_way: dict[str, Any] = {"phase": Phase.ARRIVING, "arrival": arrival_at(11.0, overdue_since=9.0)}
     s = arriving(standing_since=5.0, **under_way)
-    for attempt in range(conditions.RESTARTS):
+    for attempt in range(CONFIG.retries.restarts):
         s = decided(s, contexts.standing(19.8), CONFIG)
         assert s.task.phase is Phase.STARTING
         assert s.task.restarts == attempt + 1
@@ -114,7 +115,7 @@ def test_without_a_planned_arrival_there_is_no_other_try() -> None:
 def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck() -> None:
     standing, posing = contexts.standing(19.0), contouring(final=True)
     assert decided(put(posing, standing_since=8.0), standing, SEPARATED).task.phase is Phase.CONTOURING
-    long = put(posing, standing_since=10.0 - conditions.TURNING_TIME)
+    long = put(posing, standing_since=10.0 - BEHAVIOUR.turning_time)
     assert decided(long, standing, SEPARATED).task.phase is Phase.STARTING
 
 
@@ -145,7 +146,7 @@ def test_a_settling_vehicle_that_stands_outside_the_tolerance_does_not_hold() ->
     s = decided(s, contexts.standing(19.94), CONFIG)
     assert s.task.phase is Phase.SETTLING
     assert decided(s, contexts.standing(19.96), CONFIG).task.phase is Phase.HOLDING
-    later = contexts.standing(19.94, now=10.01 + conditions.DOUBT_TIME)
+    later = contexts.standing(19.94, now=10.01 + BEHAVIOUR.outside_time)
     assert decided(s, later, CONFIG).task.phase is Phase.STARTING
 
 
@@ -175,7 +176,7 @@ def test_a_holding_vehicle_measured_just_outside_for_a_moment_holds() -> None:
         assert s.task.phase is Phase.HOLDING
     inside = decided(s, contexts.standing(19.96, now=10.25), CONFIG)
     assert inside.task.outside_since is None
-    after = decided(s, contexts.standing(19.94, now=10.0 + conditions.DOUBT_TIME), CONFIG)
+    after = decided(s, contexts.standing(19.94, now=10.0 + BEHAVIOUR.outside_time), CONFIG)
     assert after.task.phase is Phase.STARTING
 
 
@@ -189,8 +190,8 @@ def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_do
     for time, x, phase in (
         (6.0, 20.0, Phase.HOLDING),
         (7.0, 19.94, Phase.HOLDING),
-        (7.0 + 0.9 * conditions.DOUBT_TIME, 19.94, Phase.HOLDING),
-        (7.0 + 1.1 * conditions.DOUBT_TIME, 19.94, Phase.STARTING),
+        (7.0 + 0.9 * BEHAVIOUR.outside_time, 19.94, Phase.HOLDING),
+        (7.0 + 1.1 * BEHAVIOUR.outside_time, 19.94, Phase.STARTING),
     ):
         s = decided(s, contexts.standing(x, now=time), CONFIG)
         assert s.task.phase is phase
@@ -216,7 +217,7 @@ def test_a_stalled_vehicle_waits_for_another_target() -> None:
 def test_a_stalled_vehicle_is_not_woken_by_noise_but_by_a_target_that_creeps_away() -> None:
     """It remembers what it stalled before, from when it did."""
     overdue = arrival_at(11.0, overdue_since=9.0)
-    s = arriving(arrival=overdue, standing_since=5.0, restarts=conditions.RESTARTS)
+    s = arriving(arrival=overdue, standing_since=5.0, restarts=CONFIG.retries.restarts)
     s = decided(s, contexts.standing(19.8), CONFIG)
     assert (s.task.phase, s.task.stalled_at) == (Phase.STALLED, target_at(20.0))
     for moves in range(1, 3):
@@ -270,7 +271,7 @@ def witness(phase: Phase, event: Event) -> tuple[ControllerState, PlanningContex
         case Event.STUCK_INSIDE:
             return getting_no_nearer(phase), contexts.standing(19.96)
         case Event.NO_TRIES_LEFT:
-            return getting_no_nearer(phase, restarts=conditions.RESTARTS), beside
+            return getting_no_nearer(phase, restarts=CONFIG.retries.restarts), beside
         case Event.NO_PROGRESS:
             return getting_no_nearer(phase), beside
         case Event.INSIDE:

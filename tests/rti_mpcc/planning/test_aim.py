@@ -115,7 +115,7 @@ def test_a_gap_or_a_clock_that_runs_back_gives_no_leap() -> None:
     known = GoalState(pose=END, estimated_at=10.0)
     late = aim.rate_limited_goal(known, seen(Pose2(30.0, 0.0, 0.0)), END, 70.0, CONFIG).pose
     assert late is not None
-    assert late.x == pytest.approx(20.0 + 0.5 * aim.LONGEST_STEP)
+    assert late.x == pytest.approx(20.0 + 0.5 * CONFIG.goal_tracking.longest_step)
     assert aim.rate_limited_goal(known, seen(Pose2(30.0, 0.0, 0.0)), END, 9.0, CONFIG).pose == END
 
 

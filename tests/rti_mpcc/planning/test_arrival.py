@@ -7,12 +7,14 @@ import pytest
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.planning.arrival import FLOOR, ROOM, peak_speed, time_to_go, within_reach
+from rti_mpcc.planning.arrival import peak_speed, time_to_go, within_reach
 from rti_mpcc.planning.pace import pace_of
 
+TIMING = ControllerConfig().arrival_timing
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
 """Way [m] and speed [m/s] from which the comfort acceleration is enough."""
 COMFORT = 0.4
+LEAST, REACH = TIMING.least_time, TIMING.waiting_reach
 
 
 def cubic(way: float, speed: float, duration: float, t: float) -> tuple[float, float, float]:
@@ -25,7 +27,7 @@ def cubic(way: float, speed: float, duration: float, t: float) -> tuple[float, f
 
 @pytest.mark.parametrize(("way", "speed"), CASES)
 def test_the_last_deceleration_is_the_comfort_one(way: float, speed: float) -> None:
-    duration = time_to_go(way, speed, COMFORT)
+    duration = time_to_go(way, speed, COMFORT, LEAST)
     assert cubic(way, speed, duration, duration)[2] == pytest.approx(-COMFORT)
 
 
@@ -34,25 +36,25 @@ def test_the_last_deceleration_is_the_comfort_one(way: float, speed: float) -> N
 def test_along_its_own_cubic_the_time_to_go_falls_by_the_time_passed(
     way: float, speed: float, share: float
 ) -> None:
-    duration = time_to_go(way, speed, COMFORT)
+    duration = time_to_go(way, speed, COMFORT, LEAST)
     driven, now, _ = cubic(way, speed, duration, share * duration)
-    left = time_to_go(way - driven, now, COMFORT)
-    assert left == pytest.approx(max((1.0 - share) * duration, FLOOR))
+    left = time_to_go(way - driven, now, COMFORT, LEAST)
+    assert left == pytest.approx(max((1.0 - share) * duration, LEAST))
 
 
 def test_from_rest_it_is_the_square_root_of_six_ways() -> None:
-    assert time_to_go(24.0, 0.0, 0.4) == pytest.approx(sqrt(6.0 * 24.0 / 0.4))
+    assert time_to_go(24.0, 0.0, 0.4, LEAST) == pytest.approx(sqrt(6.0 * 24.0 / 0.4))
 
 
 def test_out_of_a_cruise_it_begins_without_a_step_in_acceleration() -> None:
     speed = 3.0
     way = 4.0 * speed**2 / (3.0 * COMFORT)
-    assert cubic(way, speed, time_to_go(way, speed, COMFORT), 0.0)[2] == pytest.approx(0.0, abs=1e-12)
+    assert cubic(way, speed, time_to_go(way, speed, COMFORT, LEAST), 0.0)[2] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_too_fast_for_the_comfort_acceleration_it_is_the_constant_deceleration() -> None:
     way, speed = 5.0, 4.0
-    duration = time_to_go(way, speed, COMFORT)
+    duration = time_to_go(way, speed, COMFORT, LEAST)
     assert duration == pytest.approx(2.0 * way / speed)
     accelerations = [cubic(way, speed, duration, t)[2] for t in (0.0, 0.5 * duration, duration)]
     np.testing.assert_allclose(accelerations, -(speed**2) / (2.0 * way))
@@ -60,21 +62,21 @@ def test_too_fast_for_the_comfort_acceleration_it_is_the_constant_deceleration()
 
 @pytest.mark.parametrize(("way", "speed"), [(0.0, 0.0), (-1.0, 0.0), (1e-9, 0.01), (0.01, 0.0)])
 def test_it_is_never_shorter_than_the_floor(way: float, speed: float) -> None:
-    assert time_to_go(way, speed, COMFORT) == FLOOR
+    assert time_to_go(way, speed, COMFORT, LEAST) == LEAST
 
 
 @pytest.mark.parametrize(("way", "speed"), [*CASES, (5.0, 4.0), (6.7, 2.0)])
 def test_the_peak_speed_is_the_highest_on_the_cubic(way: float, speed: float) -> None:
-    duration = time_to_go(way, speed, COMFORT)
+    duration = time_to_go(way, speed, COMFORT, LEAST)
     speeds = [cubic(way, speed, duration, t)[1] for t in np.linspace(0.0, duration, 20_001)]
     assert peak_speed(way, speed, duration) == pytest.approx(max(speeds), abs=1e-6)
 
 
 def test_no_bound_above_the_peak_changes_the_time() -> None:
     for way, speed in CASES:
-        free = time_to_go(way, speed, COMFORT)
+        free = time_to_go(way, speed, COMFORT, LEAST)
         peak = peak_speed(way, speed, free)
-        assert time_to_go(way, speed, COMFORT, np.full(200, 1.2 * max(peak, 2.5 * speed))) == free
+        assert time_to_go(way, speed, COMFORT, LEAST, np.full(200, 1.2 * max(peak, 2.5 * speed))) == free
 
 
 def test_under_a_bound_it_is_a_cubic_up_to_it_and_one_down_from_it() -> None:
@@ -82,17 +84,17 @@ def test_under_a_bound_it_is_a_cubic_up_to_it_and_one_down_from_it() -> None:
     way, bound = 40.0, 2.0
     ramp = 2.0 * bound / COMFORT
     expected = way / bound + 2.0 / 3.0 * ramp
-    got = time_to_go(way, 0.0, COMFORT, np.full(400, bound))
+    got = time_to_go(way, 0.0, COMFORT, LEAST, np.full(400, bound))
     assert got == pytest.approx(expected, rel=2e-3)
-    assert got > time_to_go(way, 0.0, COMFORT)
+    assert got > time_to_go(way, 0.0, COMFORT, LEAST)
 
 
 @pytest.mark.parametrize(("way", "speed"), [(10.0, 0.0), (10.0, 1.0), (30.0, 2.0), (2.0, 0.6)])
 def test_where_the_bound_is_the_peak_itself_it_is_the_one_cubic(way: float, speed: float) -> None:
-    free = time_to_go(way, speed, COMFORT)
+    free = time_to_go(way, speed, COMFORT, LEAST)
     peak = peak_speed(way, speed, free)
     if peak > speed:
-        got = time_to_go(way, speed, COMFORT, np.full(400, 0.9999 * peak))
+        got = time_to_go(way, speed, COMFORT, LEAST, np.full(400, 0.9999 * peak))
         assert got == pytest.approx(free, rel=2e-3)
 
 
@@ -100,9 +102,9 @@ def test_a_bend_on_the_way_costs_time_and_the_later_it_is_the_same() -> None:
     """From rest to rest the motion may be turned round."""
     bounds = np.full(400, 10.0)
     bounds[100:140] = 1.0
-    first, last = (time_to_go(60.0, 0.0, COMFORT, values) for values in (bounds, bounds[::-1]))
+    first, last = (time_to_go(60.0, 0.0, COMFORT, LEAST, values) for values in (bounds, bounds[::-1]))
     assert first == pytest.approx(last, rel=1e-6)
-    assert first > time_to_go(60.0, 0.0, COMFORT, np.full(400, 10.0)) + 3.0
+    assert first > time_to_go(60.0, 0.0, COMFORT, LEAST, np.full(400, 10.0)) + 3.0
 
 
 def test_along_its_own_motion_under_a_bound_the_time_falls_by_the_time_passed() -> None:
@@ -110,13 +112,13 @@ def test_along_its_own_motion_under_a_bound_the_time_falls_by_the_time_passed() 
     ramp = 2.0 * bound / COMFORT
     left = way - 2.0 / 3.0 * ramp * bound  # the first cubic is driven
     whole, rest = (
-        time_to_go(d, v, COMFORT, np.full(800, bound)) for d, v in ((way, 0.0), (left, 0.9999 * bound))
+        time_to_go(d, v, COMFORT, LEAST, np.full(800, bound)) for d, v in ((way, 0.0), (left, 0.9999 * bound))
     )
     assert rest == pytest.approx(whole - ramp, rel=5e-3)
 
 
 def test_a_vehicle_above_its_bound_is_slowed_not_refused() -> None:
-    got = time_to_go(30.0, 3.0, COMFORT, np.full(200, 1.0))
+    got = time_to_go(30.0, 3.0, COMFORT, LEAST, np.full(200, 1.0))
     assert 30.0 / 3.0 < got < 30.0 / 1.0 + 2.0 / 3.0 * 2.0 / COMFORT
 
 
@@ -130,7 +132,7 @@ def test_an_arrival_begins_when_it_is_short_and_slow_enough() -> None:
     config = ControllerConfig(limits=Limits(speed=2.1))
     # From rest the peak of the cubic is 1.5 D / T = sqrt(3 a D / 8).
     fastest = 8.0 * 2.1**2 / (3.0 * config.arrival_acceleration)
-    assert ROOM < fastest < config.arrival_reach
+    assert REACH < fastest < config.arrival_reach
     assert reaches(fastest - 0.1, 0.0, config)
     assert not reaches(fastest + 0.1, 0.0, config)
 
@@ -138,7 +140,7 @@ def test_an_arrival_begins_when_it_is_short_and_slow_enough() -> None:
 def test_an_arrival_that_would_be_too_fast_begins_when_it_is_due() -> None:
     config = ControllerConfig(limits=Limits(speed=3.0))
     due = 4.0 * 3.1**2 / (3.0 * config.arrival_acceleration)
-    assert ROOM < due < config.arrival_reach
+    assert REACH < due < config.arrival_reach
     assert reaches(due - 0.1, 3.1, config)
     assert not reaches(due + 1.0, 3.1, config)
 
@@ -146,8 +148,8 @@ def test_an_arrival_that_would_be_too_fast_begins_when_it_is_due() -> None:
 @pytest.mark.parametrize("speed", [0.0, 0.5])
 def test_a_slow_vehicle_has_room_to_get_across_to_its_goal(speed: float) -> None:
     config = ControllerConfig(limits=Limits(speed=0.5))
-    assert reaches(ROOM, speed, config)
-    assert not reaches(ROOM + 0.1, speed, config)
+    assert reaches(REACH, speed, config)
+    assert not reaches(REACH + 0.1, speed, config)
 
 
 def test_an_arrival_longer_than_the_horizon_waits() -> None:
@@ -160,7 +162,7 @@ def test_an_arrival_longer_than_the_horizon_waits() -> None:
 def test_a_gentle_arrival_may_take_longer_than_the_horizon_over_the_same_way() -> None:
     usual = ControllerConfig(limits=Limits(speed=50.0))
     gentle = ControllerConfig(limits=Limits(speed=50.0), comfort_acceleration=0.1)
-    assert time_to_go(41.0, 0.0, gentle.arrival_acceleration) > gentle.arrival_horizon
+    assert time_to_go(41.0, 0.0, gentle.arrival_acceleration, LEAST) > gentle.arrival_horizon
     for config in (usual, gentle):
         assert reaches(41.0, 0.0, config)
         assert not reaches(42.0, 0.0, config)

@@ -7,12 +7,13 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.detour import CLEAR, SWING, Detour, detours
+from rti_mpcc.planning.detour import Detour, detours
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 from tests.rti_mpcc.docking_runs import box
 
 CONFIG = ControllerConfig()
+CLEAR, SWING = CONFIG.guesses.detour_clearance, CONFIG.guesses.longest_swing
 ROOM = 0.5 * CONFIG.vehicle.width
 START = Pose2(3.0, -1.0, 2.0)
 

@@ -20,6 +20,7 @@ from rti_mpcc.types import Array
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 CONFIG = ControllerConfig()
+LIMITS = CONFIG.goal_limits
 HALF = 0.5 * CONFIG.vehicle.width
 LANE = Surroundings.of(Corridor.from_offsets(PATH, left=3.0, right=-3.0), PATH, CONFIG)
 BOX = [(-5.0, -3.0), (28.0, -3.0), (28.0, 3.0), (-5.0, 3.0)]
@@ -32,7 +33,7 @@ def block(x: float, y: float) -> Array:
 
 
 def check(goal: Pose2, where: Surroundings = LANE) -> GoalFit:
-    return goals.checked(goal, PATH, where.corridor, CONFIG.vehicle, margin=0.1)
+    return goals.checked(goal, PATH, where.corridor, CONFIG.vehicle, LIMITS, margin=0.1)
 
 
 def again(last: GoalFit | None, goal: Pose2, where: Surroundings = LANE) -> GoalFit:
@@ -113,7 +114,7 @@ def test_the_end_of_the_path_is_the_goal_all_the_same_and_what_is_odd_there_is_s
 
 
 def test_obstacles_at_the_end_of_the_path_are_waited_for_and_not_remarked() -> None:
-    across = LANE.updated([block(21.0, HALF)], 0.0, CONFIG.caution)
+    across = LANE.updated([block(21.0, HALF)], 0.0, CONFIG)
     assert goals.end_checked(PATH, across, CONFIG).remark == ""
 
 
@@ -127,7 +128,7 @@ def along(heading: float) -> ReferencePath:
 @pytest.mark.parametrize("degrees", [30, 45, 60, 90, 135, 180, 225, 270, 315, 360, -90, -180])
 def test_a_heading_in_degrees_is_found_out(degrees: int) -> None:
     part = along(radians(degrees)).parts[0]
-    hint = goals.degrees_hint("heading", Pose2(part.last.x, part.last.y, float(degrees)), part)
+    hint = goals.degrees_hint("heading", Pose2(part.last.x, part.last.y, float(degrees)), part, LIMITS)
     assert hint == f"heading {degrees}: in degrees? radians are expected"
 
 
@@ -137,22 +138,24 @@ def test_a_heading_near_the_paths_is_not_suspected_on_any_branch(
     heading: float, off: float, turns: int
 ) -> None:
     part = along(heading).parts[0]
-    assert goals.degrees_hint("heading", Pose2(0.0, 0.0, heading + off + 2.0 * pi * turns), part) == ""
+    assert (
+        goals.degrees_hint("heading", Pose2(0.0, 0.0, heading + off + 2.0 * pi * turns), part, LIMITS) == ""
+    )
 
 
 def test_a_vehicle_that_is_turned_is_not_suspected_where_it_is_told_within_a_turn() -> None:
     for phi in (-pi, -2.0, 2.0, pi, 4.0, 6.0):
-        assert goals.degrees_hint("heading", Pose2(0.0, 0.0, phi), along(0.0).parts[0]) == ""
+        assert goals.degrees_hint("heading", Pose2(0.0, 0.0, phi), along(0.0).parts[0], LIMITS) == ""
 
 
 def test_the_hint_is_part_of_a_refusal_and_of_the_remark_on_an_odd_goal() -> None:
     flat, up = along(0.0), along(0.5 * pi)
     wide = Corridor.from_offsets(flat, left=9.0, right=-9.0)
-    refused = goals.checked(Pose2(20.0, 0.0, 360.0), flat, wide, CONFIG.vehicle)
+    refused = goals.checked(Pose2(20.0, 0.0, 360.0), flat, wide, CONFIG.vehicle, LIMITS)
     assert refused.problem.startswith("turned by 1.858 rad")
     assert refused.problem.endswith("goal heading 360: in degrees? radians are expected")
     wide = Corridor.from_offsets(up, left=9.0, right=-9.0)
-    odd = goals.checked(Pose2(0.0, 20.0, 90.0), up, wide, CONFIG.vehicle)
+    odd = goals.checked(Pose2(0.0, 20.0, 90.0), up, wide, CONFIG.vehicle, LIMITS)
     assert (odd.problem, odd.remark) == ("", "goal heading 90: in degrees? radians are expected")
 
 
@@ -183,8 +186,8 @@ def test_one_that_moves_away_is_looked_at_in_time(looked: list[Pose2]) -> None:
         goal = Pose2(18.0, 0.01 * k, 0.0)
         fit = again(fit, goal)
         room = 3.0 - HALF - goal.y
-        assert bool(fit.problem) == (room < 0.0) or abs(room) <= goals.SAME
-        assert bool(fit.remark) == (0.0 <= room < 0.1) or abs(room) <= goals.SAME or 0.07 < room < 0.11
+        assert bool(fit.problem) == (room < 0.0) or abs(room) <= LIMITS.unmoved
+        assert bool(fit.remark) == (0.0 <= room < 0.1) or abs(room) <= LIMITS.unmoved or 0.07 < room < 0.11
     assert len(looked) < 40
 
 
@@ -202,7 +205,7 @@ def test_nor_is_one_beside_or_in_a_wall_that_moves_by_less_than_a_centimetre(
 def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Pose2]) -> None:
     goal = Pose2(18.0, 0.0, 0.0)
     fit = again(None, goal)
-    covered = LANE.updated([block(19.0, 0.0)], 0.0, CONFIG.caution)
+    covered = LANE.updated([block(19.0, 0.0)], 0.0, CONFIG)
     assert again(fit, goal, covered) is fit
     assert again(fit, Pose2(18.005, 0.0, 0.0), covered).problem == ""
     assert len(looked) == 1
@@ -212,12 +215,12 @@ def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Po
 def test_a_goal_refused_for_an_obstacle_is_looked_at_again_once_that_has_changed(
     looked: list[Pose2],
 ) -> None:
-    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.updated([block(19.0, 0.0)], 0.0, CONFIG.caution)
+    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.updated([block(19.0, 0.0)], 0.0, CONFIG)
     fit = again(None, goal, covered)
     assert "crosses" in fit.problem
     assert again(fit, goal, covered) is fit
     assert len(looked) == 1
-    elsewhere = covered.updated([block(5.0, 2.0)], 0.0, CONFIG.caution)
+    elsewhere = covered.updated([block(5.0, 2.0)], 0.0, CONFIG)
     assert again(fit, goal, elsewhere).problem == ""
 
 
@@ -225,7 +228,7 @@ def test_what_is_refused_whatever_stands_there_is_not_looked_at_again(looked: li
     goal, where = Pose2(500.0, 0.0, 0.0), LANE
     fit = again(None, goal, where)
     for k in range(5):
-        where = where.updated([block(5.0 + k, 2.0)], 0.0, CONFIG.caution)
+        where = where.updated([block(5.0 + k, 2.0)], 0.0, CONFIG)
         assert again(fit, goal, where) is fit
     assert len(looked) == 1
 
@@ -238,13 +241,13 @@ steps = st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.15, 0
 def test_what_is_known_from_before_says_the_same_as_a_new_check(
     begin: float, moves: list[tuple[float, float, float]]
 ) -> None:
-    where = LANE.updated([block(17.0, 0.5), block(24.0, -1.0)], 0.0, CONFIG.caution)
+    where = LANE.updated([block(17.0, 0.5), block(24.0, -1.0)], 0.0, CONFIG)
     goal, fit = Pose2(16.0, begin, 0.0), None
     for x, y, phi in moves:
         goal = Pose2(goal.x + x, goal.y + y, goal.phi + phi)
         fit, exact = again(fit, goal, where), check(goal, where)
         # Within a centimetre of a change of the verdict either is right.
-        near = abs(exact.room) <= goals.SAME
+        near = abs(exact.room) <= LIMITS.unmoved
         assert near or bool(fit.problem) == bool(exact.problem)
 
 

@@ -11,7 +11,7 @@ from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.planning.guess import BACK_TIME, PASS, arrival_guess, cruise_guess, reverse_guess
+from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.search import defect
 from rti_mpcc.types import Array, Trajectory
 
@@ -123,7 +123,7 @@ def test_a_vehicle_steered_away_turns_its_steering_first(direction: int) -> None
     begin = Trajectory(
         times=guess.times[: led + 1], states=guess.states[: led + 1], controls=guess.controls[:led]
     )
-    position, heading = defect(begin, CONFIG.vehicle.wheelbase)
+    position, heading = defect(begin, CONFIG)
     assert position < 1e-9
     assert heading < 1e-9
     apart = np.hypot(*(guess.states[-1, [X, Y]] - [mpcc.target.pose.x, mpcc.target.pose.y]))
@@ -198,10 +198,10 @@ def test_backing_up_turns_once_beyond_the_target_in_time_for_the_way_back(direct
     turn = back - 1
     assert v[turn] == pytest.approx(0.0, abs=1e-12)
     times = guess.times
-    assert times[turn - 1] < times[-1] - BACK_TIME <= times[turn]
+    assert times[turn - 1] < times[-1] - CONFIG.retries.reverse_time <= times[turn]
     goal = mpcc.target.pose
     beyond = Pose2(*guess.states[turn, [X, Y, PHI]].tolist()).relative_to(goal)
-    assert direction * beyond.x == pytest.approx(PASS, abs=1e-9)
+    assert direction * beyond.x == pytest.approx(CONFIG.retries.beyond_goal, abs=1e-9)
     assert beyond.y == pytest.approx(0.0, abs=1e-9)
     rest = [Pose2(*state.tolist()).relative_to(goal) for state in guess.states[back:, [X, Y, PHI]]]
     assert max(abs(pose.y) for pose in rest) < 1e-9

@@ -9,22 +9,23 @@ import pytest
 import shapely
 
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
-from rti_mpcc.config import Caution, ControllerConfig
-from rti_mpcc.planning.obstacles import JUMP, Obstacle, observed
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.validation import surroundings_in
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import square
 
 CYCLE = 0.05
-CAUTION = Caution()
+CONFIG = ControllerConfig()
+CAUTION = CONFIG.caution
 
 
 def watched(places: Callable[[float], Sequence[Array]], seconds: float) -> tuple[Obstacle, ...]:
     """What is known after so long of being told the outlines in every cycle."""
     known: tuple[Obstacle, ...] = ()
     for k in range(round(seconds / CYCLE) + 1):
-        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE, CAUTION)
+        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE, CONFIG)
     return known
 
 
@@ -78,25 +79,25 @@ def test_they_are_told_apart_in_whatever_order_they_come() -> None:
 def test_what_appears_elsewhere_is_another_one() -> None:
     (found,) = watched(lambda t: [square(0.0 if t < 0.5 else 50.0, 0.0, 0.5)], 0.6)
     assert not found.moves
-    assert JUMP < 50.0
+    assert CONFIG.obstacle_tracking.jump < 50.0
 
 
 def test_what_is_told_now_and_then_only_keeps_its_speed() -> None:
     known: tuple[Obstacle, ...] = ()
     for k in range(10):
-        known = observed(known, [square(0.25 * k, 0.0, 0.5)], 0.25 * k, 0.25 * (k - 1), CAUTION)
+        known = observed(known, [square(0.25 * k, 0.0, 0.5)], 0.25 * k, 0.25 * (k - 1), CONFIG)
     assert known[0].velocity == pytest.approx([1.0, 0.0])
 
 
 def test_nothing_new_is_the_same_again() -> None:
     outlines = [square(0.0, 0.0, 1.0), square(5.0, 0.0, 1.0)]
     known = watched(lambda t: outlines, 0.5)
-    assert observed(known, outlines, 0.6, 0.5, CAUTION) is known
+    assert observed(known, outlines, 0.6, 0.5, CONFIG) is known
 
 
 def test_what_is_no_polygon_is_refused_by_its_index() -> None:
     with pytest.raises(CorridorError, match=r"obstacles\[1\]"):
-        observed((), [square(0.0, 0.0, 1.0), np.zeros((2, 2))], 0.0, 0.0, CAUTION)
+        observed((), [square(0.0, 0.0, 1.0), np.zeros((2, 2))], 0.0, 0.0, CONFIG)
 
 
 def test_swept_shapes_hold_every_place_on_the_way() -> None:
@@ -110,14 +111,14 @@ def test_swept_shapes_hold_every_place_on_the_way() -> None:
 def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
     corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
-    around, still = Surroundings.of(corridor, path, ControllerConfig()), square(10.0, 3.0, 1.0)
+    around, still = Surroundings.of(corridor, path, CONFIG), square(10.0, 3.0, 1.0)
     for k in range(10):
-        around = around.updated([still, square(20.0, -4.0 + 0.1 * k, 0.6)], 0.05 * k, CAUTION)
+        around = around.updated([still, square(20.0, -4.0 + 0.1 * k, 0.6)], 0.05 * k, CONFIG)
     assert [each.index for each in around.moving] == [1]
     assert len(around.corridor.obstacles) == 1
     assert len(around.known.obstacles) == 2
     changes = around.changes
-    again = around.updated([still, square(20.0, -2.9, 0.6)], 0.5, CAUTION)
+    again = around.updated([still, square(20.0, -2.9, 0.6)], 0.5, CONFIG)
     assert again.changes == changes
     assert again.corridor is around.corridor
-    assert surroundings_in(around, None, 0.6, CAUTION) is around
+    assert surroundings_in(around, None, 0.6, CONFIG) is around

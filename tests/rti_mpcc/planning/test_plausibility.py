@@ -11,7 +11,7 @@ import pytest
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.planning.plausibility import FROZEN_TRIES, StateMonitor, validate_measurement
+from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
 from rti_mpcc.types import VehicleState
 
 CONFIG = ControllerConfig(cycle=0.05)
@@ -220,9 +220,9 @@ def test_a_vehicle_that_cannot_move_is_tried_again_each_time_after_twice_the_tim
         if monitor.found:
             tried.append(monitor.at)
     assert monitor.why != ""
-    assert monitor.tries == FROZEN_TRIES
+    assert monitor.tries == CHECKS.frozen_tries
     waits = np.diff(tried)
-    assert len(waits) == FROZEN_TRIES
+    assert len(waits) == CHECKS.frozen_tries
     np.testing.assert_allclose(np.diff(waits), CHECKS.confirmation * np.array([1.0, 2.0]), atol=0.2)
     assert after([standing(x=0.001)] * 200, monitor, (QueuedCommand(-1.0, 0.0, 0.0),)).why == ""
 

@@ -14,9 +14,8 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import STATES, THETA
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import schedule
-from rti_mpcc.planning.arrival import FLOOR, time_to_go
+from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.guess import BACK_TIME, PASS
 from rti_mpcc.planning.schedule import rescheduled, scheduled, scheduled_past_goal
 from rti_mpcc.planning.state import Arrival, ControllerState, Halt, Phase, SuspendedSearch
 from rti_mpcc.types import Array
@@ -37,6 +36,7 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
+RETRIES, LEAST = CONFIG.retries, CONFIG.arrival_timing.least_time
 SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
 SWITCHED = CONFIG.model_copy(update={"method": Method.SWITCHED})
 
@@ -57,10 +57,10 @@ def due(s: ControllerState, context: PlanningContext) -> float:
 def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor() -> None:
     assert due(arriving(at=20.0), contexts()) == 20.0
     late = decided(arriving(at=10.9), contexts(way=0.1, speed=0.3), CONFIG)
-    assert arrives_at(late) == pytest.approx(10.2 + FLOOR)
+    assert arrives_at(late) == pytest.approx(10.2 + LEAST)
     assert arrival_of(late).overdue_since == 10.0
     later = decided(late, contexts(way=0.1, speed=0.3, now=10.1, begin=10.3), CONFIG)
-    assert arrives_at(later) == pytest.approx(10.3 + FLOOR)
+    assert arrives_at(later) == pytest.approx(10.3 + LEAST)
     assert arrival_of(later).overdue_since == 10.0
 
 
@@ -83,21 +83,21 @@ def test_an_arrival_with_time_to_go_is_not_overdue() -> None:
 
 def test_an_arrival_that_lost_cycles_gets_its_time_back() -> None:
     gap = (QueuedCommand(10.2 - 5.0, 0.0, 0.0),)
-    full = 10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration)
+    full = 10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST)
     assert due(arriving(at=12.0, queue=gap), contexts()) == pytest.approx(full)
     none = (QueuedCommand(10.2 - CONFIG.cycle, 0.0, 0.0),)
     assert due(arriving(at=12.0, queue=none), contexts()) == 12.0
 
 
 def test_an_arrival_that_halts_gets_its_time_back() -> None:
-    full = 10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration)
+    full = 10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST)
     assert due(arriving(at=12.0, halt=Halt()), contexts()) == pytest.approx(full)
     assert due(arriving(at=40.0, halt=Halt()), contexts()) == 40.0
 
 
 def test_a_target_that_moves_is_a_new_arrival() -> None:
     moved = contexts(target=target_at(20.5), way=10.5)
-    expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.arrival_acceleration)
+    expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.arrival_acceleration, LEAST)
     assert due(arriving(), moved) == pytest.approx(expected)
     slightly = contexts(target=target_at(20.05), way=10.05)
     assert due(arriving(), slightly) == 20.0
@@ -110,13 +110,13 @@ def test_a_target_that_creeps_away_is_a_new_arrival_too() -> None:
         s = decided(s, contexts(target=target_at(there), way=there - 10.0), CONFIG)
         times.append(arrives_at(s))
     assert times[:3] == [20.0] * 3
-    assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.arrival_acceleration))
+    assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.arrival_acceleration, LEAST))
     assert times[4] == times[3]
 
 
 def test_begin_with_an_arrival_within_reach_and_with_contouring_beyond() -> None:
     near = scheduled(state(), contexts(), CONFIG)
-    assert arrives_at(near) == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration))
+    assert arrives_at(near) == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST))
     assert arrival_of(near).timed_for == contexts().target.pose
     slow = ControllerConfig(limits=Limits(speed=1.0))
     assert scheduled(state(), contexts(way=90.0), slow).task.arrival is None
@@ -174,22 +174,22 @@ def test_a_contouring_vehicle_without_an_arrival_yet_brakes_in_time() -> None:
 
 def test_backing_off_is_for_another_try_near_the_goal() -> None:
     assert schedule.retreat(arriving(), contexts.standing(19.8), CONFIG) == 0.0
-    assert schedule.retreat(arriving(restarts=1), contexts.standing(19.8), CONFIG) == schedule.RETREAT_SPEED
+    assert schedule.retreat(arriving(restarts=1), contexts.standing(19.8), CONFIG) == RETRIES.retreat_speed
     assert schedule.retreat(arriving(restarts=1), contexts.standing(17.5), CONFIG) == 0.0
 
 
 def test_another_try_near_the_goal_has_time_to_back_off_first() -> None:
     near = contexts.standing(19.8)
     first, again = (arrives_at(scheduled(arriving(restarts=tries), near, CONFIG)) for tries in (0, 1))
-    assert first == pytest.approx(10.2 + time_to_go(0.2, 0.0, 0.36))
-    assert again == pytest.approx(10.2 + schedule.RETRY_TIME)
+    assert first == pytest.approx(10.2 + time_to_go(0.2, 0.0, 0.36, LEAST))
+    assert again == pytest.approx(10.2 + RETRIES.retry_time)
 
 
 def test_a_vehicle_that_stands_beside_its_goal_may_back_off_at_once() -> None:
     beside = contexts.standing(19.9, error=Pose2(-0.1, 0.2, 0.0))
     after = scheduled(arriving(standing_since=9.0), beside, CONFIG)
     assert after.task.restarts == 1
-    assert arrives_at(after) == pytest.approx(10.2 + schedule.RETRY_TIME)
+    assert arrives_at(after) == pytest.approx(10.2 + RETRIES.retry_time)
     before = contexts.standing(19.0)
     assert scheduled(arriving(standing_since=9.0), before, CONFIG).task.restarts == 0
 
@@ -204,8 +204,10 @@ def test_backing_up_takes_the_way_past_the_goal_and_the_way_back() -> None:
     assert past.task.reverses_into_goal
     assert not onward.task.reverses_into_goal
     acceleration = CONFIG.arrival_acceleration
-    assert arrives_at(past) == pytest.approx(10.2 + time_to_go(10.0 + PASS, 1.0, acceleration) + BACK_TIME)
-    assert arrival_of(past).at > arrival_of(onward).at + BACK_TIME
+    assert arrives_at(past) == pytest.approx(
+        10.2 + time_to_go(10.0 + RETRIES.beyond_goal, 1.0, acceleration, LEAST) + RETRIES.reverse_time
+    )
+    assert arrival_of(past).at > arrival_of(onward).at + RETRIES.reverse_time
     assert put(past, reverse_into_goal=False, at=arrival_of(onward).at) == onward
 
 
@@ -272,7 +274,7 @@ def test_backing_up_is_not_sought_from_a_search_onward() -> None:
 
 def test_one_that_backs_up_may_go_back_wherever_its_bounds_let_it() -> None:
     for x in (19.8, 17.5, 5.0):
-        assert schedule.retreat(backing(), contexts.standing(x), CONFIG) == schedule.RETREAT_SPEED
+        assert schedule.retreat(backing(), contexts.standing(x), CONFIG) == RETRIES.retreat_speed
     assert schedule.retreat(arriving(), contexts.standing(17.5), CONFIG) == 0.0
 
 

@@ -16,12 +16,13 @@ from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import schedule, search
 from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.guess import PASS
 from rti_mpcc.planning.state import PlannedStop, SuspendedSearch
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.states import arrival_at, arrives_at, begun_for, contexts, state
 
 CONFIG = ControllerConfig()
+SETTINGS = CONFIG.search
+MOVED = CONFIG.arrival_timing.target_moved
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,7 @@ def put(row: int, column: int | slice, value: Any) -> Any:
 
 def test_a_plan_that_obeys_the_model_is_accepted(solution: Solution) -> None:
     assert search.rejection_reason(solution, CONFIG) == ""
-    assert search.defect(solution.trajectory, CONFIG.vehicle.wheelbase) == pytest.approx((0.0, 0.0))
+    assert search.defect(solution.trajectory, CONFIG) == pytest.approx((0.0, 0.0))
 
 
 def test_what_osqp_did_not_solve_is_refused_by_its_word(solution: Solution) -> None:
@@ -105,7 +106,7 @@ def test_a_plan_that_breaks_the_dynamics_is_refused(column: int, value: float, s
 
 def test_what_a_plan_breaks_far_ahead_does_not_matter_yet(solution: Solution) -> None:
     broken = changed(solution, states=put(40, 0, 99.0))
-    assert broken.trajectory.times[39] > search.CHECKED_SPAN
+    assert broken.trajectory.times[39] > SETTINGS.checked_span
     assert search.rejection_reason(broken, CONFIG) == ""
 
 
@@ -114,11 +115,11 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc) -> N
     s = state(arrival=arrival_at(15.0))
     guess = search.first_guess(mpcc, s, context)
     assert guess.times[-1] == pytest.approx(15.0)
-    attempt = search.converge(mpcc, s, context, search.from_guess(guess), CycleClock())
+    attempt = search.converge(mpcc, s, context, search.from_guess(guess, SETTINGS), CycleClock())
     assert attempt.problem == ""
     assert not attempt.corridor_infeasible
-    assert search.FIRST_ITERATIONS <= len(attempt.solutions) <= search.ITERATIONS
-    again = search.converge(mpcc, s, context, search.going_on(attempt.solved), CycleClock())
+    assert SETTINGS.first_iterations <= len(attempt.solutions) <= SETTINGS.iterations
+    again = search.converge(mpcc, s, context, search.going_on(attempt.solved, SETTINGS), CycleClock())
     assert len(again.solutions) == 1
 
 
@@ -135,12 +136,12 @@ def test_it_gives_up_when_problems_are_not_solved(
         mpcc, "feedback", lambda state, at, **_: replace(solution, solved=False, status="limit")
     )
     guess = begin == "guess"
-    start = search.from_guess(solution.trajectory) if guess else search.going_on(solution)
+    start = search.from_guess(solution.trajectory, SETTINGS) if guess else search.going_on(solution, SETTINGS)
     context = contexts(target=mpcc.target, begin=0.2)
     attempt = search.converge(mpcc, state(), context, start, CycleClock())
     assert attempt.problem == "the QP was not solved: limit"
     assert attempt.solved is None
-    assert len(attempt.solutions) == (search.UNSOLVED if guess else 1)
+    assert len(attempt.solutions) == (SETTINGS.unsolved if guess else 1)
 
 
 def test_a_plan_with_a_disc_beyond_a_boundary_is_refused_unless_it_begins_there(solution: Solution) -> None:
@@ -167,7 +168,7 @@ class Granting(CycleClock):
 def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> None:
     context = contexts(target=mpcc.target, begin=0.2)
     s = state(arrival=arrival_at(15.0))
-    start = search.from_guess(search.first_guess(mpcc, s, context))
+    start = search.from_guess(search.first_guess(mpcc, s, context), SETTINGS)
     at_once = search.converge(mpcc, s, context, start, CycleClock())
     clock = Granting(2)
     cut = search.converge(mpcc, s, context, start, clock)
@@ -181,7 +182,7 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> N
         mpcc,
         s,
         context,
-        search.resumed(s.plans.suspended, at_once.solutions[0].trajectory),
+        search.resumed(s.plans.suspended, at_once.solutions[0].trajectory, SETTINGS),
         CycleClock(),
     )
     assert rest.problem == ""
@@ -218,11 +219,11 @@ def test_a_search_begun_while_moving_keeps_its_time(mpcc: RtiMpcc, solution: Sol
     assert arrives_at(after) == 15.0
     late = contexts(target=mpcc.target, now=14.0, begin=14.2)
     again = schedule.scheduled(s, late, mpcc.config)
-    least = time_to_go(late.way, late.speed, mpcc.config.arrival_acceleration)
+    least = time_to_go(late.way, late.speed, CONFIG.arrival_acceleration, CONFIG.arrival_timing.least_time)
     assert arrives_at(again) == pytest.approx(14.2 + least)
 
 
-@pytest.mark.parametrize(("aside", "goes_on"), [(0.9 * schedule.MOVED, True), (1.1 * schedule.MOVED, False)])
+@pytest.mark.parametrize(("aside", "goes_on"), [(0.9 * MOVED, True), (1.1 * MOVED, False)])
 def test_a_search_for_a_target_that_has_moved_is_dropped(
     aside: float, goes_on: bool, mpcc: RtiMpcc, solution: Solution
 ) -> None:
@@ -248,7 +249,7 @@ def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) ->
 
 
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution) -> None:
-    context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution)
+    context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution, SETTINGS)
     attempt = search.converge(mpcc, state(), context, start, Granting(0))
     assert (attempt.solutions, attempt.problem, attempt.out_of_time) == ((), search.NO_TIME, True)
 
@@ -261,7 +262,7 @@ def test_the_first_guess_of_one_that_backs_up_passes_the_goal(mpcc: RtiMpcc) -> 
     onward = search.first_guess(mpcc, state(arrival=arrival_at(30.0)), context)
     backing = search.first_guess(mpcc, state(arrival=arrival_at(30.0, reverse_into_goal=True)), context)
     assert onward.states[:, 0].max() == pytest.approx(20.0)
-    assert backing.states[:, 0].max() == pytest.approx(20.0 + PASS)
+    assert backing.states[:, 0].max() == pytest.approx(20.0 + CONFIG.retries.beyond_goal)
     assert backing.states[-1, 0] == pytest.approx(20.0)
     np.testing.assert_array_equal(backing.times, onward.times)
 

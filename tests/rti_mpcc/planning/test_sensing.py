@@ -15,7 +15,6 @@ from rti_mpcc.planning import sensing
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.sensing import STOP_TOLERANCE
 from rti_mpcc.types import Array
 from tests.rti_mpcc.states import state
 
@@ -104,7 +103,7 @@ def test_the_tolerance_is_the_goals_the_cusps_or_a_stops() -> None:
     reached = np.array([12.0, 0.0, 0.0, 0.0, 0.0, 12.0])
     assert assess(reached, part()).tolerance == CONFIG.goal_tolerance
     assert assess(reached, part(), ends_at_goal=False).tolerance == CUSP_TOLERANCE
-    assert assess(reached, part(), free=False).tolerance == STOP_TOLERANCE
+    assert assess(reached, part(), free=False).tolerance == CONFIG.behaviour.stop_tolerance
 
 
 def test_what_is_far_off_the_path_is_doubted() -> None:

@@ -6,11 +6,14 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.behaviour import moves
-from rti_mpcc.config import Caution
+from rti_mpcc.config import Caution, ControllerConfig
 from rti_mpcc.planning import stops
-from rti_mpcc.planning.schedule import MOVED
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, PlannedStop
 from tests.rti_mpcc.states import after_changes, arriving, begun_for, contexts, put, state, stop_at
+
+CONFIG = ControllerConfig()
+INTERVAL = CONFIG.retries.replan_interval
+MOVED = CONFIG.arrival_timing.target_moved
 
 
 def at(s: ControllerState, time: float, changes: int) -> ControllerState:
@@ -19,11 +22,11 @@ def at(s: ControllerState, time: float, changes: int) -> ControllerState:
 
 
 def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once() -> None:
-    s = moves.stop_before(arriving(), contexts(), 4.0, 7)
-    assert not stops.way_may_be_free(at(s, 30.0, 7))
-    assert not stops.way_may_be_free(at(s, 10.0 + 0.9 * stops.LOOK_AGAIN, 8))
-    assert stops.way_may_be_free(at(s, 10.0 + stops.LOOK_AGAIN, 8))
-    assert not stops.way_may_be_free(at(arriving(), 30.0, 8))
+    s = moves.stop_before(arriving(), contexts(), CONFIG, 4.0, 7)
+    assert not stops.way_may_be_free(at(s, 30.0, 7), CONFIG)
+    assert not stops.way_may_be_free(at(s, 10.0 + 0.9 * INTERVAL, 8), CONFIG)
+    assert stops.way_may_be_free(at(s, 10.0 + INTERVAL, 8), CONFIG)
+    assert not stops.way_may_be_free(at(arriving(), 30.0, 8), CONFIG)
     free = moves.released(s)
     assert free.task.stop is None
     assert free.task.phase is Phase.STARTING
@@ -31,43 +34,43 @@ def test_it_looks_again_only_when_obstacles_have_changed_and_not_at_once() -> No
 
 def test_it_looks_again_when_the_goal_has_moved() -> None:
     goal = Pose2(20.0, 0.0, 0.0)
-    known = at(moves.stop_before(arriving(pose=goal), contexts(), 4.0, 7), 30.0, 7)
-    assert not stops.way_may_be_free(known)
-    assert not stops.way_may_be_free(put(known, pose=Pose2(20.0 + 0.5 * MOVED, 0.0, 0.0)))
-    assert stops.way_may_be_free(put(known, pose=Pose2(20.0 + 2.0 * MOVED, 0.0, 0.0)))
-    assert stops.way_may_be_free(put(known, pose=None))
-    unknown = at(moves.stop_before(arriving(), contexts(), 4.0, 7), 30.0, 7)
-    assert stops.way_may_be_free(put(unknown, pose=goal))
+    known = at(moves.stop_before(arriving(pose=goal), contexts(), CONFIG, 4.0, 7), 30.0, 7)
+    assert not stops.way_may_be_free(known, CONFIG)
+    assert not stops.way_may_be_free(put(known, pose=Pose2(20.0 + 0.5 * MOVED, 0.0, 0.0)), CONFIG)
+    assert stops.way_may_be_free(put(known, pose=Pose2(20.0 + 2.0 * MOVED, 0.0, 0.0)), CONFIG)
+    assert stops.way_may_be_free(put(known, pose=None), CONFIG)
+    unknown = at(moves.stop_before(arriving(), contexts(), CONFIG, 4.0, 7), 30.0, 7)
+    assert stops.way_may_be_free(put(unknown, pose=goal), CONFIG)
 
 
 def test_from_a_stop_before_something_it_looks_once_more() -> None:
-    moving = moves.stop_before(arriving(), contexts(), moves.NEAR_STOP, 7)
+    moving = moves.stop_before(arriving(), contexts(), CONFIG, CONFIG.behaviour.near_stop, 7)
     assert moving.task.phase is Phase.HOLDING
-    assert not stops.way_may_be_free(at(moving, 10.0 + 0.9 * stops.LOOK_AGAIN, 7))
-    assert stops.way_may_be_free(at(moving, 10.0 + stops.LOOK_AGAIN, 7))
+    assert not stops.way_may_be_free(at(moving, 10.0 + 0.9 * INTERVAL, 7), CONFIG)
+    assert stops.way_may_be_free(at(moving, 10.0 + INTERVAL, 7), CONFIG)
     standing = put(moves.released(moving), standing_since=9.0)
-    there = moves.stop_before(standing, contexts.standing(12.0), moves.NEAR_STOP, 7)
+    there = moves.stop_before(standing, contexts.standing(12.0), CONFIG, CONFIG.behaviour.near_stop, 7)
     assert there.task.phase is Phase.HOLDING
-    assert not stops.way_may_be_free(at(there, 60.0, 7))
-    assert stops.way_may_be_free(at(there, 60.0, 8))
+    assert not stops.way_may_be_free(at(there, 60.0, 7), CONFIG)
+    assert stops.way_may_be_free(at(there, 60.0, 8), CONFIG)
     # Standing elsewhere it is not the place to look from.
-    far = moves.stop_before(standing, contexts.standing(12.0), 4.0, 7)
-    assert stops.way_may_be_free(at(put(far, phase=Phase.HOLDING), 60.0, 7))
+    far = moves.stop_before(standing, contexts.standing(12.0), CONFIG, 4.0, 7)
+    assert stops.way_may_be_free(at(put(far, phase=Phase.HOLDING), 60.0, 7), CONFIG)
 
 
 def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon() -> None:
-    s = moves.stop_before(arriving(), contexts(), 4.0, None)
-    assert not stops.way_may_be_free(at(s, 10.0 + 0.9 * stops.LOOK_AGAIN, 7))
-    assert stops.way_may_be_free(at(s, 10.0 + stops.LOOK_AGAIN, 7))
+    s = moves.stop_before(arriving(), contexts(), CONFIG, 4.0, None)
+    assert not stops.way_may_be_free(at(s, 10.0 + 0.9 * INTERVAL, 7), CONFIG)
+    assert stops.way_may_be_free(at(s, 10.0 + INTERVAL, 7), CONFIG)
     again = stops.still_filled(at(s, 10.5, 7))
-    assert not stops.way_may_be_free(at(again, 10.9, 7))
-    assert stops.way_may_be_free(at(again, 11.0, 7))
+    assert not stops.way_may_be_free(at(again, 10.9, 7), CONFIG)
+    assert stops.way_may_be_free(at(again, 11.0, 7), CONFIG)
     assert stops.unconfirmed(s)
     known = stops.confirmed(put(at(s, 11.0, 7), suspended=begun_for(None)))
     assert not stops.unconfirmed(known)
     assert known.plans.suspended is None
-    assert not stops.way_may_be_free(at(known, 30.0, 7))
-    assert stops.way_may_be_free(at(known, 30.0, 8))
+    assert not stops.way_may_be_free(at(known, 30.0, 7), CONFIG)
+    assert stops.way_may_be_free(at(known, 30.0, 8), CONFIG)
     free = arriving()
     assert not stops.unconfirmed(free)
     assert stops.still_filled(free) is free
@@ -92,16 +95,16 @@ def test_once_the_driven_plan_is_clear_nothing_is_sought_for_that(
 
 def test_a_plan_driven_during_a_search_is_iterated_now_and_then() -> None:
     s = arriving(suspended=begun_for(None), accepted_at=10.0)
-    assert not stops.is_old(put(s, time=10.0 + 0.9 * stops.NEEDS_IT))
-    late = put(s, time=10.0 + 1.1 * stops.NEEDS_IT)
-    assert stops.is_old(late)
-    assert not stops.is_old(put(late, suspended=None))
-    assert not stops.is_old(put(late, halt=Halt()))  # it is not driven
-    assert not stops.is_old(put(late, accepted_at=None))
+    assert not stops.is_old(put(s, time=10.0 + 0.9 * CONFIG.search.plan_age), CONFIG)
+    late = put(s, time=10.0 + 1.1 * CONFIG.search.plan_age)
+    assert stops.is_old(late, CONFIG)
+    assert not stops.is_old(put(late, suspended=None), CONFIG)
+    assert not stops.is_old(put(late, halt=Halt()), CONFIG)  # it is not driven
+    assert not stops.is_old(put(late, accepted_at=None), CONFIG)
 
 
 def test_without_a_stop_nothing_is_in_the_way() -> None:
-    assert not stops.way_may_be_free(at(state(), 60.0, 8))
+    assert not stops.way_may_be_free(at(state(), 60.0, 8), CONFIG)
 
 
 def test_it_halts_for_what_is_near_until_its_way_was_clear_for_a_while() -> None:

@@ -11,14 +11,13 @@ import pytest
 
 from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning import validation
 from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 
-CYCLE = 0.05
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
-CONFIG = ControllerConfig()
+CONFIG = ControllerConfig(cycle=0.05)
 LANE = Surroundings.of(Corridor.from_offsets(PATH, left=5.0, right=-5.0), PATH, CONFIG)
 
 
@@ -32,7 +31,7 @@ def times(*given: float) -> list[float]:
     """The controller's own times for what the user's clock shows."""
     clock, own = ClockState(), []
     for now in given:
-        clock, _ = validation.timed(clock, now, CYCLE)
+        clock, _ = validation.timed(clock, now, CONFIG)
         own.append(clock.now)
     return own
 
@@ -45,9 +44,9 @@ def test_a_clock_that_runs_on_is_the_controllers_own() -> None:
 def test_a_clock_that_goes_back_or_leaps_lets_one_cycle_pass() -> None:
     assert times(5.0, 2.0, 2.05, 9.0) == pytest.approx([5.0, 5.05, 5.1, 12.05])
     assert times(5.0, 1e7, 1e7 + 0.05) == pytest.approx([5.0, 5.05, 5.1])
-    clock, remark = validation.timed(ClockState(time=5.0), 2.0, CYCLE)
+    clock, remark = validation.timed(ClockState(time=5.0), 2.0, CONFIG)
     assert remark == "the clock went back by 3.000 s"
-    assert validation.timed(clock, 2.05, CYCLE)[1] == ""
+    assert validation.timed(clock, 2.05, CONFIG)[1] == ""
 
 
 def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
@@ -56,7 +55,7 @@ def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
     clock = ClockState()
     remarks = []
     for _ in range(4):
-        clock, remark = validation.timed(clock, 5.0, CYCLE)
+        clock, remark = validation.timed(clock, 5.0, CONFIG)
         remarks.append(remark)
     assert remarks == ["", "", "", "the clock stands still"]
 
@@ -65,7 +64,7 @@ def test_a_clock_that_stands_still_lets_one_cycle_pass_after_a_while() -> None:
 def test_a_clock_that_shows_no_time_lets_one_cycle_pass(now: float) -> None:
     assert times(5.0, now, 5.1) == pytest.approx([5.0, 5.05, 5.1])
     assert times(now, 5.0) == [0.0, 5.0]
-    assert str(now) in validation.timed(ClockState(), now, CYCLE)[1]
+    assert str(now) in validation.timed(ClockState(), now, CONFIG)[1]
 
 
 def test_stamps_are_moved_to_the_controllers_own_clock() -> None:
@@ -179,7 +178,7 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
     ],
 )
 def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any, said: str) -> None:
-    surroundings = validation.surroundings_in(known, obstacles, 1.0, Caution())
+    surroundings = validation.surroundings_in(known, obstacles, 1.0, CONFIG)
     assert surroundings.unreadable.startswith(said)
     assert "\n" not in surroundings.unreadable
     for field in fields(Surroundings):
@@ -188,17 +187,17 @@ def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstac
 
 
 def test_obstacles_are_told_and_none_keeps_the_last_ones(known: Surroundings) -> None:
-    surroundings = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
+    surroundings = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, CONFIG)
     assert surroundings.unreadable == ""
     assert len(surroundings.obstacles) == 1
-    assert validation.surroundings_in(surroundings, None, 2.0, Caution()) is surroundings
-    assert validation.surroundings_in(surroundings, [], 2.0, Caution()).obstacles == ()
+    assert validation.surroundings_in(surroundings, None, 2.0, CONFIG) is surroundings
+    assert validation.surroundings_in(surroundings, [], 2.0, CONFIG).obstacles == ()
 
 
 @pytest.mark.parametrize("given", [[], [np.array(SQUARE)], [np.array(SQUARE) + 1.0]])
 def test_what_is_wrong_with_obstacles_is_said_until_some_can_be_read(known: Surroundings, given: Any) -> None:
-    before = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, Caution())
+    before = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, CONFIG)
     number: Any = 5.0
-    broken = validation.surroundings_in(before, number, 2.0, Caution())
-    assert validation.surroundings_in(broken, None, 3.0, Caution()).unreadable == broken.unreadable != ""
-    assert validation.surroundings_in(broken, given, 3.0, Caution()).unreadable == ""
+    broken = validation.surroundings_in(before, number, 2.0, CONFIG)
+    assert validation.surroundings_in(broken, None, 3.0, CONFIG).unreadable == broken.unreadable != ""
+    assert validation.surroundings_in(broken, given, 3.0, CONFIG).unreadable == ""

@@ -217,7 +217,7 @@ def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
     known: tuple[Obstacle, ...] = ()
     for k in range(-10, 1):
         corners = square(x + k * step[0], y + k * step[1], 0.6)
-        known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1), CONFIG.caution)
+        known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1), CONFIG)
     return known[0]
 
 
