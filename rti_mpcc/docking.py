@@ -134,7 +134,7 @@ class DockingController:
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
-            after = self._queued(after, decision.control, context)
+            after = replace(_sent(after, decision.control, context.begin), begin=context.state)
             after = _looking_again(after, status, decision.verdict.reason, self.config)
             remarks = (*remarks, unfit, *aim.remarks(s.goal))
             sent = command(decision, status, context, after, detections, remarks, self.config, clock)
@@ -260,11 +260,6 @@ class DockingController:
         measured = s.vehicle.monitor.heeded(self.config)
         return limiter.saturate_command(control, start, measured, self.config, s.vehicle.disturbance)
 
-    def _queued(self, s: ControllerState, control: ControlInput, context: PlanningContext) -> ControllerState:
-        """With the command that is sent among those under way."""
-        sent = QueuedCommand(context.begin, control.acceleration, control.steering_rate)
-        return replace(s, queue=queued(s.queue, sent, s.now), begin=context.state)
-
     def _rescued(
         self, s: ControllerState, error: Exception, clock: CycleClock
     ) -> tuple[ControllerState, Command]:
@@ -280,9 +275,14 @@ class DockingController:
         else:
             start = np.zeros(STATES)
         control = self._saturated(fallback.brake(start, fallback.braking(config), config), start, s)
-        sent = QueuedCommand(at, control.acceleration, control.steering_rate)
-        s = replace(moves.begun_again(s, str(verdict)), queue=queued(s.queue, sent, s.now))
+        s = _sent(moves.begun_again(s, str(verdict)), control, at)
         return s, emergency(control, start, s, verdict, config, clock)
+
+
+def _sent(s: ControllerState, control: ControlInput, at: float) -> ControllerState:
+    """With a command among those under way, that begins to act `at` [s]."""
+    sent = QueuedCommand(at, control.acceleration, control.steering_rate)
+    return replace(s, queue=queued(s.queue, sent, s.now))
 
 
 def _looking_again(
