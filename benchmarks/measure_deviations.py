@@ -74,7 +74,7 @@ def run(variation: Variation) -> dict[str, Any]:
     )
     path = scenario.build_path()
     with ExitStack() as stack:
-        for name, value in variation.constants.items():
+        for name, value in variation.patches.items():
             stack.enter_context(patch(name, value))
         recorder = Recorder(DockingController(path, scenario.build_corridor(path), config))
         result = simulate(scenario, preset=variation.preset, controller=recorder)

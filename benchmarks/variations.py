@@ -16,7 +16,7 @@ class Variation:
     """One run.
 
     Attributes:
-        settings: replace those of the preset; constants: of modules ("module.NAME"), patched for the run.
+        settings: replace those of the preset; patches: of functions ("module.name"), for the run.
         changes: of the scenario file.
     """
 
@@ -25,7 +25,7 @@ class Variation:
     scenario: str
     preset: str = "default"
     settings: Mapping[str, Any] = field(default_factory=dict)
-    constants: Mapping[str, Any] = field(default_factory=dict)
+    patches: Mapping[str, Any] = field(default_factory=dict)
     changes: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -130,7 +130,7 @@ VARIATIONS = (
         what="without the curvature of the dynamics, (Q1)",
         scenario="docking_full_course",
         settings=PATIENT,
-        constants={CURVATURE: _nothing},
+        patches={CURVATURE: _nothing},
         changes=SHORT,
     ),
     Variation(letter="l", what="as it is", scenario="docking_moving_goal"),
@@ -141,9 +141,9 @@ VARIATIONS = (
         settings={"bound_relaxation": BoundRelaxation(margin_time=1e-9)},
     ),
     *(
-        Variation(letter="n", what=what, scenario=scenario, preset="paper", constants=constants)
+        Variation(letter="n", what=what, scenario=scenario, preset="paper", patches=patches)
         for scenario in ("docking_inside", "docking_behind")
-        for what, constants in (
+        for what, patches in (
             ("as it is", {}),
             ("weights that do not know how they change", {BLENDING: _none}),
         )

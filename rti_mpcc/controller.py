@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, ReflexVertices, lift
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -43,7 +43,7 @@ from rti_mpcc.qp.filling import (
 )
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
-from rti_mpcc.qp.solver import AdmmStart, Ends, QpSolution, QpSolver
+from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -114,7 +114,7 @@ class RtiMpcc:
         objective: HorizonObjective = CONTOURING,
         retreat: float = 0.0,
         damping: float = 0.0,
-        pace: AdmmStart | None = None,
+        steps: AdmmSettings | None = None,
         again: bool = False,
         disturbance: Disturbance = UNDISTURBED,
     ) -> Linearisation:
@@ -128,8 +128,8 @@ class RtiMpcc:
             objective: what is asked for; default: contouring over the cruise horizon.
             retreat: speed allowed against the part's direction near the target [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
-            pace: what the QP begins from, by which the solver steps; None: the last solution, or a first
-                guess where there is a `plan`, which may be far from its optimum.
+            steps: how the solver steps; None: `SolverSettings.warm` from the last solution, `cold` from a
+                `plan`, which may be far from its optimum.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
         """
@@ -143,7 +143,7 @@ class RtiMpcc:
         else:
             last = last or self._last
             plan = last.trajectory if last else None
-        pace = pace or (AdmmStart.COLD if last is None else AdmmStart.WARM)
+        steps = steps or (config.solver.cold if last is None else config.solver.warm)
         if plan is None:
             raise InputError("plan = None: the first prepare needs a trajectory to linearise about")
 
@@ -180,19 +180,18 @@ class RtiMpcc:
         )
 
         values, pattern = self._values, self._pattern
-        admm = pace.steps(config.solver)
-        self._solver.pace(admm)
+        self._solver.set_steps(steps)
         fill_cost(values, pattern, cost, weights.slack, weights.scale, damping)
         if last is not None and len(last.dual) == len(values.lower):
             change_of_scale = weights.scale / last.weights.scale
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
-        fill_bounds(values, pattern, bounds, states, controls, rows_scaled=admm.rows_scaled)
+        fill_bounds(values, pattern, bounds, states, controls, rows_scaled=steps.rows_scaled)
         planes = self._planes(shifted.states, last) if along_path else None
         rows = None if planes is None else self._rows(states, planes, frame)
         span = config.bound_relaxation.margin_time
         drift = None if rows is None else free_response(states, lengths, wheelbase, span)
-        fill_corridor(values, pattern, rows, rows_scaled=admm.rows_scaled)
+        fill_corridor(values, pattern, rows, rows_scaled=steps.rows_scaled)
         self._last = last
         self._linearisation = Linearisation(
             trajectory=shifted,

@@ -176,12 +176,12 @@ def _change_over(
 def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
     valid, suspended = s.plans.valid, s.plans.suspended
-    start = search.going_on(s.plans.solution, w.config.search)
+    start = search.going_on(s.plans.solution, w.config)
     if s.plans.solution is None and valid is not None:  # another objective from here on
-        start = search.clean(valid, w.config.search)
+        start = search.clean(valid, w.config)
     s, attempt = iterated(s, context, start, w)
     if attempt.problem and not attempt.out_of_time and valid is not None:
-        s, clean = iterated(s, context, search.clean(valid, w.config.search), w)
+        s, clean = iterated(s, context, search.clean(valid, w.config), w)
         attempt = attempt.then(clean)
     if not attempt.problem:
         return _accept(s, context, w, attempt)

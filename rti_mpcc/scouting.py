@@ -100,7 +100,7 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     missed = attempt.fits and not search.reaches(attempt, context)
     if not (context.free and missed) or done >= 2 * w.config.search.iterations:
         return found
-    s, more = iterated(s, context, search.further(attempt, w.config.search), w)
+    s, more = iterated(s, context, search.further(attempt, w.config), w)
     s = search.suspended(s, context, more, done)
     attempt = (
         attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, out_of_time=True)
@@ -173,8 +173,7 @@ def _from_guess(
 ) -> tuple[ControllerState, SqpResult, Trajectory]:
     """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
     guess, begun = search.first_guess(w.mpcc, s, context, detour), s.plans.suspended
-    settings = w.config.search
-    start = search.from_guess(guess, settings) if begun is None else search.resumed(begun, guess, settings)
+    start = search.from_guess(guess, w.config) if begun is None else search.resumed(begun, guess, w.config)
     s, attempt = iterated(s, context, start, w)
     return search.suspended(s, context, attempt), attempt, guess
 
@@ -183,7 +182,7 @@ def _further(
     s: ControllerState, attempt: SqpResult, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, SqpResult]:
     """As many iterations more, if there is time for them."""
-    s, more = iterated(s, context, search.further(attempt, w.config.search), w)
+    s, more = iterated(s, context, search.further(attempt, w.config), w)
     return s, attempt if more.out_of_time else attempt.then(more)
 
 

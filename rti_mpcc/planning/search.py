@@ -8,7 +8,7 @@ from math import hypot
 import numpy as np
 
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Search
+from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
@@ -23,7 +23,6 @@ from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.schedule import retreat
 from rti_mpcc.planning.state import ControllerState, Past, SuspendedSearch
-from rti_mpcc.qp.solver import AdmmStart
 from rti_mpcc.types import Array, Objective, Trajectory
 
 NO_TIME = "the deadline left no time for an iteration"
@@ -81,7 +80,7 @@ class InitialIterate:
         last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
         iterate: how far the first QP had come in an earlier cycle.
         least: so many iterations at least; most: at most.
-        damping, pace: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
+        damping, steps: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
         unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
     """
 
@@ -91,56 +90,53 @@ class InitialIterate:
     most: int
     damping: float
     least: int = 1
-    pace: AdmmStart | None = None
+    steps: AdmmSettings | None = None
     patience: int = 1
     unsolved: int = 1
 
 
-def going_on(solution: Solution | None, settings: Search) -> InitialIterate:
+def going_on(solution: Solution | None, config: ControllerConfig) -> InitialIterate:
     """One iteration a cycle, more while there is a problem."""
-    return InitialIterate(last=solution, most=settings.iterations, damping=settings.damping)
+    return InitialIterate(last=solution, most=config.search.iterations, damping=config.search.damping)
 
 
-def clean(plan: Trajectory, settings: Search) -> InitialIterate:
+def clean(plan: Trajectory, config: ControllerConfig) -> InitialIterate:
     """Once more from the last plan without a complaint, with nothing kept of the solver's answers since."""
-    return InitialIterate(
-        guess=plan,
-        most=settings.iterations,
-        damping=settings.damping,
-        pace=AdmmStart.RETRY,
-        patience=settings.clean_patience,
+    return replace(
+        going_on(None, config), guess=plan, steps=config.solver.retry, patience=config.search.clean_patience
     )
 
 
-def from_guess(guess: Trajectory, settings: Search) -> InitialIterate:
+def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
     """The first plan of an objective."""
+    settings = config.search
     return InitialIterate(
         guess=guess,
         least=settings.first_iterations,
         most=settings.iterations,
         damping=settings.first_damping,
-        pace=AdmmStart.COLD,
+        steps=config.solver.cold,
         patience=settings.first_patience,
         unsolved=settings.unsolved,
     )
 
 
-def further(attempt: SqpResult, settings: Search) -> InitialIterate:
+def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
     """As many iterations more, for a plan that has not come to its end far ahead."""
-    begun = from_guess(attempt.plan, settings)
-    return replace(begun, last=attempt.solved, guess=None, least=settings.iterations)
+    begun = from_guess(attempt.plan, config)
+    return replace(begun, last=attempt.solved, guess=None, least=begun.most)
 
 
-def resumed(search: SuspendedSearch, guess: Trajectory, settings: Search) -> InitialIterate:
+def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig) -> InitialIterate:
     """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
-    done = search.iterations
+    begun, done = from_guess(guess, config), search.iterations
     return replace(
-        from_guess(guess, settings),
+        begun,
         last=search.solution,
         guess=guess if search.solution is None else None,
         iterate=search.iterate,
-        least=max(settings.first_iterations - done, 1),
-        most=max(settings.iterations - done, 1),
+        least=max(begun.least - done, 1),
+        most=max(begun.most - done, 1),
     )
 
 
@@ -206,7 +202,7 @@ def _iterate(
         objective=s.task.objective,
         retreat=retreat(s, context, mpcc.config),
         damping=start.damping,
-        pace=start.pace,
+        steps=start.steps,
         again=start.iterate is not None,
         disturbance=s.vehicle.disturbance,
     )

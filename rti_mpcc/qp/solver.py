@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,20 +33,6 @@ UNFINISHED = frozenset(
     }
 )
 """What a QP is called that has had its iterations and not come to an end."""
-
-
-class AdmmStart(Enum):
-    """What the iterations of a QP begin from; how OSQP steps then, is in `SolverSettings`."""
-
-    WARM = "the QP before"
-    COLD = "a first guess"
-    RETRY = "a clean start, once more"
-
-    def steps(self, settings: SolverSettings) -> AdmmSettings:
-        """How OSQP is to step."""
-        if self is AdmmStart.WARM:
-            return settings.warm
-        return settings.cold if self is AdmmStart.COLD else settings.retry
 
 
 BAD_BOUNDS = "bounds that are no numbers, or a lower one above its upper one"
@@ -97,19 +82,19 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
-        self._pace = settings.warm
+        self._steps = settings.warm
         self._most = settings.max_iterations
         self._sliced = (settings.slice_iterations, settings.tolerance)
 
-    def pace(self, pace: AdmmSettings) -> None:
-        """Step so from now on. Another pace than the last begins with its own step-size parameter."""
-        if pace != self._pace:
-            self._pace = pace
+    def set_steps(self, steps: AdmmSettings) -> None:
+        """Step so from now on. Others than the last begin with their own step-size parameter."""
+        if steps != self._steps:
+            self._steps = steps
             self._step_so()
 
     def _step_so(self) -> None:
         if self._osqp is not None:
-            self._osqp.update_settings(rho=self._pace.rho, alpha=self._pace.over_relaxation)
+            self._osqp.update_settings(rho=self._steps.rho, alpha=self._steps.over_relaxation)
 
     def update(self, values: QpValues) -> str:
         """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused."""
@@ -147,7 +132,7 @@ class QpSolver:
             word = ends(done) if ends is not None else ""
             if word:
                 return self._stopped(Stop(word, done), primal, dual, seconds)
-            first = self._pace.fine and done == 0
+            first = self._steps.fine and done == 0
             most = settings.fine_iterations if first else settings.slice_iterations
             tolerance = min(settings.fine_tolerance, settings.tolerance) if first else settings.tolerance
             info, primal, dual = self._slice(min(most, self._most - done), tolerance)
@@ -209,8 +194,8 @@ class QpSolver:
             A=self._pattern.constraints.matrix(values.constraints.copy()),
             l=values.lower.copy(),
             u=values.upper.copy(),
-            rho=self._pace.rho,
-            alpha=self._pace.over_relaxation,
+            rho=self._steps.rho,
+            alpha=self._steps.over_relaxation,
             adaptive_rho_interval=settings.slice_iterations,
             eps_abs=settings.tolerance,
             eps_rel=settings.tolerance,

@@ -18,7 +18,6 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest, Contouring
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
-from rti_mpcc.qp.solver import AdmmStart
 from rti_mpcc.types import Array, Trajectory
 
 FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
@@ -65,7 +64,7 @@ def repeat(mpcc: RtiMpcc, state: Array, guess: Trajectory, iterations: int, **op
     mpcc.prepare(0.0, plan=guess, damping=DAMPING, **options)
     solution = mpcc.feedback(state, 0.0)
     for _ in range(iterations - 1):
-        mpcc.prepare(0.0, last=solution, damping=DAMPING, pace=AdmmStart.COLD, **options)
+        mpcc.prepare(0.0, last=solution, damping=DAMPING, steps=mpcc.config.solver.cold, **options)
         solution = mpcc.feedback(state, 0.0)
     assert solution.solved, solution.status
     return solution

@@ -115,11 +115,11 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc) -> N
     s = state(arrival=arrival_at(15.0))
     guess = search.first_guess(mpcc, s, context)
     assert guess.times[-1] == pytest.approx(15.0)
-    attempt = search.converge(mpcc, s, context, search.from_guess(guess, SETTINGS), CycleClock())
+    attempt = search.converge(mpcc, s, context, search.from_guess(guess, CONFIG), CycleClock())
     assert attempt.problem == ""
     assert not attempt.corridor_infeasible
     assert SETTINGS.first_iterations <= len(attempt.solutions) <= SETTINGS.iterations
-    again = search.converge(mpcc, s, context, search.going_on(attempt.solved, SETTINGS), CycleClock())
+    again = search.converge(mpcc, s, context, search.going_on(attempt.solved, CONFIG), CycleClock())
     assert len(again.solutions) == 1
 
 
@@ -136,7 +136,7 @@ def test_it_gives_up_when_problems_are_not_solved(
         mpcc, "feedback", lambda state, at, **_: replace(solution, solved=False, status="limit")
     )
     guess = begin == "guess"
-    start = search.from_guess(solution.trajectory, SETTINGS) if guess else search.going_on(solution, SETTINGS)
+    start = search.from_guess(solution.trajectory, CONFIG) if guess else search.going_on(solution, CONFIG)
     context = contexts(target=mpcc.target, begin=0.2)
     attempt = search.converge(mpcc, state(), context, start, CycleClock())
     assert attempt.problem == "the QP was not solved: limit"
@@ -168,7 +168,7 @@ class Granting(CycleClock):
 def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> None:
     context = contexts(target=mpcc.target, begin=0.2)
     s = state(arrival=arrival_at(15.0))
-    start = search.from_guess(search.first_guess(mpcc, s, context), SETTINGS)
+    start = search.from_guess(search.first_guess(mpcc, s, context), CONFIG)
     at_once = search.converge(mpcc, s, context, start, CycleClock())
     clock = Granting(2)
     cut = search.converge(mpcc, s, context, start, clock)
@@ -182,7 +182,7 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> N
         mpcc,
         s,
         context,
-        search.resumed(s.plans.suspended, at_once.solutions[0].trajectory, SETTINGS),
+        search.resumed(s.plans.suspended, at_once.solutions[0].trajectory, CONFIG),
         CycleClock(),
     )
     assert rest.problem == ""
@@ -249,7 +249,7 @@ def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) ->
 
 
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution) -> None:
-    context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution, SETTINGS)
+    context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution, CONFIG)
     attempt = search.converge(mpcc, state(), context, start, Granting(0))
     assert (attempt.solutions, attempt.problem, attempt.out_of_time) == ((), search.NO_TIME, True)
 

@@ -105,13 +105,13 @@ def test_a_near_qp_that_soon_is_fine_is_and_another_one_is_good_enough(pattern: 
     values = problem(pattern, 1)
     coarse = SolverSettings(tolerance=1e-2, fine_tolerance=1e-9, fine_iterations=5000, max_iterations=10_000)
     hasty = coarse.model_copy(update={"fine_iterations": 2})
-    for settings, pace, fine in (
+    for settings, steps, fine in (
         (coarse, coarse.warm, True),
         (coarse, coarse.cold, False),
         (hasty, hasty.warm, False),
     ):
         solver = QpSolver(pattern, settings)
-        solver.pace(pace)
+        solver.set_steps(steps)
         solver.update(values)
         solution = solve(solver, values)
         assert solution.solved
@@ -127,13 +127,13 @@ def test_the_fine_tolerance_never_makes_a_solution_coarser(pattern: QpPattern) -
     np.testing.assert_allclose(solve(other, values).primal, solve(solver, values).primal, atol=1e-6)
 
 
-def test_paces_come_to_the_same_solution_and_may_change(pattern: QpPattern) -> None:
+def test_other_steps_come_to_the_same_solution_and_may_change(pattern: QpPattern) -> None:
     values, solver = problem(pattern, 1), QpSolver(pattern, SETTINGS)
     solver.update(values)
     near = solve(solver, values)
-    solver.pace(SETTINGS.cold)
+    solver.set_steps(SETTINGS.cold)
     far = solve(solver, values)
-    solver.pace(SETTINGS.warm)
+    solver.set_steps(SETTINGS.warm)
     again = solve(solver, values)
     for solution in (near, far, again):
         good(solution, values, pattern)
@@ -215,8 +215,8 @@ def test_a_qp_is_stopped_after_a_slice_and_goes_on_from_there(pattern: QpPattern
     zero = np.zeros(len(values.gradient)), np.zeros(len(values.lower))
     tight = SolverSettings(tolerance=1e-9, max_iterations=5000)
     whole, other = QpSolver(pattern, tight), QpSolver(pattern, tight)
-    whole.pace(SETTINGS.cold)  # without a first slice for the fine tolerance
-    other.pace(SETTINGS.cold)
+    whole.set_steps(SETTINGS.cold)  # without a first slice for the fine tolerance
+    other.set_steps(SETTINGS.cold)
     whole.update(values)
     other.update(values)
     expected = whole.solve(values, *zero)
@@ -246,12 +246,12 @@ def test_slices_are_one_solve(pattern: QpPattern) -> None:
     values = problem(pattern, 1)
     settings = SolverSettings(tolerance=1e-7, max_iterations=1000)
     solver = QpSolver(pattern, settings)
-    solver.pace(SETTINGS.cold)
+    solver.set_steps(SETTINGS.cold)
     solver.update(values)
     sliced = solve(solver, values)
     assert sliced.iterations > SETTINGS.slice_iterations
     fresh = QpSolver(pattern, settings)
-    fresh.pace(SETTINGS.cold)
+    fresh.set_steps(SETTINGS.cold)
     fresh.update(values)
     info, primal, dual = fresh._slice(settings.max_iterations, settings.tolerance)
     assert info.iter == sliced.iterations
