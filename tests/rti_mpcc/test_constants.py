@@ -1,7 +1,7 @@
-"""No module that decides or plans has numbers of its own: what changes behaviour stands in the settings.
+"""What controls and plans has no numbers of its own: what changes behaviour stands in the settings.
 
 A setting has a unit, a meaning, a range, and can be changed for one controller (`rti_mpcc/config/`). What is
-left in the modules changes nothing that a vehicle does, and is listed here with the reason.
+left in the modules is a table, a unit, or below what shows: the lists say which numbers, and why.
 """
 
 from __future__ import annotations
@@ -12,26 +12,87 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2] / "rti_mpcc"
-PLACES = ("behaviour", "planning", "scouting.py", "driving.py", "docking.py")
-"""Folders and files of the package that are looked through."""
-ALLOWED = {
-    "planning/cusp.py: _STEPS": "a table: the grid of poses tried around a cusp, its size is a setting",
-    "planning/pace.py: FLAT": "keeps a division by a curvature of 0 finite, far below any path's",
+PACKAGE = Path(__file__).parents[2] / "rti_mpcc"
+OPTIMAL_CONTROL = ("model", "ocp", "qp", "safety", "controller.py", "iteration.py")
+"""Where no function has numbers of its own, either."""
+DECISIONS = (
+    "manoeuvre.py",
+    "baselines.py",
+    "planning",
+    "behaviour",
+    "scouting.py",
+    "driving.py",
+    "docking.py",
+)
+
+TABLE = "an index, or a table of indices"
+UNIT = "what one scaled unit of a variable is: the QP stays the same"
+RULE = "nodes and weights of a quadrature"
+NEUTRAL = "nothing acts beside the commands, or is asked for"
+COUNT = "what a count or a time begins with"
+ROUNDING = "what rounding may leave of a number"
+MODULES: dict[str, dict[str, str]] = {
+    "manoeuvre.py": {NEUTRAL: "dwell"},
+    "baselines.py": {"weights in the name of a method that the paper compares": "CONSTANT"},
+    "planning/cusp.py": {"the grid of poses tried around a cusp, its size is a setting": "_STEPS"},
+    "planning/goals.py": {COUNT: "excess changes"},
+    "planning/plausibility.py": {COUNT: "at tries steering_gap since"},
+    "planning/search.py": {"one iteration from a solution of the last cycle": "patience least unsolved"},
+    "planning/state.py": {COUNT: "restarts stood clear_of driving_since offset pulled_out"},
+    "planning/surroundings.py": {COUNT: "given_at changes"},
+    "behaviour/status.py": {NEUTRAL: "pull_out"},
+    "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},
+    "model/layout.py": {
+        TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",
+    },
+    "model/bicycle.py": {RULE: "_TIMES _SIMPSON _PARTS _TURNED_FOR", TABLE: "_TURNED_AT _DRIVEN_AT"},
+    "model/disturbance.py": {NEUTRAL: "acceleration steering gain"},
+    "ocp/frenet.py": {TABLE: "LAG CONTOURING HEADING"},
+    "ocp/corridor_rows.py": {
+        TABLE: "MEASURED",
+        "in the place of minus infinity, in a row without slopes": "LOOSE",
+    },
+    "ocp/separating_planes.py": {ROUNDING: "_TINY"},
+    "ocp/stage_cost.py": {
+        "where a function has come down to a quarter of a percent of its scale": "NOTHING_LEFT"
+    },
+    "ocp/horizon.py": {"Newton's method ends by itself after some 10 steps": "MOST_STEPS"},
+    "qp/pattern.py": {UNIT: "STATE_UNITS CONTROL_UNITS SLACK_UNIT"},
+    "qp/filling.py": {TABLE: "_HEADING"},
+    "safety/contact.py": {"an error bound of geometry's samples; by it an exact check is left out": "UNSURE"},
 }
-NUMBERS = ("pi", "tau", "e", "inf")
+"""Numbers at the level of a module or a class: file, why they are no settings, names."""
+
+FUNCTIONS: dict[str, dict[str, tuple[float, ...]]] = {
+    "model/bicycle.py": {RULE: (4.0, 6.0)},
+    "ocp/corridor_rows.py": {"of (H4), 3/2": (1.5,)},
+    "ocp/horizon.py": {
+        ROUNDING: (1e-6, 1e-15),
+        "first stages at least; no plan is as short": (3.0,),
+    },
+    "ocp/stage_cost.py": {ROUNDING: (1e-12,)},
+    "safety/contact.py": {"of (S1), 4/27 + 1/8": (4.0, 27.0, 0.125), ROUNDING: (1e-9,)},
+    "safety/decision.py": {"milliseconds": (1e3,)},
+    "safety/stopping.py": {ROUNDING: (1e-9,)},
+}
+"""Floating-point numbers in functions, other than `PLAIN` ones."""
+PLAIN = (0.0, 0.5, 1.0, 2.0)
+NAMES = ("pi", "tau", "e", "inf")
 """Names of numbers that a constant may be made from."""
 
 
-def files(places: tuple[str, ...], root: Path) -> Iterator[Path]:
-    for place in places:
-        found = root / place
-        yield from sorted(found.rglob("*.py")) if found.is_dir() else [found]
+def files(rooms: tuple[str, ...]) -> list[Path]:
+    paths = (PACKAGE / room for room in rooms)
+    return [file for path in paths for file in (sorted(path.rglob("*.py")) if path.is_dir() else [path])]
+
+
+def name(file: Path) -> str:
+    return file.relative_to(PACKAGE).as_posix()
 
 
 def is_number(node: ast.AST) -> bool:
     if isinstance(node, ast.Name):
-        return node.id in NUMBERS
+        return node.id in NAMES
     return isinstance(node, ast.Constant) and type(node.value) in (int, float, complex)
 
 
@@ -45,74 +106,75 @@ def evaluated(node: ast.AST) -> Iterator[ast.AST]:
             yield from evaluated(child)
 
 
-def numeric_constants(source: str) -> list[str]:
-    """Names that a module gives to values with numbers in them."""
-    found: list[str] = []
-    for node in ast.parse(source).body:
-        if isinstance(node, ast.Assign):
-            targets = node.targets
-        elif isinstance(node, ast.AnnAssign | ast.AugAssign):
-            targets = [node.target]
+def constants(source: str) -> set[str]:
+    """Names that are assigned at the level of a module or a class, and hold a number in some way."""
+    blocks = [
+        node.body for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Module | ast.ClassDef)
+    ]
+    found: set[str] = set()
+    for statement in (each for block in blocks for each in block):
+        if isinstance(statement, ast.Assign):
+            targets = statement.targets
+        elif isinstance(statement, ast.AnnAssign | ast.AugAssign):
+            targets = [statement.target]
         else:
             continue
-        if node.value is not None and any(map(is_number, evaluated(node.value))):
-            names = (each for target in targets for each in ast.walk(target))
-            found += [each.id for each in names if isinstance(each, ast.Name)]
+        if statement.value is not None and any(map(is_number, evaluated(statement.value))):
+            found |= {each.id for each in ast.walk(ast.Tuple(targets)) if isinstance(each, ast.Name)}
     return found
 
 
-def constants(places: tuple[str, ...], root: Path) -> list[str]:
-    return [
-        f"{file.relative_to(root).as_posix()}: {name}"
-        for file in files(places, root)
-        for name in numeric_constants(file.read_text(encoding="utf-8"))
-    ]
+def numbers(source: str) -> set[float]:
+    """Floating-point numbers in functions."""
+    functions = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef))
+    nodes = (node for function in functions for node in ast.walk(function))
+    return {node.value for node in nodes if isinstance(node, ast.Constant) and type(node.value) is float}
 
 
-@pytest.mark.parametrize("place", PLACES)
-def test_there_is_something_to_look_through(place: str) -> None:
-    assert list(files((place,), ROOT))
-    assert all(file.exists() for file in files((place,), ROOT))
+@pytest.mark.parametrize("file", files((*OPTIMAL_CONTROL, *DECISIONS)), ids=name)
+def test_what_decides_is_a_setting(file: Path) -> None:
+    allowed = {each for names in MODULES.get(name(file), {}).values() for each in names.split()}
+    assert constants(file.read_text(encoding="utf-8")) == allowed
 
 
-def test_numbers_that_change_behaviour_are_settings() -> None:
-    assert [name for name in constants(PLACES, ROOT) if name not in ALLOWED] == []
+@pytest.mark.parametrize("file", files(OPTIMAL_CONTROL), ids=name)
+def test_no_function_has_a_number_of_its_own(file: Path) -> None:
+    allowed = {each for some in FUNCTIONS.get(name(file), {}).values() for each in some}
+    assert numbers(file.read_text(encoding="utf-8")) - set(PLAIN) == allowed
 
 
-def test_what_is_allowed_is_still_there() -> None:
-    assert set(ALLOWED) <= set(constants(PLACES, ROOT))
+def test_every_file_of_the_lists_is_there() -> None:
+    assert {*MODULES, *FUNCTIONS} <= {name(file) for file in files((*OPTIMAL_CONTROL, *DECISIONS))}
 
 
-@pytest.mark.parametrize(
-    ("source", "names"),
-    [
-        ("A = 0.5", ["A"]),
-        ("_a: float = -3", ["_a"]),
-        ("A, B = 0.2, 0.1", ["A", "B"]),
-        ("A = 0.5 * pi", ["A"]),
-        ("A = tau", ["A"]),
-        ("A = radians(2.0)", ["A"]),
-        ("A = {'x': [1.0]}", ["A"]),
-        ("A = np.array([1, 2])", ["A"]),
-        ("A = Thing(least=3)", ["A"]),
-    ],
-)
-def test_a_constant_with_a_number_is_found(source: str, names: list[str]) -> None:
-    assert numeric_constants(source) == names
+@pytest.mark.parametrize("room", [*OPTIMAL_CONTROL, *DECISIONS])
+def test_there_is_something_to_look_through(room: str) -> None:
+    assert files((room,))
+    assert all(file.exists() for file in files((room,)))
 
 
 @pytest.mark.parametrize(
-    "source",
+    ("source", "found"),
     [
-        "A = 'text'",
-        "A = True",
-        "A = (Phase.ONE, Phase.TWO)",
-        "A = LISTED[0]",
-        "A = lambda x: x + 1.0",
-        "def f():\n    a = 0.5",
-        "class A:\n    a: float = 0.5",
-        "A: float",
+        ("A = 0.5", {"A"}),
+        ("_a: float = -3", {"_a"}),
+        ("A, B = (0.3, 1.0), radians(2.0)", {"A", "B"}),
+        ("A = 0.5 * pi", {"A"}),
+        ("A = tau", {"A"}),
+        ("A = {'x': [1.0]}", {"A"}),
+        ("A = np.array([1, 2])", {"A"}),
+        ("A = Thing(least=3)", {"A"}),
+        ("class Guard:\n    least: float = 0.1", {"least"}),
+        ("A = 'text'\nB = True\nC: float", set()),
+        ("A = (Phase.ONE, Phase.TWO)", set()),
+        ("A = LISTED[0]", set()),
+        ("A = lambda x: x + 1.0", set()),
+        ("def f():\n    a = 0.5", set()),
     ],
 )
-def test_what_is_no_constant_with_a_number_is_not(source: str) -> None:
-    assert numeric_constants(source) == []
+def test_constants_are_found(source: str, found: set[str]) -> None:
+    assert constants(source) == found
+
+
+def test_numbers_of_functions_are_found() -> None:
+    assert numbers("def f(x=0.2):\n    return 3 * x + 0.7\nNEAR = 0.3") == {0.2, 0.7}
