@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry import InputError, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method, Weights
-from rti_mpcc.manoeuvre import CUSP_TOLERANCE, FinalObjective, Manoeuvre, SegmentEnd, along
+from rti_mpcc.manoeuvre import FinalObjective, Manoeuvre, SegmentEnd, along
 from rti_mpcc.ocp.objectives import Contouring, StageWeights, comfort_weights, goal_pull, stage_share
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array, Objective
@@ -43,7 +43,8 @@ def segments_of(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
     """The manoeuvre along a path, to its end or to a goal near it, by the method of the settings."""
     *before, last = along(path, config)
     if config.method is Method.SEPARATED:
-        staging = replace(last, end=SegmentEnd.STAGING_POSE, tolerance=CUSP_TOLERANCE)
+        tolerance = config.behaviour.cusp_tolerance
+        staging = replace(last, end=SegmentEnd.STAGING_POSE, tolerance=tolerance)
         return (*before, staging, replace(last, final=FinalObjective(CartesianPose(), within=inf)))
     if config.method is Method.SWITCHED:
         final = FinalObjective(CartesianPose(), within=config.weights.transition_reach)

@@ -13,11 +13,8 @@ from itertools import groupby
 from math import inf
 
 from geometry import InputError, PathPart, ReferencePath
-from rti_mpcc.config import ControllerConfig, Limits
+from rti_mpcc.config import Behaviour, ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
-
-CUSP_TOLERANCE = (0.1, 0.1, 0.05235987755982989)
-"""What counts as being at a cusp: longitudinal, lateral [m], heading [rad] (3 deg)."""
 
 
 class SegmentEnd(Enum):
@@ -38,10 +35,17 @@ class FinalObjective:
 
     Attributes:
         objective: see there; within: so much of the path before the stop [m]; inf: from the segment's begin.
+
+    Raises:
+        InputError: `within` is not positive.
     """
 
     objective: HorizonObjective
     within: float
+
+    def __post_init__(self) -> None:
+        if not self.within > 0.0:
+            raise InputError(f"within = {self.within}: must be > 0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,7 +67,7 @@ class Segment:
     part: PathPart
     index: int
     end: SegmentEnd = SegmentEnd.CUSP
-    tolerance: tuple[float, float, float] = CUSP_TOLERANCE
+    tolerance: tuple[float, float, float] = Behaviour().cusp_tolerance
     speed: float | None = None
     steering: float | None = None
     dwell: float = 0.0
@@ -93,8 +97,8 @@ class Segment:
         steering = limits.steering if self.steering is None else min(self.steering, limits.steering)
         if (speed, steering) == (limits.speed, limits.steering):
             return config
-        own = Limits(**{**dict(limits), "speed": speed, "steering": steering})
-        return ControllerConfig(**{**dict(config), "limits": own})
+        own = limits.model_copy(update={"speed": speed, "steering": steering})
+        return config.model_copy(update={"limits": own})
 
 
 Manoeuvre = tuple[Segment, ...]
@@ -102,7 +106,8 @@ Manoeuvre = tuple[Segment, ...]
 
 def along(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
     """The parts of a path, the last one to its end or to a goal near it."""
-    *before, last = (Segment(part=part, index=index) for index, part in enumerate(path.parts))
+    tolerance = config.behaviour.cusp_tolerance
+    *before, last = (Segment(part=p, index=k, tolerance=tolerance) for k, p in enumerate(path.parts))
     return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
 
 

@@ -6,7 +6,7 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 
 from __future__ import annotations
 
-from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, PLANNED_SHARE, ControllerConfig
+from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, ControllerConfig
 from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import (
@@ -26,7 +26,6 @@ __all__ = [
     "COMFORT_ACCELERATION",
     "EXIT",
     "NO_COMFORT",
-    "PLANNED_SHARE",
     "AdmmSettings",
     "ArrivalTiming",
     "Behaviour",

@@ -27,9 +27,6 @@ EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
 COMFORT_ACCELERATION = 0.4
 """By default [m/s²]."""
-PLANNED_SHARE = 0.9
-"""What a planned arrival takes of the comfort acceleration, and of the speed that narrow places allow: the
-rest is for corrections on the way."""
 NO_COMFORT = (0.0, 0.0, 0.0)
 """Weights of a method that knows no comfort."""
 
@@ -146,7 +143,7 @@ class ControllerConfig(Settings):
     @property
     def arrival_acceleration(self) -> float:
         """What a planned arrival takes [m/s²]."""
-        return PLANNED_SHARE * self.comfort_acceleration
+        return self.arrival_timing.planned_share * self.comfort_acceleration
 
     @property
     def arrival_reach(self) -> float:

@@ -29,7 +29,7 @@ class Behaviour(Settings):
     """When a vehicle stands, is at its target or beside it, settles, and has come to a place to go on from.
 
     Attributes:
-        standstill_speed: below this speed the vehicle stands [m/s].
+        standstill_speed: below this speed the vehicle stands [m/s], also where it creeps out of an overlap.
         moving_speed: a vehicle that stands is taken to stand until it is measured faster than this [m/s]:
             noise is no motion. At least `standstill_speed`.
         standstill_time: a vehicle that has stood so long [s] will not get nearer by waiting.
@@ -42,6 +42,8 @@ class Behaviour(Settings):
             which a target has not moved for a vehicle that stalled before it.
         settle_time: a braked stop that ends the arrival takes no longer than this [s]; until then the plan is
             driven.
+        cusp_tolerance: what counts as being at a cusp, a staging pose or the end of a way back: longitudinal
+            [m], lateral [m], heading [rad] (3 deg).
         cusp_reach: a vehicle that stands within this distance of a cusp, or of the end of a way back, may go
             on from there [m].
         cusp_shift: share of the tolerance at a cusp by which the pose that is made for may lie beside it:
@@ -59,6 +61,7 @@ class Behaviour(Settings):
     outside_share: Annotated[float, Field(ge=1.0, le=1e12)] = 2.0
     settle_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
     settle_time: NonNegative = 0.75
+    cusp_tolerance: Tolerance = (0.1, 0.1, radians(3.0))
     cusp_reach: NonNegative = 0.5
     cusp_shift: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
     near_stop: NonNegative = 0.2
@@ -84,7 +87,8 @@ class Retries(Settings):
         replan_interval: time between two looks whether the way is free again, or whether there is a plan [s].
         give_up_time: a vehicle that stands so long without a first plan [s] says that it failed, and looks
             less often; on a way back it comes again from where it is.
-        retreat_speed: of backing off, or up into the goal, against the direction of the segment [m/s].
+        retreat_speed: of backing off, or up into the goal, against the direction of the segment [m/s];
+            retreat_reach: so near the stop point that may be [m].
         pull_out: how far back along its segment a vehicle pulls out that has stalled, the first time, the
             second, and so on, in lengths of its body: 8.1 and 16.1 m for the default one
             (docs/decisions/15-pulling-out.md).
@@ -100,6 +104,7 @@ class Retries(Settings):
     replan_interval: NonNegative = 0.5
     give_up_time: NonNegative = 5.0
     retreat_speed: NonNegative = 0.3
+    retreat_reach: NonNegative = 2.0
     pull_out: tuple[Positive, ...] = (1.8, 3.6)
     least_pull_out: NonNegative = 0.45
     beyond_goal: Positive = 1.0
@@ -111,6 +116,8 @@ class ArrivalTiming(Settings):
     """When an arrival begins, how long it takes, and when it gets another time.
 
     Attributes:
+        planned_share: what an arrival takes of the comfort acceleration, and of the speed that narrow places
+            allow: the rest is for corrections on the way.
         least_time: shortest time to go that is planned [s]; closer in, the plan always ends this far ahead.
         waiting_reach: no arrival within reach waits until it is nearer than this [m]: (T2) leaves a slow
             vehicle no room to get across to a goal beside its path. With a speed limit of 0.5 m/s it began
@@ -129,6 +136,7 @@ class ArrivalTiming(Settings):
         cruise_step: in which a cruise is driven in thought for the expected docking time [s].
     """
 
+    planned_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     least_time: Positive = 1.0
     waiting_reach: NonNegative = 30.0
     passed_way: NonNegative = 0.5

@@ -109,15 +109,12 @@ class Progress(Settings):
         overrun: how far it may pass the stop point of a goal pose [m] (published code).
         headroom: share of the speed limit that theta_dot may reach, so that no bound on it and the one on v
             ever say the same twice.
-        retreat_reach: so near the stop point a vehicle may back off, or up into its goal, against the part's
-            direction [m].
         projection_reach: a goal that has moved by less than this is projected near its last projection [m]:
             noise makes no jumps.
     """
 
     overrun: NonNegative = 0.1
     headroom: Annotated[float, Field(ge=1.0, le=1e3)] = 1.5
-    retreat_reach: NonNegative = 2.0
     projection_reach: NonNegative = 1.0
 
 

@@ -86,7 +86,6 @@ class Escape(Settings):
         reach: longest way out [m].
         steering_shares: steering angles that are tried, as shares of the largest.
         steering_tolerance: wheels this near to where they are to be are there [rad].
-        standing_speed: a vehicle slower than this stands [m/s].
         rise_time: time constant with which the speed is set [s].
     """
 
@@ -94,5 +93,4 @@ class Escape(Settings):
     reach: Positive = 2.0
     steering_shares: Shares = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)
     steering_tolerance: Positive = 0.02
-    standing_speed: Positive = 0.02
     rise_time: Positive = 0.3

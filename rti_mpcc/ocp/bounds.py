@@ -43,7 +43,7 @@ def stage_bounds(
         direction: d of the part: d v >= -retreat [m/s].
         theta: (N+1,) progress of the plan that is linearised about [m].
         retreat: speed allowed against the direction [m/s], from `reach` [m] before the stop point on; None:
-            `Progress.retreat_reach`.
+            `Retries.retreat_reach`.
         ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
@@ -59,7 +59,7 @@ def stage_bounds(
     if most is not None:
         speed = np.minimum(speed, most)
     states = np.empty((stages, 2, 3))
-    reach = progress.retreat_reach if reach is None else reach
+    reach = config.retries.retreat_reach if reach is None else reach
     slow = np.where(theta[1:] >= target.stop - reach, min(retreat, limits.speed), 0.0)
     states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
     d, o, gain = disturbance

@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from geometry import Corridor, PathPart
-from rti_mpcc.config import PLANNED_SHARE, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import cover, disc_centres
 from rti_mpcc.types import Array, Complex
 
@@ -118,7 +118,7 @@ def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
     least, passage = config.caution.hard_minimum, config.narrow_passage
     beyond = np.where(room >= least, room, config.footprint.margin) - least
     speed = passage.speed + beyond / passage.reaction_time
-    squares = np.minimum(speed, config.limits.speed / PLANNED_SHARE) ** 2
+    squares = np.minimum(speed, config.limits.speed / config.arrival_timing.planned_share) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.
     ahead = np.minimum.accumulate((squares + gains)[::-1])[::-1]

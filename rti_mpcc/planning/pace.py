@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry import PathPart
-from rti_mpcc.config import PLANNED_SHARE, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.types import Array
 
@@ -58,5 +58,5 @@ def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) 
     speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), comfort.steering_rate / turning)
     speed = np.minimum(speed, config.limits.speed)
     if room is not None:
-        speed = np.minimum(speed, PLANNED_SHARE * room.speed_at(theta))
+        speed = np.minimum(speed, timing.planned_share * room.speed_at(theta))
     return Pace(theta=theta, speed=speed)

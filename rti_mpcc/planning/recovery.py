@@ -28,6 +28,7 @@ def way_back(s: ControllerState, context: PlanningContext, config: ControllerCon
         part=back,
         index=segment.index,
         end=SegmentEnd.WAY_BACK,
+        tolerance=config.behaviour.cusp_tolerance,
         speed=segment.speed,
         steering=segment.steering,
     )

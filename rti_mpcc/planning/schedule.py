@@ -111,7 +111,7 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
 def retreat(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
     """Speed allowed near the target against the segment's direction [m/s]: to back up, or to try again."""
     task = s.task
-    near = hypot(context.error.x, context.error.y) <= config.progress.retreat_reach
+    near = hypot(context.error.x, context.error.y) <= config.retries.retreat_reach
     backs = task.reverses_into_goal or (task.restarts > 0 and near)
     return config.retries.retreat_speed if backs else 0.0
 
@@ -140,7 +140,7 @@ def _duration(context: PlanningContext, config: ControllerConfig, beyond: float 
 def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
     error, (_, across, heading) = context.error, context.tolerance
-    near = hypot(error.x, error.y) <= config.progress.retreat_reach
+    near = hypot(error.x, error.y) <= config.retries.retreat_reach
     return near and s.stands and (abs(error.y) > across or abs(error.phi) > heading)
 
 

@@ -25,7 +25,7 @@ def way_out(
 
     The first control turns the wheels at rest, or creeps; a vehicle that is faster than that has to brake.
     """
-    most, speed, standing = config.escape_speed, float(state[V]), config.escape.standing_speed
+    most, speed, standing = config.escape_speed, float(state[V]), config.behaviour.standstill_speed
     if most == 0.0 or abs(speed) > most + standing:
         return None
     if abs(speed) > standing:  # it creeps already: it goes on as it does while that leads out
@@ -74,7 +74,7 @@ def _creep(state: Array, sign: float, angle: float, begin: float, config: Contro
     """Turn the wheels to `angle`, or creep on with them there, from `begin` [s] on."""
     turn, limits, speed = angle - float(state[DELTA]), config.limits, float(state[V])
     escape = config.escape
-    turned = abs(turn) <= escape.steering_tolerance or abs(speed) > escape.standing_speed
+    turned = abs(turn) <= escape.steering_tolerance or abs(speed) > config.behaviour.standstill_speed
     wanted, most = sign * config.escape_speed if turned else 0.0, config.comfort_acceleration
     times = np.linspace(0.0, config.stages * config.cycle, config.stages + 1)
     speeds = wanted + (speed - wanted) * np.exp(-times / max(escape.rise_time, config.cycle))

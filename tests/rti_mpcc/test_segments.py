@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf
+from math import inf, nan
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,9 @@ import pytest
 
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
-from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config import Behaviour, ControllerConfig, Method
+from rti_mpcc.manoeuvre import FinalObjective
+from rti_mpcc.ocp.objectives import CONTOURING
 from rti_mpcc.planning import search
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.recording import Recorder
@@ -122,6 +124,20 @@ def test_a_separated_docking_is_one_segment_more() -> None:
 def test_bad_values_are_told(values: dict[str, Any], named: str) -> None:
     with pytest.raises(InputError, match=named):
         Segment(part=PATH.parts[0], index=0, **values)
+
+
+@pytest.mark.parametrize("within", [0.0, -1.0, nan])
+def test_a_final_objective_is_for_some_of_the_path(within: float) -> None:
+    with pytest.raises(InputError, match="within"):
+        FinalObjective(CONTOURING, within=within)
+
+
+def test_the_tolerance_at_a_cusp_is_a_setting() -> None:
+    tight = Behaviour(cusp_tolerance=(0.05, 0.04, 0.03))
+    for method in Method:
+        *before, goal = segments_of(PATH, ControllerConfig(method=method, behaviour=tight))
+        assert {segment.tolerance for segment in before} == {tight.cusp_tolerance}
+        assert goal.tolerance == ControllerConfig().goal_tolerance
 
 
 def test_what_is_no_manoeuvre_is_told() -> None:

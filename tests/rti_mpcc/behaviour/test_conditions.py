@@ -11,7 +11,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment
+from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.planning.state import Halt, Phase
 from tests.rti_mpcc.states import (
     BACK,
@@ -27,6 +27,7 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
+CUSP_TOLERANCE = CONFIG.behaviour.cusp_tolerance
 INTERVAL = CONFIG.retries.replan_interval
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Limits, Progress, SpeedProfile
+from rti_mpcc.config import ControllerConfig, Limits, Retries, SpeedProfile
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
@@ -20,7 +20,7 @@ def bounds(
     direction: int = 1, *, theta: float = 30.0, kind: TargetKind = TargetKind.POSE, **changes: object
 ) -> StageBounds:
     retreat = float(str(changes.pop("retreat", 0.0)))
-    reach = float(str(changes.pop("reach", Progress().retreat_reach)))
+    reach = float(str(changes.pop("reach", Retries().retreat_reach)))
     config = ControllerConfig.model_validate({"limits": LIMITS, **changes})
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=theta, theta_end=30.0, kind=kind)
     return stage_bounds(config, target, direction, THETAS, retreat=retreat, reach=reach)
@@ -54,7 +54,7 @@ def test_a_retreat_opens_the_other_direction_that_far() -> None:
 @pytest.mark.parametrize("theta", [20.0, 30.0, 35.0])
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_retreat_is_for_stages_near_the_stop_point(direction: int, theta: float) -> None:
-    near = THETAS[1:] >= min(theta, 30.0) - Progress().retreat_reach
+    near = THETAS[1:] >= min(theta, 30.0) - Retries().retreat_reach
     assert near.any()
     assert not near.all()
     limits = bounds(direction, theta=theta, retreat=0.3).states[:, :, SPEED]

@@ -8,7 +8,7 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target, TargetKind, path_end
 from rti_mpcc.planning import sensing
@@ -19,6 +19,7 @@ from rti_mpcc.types import Array
 from tests.rti_mpcc.states import state
 
 CONFIG = ControllerConfig(dead_time=0.2)
+CUSP_TOLERANCE = CONFIG.behaviour.cusp_tolerance
 
 
 def part(direction: int = 1) -> PathPart:
