@@ -15,7 +15,7 @@ import numpy as np
 from geometry import InputError, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method, Weights
 from rti_mpcc.manoeuvre import FinalObjective, Manoeuvre, SegmentEnd, along
-from rti_mpcc.ocp.objectives import Contouring, StageWeights, comfort_weights, goal_pull, stage_share
+from rti_mpcc.ocp.objectives import Contouring, StageWeights, pose_weights, stage_share
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array, Objective
 
@@ -82,24 +82,15 @@ def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
     Args:
         lengths: (N,) of the stages [s].
     """
-    share = stage_share(lengths, weights)
-    none = np.zeros_like(share)
-    goal = np.array(weights.goal)
-    return StageWeights(
-        lag=none,
-        contouring=none,
-        heading=none,
-        lateral_acceleration=weights.lateral_acceleration * share,
-        bound_distance=none,
-        bound_speed=none,
-        acceleration=weights.acceleration * share[:-1],
-        steering_rate=weights.steering_rate * share[:-1],
-        virtual_speed=weights.lag * share[:-1],
-        progress_reward=none[:-1],
-        comfort=comfort_weights(share, weights.comfort),
+    share, goal = stage_share(lengths, weights), np.array(weights.goal)
+    found = pose_weights(
+        weights,
+        share,
+        share,
+        comfort=weights.comfort,
         goal=goal,
         goal_speed=0.0,
         goal_clipped=False,
-        slack=2.0 * goal_pull(goal, weights),
         scale=1.0 / max(float(goal.max()), weights.acceleration * float(share.max())),
     )
+    return replace(found, virtual_speed=weights.lag * share[:-1])

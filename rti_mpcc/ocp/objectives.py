@@ -237,11 +237,11 @@ def contouring_weights(
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
-        comfort=comfort_weights(share, weights.comfort),
+        comfort=_comfort_weights(share, weights.comfort),
         goal=goal,
         goal_speed=0.0,
         goal_clipped=clip_goal,
-        slack=2.0 * (weights.progress_reward / weights.stage_length + goal_pull(goal, weights)),
+        slack=2.0 * (weights.progress_reward / weights.stage_length + _goal_pull(goal, weights)),
         scale=1.0 / max(weights.lag * share.max(), weights.terminal_lag, goal.max()),
         by_progress=slopes if allocate else None,
     )
@@ -259,33 +259,61 @@ def arrival_weights(
         insists: whether effort counts little against an error at the goal, however far ahead that is.
     """
     share = stage_share(lengths, weights)
-    none = np.zeros_like(share)
     firm = min(1.0, float(lengths.sum()) / weights.firm_time) ** 3
     if insists:
         firm = min(firm, weights.insisting_share)
-    effort = share[:-1] * firm
-    lag = contouring = none
-    if weights.arrival_contouring > 0.0:
-        on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)
-        contouring = weights.arrival_contouring * on_path * share
-        lag = weights.lag * (contouring > 0.0) * share
+    found = pose_weights(
+        weights,
+        share,
+        share * firm,
+        comfort=weights.arrival_comfort,
+        goal=np.full(3, weights.arrival_pose),
+        goal_speed=weights.arrival_speed,
+        goal_clipped=True,
+        scale=1.0 / weights.arrival_pose,
+    )
+    if weights.arrival_contouring == 0.0:
+        return found
+    on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)
+    contouring = weights.arrival_contouring * on_path * share
+    return replace(found, contouring=contouring, lag=weights.lag * (contouring > 0.0) * share)
+
+
+def pose_weights(
+    weights: Weights,
+    share: Array,
+    effort: Array,
+    *,
+    comfort: tuple[float, float, float],
+    goal: Array,
+    goal_speed: float,
+    goal_clipped: bool,
+    scale: float,
+) -> StageWeights:
+    """The target's pose at the horizon's end for little effort, whatever the path.
+
+    Args:
+        share: (N+1,) that stages count; effort: (N+1,) that effort and comfort count at them.
+        comfort: weights on what goes beyond it; goal, goal_speed, goal_clipped, scale: see `StageWeights`.
+    """
+    none = np.zeros_like(share)
     return StageWeights(
-        lag=lag,
-        contouring=contouring,
+        lag=none,
+        contouring=none,
         heading=none,
         lateral_acceleration=weights.lateral_acceleration * share,
         bound_distance=none,
         bound_speed=none,
-        acceleration=weights.acceleration * effort,
-        steering_rate=weights.steering_rate * effort,
+        acceleration=weights.acceleration * effort[:-1],
+        steering_rate=weights.steering_rate * effort[:-1],
         virtual_speed=none[:-1],
         progress_reward=none[:-1],
-        comfort=comfort_weights(share * firm, weights.arrival_comfort),
-        goal=np.full(3, weights.arrival_pose),
-        goal_speed=weights.arrival_speed,
-        goal_clipped=True,
-        slack=2.0 * goal_pull(np.full(3, weights.arrival_pose), weights),
-        scale=1.0 / weights.arrival_pose,
+        comfort=_comfort_weights(effort, comfort),
+        goal=goal,
+        goal_speed=goal_speed,
+        goal_clipped=goal_clipped,
+        slack=2.0 * _goal_pull(goal, weights),
+        scale=scale,
     )
 
 
@@ -294,13 +322,13 @@ def stage_share(lengths: Array, weights: Weights) -> Array:
     return np.append(lengths, lengths[-1]) / weights.stage_length
 
 
-def comfort_weights(share: Array, weights: tuple[float, float, float]) -> ComfortWeights:
+def _comfort_weights(share: Array, weights: tuple[float, float, float]) -> ComfortWeights:
     """Weights on what goes beyond comfort, at stages that count `share` (N+1,)."""
     acceleration, lateral, steering = weights
     return ComfortWeights(acceleration * share[:-1], lateral * share, steering * share[:-1])
 
 
-def goal_pull(goal: Array, weights: Weights) -> float:
+def _goal_pull(goal: Array, weights: Weights) -> float:
     """Largest gradient of the clipped cost of a `goal` (3,) of weights per metre of body motion [1/m]."""
     position, heading = weights.goal_clip
     return float(2.0 * (max(goal[0], goal[1]) * position + goal[2] * heading))

@@ -94,3 +94,7 @@ def test_the_cartesian_objective_knows_the_goal_and_the_effort_only() -> None:
     np.testing.assert_allclose(got.lateral_acceleration, 100.0)
     assert (got.virtual_speed > 0.0).all()
     assert not got.goal_clipped
+
+
+def test_a_pose_that_weighs_nothing_still_scales_the_qp() -> None:
+    assert cartesian_weights(Weights(goal=(0.0, 0.0, 0.0)), LENGTHS).scale == pytest.approx(1e-3)
