@@ -23,7 +23,6 @@ energy, and is (T1) where the pace is nowhere below that peak.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from math import asin, sin, sqrt
 
 import numpy as np
@@ -44,15 +43,41 @@ def time_to_go(way: float, speed: float, comfort: float, least: float, highest: 
     """
     way = max(way, 1e-6)
     a = max(comfort, speed**2 / (2.0 * way))
-    free = (-speed + sqrt(speed**2 + 6.0 * a * way)) / a
+    free = _free_time(way, speed, a)
     if free <= least:
         return least
-    if highest is None:
+    if highest is None or float(highest.min()) >= _vertex_speed(way, speed, free):
         return free
-    peak = _vertex_speed(way, speed, free)
-    if float(highest.min()) >= peak:
-        return free
-    return max(_paced_time(way, speed, a, np.minimum(highest, peak).tolist()), free)
+    return max(float(_paced(way, speed, a, highest)[0][-1]), free)
+
+
+def motion(elapsed: Array, way: float, speed: float, comfort: float, highest: Array) -> tuple[Array, Array]:
+    """Ways driven (n,) [m] and speeds (n,) [m/s] at times `elapsed` (n,) [s] since the begin of an arrival
+    that takes all of them.
+
+    A cubic over the time, and where that is faster than allowed the motion by (T3), as much slower as there
+    is more time.
+
+    Args:
+        way, speed, comfort, highest: see `time_to_go`.
+    """
+    span = float(elapsed[-1])
+    tau = elapsed / span
+    # Hermite cubic s(0) = 0, s'(0) = speed, s(1) = way, s'(1) = 0
+    s = speed * span * (tau - 2.0 * tau**2 + tau**3) + way * (3.0 * tau**2 - 2.0 * tau**3)
+    rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + way / span * 6.0 * (tau - tau**2)
+    s, rate = np.maximum.accumulate(s), np.maximum(rate, 0.0)
+    pieces = len(highest)
+    piece = np.clip(s / max(way, 1e-6) * pieces, 0, pieces - 1).astype(int)
+    if (rate <= np.maximum(highest[piece], speed - comfort * elapsed)).all():
+        return s, rate
+    times, speeds = _paced(way, speed, max(comfort, speed**2 / (2.0 * way)), highest)
+    slower = float(times[-1]) / span
+    at = elapsed * slower
+    rate = np.interp(at, times, speeds)
+    begun = np.minimum(np.searchsorted(times, at, side="right") - 1, pieces - 1)
+    s = begun * way / pieces + 0.5 * (speeds[begun] + rate) * (at - times[begun])
+    return s, rate * slower
 
 
 def peak_speed(way: float, speed: float, duration: float) -> float:
@@ -91,15 +116,22 @@ def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace,
     return time_to_go(way, speed, comfort, timing.least_time, pace.ahead(theta, way, config)) <= horizon
 
 
-def _paced_time(way: float, speed: float, acceleration: float, bounds: list[float]) -> float:
-    """Time [s] of the arrival by (T3) with c = `bounds` [m/s] in equal pieces of the way."""
+def _free_time(way: float, speed: float, acceleration: float) -> float:
+    """Duration [s] by (T1)."""
+    return (-speed + sqrt(speed**2 + 6.0 * acceleration * way)) / acceleration
+
+
+def _paced(way: float, speed: float, acceleration: float, highest: Array) -> tuple[Array, Array]:
+    """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3) at the ends of the m pieces."""
+    peak = _vertex_speed(way, speed, _free_time(way, speed, acceleration))
+    bounds: list[float] = np.minimum(highest, peak).tolist()
     piece = way / len(bounds)
     up = _driven(speed, bounds, piece, acceleration)
     down = _driven(0.0, bounds[::-1], piece, acceleration)[::-1]
     # Faster than comfort at its begin, it brakes.
     braked = [sqrt(max(speed**2 - 2.0 * acceleration * k * piece, 0.0)) for k in range(len(up))]
-    speeds = [max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)]
-    return sum(2.0 * piece / (v + w) for v, w in pairwise(speeds))
+    speeds = np.array([max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)])
+    return np.append(0.0, np.cumsum(2.0 * piece / (speeds[1:] + speeds[:-1]))), speeds
 
 
 def _driven(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:

@@ -16,7 +16,9 @@ from rti_mpcc.config import ControllerConfig, Guesses
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning.arrival import motion
 from rti_mpcc.planning.detour import Detour
+from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -26,22 +28,25 @@ def arrival_guess(
     state: Array,
     times: Array,
     way: float,
+    pace: Pace,
     config: ControllerConfig,
     detour: Detour | None = None,
 ) -> Trajectory:
-    """A cubic over `times` (N+1,) from the speed of `state` (6,) to rest, `way` [m] further along."""
-    span = times[-1] - times[0]
-    tau = (times - times[0]) / span
+    """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, `way` [m] further along."""
     speed = max(part.direction * float(state[V]), 0.0)
-    # Hermite cubic s(0) = 0, s'(0) = speed, s(1) = way, s'(1) = 0
-    s = speed * span * (tau - 2.0 * tau**2 + tau**3) + way * (3.0 * tau**2 - 2.0 * tau**3)
-    rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + way / span * 6.0 * (tau - tau**2)
-    s, rate = np.maximum.accumulate(s), np.maximum(rate, 0.0)
+    highest = pace.ahead(float(state[THETA]), way, config)
+    s, rate = motion(times - times[0], way, speed, config.arrival_acceleration, highest)
     return along_path(part, target, state, times, s, rate, config, detour)
 
 
 def reverse_guess(
-    part: PathPart, target: Target, state: Array, times: Array, way: float, config: ControllerConfig
+    part: PathPart,
+    target: Target,
+    state: Array,
+    times: Array,
+    way: float,
+    pace: Pace,
+    config: ControllerConfig,
 ) -> Trajectory:
     """The arrival over `times` (N+1,) that ends beyond the target, and from there straight back to it.
 
@@ -56,7 +61,7 @@ def reverse_guess(
         pose=goal.compose(Pose2(d * past, 0.0, 0.0)),
         theta=target.theta + past,
     )
-    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + past, config).states
+    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + past, pace, config).states
     span = times[-1] - times[turn]
     tau = (times[turn + 1 :] - times[turn]) / span
     left = past * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)

@@ -268,8 +268,8 @@ def first_guess(
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, config, detour)
     if s.task.reverses_into_goal:
-        return reverse_guess(part, target, context.state, times, context.way, config)
-    return arrival_guess(part, target, context.state, times, context.way, config, detour)
+        return reverse_guess(part, target, context.state, times, context.way, context.pace, config)
+    return arrival_guess(part, target, context.state, times, context.way, context.pace, config, detour)
 
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:

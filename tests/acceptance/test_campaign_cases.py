@@ -32,6 +32,13 @@ def test_with_noise_beside_a_corner_of_a_boundary_it_does_not_wait_for_ever(seed
     assert row.figures["min_clearance_m"] > 0.0
 
 
+@pytest.mark.parametrize("level", [Level.NOMINAL, Level.MISMATCHED])
+def test_a_narrow_bend_on_the_way_is_known_to_the_first_guess(level: Level) -> None:
+    """A first guess faster than its passage allows: no first QP was solved."""
+    row = drive_case(CampaignCase(seed=3001, level=level, index=196))
+    assert row.outcome is CaseOutcome.DOCKED
+
+
 @pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))

@@ -18,6 +18,7 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import ArrivalAtRest, Contouring
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
+from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.types import Array, Trajectory
 
 FORWARD = [(1, 0.0, 10.0), (1, 0.1, 10.0), (1, 0.0, 10.0)]
@@ -47,7 +48,7 @@ def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> 
     config = mpcc.config
     times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages, config.fine_stage))
     way = mpcc.target.theta - state[THETA]
-    guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, config)
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, pace_of(mpcc.part, config), config)
     return repeat(mpcc, state, guess, iterations, objective=ArrivalAtRest(seconds))
 
 

@@ -7,8 +7,9 @@ import pytest
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.planning.arrival import peak_speed, time_to_go, within_reach
+from rti_mpcc.planning.arrival import motion, peak_speed, time_to_go, within_reach
 from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.types import Array
 
 TIMING = ControllerConfig().arrival_timing
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
@@ -120,6 +121,49 @@ def test_along_its_own_motion_under_a_bound_the_time_falls_by_the_time_passed() 
 def test_a_vehicle_above_its_bound_is_slowed_not_refused() -> None:
     got = time_to_go(30.0, 3.0, COMFORT, LEAST, np.full(200, 1.0))
     assert 30.0 / 3.0 < got < 30.0 / 1.0 + 2.0 / 3.0 * 2.0 / COMFORT
+
+
+def narrow(way: float) -> Array:
+    """Speeds allowed in 0.1 m of the way each, lower in its third quarter [m/s]."""
+    allowed = np.full(round(10.0 * way), 2.5)
+    allowed[len(allowed) // 2 : 3 * len(allowed) // 4] = 1.0
+    return allowed
+
+
+@pytest.mark.parametrize("later", [1.0, 1.5])
+@pytest.mark.parametrize("speed", [0.0, 0.8])
+def test_the_motion_of_an_arrival_is_nowhere_faster_than_allowed(speed: float, later: float) -> None:
+    way, allowed = 40.0, narrow(40.0)
+    duration = later * time_to_go(way, speed, COMFORT, LEAST, allowed)
+    elapsed = np.linspace(0.0, duration, 2001)
+    s, rate = motion(elapsed, way, speed, COMFORT, allowed)
+    assert s[0] == 0.0
+    assert s[-1] == pytest.approx(way)
+    assert rate[-1] == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(np.gradient(s, elapsed)[1:-1], rate[1:-1], atol=0.02)
+    assert (rate <= np.interp(s, np.arange(len(allowed)) * 0.1, allowed) + 0.05).all()
+    if later == 1.0:
+        assert cubic(way, speed, duration, 0.5 * duration)[1] > 1.2
+        assert rate[0] == pytest.approx(speed)
+        assert np.abs(np.diff(rate) / np.diff(elapsed)).max() <= COMFORT + 0.01
+
+
+@pytest.mark.parametrize(("way", "speed"), CASES)
+def test_where_it_is_allowed_the_motion_is_the_cubic(way: float, speed: float) -> None:
+    duration = time_to_go(way, speed, COMFORT, LEAST)
+    elapsed = np.linspace(0.0, duration, 20)
+    s, rate = motion(elapsed, way, speed, COMFORT, np.full(64, 50.0))
+    expected = [cubic(way, speed, duration, t)[:2] for t in elapsed]
+    np.testing.assert_allclose(np.column_stack([s, rate]), expected, atol=1e-9)
+
+
+def test_a_vehicle_faster_than_allowed_brakes_in_its_motion() -> None:
+    allowed = np.full(200, 1.0)
+    duration = time_to_go(30.0, 2.0, COMFORT, LEAST, allowed)
+    elapsed = np.linspace(0.0, duration, 500)
+    rate = motion(elapsed, 30.0, 2.0, COMFORT, allowed)[1]
+    braking = 2.0 - COMFORT * elapsed
+    assert (rate <= np.maximum(braking, 1.0) + 0.02).all()
 
 
 def reaches(way: float, speed: float, config: ControllerConfig) -> bool:

@@ -11,7 +11,9 @@ from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
+from rti_mpcc.planning.pace import Pace, pace_of
 from rti_mpcc.planning.search import defect
 from rti_mpcc.types import Array, Trajectory
 
@@ -44,7 +46,7 @@ def arrival(
 ) -> Trajectory:
     times = stage_times(5.0, stage_lengths(horizon, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
     way = mpcc.target.theta - float(state[THETA])
-    return of(mpcc.part, mpcc.target, state, times, way, CONFIG)
+    return of(mpcc.part, mpcc.target, state, times, way, pace_of(mpcc.part, CONFIG), CONFIG)
 
 
 def cruise(mpcc: RtiMpcc, state: Array) -> Trajectory:
@@ -101,6 +103,21 @@ def test_a_cruise_changes_at_the_comfort_acceleration_to_the_cruise_speed(
     assert driving.sum() > 30
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.8])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_an_arrival_is_begun_no_faster_than_its_pace(direction: int, speed: float) -> None:
+    mpcc = core(direction)
+    allowed = Pace(theta=np.array([0.0, 8.0, 12.0, 16.0]), speed=np.array([2.0, 2.0, 0.5, 2.0]))
+    state = on_path(mpcc, speed)
+    way = mpcc.target.theta - float(state[THETA])
+    highest = allowed.ahead(float(state[THETA]), way, CONFIG)
+    duration = time_to_go(way, speed, CONFIG.arrival_acceleration, 1.0, highest)
+    times = stage_times(5.0, stage_lengths(duration, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, allowed, CONFIG)
+    assert (progress_rate(guess) <= allowed.at(guess.states[1:, THETA]) + 0.1).all()
+    assert guess.states[-1, THETA] == pytest.approx(min(mpcc.target.theta, mpcc.target.stop), abs=0.05)
+
+
 def test_a_heading_on_another_branch_gives_the_same_guess() -> None:
     mpcc = core(1)
     state = beside(mpcc, 0.0)
@@ -138,7 +155,7 @@ def test_steering_that_takes_longer_to_turn_than_there_is_time_leaves_a_stage_fo
     state = on_path(mpcc, 2.0)
     state[DELTA] = -0.6
     times = stage_times(5.0, stage_lengths(1.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
-    guess = arrival_guess(mpcc.part, mpcc.target, state, times, 1.0, CONFIG)
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, 1.0, pace_of(mpcc.part, CONFIG), CONFIG)
     assert guess.states.shape == (CONFIG.stages + 1, 6)
     assert np.isfinite(guess.states).all()
     turning = np.diff(guess.states[:-1, DELTA]) / np.diff(guess.times[:-1])
@@ -159,7 +176,7 @@ def test_a_plan_too_short_for_turning_the_steering_first_is_a_guess_all_the_same
     state = on_path(mpcc, 2.0)
     state[DELTA] = 0.6
     times = np.linspace(5.0, 5.2, CONFIG.stages + 1)
-    guess = arrival_guess(mpcc.part, mpcc.target, state, times, 14.0, CONFIG)
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, 14.0, pace_of(mpcc.part, CONFIG), CONFIG)
     assert np.isfinite(guess.states).all()
     assert np.isfinite(guess.controls).all()
 
