@@ -245,7 +245,7 @@ class DockingController:
     def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
         """The state with which another segment begins now, or a way back; None: this one goes on."""
         config = self.config
-        if s.task.segment.end is SegmentEnd.WAY_BACK:
+        if s.task.whole.end is SegmentEnd.WAY_BACK:
             return moves.coming_again(s, context) if has_pulled_out(s, context, config) else None
         if may_change_direction(s, context, config):
             return moves.next_segment(s)

@@ -38,7 +38,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         late = Reason.LATE.message
         last = _go_on(after, s, context, w, late, decision.attempt, until_another=True)
         after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
-    if s.task.segment.end is SegmentEnd.WAY_BACK:
+    if s.task.whole.end is SegmentEnd.WAY_BACK:
         decision = _pulling_out(decision, s)
     return Driven(after, decision)
 
@@ -114,17 +114,15 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    reason = Reason.DOCKED
-    if not context.free:
-        reason = Reason.STANDS_BEFORE_SOMETHING
-    elif not context.ends_at_goal:
-        reason = _STANDS_AT[s.task.segment.end]
-    elif aim.never_seen(s.goal, w.config):
+    reason = _STANDS_AT[s.task.segment.end]
+    if reason is Reason.DOCKED and aim.never_seen(s.goal, w.config):
         reason = Reason.NOT_DETECTED
     return _stop(s, context, w, Verdict(reason))
 
 
 _STANDS_AT = {
+    SegmentEnd.GOAL: Reason.DOCKED,
+    SegmentEnd.STOP: Reason.STANDS_BEFORE_SOMETHING,
     SegmentEnd.CUSP: Reason.STANDS_AT_CUSP,
     SegmentEnd.STAGING_POSE: Reason.STANDS_AT_STAGING_POSE,
     SegmentEnd.WAY_BACK: Reason.STANDS_AT_WAY_BACK_END,

@@ -1,8 +1,9 @@
 """A manoeuvre is a list of segments, each driven in one direction and ended at rest.
 
-Parts of a path, the way to a staging pose, the one from there to the goal, a way back: all are segments,
-driven by one mechanism, which does not know who planned them. What is left of a manoeuvre is a tuple of them,
-the first one being driven.
+Parts of a path, the way to a staging pose, the one from there to the goal, a way back, a stop before what
+fills the way, backing up into the goal: all are segments, driven by one mechanism, which does not know who
+planned them. What is left of a manoeuvre is a tuple of them, the first one being driven. A stop and a backing
+up are pieces of the segment behind them, which is driven on afterwards.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from enum import Enum
 from itertools import groupby
 from math import inf
 
-from geometry import InputError, PathPart, ReferencePath
+from geometry import InputError, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import Behaviour, ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 
@@ -27,6 +28,8 @@ class SegmentEnd(Enum):
     """On the path before the goal, see `ControllerConfig.staging`."""
     WAY_BACK = "end of the way back"
     """From where the segment that comes next is driven once more."""
+    STOP = "stop before something in the way"
+    """From where the segment that comes next is driven on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,26 @@ class FinalObjective:
             raise InputError(f"within = {self.within}: must be > 0")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedStop:
+    """A stop before something that fills the way.
+
+    Attributes:
+        at: progress [m].
+        goal: known when it was found to be needed.
+        obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
+            was no time yet.
+        since: when that was, or when a way past was last looked for in vain [s].
+        from_there: the search in vain was from rest at the stop.
+    """
+
+    at: float
+    goal: Pose2 | None
+    obstacles: int | None
+    since: float
+    from_there: bool = False
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segment:
     """A piece of a manoeuvre in one direction. One is equal to itself only: driven twice, it begins twice.
@@ -59,6 +82,9 @@ class Segment:
         dwell: how long the vehicle stands at its end, a cusp or staging pose, at least [s].
         objective: on the way, until an arrival is planned.
         final: what is asked for near its end instead of an arrival, or None.
+        stop: of one that ends before something in the way, which only the controller makes; None otherwise.
+        beyond: it passes the goal by so much and backs up into it [m]; None: it does not.
+        piece_of: the segment that is driven on behind such a piece of it, or None.
 
     Raises:
         InputError: a limit or tolerance that is not positive, or a negative dwell.
@@ -73,6 +99,9 @@ class Segment:
     dwell: float = 0.0
     objective: HorizonObjective = CONTOURING
     final: FinalObjective | None = None
+    stop: PlannedStop | None = None
+    beyond: float | None = None
+    piece_of: Segment | None = None
 
     def __post_init__(self) -> None:
         for name, limit in (("speed", self.speed), ("steering", self.steering)):
@@ -84,6 +113,21 @@ class Segment:
             raise InputError(f"dwell = {self.dwell}: must be >= 0, and finite")
         if self.dwell and self.end not in (SegmentEnd.CUSP, SegmentEnd.STAGING_POSE):
             raise InputError(f"dwell = {self.dwell}: only at a cusp or staging pose something comes after it")
+
+    @property
+    def whole(self) -> Segment:
+        """What this is a piece of, or itself."""
+        return self if self.piece_of is None else self.piece_of
+
+    def stopped(self, stop: PlannedStop, tolerance: tuple[float, float, float]) -> Segment:
+        """Its piece up to a stop before something in the way."""
+        return replace(
+            self.whole, end=SegmentEnd.STOP, tolerance=tolerance, dwell=0.0, stop=stop, piece_of=self.whole
+        )
+
+    def backing_up(self, beyond: float) -> Segment:
+        """The same, passing the goal by so much [m] and backing up into it."""
+        return replace(self.whole, beyond=beyond, piece_of=self.whole)
 
     @property
     def begins_final(self) -> bool:
@@ -116,7 +160,7 @@ def checked(segments: Manoeuvre, path: ReferencePath) -> Manoeuvre:
 
     Raises:
         InputError: none, one that is no part of the path, parts left out or out of order, one that ends at
-            the goal and is not the last, or a way back, which only the controller makes.
+            the goal and is not the last, or a way back, stop or piece, which only the controller makes.
     """
     if not segments:
         raise InputError("segments: a manoeuvre needs one at least")
@@ -128,8 +172,8 @@ def checked(segments: Manoeuvre, path: ReferencePath) -> Manoeuvre:
             raise InputError(f"{name}.part: must be part {segment.index} of the path")
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
-        if segment.end is SegmentEnd.WAY_BACK:
-            raise InputError(f"{name}.end: ways back are made by the controller")
+        if segment.end in (SegmentEnd.WAY_BACK, SegmentEnd.STOP) or segment.piece_of is not None:
+            raise InputError(f"{name}: ways back, stops and backing up are made by the controller")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):
         raise InputError(f"segments: drive parts {driven} of the path, must be all of them in order")

@@ -1,12 +1,13 @@
 """The search for the first plan of an objective, over several cycles where there is no time in one.
 
-Onward to the target; past either side of what fills the way, or to a stop before it; or past the goal and
-back up into it. Each function returns the state with which its result would be driven, beside that result.
+`Candidate` lists what it may be, in the order in which it is looked for; `first_plan` goes through that list.
+Each function returns the state with which its result would be driven, beside that result.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import inf
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from rti_mpcc.planning import schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.detour import Detour, detours
 from rti_mpcc.planning.search import InitialIterate, SqpResult
-from rti_mpcc.planning.state import ControllerState, Past, Phase, SuspendedSearch
+from rti_mpcc.planning.state import Candidate, ControllerState, Past, Phase, SuspendedSearch
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
@@ -30,31 +31,53 @@ class Found(NamedTuple):
     context: PlanningContext
 
 
-def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
-    """Search from a first guess; where that misses the goal, for an arrival that backs up into it.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scouting:
+    """What is known on the way through the candidates.
 
-    Where there is none either, what was found first is driven.
+    Attributes:
+        s, context: where the search begins; begun: the one of an earlier cycle that it goes on with, or None.
+        found: what may be driven if nothing better comes, or None; settled: nothing better is looked for.
+        past: what fills the way of that, and ways past it; None: nothing does.
+    """
+
+    s: ControllerState
+    context: PlanningContext
+    begun: SuspendedSearch | None
+    found: Found | None = None
+    settled: bool = False
+    past: Past | None = None
+
+
+def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
+    """Go through the candidates, from the one on at which an earlier cycle had no time to go on."""
+    begun = s.plans.suspended
+    candidates = tuple(Candidate) if begun is None else begun.candidates
+    scouting = Scouting(s=s, context=context, begun=begun)
+    for k, candidate in enumerate(candidates):
+        scouting = _LOOKED_FOR[candidate](scouting, w)
+        found = scouting.found
+        if found is not None and found.attempt.out_of_time:
+            return found._replace(s=_remaining(found.s, candidates[k:]))
+        if scouting.settled:
+            break
+    assert scouting.found is not None
+    return scouting.found
+
+
+def _remaining(s: ControllerState, candidates: tuple[Candidate, ...]) -> ControllerState:
+    """With what a search that ran out of time is still to try.
+
+    On the way to a stop that is nothing else. What was found before one that backs up is not kept.
     """
     begun = s.plans.suspended
-    backing = schedule.scheduled_past_goal(s, context, w.config)
-    if begun is not None and begun.reverse_into_goal:
-        found = None if backing is None else _past_goal(backing, context, w)
-        if found is not None:
-            return found
-        # The search of several cycles was in vain: once more onward.
-        found = _onward(s.suspending(None), context, w)
-        return found._replace(s=search.reverse_search_failed(found.s))
-    onward = _onward(s, context, w)
-    tried = begun is not None and begun.reverse_failed
-    if backing is None or tried or onward.attempt.out_of_time:
-        return onward
-    further = _iterated_on(onward, begun, w)
-    if further.attempt.out_of_time:  # nothing is begun yet
-        return Found(s.suspending(further.s.plans.suspended), further.attempt, context)
-    enough = w.config.retries.accepted_miss
-    if onward.context.free and search.reaches(further.attempt, onward.context, enough):
-        return further
-    return _past_goal(backing, context, w) or Found(further.s, onward.attempt, onward.context)
+    assert begun is not None
+    if begun.segment.stop is not None:
+        candidates = (Candidate.ONWARD,)
+    elif candidates == (Candidate.BACK_INTO_GOAL,):
+        others = tuple(Candidate)[:-1]
+        candidates = (*candidates, *others) if begun.reverse_into_goal else tuple(Candidate)
+    return s.suspending(replace(begun, candidates=candidates))
 
 
 def iterated(
@@ -76,17 +99,105 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, meets_aft
     be looked for while it is made for.
     """
     begun, left, config = s.plans.suspended, inf, w.config
-    if begun is not None and begun.stop is None and meets_after < inf:
-        trial = replace(s, task=replace(s.task, arrival=begun.arrival))
+    if begun is not None and begun.segment.stop is None and meets_after < inf:
+        trial = replace(s, task=s.task.for_arrival(begun.arrival, begun.segment.beyond))
         way = lookout.way_to_contact(s, search.first_guess(w.mpcc, trial, context), config)
         left = (way if way < inf else meets_after) - contact.stop_clearance(config)
     if config.behaviour.near_stop < left < inf:
         s = moves.stop_before(s, context, config, left, None)
-    elif begun is not None and begun.stop != s.task.stop:
-        s = moves.seeking(s, begun.stop)
+    elif begun is not None and begun.segment.stop != s.task.stop:
+        s = moves.seeking(s, begun.segment)
     elif begun is None and s.task.stop and (meets_after < inf or stops.way_may_be_free(s, config)):
-        s = moves.seeking(s, None)
+        s = moves.seeking(s, s.task.whole)
     return moves.released(s) if stops.way_may_be_free(s, config) else s
+
+
+def _onward(scouting: Scouting, w: Workspace) -> Scouting:
+    """From a first guess along the path; finds out what fills the way of it."""
+    context = scouting.context
+    s = schedule.scheduled(scouting.s, context, w.config)
+    s, attempt, guess = _from_guess(s, context, w)
+    past = None
+    if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
+        way = _way_in(s, attempt, guess, w)
+        if way < inf and attempt.fits:
+            # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
+            s, attempt = _further(s, attempt, context, w)
+            way = _as_far_as_seen(s, attempt, _way_in(s, attempt, guess, w), w)
+        if way < inf and not _stands_at_a_wall(s, attempt, guess, way, w):
+            past = _past(s, context, way, w)
+    if past is None:
+        attempt = _unless_into_a_wall(s, attempt, w)
+        s = s if attempt.problem else moves.plan_found(s)
+    return replace(scouting, found=Found(s, attempt, context), past=past)
+
+
+def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:
+    """From a guess past either side of what fills the way."""
+    context = scouting.context
+    if scouting.found is None:
+        s = schedule.scheduled(scouting.s, context, w.config)
+        begun = s.plans.suspended
+        if begun is None:  # the target has moved meanwhile
+            scouting = _onward(scouting, w)
+        else:
+            nothing = SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False)
+            scouting = replace(scouting, found=Found(s, nothing, context), past=begun.past)
+    past, found = scouting.past, scouting.found
+    if past is None or found is None:
+        return scouting
+    s, attempt, _ = found
+    for tried, detour in enumerate(past.detours):
+        after, attempt, _ = _from_guess(s, context, w, detour)
+        if attempt.out_of_time:
+            still = replace(past, detours=past.detours[tried:])
+            found = Found(_sought_past(after, still), attempt, context)
+            return replace(scouting, found=found, past=None)
+        if attempt.fits and lookout.way_to_contact(after, attempt.plan, w.config) == inf:
+            return replace(scouting, found=Found(moves.plan_found(after), attempt, context), past=None)
+        s = s.suspending(None)
+    return replace(scouting, found=Found(s, attempt, context))
+
+
+def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
+    """A stop before what still fills the way."""
+    past, found = scouting.past, scouting.found
+    if past is None or found is None:
+        return scouting
+    left = past.meets - float(scouting.context.state[THETA]) - contact.stop_clearance(w.config)
+    s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes)
+    context = w.context(s)
+    if s.task.phase is Phase.HOLDING:
+        return replace(scouting, found=Found(s, found.attempt, context))
+    return replace(scouting, found=_onward(replace(scouting, s=s, context=context), w).found)
+
+
+def _back_into_goal(scouting: Scouting, w: Workspace) -> Scouting:
+    """Past the goal and back up into it, where what was found misses the goal by too much."""
+    s, context, found = scouting.s, scouting.context, scouting.found
+    backing = schedule.scheduled_past_goal(s, context, w.config)
+    if found is None:  # it goes on with that
+        found = None if backing is None else _past_goal(backing, context, w)
+        return replace(scouting, s=s.suspending(None), found=found, settled=found is not None)
+    if backing is None:
+        return scouting
+    further = _iterated_on(found, scouting.begun, w)
+    if further.attempt.out_of_time:  # nothing is begun yet
+        s = s.suspending(further.s.plans.suspended)
+        return replace(scouting, found=Found(s, further.attempt, context))
+    if found.context.free and search.reaches(further.attempt, found.context, w.config.retries.accepted_miss):
+        return replace(scouting, found=further)
+    # Where there is none either, what was found first is driven.
+    found = _past_goal(backing, context, w) or Found(further.s, found.attempt, found.context)
+    return replace(scouting, found=found)
+
+
+_LOOKED_FOR: dict[Candidate, Callable[[Scouting, Workspace], Scouting]] = {
+    Candidate.ONWARD: _onward,
+    Candidate.PAST_EITHER_SIDE: _past_either_side,
+    Candidate.STOP_BEFORE: _stop_before,
+    Candidate.BACK_INTO_GOAL: _back_into_goal,
+}
 
 
 def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
@@ -121,25 +232,6 @@ def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     return Found(moves.plan_found(s), attempt, context)
 
 
-def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
-    """Search from a first guess; where something fills the way, for one past it or a stop before it."""
-    s = schedule.scheduled(s, context, w.config)
-    begun = s.plans.suspended
-    if begun is not None and begun.past is not None:
-        return _past_what_fills(s, begun.past, search.NOT_YET, context, w)
-    s, attempt, guess = _from_guess(s, context, w)
-    if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
-        way = _way_in(s, attempt, guess, w)
-        if way < inf and attempt.fits:
-            # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
-            s, attempt = _further(s, attempt, context, w)
-            way = _as_far_as_seen(s, attempt, _way_in(s, attempt, guess, w), w)
-        if way < inf and not _stands_at_a_wall(s, attempt, guess, way, w):
-            return _past_what_fills(s, _past(s, context, way, w), attempt, context, w)
-    attempt = _unless_into_a_wall(s, attempt, w)
-    return Found(s if attempt.problem else moves.plan_found(s), attempt, context)
-
-
 def _past(s: ControllerState, context: PlanningContext, way: float, w: Workspace) -> Past:
     """Ways past what fills the way."""
     here = float(context.state[THETA])
@@ -147,25 +239,10 @@ def _past(s: ControllerState, context: PlanningContext, way: float, w: Workspace
     return Past(detours=found, meets=here + way)
 
 
-def _past_what_fills(
-    s: ControllerState, past: Past, attempt: SqpResult, context: PlanningContext, w: Workspace
-) -> Found:
-    """Search from a guess past either side of what fills the way, else for a stop before it.
-
-    `attempt`: the one before.
-    """
-    for tried, detour in enumerate(past.detours):
-        after, attempt, _ = _from_guess(s, context, w, detour)
-        if attempt.out_of_time:
-            still = replace(past, detours=past.detours[tried:])
-            return Found(search.sought_past(after, still), attempt, context)
-        if attempt.fits and lookout.way_to_contact(after, attempt.plan, w.config) == inf:
-            return Found(moves.plan_found(after), attempt, context)
-        s = s.suspending(None)
-    left = past.meets - float(context.state[THETA]) - contact.stop_clearance(w.config)
-    s = moves.stop_before(s, context, w.config, left, s.area.changes)
-    context = w.context(s)
-    return Found(s, attempt, context) if s.task.phase is Phase.HOLDING else first_plan(s, context, w)
+def _sought_past(s: ControllerState, past: Past) -> ControllerState:
+    """A search that ran out of time is for a way past what fills the way."""
+    begun = s.plans.suspended
+    return s if begun is None else s.suspending(replace(begun, past=past))
 
 
 def _from_guess(

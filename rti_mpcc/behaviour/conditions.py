@@ -6,6 +6,7 @@ from math import hypot
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.recovery import Recovery, next_recovery
 from rti_mpcc.planning.state import ControllerState, Phase
 
 # -- looked for in every cycle --------------------------------------------------------------------------
@@ -59,9 +60,9 @@ def stuck_inside(s: ControllerState, context: PlanningContext, config: Controlle
 
 def no_tries_left(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It does not get nearer, and has tried often enough."""
-    # Without a planned arrival another try is the same again: only an arrival backs off and comes back.
-    most = config.retries.restarts if config.arrival else 0
-    return s.task.restarts >= most and no_progress(s, context, config)
+    if not no_progress(s, context, config):
+        return False
+    return next_recovery(s, context, config) is not Recovery.TRY_AGAIN
 
 
 def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

@@ -7,11 +7,11 @@ from dataclasses import replace
 from geometry import Pose2
 from rti_mpcc.behaviour.transitions import Event, told
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment
+from rti_mpcc.manoeuvre import PlannedStop, Segment
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.recovery import placed
-from rti_mpcc.planning.state import ControllerState, Halt, PlannedStop, Plans, Task
+from rti_mpcc.planning.state import ControllerState, Halt, Plans, Task
 from rti_mpcc.types import Trajectory
 
 # -- plans ----------------------------------------------------------------------------------------------
@@ -81,19 +81,20 @@ def stop_before(
     s = told(s, Event.WAY_FILLED)
     if stays:
         s = told(s, Event.STOP_IS_HERE)
-    return replace(s, task=replace(s.task, stop=stop, looks_past=s.task.looks_past and not stays))
+    task = s.task.on(s.task.whole.stopped(stop, config.behaviour.stop_tolerance))
+    return replace(s, task=replace(task, looks_past=task.looks_past and not stays))
 
 
-def seeking(s: ControllerState, stop: PlannedStop | None) -> ControllerState:
-    """Look for a first plan to another stop, or to the segment's own target; a search for it goes on."""
+def seeking(s: ControllerState, piece: Segment) -> ControllerState:
+    """Look for a first plan to another stop, or along the whole segment; a search for it goes on."""
     after = told(s, Event.ANOTHER_SOUGHT).suspending(s.plans.suspended)
-    return replace(after, task=replace(after.task, stop=stop))
+    return replace(after, task=after.task.on(piece))
 
 
 def released(s: ControllerState) -> ControllerState:
     """Make for the segment's own target again, if the vehicle does not drive."""
     after = told(s, Event.WAY_MAY_BE_FREE)
-    return s if after is s else replace(after, task=replace(after.task, stop=None, looks_past=True))
+    return s if after is s else replace(after, task=replace(after.task.without_stop(), looks_past=True))
 
 
 # -- goals and segments -----------------------------------------------------------------------------------
@@ -112,7 +113,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
         estimate_fit=None,
         followed=None,
     )
-    return replace(s.suspending(None), goal=known, task=replace(s.task, stop=None, pulled_out=0))
+    return replace(s.suspending(None), goal=known, task=replace(s.task.without_stop(), pulled_out=0))
 
 
 def next_segment(s: ControllerState) -> ControllerState:
@@ -120,7 +121,7 @@ def next_segment(s: ControllerState) -> ControllerState:
     return replace(
         told(s, Event.SEGMENT_ENDED),
         goal=replace(s.goal, waiting=False),
-        task=Task.begun(s.task.segments[1:]),
+        task=Task.begun(s.task.on_whole().segments[1:]),
         plans=Plans(),
         begin=None,
     )
@@ -129,19 +130,18 @@ def next_segment(s: ControllerState) -> ControllerState:
 def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> ControllerState:
     """Begin a way back, after which the segment is driven once more."""
     s = told(s, Event.PULLS_OUT)
-    task = replace(s.task.onto((back, *s.task.segments)), restarts=0)
+    task = replace(s.task.onto((back, *s.task.on_whole().segments)), restarts=0)
     return replace(s, task=task, begin=placed(context.state, back.part.start))
 
 
 def coming_again(s: ControllerState, context: PlanningContext) -> ControllerState:
     """End a way back: the segment is driven once more."""
-    back = s.task.segment
+    back = s.task.whole
     s = told(s, Event.SEGMENT_ENDED)
     task = replace(
-        s.task.onto(s.task.segments[1:]),
+        s.task.onto(s.task.on_whole().segments[1:]),
         pulled_out=s.task.pulled_out + 1,
         restarts=0,
-        stop=None,
         latched="",
         looked_at=None,
     )
@@ -156,6 +156,8 @@ def begun_again(s: ControllerState, problem: str) -> ControllerState:
     A copy of the segment is another one, and gets a core of its own (`Workspaces`).
     """
     s = told(s, Event.MISTAKE)
-    active, *later = s.task.segments
+    active, *later = s.task.on_whole().segments
     task = replace(s.task, segments=(replace(active), *later), latched=problem)
+    if s.task.stop is not None:
+        task = task.on(task.whole.stopped(s.task.stop, s.task.segment.tolerance))
     return replace(s, task=task, begin=None)

@@ -156,5 +156,5 @@ def _beginning(s: ControllerState) -> ControllerState:
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED):
         vehicle = replace(vehicle, standing_since=s.now)
-    task = replace(s.task, phase=STARTING, arrival=None, outside_since=None)
+    task = replace(s.task.for_arrival(None), phase=STARTING, outside_since=None)
     return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))

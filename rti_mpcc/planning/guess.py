@@ -47,13 +47,14 @@ def reverse_guess(
     way: float,
     pace: Pace,
     config: ControllerConfig,
+    past: float,
 ) -> Trajectory:
-    """The arrival over `times` (N+1,) that ends beyond the target, and from there straight back to it.
+    """The arrival over `times` (N+1,) that ends `past` [m] beyond the target, and straight back to it.
 
-    How far beyond is `Retries.beyond_goal`. The way back is a cubic, too, and takes the last
+    The way back is a cubic, too, and takes the last
     `Retries.reverse_time` of it.
     """
-    d, goal, past = part.direction, target.pose, config.retries.beyond_goal
+    d, goal = part.direction, target.pose
     turns_at = times[-1] - config.retries.reverse_time
     turn = min(max(int(np.searchsorted(times, turns_at)), 2), len(times) - 2)
     beyond = replace(

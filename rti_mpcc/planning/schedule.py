@@ -29,17 +29,17 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
             if begun.arrival.at - context.begin < timing.kept_share * duration:
                 begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
         arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
-        return replace(s.suspending(begun), task=replace(s.task, arrival=arrival))
+        return replace(s.suspending(begun), task=s.task.for_arrival(arrival, begun.segment.beyond))
     s = s.suspending(None)
     if not _arrives(s, context, config):
-        return replace(s, task=replace(s.task, arrival=None))
+        return replace(s, task=s.task.for_arrival(None))
     duration, restarts = _duration(context, config), s.task.restarts
     if _beside(s, context, config):
         restarts = max(restarts, 1)
     if restarts > 0:
         duration = max(duration, config.retries.retry_time)
     arrival = Arrival(at=context.begin + duration, timed_for=pose)
-    return replace(s, task=replace(s.task, arrival=arrival, restarts=restarts))
+    return replace(s, task=replace(s.task.for_arrival(arrival), restarts=restarts))
 
 
 def scheduled_past_goal(
@@ -54,11 +54,11 @@ def scheduled_past_goal(
         s = s.suspending(None)
     s = scheduled(s, context, config)
     arrival = s.task.arrival
-    if arrival is None or arrival.reverse_into_goal:
+    if arrival is None or s.task.reverses_into_goal:
         return None if arrival is None else s
     retries = config.retries
     at = context.begin + (_duration(context, config, beyond=retries.beyond_goal) + retries.reverse_time)
-    return replace(s, task=replace(s.task, arrival=replace(arrival, reverse_into_goal=True, at=at)))
+    return replace(s, task=s.task.for_arrival(replace(arrival, at=at), retries.beyond_goal))
 
 
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
@@ -76,7 +76,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         # One that backs up may be past its goal, and has no way left but time to take.
-        at = due if moved and not arrival.reverse_into_goal else max(due, arrival.at)
+        at = due if moved and not s.task.reverses_into_goal else max(due, arrival.at)
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
     elif arrival.at >= begin + timing.least_time:
         if arrival.overdue_since is None:

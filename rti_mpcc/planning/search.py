@@ -22,7 +22,7 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.schedule import retreat
-from rti_mpcc.planning.state import ControllerState, Past, SuspendedSearch
+from rti_mpcc.planning.state import ControllerState, SuspendedSearch
 from rti_mpcc.types import Array, Objective, Trajectory
 
 NO_TIME = "the deadline left no time for an iteration"
@@ -66,10 +66,6 @@ class SqpResult:
         if not other.solutions:
             return self
         return replace(other, solutions=(*self.solutions, *other.solutions), retried=True)
-
-
-NOT_YET = SqpResult(solutions=(), problem=NO_TIME, corridor_infeasible=False, out_of_time=True)
-"""What stands for an attempt before there is one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,24 +231,11 @@ def suspended(
         iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
         iterations=(before.iterations if before else done) + solved,
         target=context.target,
-        stop=s.task.stop,
+        segment=s.task.segment,
         arrival=s.task.arrival,
         begin=context.begin,
-        reverse_failed=before is not None and before.reverse_failed,
     )
     return s.suspending(search)
-
-
-def sought_past(s: ControllerState, past: Past) -> ControllerState:
-    """A search that ran out of time is for a way past what fills the way."""
-    begun = s.plans.suspended
-    return s if begun is None else s.suspending(replace(begun, past=past))
-
-
-def reverse_search_failed(s: ControllerState) -> ControllerState:
-    """No arrival that backs up was found: a search onward that ran out of time is the last one."""
-    begun = s.plans.suspended
-    return s if begun is None else s.suspending(replace(begun, reverse_failed=True))
 
 
 def first_guess(
@@ -267,8 +250,9 @@ def first_guess(
     times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages, config.fine_stage))
     if s.task.objective.kind is Objective.CONTOURING:
         return cruise_guess(part, target, context.state, times, config, detour)
-    if s.task.reverses_into_goal:
-        return reverse_guess(part, target, context.state, times, context.way, context.pace, config)
+    beyond = s.task.segment.beyond
+    if beyond is not None:
+        return reverse_guess(part, target, context.state, times, context.way, context.pace, config, beyond)
     return arrival_guess(part, target, context.state, times, context.way, context.pace, config, detour)
 
 

@@ -45,9 +45,9 @@ def context_of(
     s: ControllerState, start: Array, pace: Pace, target: Target, config: ControllerConfig
 ) -> PlanningContext:
     """The context of this cycle, whose command begins to act in `start` (6,), by what is believed."""
-    monitor, free = s.vehicle.monitor, s.task.stop is None
+    monitor = s.vehicle.monitor
     speed = 0.0 if monitor.state is None else float(monitor.state[V])
-    context = assess(start, s.now, speed, s.task.segment, pace, target, config, free=free)
+    context = assess(start, s.now, speed, s.task.segment, pace, target, config)
     return replace(context, doubt=monitor.why) if monitor.why else context
 
 
@@ -59,8 +59,6 @@ def assess(
     pace: Pace,
     target: Target,
     config: ControllerConfig,
-    *,
-    free: bool,
 ) -> PlanningContext:
     """Set the state `reached` (6,) against the path and the target."""
     x, y, phi, v, _, theta = reached.tolist()
@@ -75,13 +73,13 @@ def assess(
         target=target,
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
-        free=free,
+        free=segment.end is not SegmentEnd.STOP,
         way=way_between(here, theta, on_path, part, target, config.arrival_timing.passed_way),
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
         stop_error=_stopped(reached, config).relative_to(target.pose),
-        tolerance=segment.tolerance if free else config.behaviour.stop_tolerance,
+        tolerance=segment.tolerance,
     )
 
 

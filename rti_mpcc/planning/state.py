@@ -12,7 +12,7 @@ from enum import Enum
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from geometry import Pose2
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, Segment
+from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
@@ -35,28 +35,22 @@ class Phase(Enum):
     STALLED = "stalled"
 
 
+class Candidate(Enum):
+    """What a first plan may be, in the order in which it is looked for."""
+
+    ONWARD = "onward to the target, from a guess along the path"
+    PAST_EITHER_SIDE = "where something fills the way: past one side of it, past the other"
+    STOP_BEFORE = (
+        "a stop before it; from there it is looked again when something has changed, or once from rest"
+    )
+    BACK_INTO_GOAL = (
+        "where all of that misses the goal by more than `Retries.accepted_miss` of its tolerance, or stops "
+        "short of it: past the goal and back up into it"
+    )
+
+
 DRIVING = (Phase.CONTOURING, Phase.ARRIVING)
 """Where a plan is driven."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlannedStop:
-    """A stop before something that fills the way.
-
-    Attributes:
-        at: progress [m].
-        goal: known when it was found to be needed.
-        obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
-            was no time yet.
-        since: when that was, or when a way past was last looked for in vain [s].
-        from_there: the search in vain was from rest at the stop.
-    """
-
-    at: float
-    goal: Pose2 | None
-    obstacles: int | None
-    since: float
-    from_there: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,13 +70,11 @@ class Arrival:
 
     Attributes:
         at: planned time of it [s].
-        reverse_into_goal: it passes the goal and backs up into it.
         timed_for: the pose that the time was last set for.
         overdue_since: since when it has its shortest time to go, whatever distance is left [s], or None.
     """
 
     at: float
-    reverse_into_goal: bool = False
     timed_for: Pose2
     overdue_since: float | None = None
 
@@ -107,26 +99,26 @@ class SuspendedSearch:
     Attributes:
         solution: the last one, None if no QP was solved yet; iterations: so many were.
         iterate: how far the QP had come that was stopped, or None.
-        target: what the plan is to end in; stop: where that is a stop before something in the way, or None.
+        target: what the plan is to end in; segment: what it is for, or the piece of it.
         arrival: what is planned, or None while contouring; begin: when the plan begins [s].
-        reverse_failed: an arrival that backs up was looked for before, in vain: what is found here is driven.
         past: the guess that it began from goes past something; None: it does not.
+        candidates: what is still to be tried, beginning with what it is for.
     """
 
     solution: Solution | None
     iterations: int
     iterate: tuple[Array, Array] | None
     target: Target
-    stop: PlannedStop | None
+    segment: Segment
     arrival: Arrival | None
     begin: float
-    reverse_failed: bool = False
     past: Past | None = None
+    candidates: tuple[Candidate, ...] = tuple(Candidate)
 
     @property
     def reverse_into_goal(self) -> bool:
         """Whether it is for an arrival that backs up into the goal."""
-        return self.arrival is not None and self.arrival.reverse_into_goal
+        return self.segment.beyond is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,11 +203,11 @@ class Task:
     """What the vehicle is to do on its segment, and how that goes.
 
     Attributes:
-        segments: what is left of the manoeuvre, the first one being driven; phase: see `Phase`.
-        target: what the segment itself is to end in; None before the first cycle.
+        segments: what is left of the manoeuvre, the first one being driven, which may be a piece of the
+            second; phase: see `Phase`.
+        target: what the whole segment is to end in; None before the first cycle.
         arrival: what is planned, or None while contouring.
         final: the segment's final objective is driven for, from here on.
-        stop: before something that fills the way, made for or held at; None where the way is free.
         looks_past: standing there, a way past it is looked for.
         halt: see `Halt`; None while nothing is in the way.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
@@ -232,7 +224,6 @@ class Task:
     target: Target | None = None
     arrival: Arrival | None = None
     final: bool = False
-    stop: PlannedStop | None = None
     looks_past: bool = False
     halt: Halt | None = None
     latched: str = ""
@@ -258,6 +249,36 @@ class Task:
         return self.segments[0]
 
     @property
+    def whole(self) -> Segment:
+        """The one that is driven, or what that is a piece of."""
+        return self.segment.whole
+
+    @property
+    def stop(self) -> PlannedStop | None:
+        """Before something that fills the way, made for or held at; None where the way is free."""
+        return self.segment.stop
+
+    def on(self, piece: Segment) -> Task:
+        """The same on another piece of the whole segment, or on all of it."""
+        later = self.segments if self.segment.piece_of is None else self.segments[1:]
+        return replace(self, segments=later if piece.piece_of is None else (piece, *later))
+
+    def on_whole(self) -> Task:
+        """The same on all of the segment."""
+        return self.on(self.whole)
+
+    def without_stop(self) -> Task:
+        """The same on all of the segment, where it was on the way to a stop."""
+        return self if self.stop is None else self.on_whole()
+
+    def for_arrival(self, arrival: Arrival | None, beyond: float | None = None) -> Task:
+        """With an arrival planned, or none; `beyond`: so far past the goal [m], and back up into it."""
+        task = replace(self, arrival=arrival)
+        if beyond is not None:
+            return task.on(self.whole.backing_up(beyond))
+        return task if self.segment.beyond is None else task.on_whole()
+
+    @property
     def drives(self) -> bool:
         """Whether a plan is being driven."""
         return self.phase in DRIVING
@@ -273,7 +294,7 @@ class Task:
     @property
     def reverses_into_goal(self) -> bool:
         """Whether the arrival passes the goal and backs up into it."""
-        return self.arrival is not None and self.arrival.reverse_into_goal
+        return self.segment.beyond is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

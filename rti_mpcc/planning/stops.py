@@ -42,19 +42,21 @@ def confirmed(s: ControllerState) -> ControllerState:
     """There is no way past the stop that is made for."""
     assert s.task.stop is not None
     stop = replace(s.task.stop, goal=s.goal.pose, obstacles=s.area.changes, since=s.now)
-    return replace(s.suspending(None), task=replace(s.task, stop=stop))
+    return replace(s.suspending(None), task=s.task.on(replace(s.task.segment, stop=stop)))
 
 
 def still_filled(s: ControllerState) -> ControllerState:
     """Another plan than the one to the stop was looked for in vain: not again at once."""
     stop = s.task.stop
-    return s if stop is None else replace(s, task=replace(s.task, stop=replace(stop, since=s.now)))
+    if stop is None:
+        return s
+    return replace(s, task=s.task.on(replace(s.task.segment, stop=replace(stop, since=s.now))))
 
 
 def found_clear(s: ControllerState) -> ControllerState:
     """The driven plan is clear of what has changed: no way round that, or stop before it, is looked for."""
     begun = s.plans.suspended
-    for_arrival = begun is not None and begun.stop == s.task.stop and s.task.phase is Phase.CONTOURING
+    for_arrival = begun is not None and begun.segment.stop == s.task.stop and s.task.phase is Phase.CONTOURING
     plans = replace(s.plans, clear_of=s.area.changes, suspended=begun if for_arrival else None)
     return replace(s, plans=plans)
 

@@ -83,8 +83,8 @@ class Workspaces:
 
     def core(self, s: ControllerState) -> RtiMpcc:
         """The core of the active segment, told of the obstacles that are known now."""
-        if s.task.segment is not self._segment:
-            self._begin(s.task.segment, s.area.corridor)
+        if s.task.whole is not self._segment:
+            self._begin(s.task.whole, s.area.corridor)
         elif s.area.corridor is not self._corridor:
             self._look_round(s.area.corridor)
         return self._mpcc
@@ -96,8 +96,8 @@ class Workspaces:
         return Workspace(config=self._config, mpcc=mpcc, pace=self._pace, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
-        """What the active segment is to end in."""
-        part, end, goal = self.core(s).part, s.task.segment.end, s.goal.pose
+        """What the active segment, all of it, is to end in."""
+        part, end, goal = self.core(s).part, s.task.whole.end, s.goal.pose
         if end is SegmentEnd.STAGING_POSE:
             return staging_on(part, goal, self._config.staging)
         if end is SegmentEnd.GOAL and goal is not None:
@@ -108,7 +108,7 @@ class Workspaces:
 
     def _cusp(self, s: ControllerState, part: PathPart) -> Pose2:
         """Where the direction is to change, clear of what is known now."""
-        segment, changes = s.task.segment, s.area.changes
+        segment, changes = s.task.whole, s.area.changes
         if self._cusp_of is None or self._cusp_of[0] is not segment or self._cusp_of[1] != changes:
             pose = cusp_pose(part.last, s.area.corridor, segment, self._config)
             self._cusp_of = segment, changes, pose

@@ -12,7 +12,7 @@ from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour.conditions import standing_since
 from rti_mpcc.behaviour.transitions import look
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment, SegmentEnd
+from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd
 from rti_mpcc.model.layout import CONTROLS, STATES
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning.context import PlanningContext
@@ -24,7 +24,6 @@ from rti_mpcc.planning.state import (
     ControllerState,
     GoalState,
     Phase,
-    PlannedStop,
     Plans,
     SuspendedSearch,
     Task,
@@ -53,10 +52,28 @@ assert len(_PLACES) == sum(len(fields(part)) for _, part in _PARTS), "a name mus
 
 
 def put(s: ControllerState, **values: Any) -> ControllerState:
-    """The state with these values, each in that part of it which has a field of this name."""
+    """The state with these values, each in that part of it which has a field of this name.
+
+    `stop` and `beyond` say which piece of its segment the vehicle is on.
+    """
     for name, value in values.items():
-        s = _put(s, _PLACES[name], name, value)
+        if name == "stop":
+            s = replace(s, task=s.task.on(stopped(s.task.whole, value)))
+        elif name == "beyond":
+            s = replace(s, task=s.task.for_arrival(s.task.arrival, value))
+        else:
+            s = _put(s, _PLACES[name], name, value)
     return s
+
+
+def stopped(whole: Segment, stop: PlannedStop | None) -> Segment:
+    """Its piece up to a stop, or all of it."""
+    return whole if stop is None else whole.stopped(stop, ControllerConfig().behaviour.stop_tolerance)
+
+
+def backing_up() -> Segment:
+    """The only segment, driven past its goal and back up into it."""
+    return SEGMENTS[0].backing_up(ControllerConfig().retries.beyond_goal)
 
 
 def _put(whole: Any, path: tuple[str, ...], name: str, value: Any) -> Any:
@@ -99,8 +116,8 @@ def arriving(**values: Any) -> ControllerState:
 
 
 def backing(**values: Any) -> ControllerState:
-    """The same, past the goal and back up into it."""
-    return arriving(**{"arrival": arrival_at(20.0, reverse_into_goal=True), **values})
+    """The same, past the goal and back up into it, unless it is on the way to a stop."""
+    return arriving(**values) if "stop" in values else put(arriving(**values), beyond=1.0)
 
 
 def contouring(**values: Any) -> ControllerState:
@@ -117,7 +134,14 @@ def begun_for(stop: PlannedStop | None, **values: Any) -> SuspendedSearch:
     """A search that ran out of time, for an arrival at a target 9 m along, at 12 s."""
     usual: dict[str, Any] = {"target": target_at(9.0), "arrival": arrival_at(12.0), "begin": 9.0}
     return SuspendedSearch(
-        **{"solution": None, "iterations": 2, "iterate": None, "stop": stop, **usual, **values}
+        **{
+            "solution": None,
+            "iterations": 2,
+            "iterate": None,
+            "segment": stopped(SEGMENTS[0], stop),
+            **usual,
+            **values,
+        }
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning import schedule, search
+from rti_mpcc.planning.state import Candidate
 from rti_mpcc.simulation import (
     RunResult,
     Scenario,
@@ -171,9 +172,9 @@ def test_a_search_that_is_cut_goes_on_in_the_next_cycle(iterations: int) -> None
             break
     assert command.docked
     assert controller.state.task.pulled_out == 0
-    assert [
-        reverse_into_goal for reverse_into_goal, _ in groupby(each.reverse_into_goal for each in begun)
-    ] == [False, True]
+    tried = [candidate for candidate, _ in groupby(each.candidates[0] for each in begun)]
+    assert tried == [Candidate.ONWARD, Candidate.BACK_INTO_GOAL]
+    assert all((each.candidates[0] is Candidate.BACK_INTO_GOAL) == each.reverse_into_goal for each in begun)
     backing = [each.iterations for each in begun if each.reverse_into_goal]
     assert backing == sorted(backing)
 

@@ -13,6 +13,7 @@ from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import replan_due
 from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.plausibility import StateMonitor
@@ -22,7 +23,6 @@ from rti_mpcc.planning.state import (
     ControllerState,
     Halt,
     Phase,
-    PlannedStop,
     Plans,
 )
 from tests.rti_mpcc.states import (
@@ -180,7 +180,7 @@ def test_a_stop_remembers_the_goal_and_whether_it_was_found_standing_there() -> 
 
 def test_what_is_sought_changes_and_its_search_goes_on() -> None:
     begun = begun_for(stop_at(9.0))
-    s = moves.seeking(planned(suspended=begun), begun.stop)
+    s = moves.seeking(planned(suspended=begun), begun.segment)
     assert (s.task.stop, s.plans.suspended) == (stop_at(9.0), begun)
     assert (s.task.phase, s.plans.driven, s.task.arrival) == (Phase.STARTING, None, None)
 
@@ -297,7 +297,7 @@ def test_what_begins_afresh_does_not_back_up() -> None:
         scheduled(backing(), contexts(way=200.0), CONFIG),
         moves.stop_before(backing(), here, CONFIG, 4.0, 7),
         moves.stop_before(backing(), here, CONFIG, 0.1, 7),
-        moves.seeking(backing(), None),
+        moves.seeking(backing(), SEGMENTS[0]),
         moves.released(backing(phase=Phase.STARTING)),
         moves.with_goal(backing(stop=stop_at(3.0)), goal),
         moves.next_segment(backing(segments=(BACK, *SEGMENTS))),

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -18,6 +19,8 @@ from rti_mpcc.planning.search import defect
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig(limits=Limits(speed=2.0, steering_rate=0.5))
+BEYOND = 0.7
+"""How far an arrival that backs up passes its goal [m]."""
 
 
 def core(direction: int) -> RtiMpcc:
@@ -185,7 +188,7 @@ def test_a_plan_too_short_for_turning_the_steering_first_is_a_guess_all_the_same
 
 
 def backing(mpcc: RtiMpcc, state: Array, seconds: float = 30.0) -> Trajectory:
-    return arrival(mpcc, state, seconds, of=reverse_guess)
+    return arrival(mpcc, state, seconds, of=partial(reverse_guess, past=BEYOND))
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.0])
@@ -218,7 +221,7 @@ def test_backing_up_turns_once_beyond_the_target_in_time_for_the_way_back(direct
     assert times[turn - 1] < times[-1] - CONFIG.retries.reverse_time <= times[turn]
     goal = mpcc.target.pose
     beyond = Pose2(*guess.states[turn, [X, Y, PHI]].tolist()).relative_to(goal)
-    assert direction * beyond.x == pytest.approx(CONFIG.retries.beyond_goal, abs=1e-9)
+    assert direction * beyond.x == pytest.approx(BEYOND, abs=1e-9)
     assert beyond.y == pytest.approx(0.0, abs=1e-9)
     rest = [Pose2(*state.tolist()).relative_to(goal) for state in guess.states[back:, [X, Y, PHI]]]
     assert max(abs(pose.y) for pose in rest) < 1e-9

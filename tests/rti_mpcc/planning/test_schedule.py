@@ -22,10 +22,12 @@ from rti_mpcc.types import Array
 from tests.rti_mpcc.states import (
     BACK,
     PATH,
+    SEGMENTS,
     arrival_at,
     arrives_at,
     arriving,
     backing,
+    backing_up,
     begun_for,
     contexts,
     contouring,
@@ -208,7 +210,7 @@ def test_backing_up_takes_the_way_past_the_goal_and_the_way_back() -> None:
         10.2 + time_to_go(10.0 + RETRIES.beyond_goal, 1.0, acceleration, LEAST) + RETRIES.reverse_time
     )
     assert arrival_of(past).at > arrival_of(onward).at + RETRIES.reverse_time
-    assert put(past, reverse_into_goal=False, at=arrival_of(onward).at) == onward
+    assert put(past, beyond=None, at=arrival_of(onward).at) == onward
 
 
 @pytest.mark.parametrize(
@@ -238,8 +240,8 @@ def test_none_backs_up_while_contouring_is_due() -> None:
 
 
 def begun_to(goal: Target, *, reverse_into_goal: bool) -> SuspendedSearch:
-    arrival = arrival_at(40.0, reverse_into_goal=reverse_into_goal)
-    return begun_for(None, target=goal, arrival=arrival, begin=10.15)
+    segment = backing_up() if reverse_into_goal else SEGMENTS[0]
+    return begun_for(None, target=goal, segment=segment, arrival=arrival_at(40.0), begin=10.15)
 
 
 def test_a_search_for_backing_up_goes_on_with_its_time_of_arrival() -> None:
@@ -247,7 +249,8 @@ def test_a_search_for_backing_up_goes_on_with_its_time_of_arrival() -> None:
     s = arriving(suspended=begun_to(context.target, reverse_into_goal=True))
     after = scheduled_past_goal(s, context, CONFIG)
     assert after is not None
-    assert arrival_of(after) == arrival_at(40.0, reverse_into_goal=True)
+    assert after.task.reverses_into_goal
+    assert arrival_of(after) == arrival_at(40.0)
     assert after.plans.suspended == s.plans.suspended
     elsewhere = scheduled_past_goal(s, replace(context, target=target_at(19.0)), CONFIG)
     assert elsewhere is not None

@@ -10,13 +10,14 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
+from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import schedule, search
 from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.state import PlannedStop, SuspendedSearch
+from rti_mpcc.planning.state import SuspendedSearch
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.states import arrival_at, arrives_at, begun_for, contexts, state
 
@@ -242,7 +243,7 @@ def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) ->
     s = search.suspended(state(stop=stop, arrival=arrival_at(15.0)), context, none)
     begun = s.plans.suspended
     assert begun is not None
-    assert (begun.stop, begun.target, arrives_at(begun)) == (stop, mpcc.target, 15.0)
+    assert (begun.segment.stop, begun.target, arrives_at(begun)) == (stop, mpcc.target, 15.0)
     assert (begun.solution, begun.iterations) == (None, 0)
     later = search.suspended(s, contexts(target=mpcc.target, begin=0.25), none)
     assert later.plans.suspended is begun
@@ -260,7 +261,9 @@ def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution) -
 def test_the_first_guess_of_one_that_backs_up_passes_the_goal(mpcc: RtiMpcc) -> None:
     context = contexts(target=mpcc.target, begin=0.2)
     onward = search.first_guess(mpcc, state(arrival=arrival_at(30.0)), context)
-    backing = search.first_guess(mpcc, state(arrival=arrival_at(30.0, reverse_into_goal=True)), context)
+    backing = search.first_guess(
+        mpcc, state(arrival=arrival_at(30.0), beyond=CONFIG.retries.beyond_goal), context
+    )
     assert onward.states[:, 0].max() == pytest.approx(20.0)
     assert backing.states[:, 0].max() == pytest.approx(20.0 + CONFIG.retries.beyond_goal)
     assert backing.states[-1, 0] == pytest.approx(20.0)
@@ -310,28 +313,10 @@ def test_a_search_for_backing_up_that_ran_out_of_time_stays_one(
     cut = search.SqpResult(
         solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True
     )
-    before = state(arrival=arrival_at(15.0, reverse_into_goal=reverse_into_goal))
+    before = state(arrival=arrival_at(15.0), beyond=1.0 if reverse_into_goal else None)
     begun = search.suspended(before, context, cut).plans.suspended
     assert begun is not None
     assert begun.reverse_into_goal == reverse_into_goal
     driving = state(suspended=begun, arrival=arrival_at(13.0))
     after = schedule.scheduled(driving, contexts(target=mpcc.target, now=0.05, begin=0.25), CONFIG)
     assert (after.task.reverses_into_goal, arrives_at(after)) == (reverse_into_goal, 15.0)
-
-
-def test_a_search_after_one_in_vain_for_backing_up_knows_that_until_it_ends(
-    mpcc: RtiMpcc, solution: Solution
-) -> None:
-    context = contexts(target=mpcc.target, begin=0.2)
-    cut = search.SqpResult(
-        solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True
-    )
-    s = search.suspended(state(arrival=arrival_at(15.0)), context, cut)
-    assert s.plans.suspended is not None
-    assert not s.plans.suspended.reverse_failed
-    later = search.suspended(search.reverse_search_failed(s), context, cut)
-    assert later.plans.suspended is not None
-    assert later.plans.suspended.reverse_failed
-    over = search.suspended(later, context, replace(cut, out_of_time=False))
-    assert over.plans.suspended is None
-    assert search.reverse_search_failed(over) is over

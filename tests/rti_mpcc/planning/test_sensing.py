@@ -8,7 +8,7 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment, SegmentEnd
+from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target, TargetKind, path_end
 from rti_mpcc.planning import sensing
@@ -38,7 +38,10 @@ def assess(
     if ends_at_goal:
         segment = replace(segment, end=SegmentEnd.GOAL, tolerance=CONFIG.goal_tolerance)
     pace, target = pace_of(on, CONFIG), target or path_end(on)
-    return sensing.assess(reached, 1.0, float(reached[3]), segment, pace, target, CONFIG, free=free)
+    if not free:
+        stop = PlannedStop(at=on.end, goal=None, obstacles=0, since=0.0)
+        segment = segment.stopped(stop, CONFIG.behaviour.stop_tolerance)
+    return sensing.assess(reached, 1.0, float(reached[3]), segment, pace, target, CONFIG)
 
 
 def test_the_state_is_rolled_over_the_queued_commands() -> None:

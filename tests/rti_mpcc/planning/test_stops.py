@@ -7,8 +7,9 @@ import pytest
 from geometry import Pose2
 from rti_mpcc.behaviour import moves
 from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.planning import stops
-from rti_mpcc.planning.state import ControllerState, Halt, Phase, PlannedStop
+from rti_mpcc.planning.state import ControllerState, Halt, Phase
 from tests.rti_mpcc.states import after_changes, arriving, begun_for, contexts, put, state, stop_at
 
 CONFIG = ControllerConfig()
