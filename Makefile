@@ -38,16 +38,17 @@ lint: $(TEST)
 types: $(TEST)
 	$(PY) -m mypy $(TYPED)
 
+# A file's tests share what they drive.
 unit: $(TEST)
-	$(PY) -m pytest -q -n $(WORKERS)
+	$(PY) -m pytest -q -n $(WORKERS) --dist loadfile
 
 demo: $(RUNTIME)
 	$(VENV)/bin/rti-mpcc run docking_behind
 
 # tests/acceptance is named so that its conftest is loaded in the process that collects the workers' figures;
-# tests/rti_mpcc has longer forms of its own tests, marked one by one.
+# the other folders have longer forms of their own tests, marked one by one.
 acceptance: $(TEST)
-	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance tests/rti_mpcc tests/benchmarks
+	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance $(sort $(wildcard tests/*/))
 	@echo "figures: runs/acceptance.json"
 
 same: $(TEST)

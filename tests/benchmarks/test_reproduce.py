@@ -91,6 +91,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
         assert f"<td>{run['rms']['steering']:.3f}</td>" in page
 
 
+@pytest.mark.acceptance
 def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     written: list[Runs] = []
     monkeypatch.setattr(reproduce, "experiment_cases", lambda: [short(experiment_cases()[0], 0.1)])

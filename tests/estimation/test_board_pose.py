@@ -64,6 +64,7 @@ def test_slopes_are_those_of_central_differences(yaw: float) -> None:
         assert found[1][:, column] == pytest.approx(difference, rel=1e-5, abs=1e-3)
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("distance", [0.0, -4.0, -8.0])
 def test_covariance_is_honest_for_independent_corners(distance: float) -> None:
     # COMMON widens it for corners that are not: these are, so their pose is better than told by its square.

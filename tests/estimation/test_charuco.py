@@ -104,6 +104,7 @@ def test_a_distorting_lens_is_taken_into_account() -> None:
     assert ignored is None or ignored.reprojection_error > 5.0 * detection.reprojection_error
 
 
+@pytest.mark.acceptance
 def test_covariance_is_honest_with_pictures_and_a_mounting_within_tolerance(
     detector: CharucoGoalDetector, pictures: BoardCamera
 ) -> None:

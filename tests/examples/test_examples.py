@@ -17,7 +17,13 @@ def test_there_are_no_other_examples() -> None:
     assert sorted(file.stem for file in FOLDER.glob("*.py")) == list(NAMES)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name == "dock_with_python" else pytest.param(name, marks=pytest.mark.acceptance)
+        for name in NAMES
+    ],
+)
 def test_an_example_docks_and_says_so(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

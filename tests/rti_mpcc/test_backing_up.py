@@ -96,12 +96,14 @@ def test_the_goal_is_passed_and_backed_up_into_in_one_go(side: int) -> None:
     assert set(arriving) == {Reason.DRIVES_PAST_GOAL.message}
 
 
+@pytest.mark.acceptance
 def test_without_that_it_stalls_first(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(schedule, "scheduled_past_goal", lambda *_: None)
     _, again, _ = driven(beside_a_wall(1))
     assert again > 0
 
 
+@pytest.mark.acceptance
 def test_in_reverse_too() -> None:
     docked, again, speeds = driven(in_reverse())
     assert docked
@@ -118,6 +120,7 @@ def test_in_reverse_it_stalls_first_without_that(monkeypatch: pytest.MonkeyPatch
     assert again > 0
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("since", [pytest.param(8.0, marks=pytest.mark.acceptance), 20.0])
 def test_a_goal_that_moves_a_little_meanwhile_is_backed_up_into_in_one_go(since: float) -> None:
     """Before it is passed, and while the vehicle is beyond it."""
@@ -144,7 +147,7 @@ def test_a_goal_that_is_detected_with_noise_is_backed_up_into_in_one_go(seed: in
     assert said(result) == [Status.ARRIVING, Status.SETTLING, Status.DOCKED]
 
 
-@pytest.mark.parametrize("noisy", [False, True])
+@pytest.mark.parametrize("noisy", [pytest.param(False, marks=pytest.mark.acceptance), True])
 def test_a_goal_that_is_come_to_onward_is_not_passed(noisy: bool) -> None:
     told = {"goal.measurement": {"visible_range": 15.0}} if noisy else {}
     result = simulate(changed(short(), told))

@@ -174,6 +174,7 @@ def test_watch_with_a_toolkit_that_fails_says_so(
     assert line.endswith("watch opens a window, for which there is no display here: no screen at all")
 
 
+@pytest.mark.acceptance
 def test_watch_opens_a_window_until_it_is_closed() -> None:
     Path("window.py").write_text(WINDOW)
     done = in_a_process("module://window", "watch", "short.toml")

@@ -50,6 +50,7 @@ def test_rows_are_kept_and_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert said.out == ""
 
 
+@pytest.mark.acceptance
 def test_one_real_case_on_a_process(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

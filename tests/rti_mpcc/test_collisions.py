@@ -18,8 +18,8 @@ def test_the_promises_hold_for_what_appears_anywhere() -> None:
     hold(10, 0)
 
 
-@pytest.mark.parametrize("number", range(2))
-@pytest.mark.parametrize("lag", [0.0, 0.2])
+@pytest.mark.parametrize("number", [0, pytest.param(1, marks=pytest.mark.acceptance)])
+@pytest.mark.parametrize("lag", [pytest.param(0.0, marks=pytest.mark.acceptance), 0.2])
 def test_nobody_who_walks_in_plain_sight_is_run_into(number: int, lag: float) -> None:
     _, found = meet(number, 31, lag=lag)
     assert not any(contact.front for contact in found.collisions)
@@ -39,7 +39,9 @@ def appearing_inside(ahead: float, size: float) -> Drive:
     )
 
 
-@pytest.mark.parametrize("ahead", [1.2, 2.0, 3.0])
+@pytest.mark.parametrize(
+    "ahead", [2.0, *(pytest.param(ahead, marks=pytest.mark.acceptance) for ahead in (1.2, 3.0))]
+)
 def test_what_appears_inside_the_outline_stops_the_vehicle_and_is_named(ahead: float) -> None:
     found = appearing_inside(ahead, 0.5)
     config = ControllerConfig(dead_time=0.18)
@@ -67,6 +69,7 @@ def test_a_vehicle_in_contact_stands_unless_it_is_told_to_escape() -> None:
     assert all(command.status is Status.BLOCKED for command in found.commands)
 
 
+@pytest.mark.acceptance
 def test_a_vehicle_that_may_escape_creeps_out_and_no_farther() -> None:
     found = pressed_into_the_front(0.2)
     escaping = [command.source is Source.ESCAPE for command in found.commands]
@@ -78,6 +81,7 @@ def test_a_vehicle_that_may_escape_creeps_out_and_no_farther() -> None:
     assert last < len(escaping) - 20
 
 
+@pytest.mark.acceptance
 def test_out_of_a_boundary_it_creeps_on_an_arc() -> None:
     """The left front corner is 0.1 m over the boundary: backwards with the wheels turned is a way out."""
     config = ControllerConfig(dead_time=0.18, escape_speed=0.2)
@@ -90,6 +94,7 @@ def test_out_of_a_boundary_it_creeps_on_an_arc() -> None:
     assert found.commands[-1].status is not Status.BLOCKED
 
 
+@pytest.mark.acceptance
 def test_noise_of_a_centimetre_at_a_wall_is_no_contact() -> None:
     """Parked 3 cm beside a wall and measured with noise, it drives off."""
     config = ControllerConfig(dead_time=0.18)

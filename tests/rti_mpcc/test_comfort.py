@@ -13,7 +13,9 @@ OVER = 1.1
 """So many times comfort a peak may be: the penalty on what goes beyond it is soft."""
 
 
-@pytest.mark.parametrize("name", ["docking_inside", "docking_behind"])
+@pytest.mark.parametrize(
+    "name", ["docking_inside", pytest.param("docking_behind", marks=pytest.mark.acceptance)]
+)
 def test_default_keeps_to_all_that_it_set_out_for_beside_the_published_code(name: str) -> None:
     missed = [aim for aim in aims(summary(simulate(load_scenario(name))), name) if not aim.met]
     assert missed == []
@@ -22,7 +24,7 @@ def test_default_keeps_to_all_that_it_set_out_for_beside_the_published_code(name
 @pytest.mark.parametrize(
     ("comfort", "value"),
     [
-        ("acceleration", 0.15),
+        pytest.param("acceleration", 0.15, marks=pytest.mark.acceptance),
         ("lateral_acceleration", 0.06),
         pytest.param("steering_rate", 0.12, marks=pytest.mark.acceptance),
     ],
@@ -55,6 +57,7 @@ def test_a_time_that_cannot_be_is_told_before_the_run() -> None:
         simulate(changed(short(), {"controller.docking_time": 20.0}), preset="paper")
 
 
+@pytest.mark.acceptance
 def test_a_slow_vehicle_gets_across_to_a_goal_beside_its_path() -> None:
     """It used to begin its arrival where (T2) says, 4 m before a goal 3 m beside the path, and stalled."""
     found = summary(simulate(changed(load_scenario("docking_inside"), {"limits.speed": 1.0})))

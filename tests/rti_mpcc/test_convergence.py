@@ -15,7 +15,8 @@ from tests.rti_mpcc.test_docking_before_walls import LENGTH, before_a_wall
 
 STATES = [
     ("docking_inside", "default", 10.18),  # arrival at a goal beside the path
-    ("long_approach", "default", 30.18),  # contouring with the progress reward
+    # contouring with the progress reward
+    pytest.param("long_approach", "default", 30.18, marks=pytest.mark.acceptance),
     ("docking_behind", "paper", 5.18),  # all terms of the published code
 ]
 

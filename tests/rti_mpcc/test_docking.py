@@ -79,6 +79,7 @@ def test_a_mirrored_problem_is_driven_mirrored(inside: RunResult) -> None:
     assert deviation(inside.truth.poses, result.truth.poses * [1.0, -1.0, -1.0]) <= 1e-3
 
 
+@pytest.mark.acceptance
 def test_headings_may_jump_by_a_turn_on_the_way(usual: RunResult) -> None:
     angle = float(pi - 0.5 * (usual.truth.poses[:, 2].min() + usual.truth.poses[:, 2].max()))
     scenario = moved(short(), Pose2(0.0, 0.0, angle))
@@ -101,7 +102,9 @@ def test_docks_with_long_cycles(cycle: float, apart: float, usual: RunResult) ->
     assert found["time_to_tolerance_s"] == pytest.approx(before["time_to_tolerance_s"], rel=apart)
 
 
-@pytest.mark.parametrize(("across", "turned"), [(0.5, -20.0), (-2.0, 40.0)])
+@pytest.mark.parametrize(
+    ("across", "turned"), [(0.5, -20.0), pytest.param(-2.0, 40.0, marks=pytest.mark.acceptance)]
+)
 def test_starts_from_rest_off_the_path(across: float, turned: float) -> None:
     scenario = load_scenario("docking_inside")
     pose = scenario.build_path().start.compose(Pose2(0.0, across, radians(turned)))
@@ -121,6 +124,7 @@ def test_docks_with_a_noisy_state() -> None:
 # -- obstacles -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
 def test_stops_before_a_wall_and_goes_on_when_it_is_gone(direction: int) -> None:
     scenario = straight(direction, 16.0)
@@ -132,7 +136,9 @@ def test_stops_before_a_wall_and_goes_on_when_it_is_gone(direction: int) -> None
     assert result.cycles.status[int(15.9 / 0.05)] is Status.BLOCKED
 
 
-@pytest.mark.parametrize(("passage", "direction"), [(narrow, 1), (between_obstacles, -1)])
+@pytest.mark.parametrize(
+    ("passage", "direction"), [pytest.param(narrow, 1, marks=pytest.mark.acceptance), (between_obstacles, -1)]
+)
 def test_passes_with_a_quarter_metre_on_either_side(
     passage: Callable[[int, float, float], Scenario], direction: int
 ) -> None:
@@ -140,6 +146,7 @@ def test_passes_with_a_quarter_metre_on_either_side(
     assert found["direction_changes"] == 0
 
 
+@pytest.mark.acceptance
 def test_a_new_goal_counts_also_while_it_stops_before_something_in_the_way() -> None:
     scenario = straight(1, 30.0)
     outline = wall(scenario.build_path(), 18.0, 2.9)
@@ -162,6 +169,7 @@ def test_follows_a_goal_that_moves_on_the_way(at_distance: float) -> None:
     assert np.hypot(*(result.truth.goals[-1] - result.truth.goals[0])[:2]) > 0.2
 
 
+@pytest.mark.acceptance
 def test_keeps_the_last_goal_while_none_is_told(usual: RunResult) -> None:
     scenario = short()
     goal = offset_goal(scenario, 0.0, 0.0, 0.0)

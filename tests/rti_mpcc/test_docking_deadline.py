@@ -242,6 +242,7 @@ def test_the_same_with_the_fault_blocked() -> None:
     assert Status.BLOCKED in result.cycles.status
 
 
+@pytest.mark.acceptance
 def test_a_wall_is_not_forgotten_where_only_its_first_cycle_had_no_time() -> None:
     scenario = course()
     outline = wall(scenario.build_path(), 16.0, 3.2)
@@ -256,6 +257,7 @@ def test_a_wall_is_not_forgotten_where_only_its_first_cycle_had_no_time() -> Non
     assert "stop before" in cycles.reason[change + 1]
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("iterations", [3, pytest.param(PLENTY, marks=pytest.mark.acceptance)])
 def test_a_nearer_wall_on_the_way_to_a_stop_is_stopped_before(iterations: int) -> None:
     scenario = course()

@@ -96,6 +96,7 @@ def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     assert (part == 1).all()  # visible after the cusp only
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     "name", ["docking_moving_goal", pytest.param("docking_blackout", marks=pytest.mark.acceptance)]
 )
@@ -114,6 +115,7 @@ def test_filtered_detections_steer_less_than_raw_ones() -> None:
     assert excess < 0.5 * (energy[GoalSource.RAW] - energy[GoalSource.KNOWN])
 
 
+@pytest.mark.acceptance
 def test_exact_detections_are_as_good_as_the_goal_itself() -> None:
     scenario = noisy(initial_offset=[0.0, 0.0, 0.0])
     known = simulate(scenario, goal_source=GoalSource.KNOWN)
@@ -132,6 +134,7 @@ def test_late_detections_are_placed_by_where_the_vehicle_was() -> None:
     assert np.nanmax(errors) < 0.01
 
 
+@pytest.mark.acceptance
 def test_a_detector_may_be_slow() -> None:
     assert_docked_on_the_true_goal(simulate(noisy(rate=1.0, dropout=0.0, outlier=0.0), seed=1))
 
@@ -161,6 +164,7 @@ def test_a_goal_that_moves_for_good_is_followed_without_a_jump_of_the_commands()
     assert np.abs(result.cycles.acceleration).max() < 0.5
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("back", [0.25, 0.4])
 def test_a_goal_found_behind_the_vehicle_at_the_last_moment_is_backed_off_to(back: float) -> None:
     """So slow a manoeuvre takes more than a second to leave standstill: that is not a stall."""
@@ -211,6 +215,7 @@ def test_an_uncertain_goal_that_is_lost_is_stopped_before_until_it_is_seen_again
     assert_docked_on_the_true_goal(result)
 
 
+@pytest.mark.acceptance
 def test_a_lost_goal_that_is_certain_enough_is_docked_at() -> None:
     def gone(stamp: float, seen: Pose2) -> GoalMeasurement | None:
         return exact(stamp, seen) if np.hypot(seen.x, seen.y) > 4.0 else None

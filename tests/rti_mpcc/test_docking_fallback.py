@@ -66,6 +66,7 @@ def test_the_last_plan_is_driven_on_through_a_short_failure(fail: Fail) -> None:
     assert run[-1][1].docked
 
 
+@pytest.mark.acceptance
 def test_it_brakes_when_the_plan_is_too_old_and_goes_on_afterwards(fail: Fail) -> None:
     fail(5.0, 9.0)
     run = list(drive(short(), 30.0))

@@ -50,6 +50,7 @@ def test_what_cannot_be_avoided_is_touched_at_the_least_speed() -> None:
     assert touched == pytest.approx(0.71, abs=0.05)
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("scenario", "begin", "gap"),
     [

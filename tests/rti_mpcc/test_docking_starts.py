@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from math import cos, pi, radians, sin
+from typing import Any
 
 import numpy as np
 import pytest
@@ -160,24 +161,23 @@ def deviations(name: str, direction: int, states: Array) -> tuple[Array, Array]:
 # -- closed loop -----------------------------------------------------------------------------------------
 
 
-def cases(names: Iterable[str]) -> list[tuple[str, int]]:
-    """Each start in both directions; of two mirror images one forward, the other in reverse."""
+def cases(names: Iterable[str], every: int = 1000) -> list[Any]:
+    """Each start in both directions; of two mirror images one forward, the other in reverse.
+
+    The first one and `every` so many on are driven by default, all in acceptance.
+    """
     twins = {"left": 1, "right": -1}
     chosen: list[tuple[str, int]] = []
     for name in names:
         side = next((side for side in twins if side in name and name not in BOTH), "")
         chosen += [(name, direction) for direction in (1, -1) if twins.get(side, direction) == direction]
-    return chosen
+    return [
+        case if place % every == 0 else pytest.param(*case, marks=pytest.mark.acceptance)
+        for place, case in enumerate(chosen)
+    ]
 
 
-# Every third is driven by default, in turn forward and in reverse; all in acceptance.
-every_case = pytest.mark.parametrize(
-    ("name", "direction"),
-    [
-        case if place % 3 == 0 else pytest.param(*case, marks=pytest.mark.acceptance)
-        for place, case in enumerate(cases(STARTS))
-    ],
-)
+every_case = pytest.mark.parametrize(("name", "direction"), cases(STARTS, every=7))
 every_start = pytest.mark.parametrize("name", STARTS)
 both_directions = pytest.mark.parametrize("direction", [1, -1])
 

@@ -44,8 +44,8 @@ stands and says so; a minute later it is FAILED and still stands. See README, "L
 @pytest.mark.parametrize(
     "start",
     [
-        start if outcome is DOCKS else pytest.param(start, marks=pytest.mark.acceptance)
-        for start, outcome in OUTCOMES.items()
+        start if start == Start(-2.0, 0.0) else pytest.param(start, marks=pytest.mark.acceptance)
+        for start in OUTCOMES
     ],
     ids=str,
 )

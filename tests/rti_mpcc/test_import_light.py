@@ -45,6 +45,7 @@ def test_estimation_loads_filterpy_with_the_first_filter() -> None:
     assert "filterpy" in packages_after("import estimation; estimation.GoalPoseFilter()")
 
 
+@pytest.mark.acceptance
 def test_estimation_loads_opencv_with_the_first_detector() -> None:
     assert "cv2" not in packages_after("import estimation; estimation.Camera(), estimation.CharucoBoard()")
     made = "estimation.CharucoGoalDetector(estimation.Camera(), estimation.CharucoBoard())"

@@ -100,6 +100,7 @@ def test_two_that_take_turns_are_as_alone(alone: dict[str, list[Command]]) -> No
     assert_same([second for _, second in both], alone[two])
 
 
+@pytest.mark.acceptance
 def test_one_in_each_of_four_threads_is_as_alone(alone: dict[str, list[Command]]) -> None:
     together = Barrier(len(TASKS))
 

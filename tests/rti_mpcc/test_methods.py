@@ -20,6 +20,7 @@ def objectives(result: RunResult) -> list[Objective]:
     return list(dict.fromkeys(solved))
 
 
+@pytest.mark.acceptance
 def test_separated_stops_at_its_staging_pose_and_takes_longer() -> None:
     dynamic, separated = run("docking_inside", "dynamic"), run("docking_inside", "separated")
     assert objectives(separated) == [Objective.CONTOURING, Objective.CARTESIAN]
@@ -42,6 +43,7 @@ def test_separated_turns_about_where_the_goal_cannot_be_reached_from_its_staging
     assert found["direction_changes"] >= 1
 
 
+@pytest.mark.acceptance
 def test_switched_has_no_corridor_once_it_makes_for_the_goal() -> None:
     """Past the narrowing it is the last check that stops it: it does not dock, and touches nothing."""
     result = run("docking_behind", "switched", seconds=35.0)

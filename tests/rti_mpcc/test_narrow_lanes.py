@@ -34,6 +34,7 @@ def peaks(found: Drive) -> tuple[float, float]:
     return float(np.abs(found.states[:, 3]).max()), max(abs(each.acceleration) for each in found.commands)
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("half", "curvature", "direction"),
     [
@@ -105,6 +106,7 @@ def parked(slot: float, lane: float, kerb: float) -> tuple[Drive, Pose2]:
     return found, path.end
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("slot", "lane", "kerb"),
     [

@@ -20,7 +20,7 @@ def between_walls(direction: int, offset: float) -> Scenario:
 
 @pytest.mark.parametrize(
     ("direction", "offset"),
-    [pytest.param(1, 0.0175, marks=pytest.mark.acceptance), (-1, 0.0175), (-1, -0.0175)],
+    [*(pytest.param(d, 0.0175, marks=pytest.mark.acceptance) for d in (1, -1)), (-1, -0.0175)],
 )
 def test_noise_beside_a_wall_is_not_answered_with_all_the_steering(direction: int, offset: float) -> None:
     figures = summary(simulate(between_walls(direction, offset), seed=1))

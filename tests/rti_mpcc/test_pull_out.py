@@ -21,6 +21,7 @@ def jumps(direction: int) -> list[tuple[Pose2, Command]]:
     return [(Pose2(plant.x, plant.y, plant.phi), command) for plant, command in run]
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
 def test_a_goal_that_jumps_aside_at_the_end_is_come_to_again(direction: int) -> None:
     run = jumps(direction)

@@ -58,6 +58,7 @@ def stood_at_cusp(run: RunResult) -> float:
     return float(run.truth.times[end] - run.truth.times[begin])
 
 
+@pytest.mark.acceptance
 def test_by_default_the_segments_are_those_of_the_path() -> None:
     plain = simulate(SCENARIO)
     given = simulate(SCENARIO, controller=controller({}))
@@ -95,6 +96,7 @@ def test_after_a_long_dwell_a_first_search_without_time_is_no_failure(
     assert run.cycles.status[-1] is Status.DOCKED
 
 
+@pytest.mark.acceptance
 def test_a_segment_has_limits_of_its_own() -> None:
     plain, slow = simulate(SCENARIO), simulate(SCENARIO, controller=controller({"speed": 0.5}))
     assert slow.cycles.status[-1] is Status.DOCKED

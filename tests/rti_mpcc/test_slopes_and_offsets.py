@@ -82,10 +82,10 @@ def check_docked(result: Drive, course: str) -> None:
 @pytest.mark.parametrize(
     ("course", "slope", "offset"),
     [
-        ("cusp", 0.3, 0.0),
-        ("cusp", -0.5, OFFSET),
+        pytest.param("cusp", 0.3, 0.0, marks=pytest.mark.acceptance),
+        pytest.param("cusp", -0.5, OFFSET, marks=pytest.mark.acceptance),
         ("forward", -0.3, -OFFSET),
-        ("reverse", 0.5, OFFSET),
+        pytest.param("reverse", 0.5, OFFSET, marks=pytest.mark.acceptance),
     ],
 )
 def test_docks_in_time(course: str, slope: float, offset: float) -> None:
@@ -116,7 +116,7 @@ def test_docks_with_actuators_that_lag(slope: float, offset: float) -> None:
     assert max(abs(error.x), abs(error.y)) <= 0.05
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.acceptance)])
 def test_an_offset_leaves_no_lateral_error(sign: float) -> None:
     result = driven("reverse", offset=sign * OFFSET)
     check_docked(result, "reverse")
@@ -162,6 +162,7 @@ def test_a_drive_that_is_too_weak_says_so(slope: float) -> None:
     assert result.commands[-1].diagnostics.disturbance == pytest.approx(slope, abs=0.05)
 
 
+@pytest.mark.acceptance
 def test_a_weak_drive_that_can_hold_still_docks() -> None:
     result = driven("cusp", slope=-0.3, config=WEAK)
     check_docked(result, "cusp")
@@ -175,6 +176,7 @@ def test_nothing_is_counted_on_where_it_is_switched_off() -> None:
     assert not ControllerConfig.paper_printed().disturbance.enabled
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("slope", "gain"),
     [

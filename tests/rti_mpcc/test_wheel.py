@@ -93,6 +93,7 @@ def test_wheel_holds_the_packages_their_data_and_nothing_else(wheel: Path) -> No
         assert expected <= names
 
 
+@pytest.mark.acceptance
 def test_snippet_runs_outside_the_checkout(site: Path, tmp_path: Path) -> None:
     script = tmp_path / "snippet.py"
     script.write_text(SNIPPET, encoding="utf-8")

@@ -160,6 +160,7 @@ def test_several_runs_share_the_time_and_what_has_ended_stands(film: Film, brief
     assert first.bars_axes.get_xlim() == second.bars_axes.get_xlim()
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("count", [1, 3, 4, 7])
 def test_nothing_is_cut_off_or_covered(film: Film, count: int) -> None:
     stage = Stage([film] * count)

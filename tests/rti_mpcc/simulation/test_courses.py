@@ -41,6 +41,7 @@ def test_the_same_seed_draws_the_same_course() -> None:
     assert drawn_course(7, 3).name == "course_7_03"
 
 
+@pytest.mark.acceptance
 def test_draws_tell_why_they_are_rejected_and_end_with_the_course() -> None:
     drawn = {index: list(draws(1, index, CAMPAIGN)) for index in (12, 16)}
     assert all(found[-1] == drawn_course(1, index, CAMPAIGN) for index, found in drawn.items())

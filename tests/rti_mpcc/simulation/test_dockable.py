@@ -45,6 +45,7 @@ def narrow(until: float) -> Scenario:
     return course({"corridor.narrowings": [wall]})
 
 
+@pytest.mark.acceptance
 def test_a_wall_up_to_shortly_before_the_goal_leaves_no_way() -> None:
     check(narrow(6.0))
     assert find_witness(narrow(19.0)) is None
@@ -116,6 +117,7 @@ def test_a_cusp_right_behind_a_bend_that_the_vehicle_cannot_steer_is_refused() -
     assert find_witness(cusp(0.3)) is None
 
 
+@pytest.mark.acceptance
 def test_a_swing_round_an_obstacle_takes_two_curves(monkeypatch: pytest.MonkeyPatch) -> None:
     def standing_in(left: float) -> Scenario:
         box = [[12.0, left], [13.0, left], [13.0, 3.5], [12.0, 3.5]]

@@ -51,6 +51,7 @@ def test_it_gives_way_before_a_cusp_too() -> None:
     assert witness.part[witness.leaves] == 1
 
 
+@pytest.mark.acceptance
 def test_into_a_goal_with_too_little_way_before_it_it_backs_up(monkeypatch: pytest.MonkeyPatch) -> None:
     goal = course({"goal.offset": [-2.0, 1.5, 0.0]}, length=6.0)
     witness = check(goal)
@@ -69,6 +70,7 @@ def test_the_same_draw_has_the_same_motion() -> None:
         assert np.array_equal(getattr(once, name), getattr(again, name))
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("index", [14, 38])
 def test_motions_of_drawn_courses_are_feasible(index: int) -> None:
     assert check(drawn_course(1, index, CAMPAIGN)).searched

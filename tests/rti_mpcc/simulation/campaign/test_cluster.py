@@ -36,6 +36,7 @@ def lines(folder: Path) -> list[str]:
     return sorted((folder / "rows.jsonl").read_text().splitlines(keepends=True))
 
 
+@pytest.mark.acceptance
 def test_a_local_cluster_keeps_the_same_rows_and_its_deaths_are_rows(
     tmp_path: Path, expected: list[str]
 ) -> None:
@@ -56,6 +57,7 @@ def test_a_local_cluster_keeps_the_same_rows_and_its_deaths_are_rows(
     assert rows[2]["course"] is not None
 
 
+@pytest.mark.acceptance
 def test_a_cluster_from_the_command_line_keeps_the_same_rows_until_it_is_lost(
     tmp_path: Path, expected: list[str]
 ) -> None:

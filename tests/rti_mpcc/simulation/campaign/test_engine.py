@@ -44,7 +44,7 @@ def test_two_processes_keep_the_rows_of_this_one(tmp_path: Path) -> None:
     assert {name: os.environ.get(name) for name in THREADS} == before
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [pytest.param(1, marks=pytest.mark.acceptance), 2])
 def test_cases_that_raise_or_end_their_process_are_rows(tmp_path: Path, jobs: int) -> None:
     settings = CampaignSettings(count=6, level=Level.NOMINAL, seed=11)
     run_campaign(settings, tmp_path, engine=ProcessEngine(jobs), drive=drives.troubled)
@@ -54,6 +54,7 @@ def test_cases_that_raise_or_end_their_process_are_rows(tmp_path: Path, jobs: in
     assert rows[2]["course"] is not None
 
 
+@pytest.mark.acceptance
 def test_one_job_drives_one_case_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(drives.JOURNAL, str(tmp_path / "journal"))
     settings = CampaignSettings(count=4, level=Level.NOMINAL, seed=11)
