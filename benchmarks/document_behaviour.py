@@ -87,7 +87,7 @@ def _sources(row: Transition) -> str:
 
 
 def _found_by(row: Transition) -> str:
-    return "told" if row.when is None else f"`{row.when.__name__}`"
+    return "reported" if row.when is None else f"`{row.when.__name__}`"
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("extraction", ("rti_mpcc.controller:RtiMpcc._read",)),
     ("feedback, rest", ("rti_mpcc.controller:RtiMpcc.feedback",)),
     ("check of the plan", ("rti_mpcc.planning.search:rejection_reason",)),
-    ("check of the body", ("rti_mpcc.safety.contact:way_to_contact", "rti_mpcc.safety.contact:overlap")),
+    ("check of the body", ("rti_mpcc.safety.contact:distance_to_contact", "rti_mpcc.safety.contact:overlap")),
     ("account", ("rti_mpcc.docking:command",)),
     (STEP, ("rti_mpcc.docking:DockingController.step",)),
 )

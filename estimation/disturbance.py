@@ -164,17 +164,17 @@ def _predicted(
     """Mean (6,) and covariance (6, 6) after `seconds`, (O1) to (O3)."""
     x = estimate.mean
     gained = seconds * (acceleration * (1.0 + x[G]) + x[D])
-    way = seconds * (x[V] + 0.5 * gained) / wheelbase
+    distance = seconds * (x[V] + 0.5 * gained) / wheelbase
     angle = 0.5 * (last.delta + motion.delta) + x[O]
     carried = np.eye(STATES)
     carried[V, D], carried[V, G] = seconds, seconds * acceleration
-    carried[PHI, O] = way * (1.0 + x[C]) / cos(angle) ** 2
-    carried[PHI, C] = way * tan(angle)
+    carried[PHI, O] = distance * (1.0 + x[C]) / cos(angle) ** 2
+    carried[PHI, C] = distance * tan(angle)
     predict, _ = _kalman()
     _, covariance = predict(x, estimate.covariance, F=carried, Q=_walk(seconds, config))
     mean = x.copy()
     mean[V] += gained
-    mean[PHI] += way * (1.0 + x[C]) * tan(angle)
+    mean[PHI] += distance * (1.0 + x[C]) * tan(angle)
     return mean, _capped(covariance, config)
 
 

@@ -128,7 +128,7 @@ class DockingController:
         clock = clock or CycleClock(self.config.deadline)
         s = self.state
         try:
-            s, remarks = self._told(s, state, now, goal, obstacles)
+            s, remarks = self._given(s, state, now, goal, obstacles)
             s, detections, unfit = self._goal_located(s, measurements)
             s, context, w = self._on_segment(s, clock)
             after, decision = driven(s, context, w)
@@ -151,7 +151,7 @@ class DockingController:
 
     # -- what comes in ------------------------------------------------------------------------------
 
-    def _told(
+    def _given(
         self,
         s: ControllerState,
         measured: VehicleState,
@@ -250,7 +250,7 @@ class DockingController:
         if may_change_direction(s, context, config):
             return moves.next_segment(s)
         back = recovery.way_back(s, context, config)
-        if back is not None and s.vehicle.stands(s.now, config.dead_time):
+        if back is not None and s.vehicle.is_stationary(s.now, config.dead_time):
             return moves.pulling_out(s, context, back)
         return None
 

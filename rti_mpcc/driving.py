@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
-from rti_mpcc.behaviour.transitions import Event, look, told
+from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, recovery, schedule, search, stops
@@ -56,11 +56,11 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     beyond = authority.exceeded(s.vehicle.disturbance, w.config)
     if beyond:
         return _give_up(s, context, w, beyond)
-    s = look(_watching(s, context, w), context, w.config)
+    s = transition_by_condition(_watching(s, context, w), context, w.config)
     s = schedule.rescheduled(s, context, w.config)
     waiting = "" if s.task.phase is Phase.HOLDING else aim.must_wait(s, context, w.config)
-    if waiting and s.stands:
-        return _stop(told(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
+    if waiting and s.is_stationary:
+        return _stop(transition_on(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
     return _BY_PHASE[s.task.phase](s, context, w)
 
 
@@ -69,7 +69,7 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 
 def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Look for a first plan."""
-    stands, latched = s.stands, s.task.latched
+    stands, latched = s.is_stationary, s.task.latched
     if stands and not replan_due(s, context, w.config):
         return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched or "contact ahead"))
     s, attempt, context = first_plan(s, context, w)
@@ -79,7 +79,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         return _accept(s, context, w, attempt)
     task = s.task
     going_on = task.looks_past and attempt.out_of_time
-    if not (latched or going_on) and s.vehicle.stands(s.now, w.config.retries.give_up_time):
+    if not (latched or going_on) and s.vehicle.is_stationary(s.now, w.config.retries.give_up_time):
         latched = attempt.problem
         task = replace(task, latched=latched)
     if latched and stands:
@@ -91,7 +91,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
-    s, meets_after = _way_on_driven(s, context, w)
+    s, meets_after = _distance_on_driven(s, context, w)
     if meets_after < inf or _wants_another_plan(s, context, w):
         s, decision = _change_over(s, context, w, meets_after)
         if decision is not None:
@@ -187,7 +187,7 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
 
-def _way_on_driven(
+def _distance_on_driven(
     s: ControllerState, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, float]:
     """Distance [m] to where a change of the obstacles cuts the plan being driven, however far along, or inf.
@@ -197,10 +197,10 @@ def _way_on_driven(
     plan = s.plans.driven
     if plan is None or s.plans.clear_of == s.area.changes:
         return s, inf
-    way = lookout.way_to_contact(s, plan, w.config)
-    if way == inf:
+    distance = lookout.distance_to_contact(s, plan, w.config)
+    if distance == inf:
         s = stops.found_clear(s)
-    return s, way - max(float(context.state[THETA] - plan.states[0, THETA]), 0.0)
+    return s, distance - max(float(context.state[THETA] - plan.states[0, THETA]), 0.0)
 
 
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
@@ -281,17 +281,17 @@ def _follow_plan(
     """
     config = w.config
     planes = attempt.solutions[-1].planes if attempt and source is Source.SOLUTION else None
-    need = inf if anywhere else contact.stopping_way(float(context.state[V]), config)
+    need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.halt is None else config.caution.clear_time
-    way = lookout.clear_way(s, plan, config, need + config.caution.clear_distance, planes, later)
+    distance = lookout.clear_distance_on(s, plan, config, need + config.caution.clear_distance, planes, later)
     if s.area.moving:
         slowing = lookout.slowing(context, plan, config)
-        way = min(way, lookout.way_to_moving(s, slowing, config, later=later))
-    s = _halting(s, w, way, need if way < inf else 0.0)
+        distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))
+    s = _halting(s, w, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         verdict = Verdict(Reason.WAITS_UNTIL_CLEAR)
-        if way < inf:
-            verdict = Verdict(Reason.CONTACT_AHEAD, f"{way:.2f}")
+        if distance < inf:
+            verdict = Verdict(Reason.CONTACT_AHEAD, f"{distance:.2f}")
         return _stop(s, context, w, verdict, attempt=attempt, along=s.plans.driven)
     waiting = aim.must_wait(s, context, config)
     if waiting:
@@ -339,15 +339,15 @@ def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, over
 def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> ControllerState:
     """Halt where the way of the plan that is being driven is no longer clear."""
     plan, area = s.plans.driven, s.area
-    if plan is None or s.stands or (s.plans.clear_of == area.changes and not area.moving):
+    if plan is None or s.is_stationary or (s.plans.clear_of == area.changes and not area.moving):
         return s
-    way = lookout.clear_way(s, lookout.slowing(context, plan, w.config), w.config)
-    return _halting(s, w, way, inf) if way < inf else s
+    distance = lookout.clear_distance_on(s, lookout.slowing(context, plan, w.config), w.config)
+    return _halting(s, w, distance, inf) if distance < inf else s
 
 
-def _halting(s: ControllerState, w: Workspace, way: float, need: float) -> ControllerState:
-    """Whether it brakes, or stands, for what is met after `way` [m]; `need`: what a stop takes [m]."""
-    halt = stops.halted(s.task.halt, way, need, s.now, w.config.caution)
+def _halting(s: ControllerState, w: Workspace, distance: float, need: float) -> ControllerState:
+    """Whether it brakes, or stands, for what is met after `distance` [m]; `need`: what a stop takes [m]."""
+    halt = stops.halted(s.task.halt, distance, need, s.now, w.config.caution)
     if halt is s.task.halt:
         return s
     since = s.now if halt is None else s.task.driving_since
@@ -371,7 +371,7 @@ def _stop(
     """
     config, state = w.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
-    if s.stands:
+    if s.is_stationary:
         motion, control = lookout.braking(context, wanted, config), fallback.hold(state, config)
     else:
         motion, needed = lookout.braking_in_time(s, context, wanted, config, along)

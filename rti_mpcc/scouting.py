@@ -101,8 +101,8 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, meets_aft
     begun, left, config = s.plans.suspended, inf, w.config
     if begun is not None and begun.segment.stop is None and meets_after < inf:
         trial = replace(s, task=s.task.for_arrival(begun.arrival, begun.segment.beyond))
-        way = lookout.way_to_contact(s, search.first_guess(w.mpcc, trial, context), config)
-        left = (way if way < inf else meets_after) - contact.stop_clearance(config)
+        distance = lookout.distance_to_contact(s, search.first_guess(w.mpcc, trial, context), config)
+        left = (distance if distance < inf else meets_after) - contact.stop_clearance(config)
     if config.behaviour.near_stop < left < inf:
         s = moves.stop_before(s, context, config, left, None)
     elif begun is not None and begun.segment.stop != s.task.stop:
@@ -119,13 +119,13 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
     s, attempt, guess = _from_guess(s, context, w)
     past = None
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
-        way = _way_in(s, attempt, guess, w)
-        if way < inf and attempt.fits:
+        distance = _distance_in(s, attempt, guess, w)
+        if distance < inf and attempt.fits:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _further(s, attempt, context, w)
-            way = _as_far_as_seen(s, attempt, _way_in(s, attempt, guess, w), w)
-        if way < inf and not _stands_at_a_wall(s, attempt, guess, way, w):
-            past = _past(s, context, way, w)
+            distance = _as_far_as_seen(s, attempt, _distance_in(s, attempt, guess, w), w)
+        if distance < inf and not _stands_at_a_wall(s, attempt, guess, distance, w):
+            past = _past(s, context, distance, w)
     if past is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
@@ -153,7 +153,7 @@ def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:
             still = replace(past, detours=past.detours[tried:])
             found = Found(_sought_past(after, still), attempt, context)
             return replace(scouting, found=found, past=None)
-        if attempt.fits and lookout.way_to_contact(after, attempt.plan, w.config) == inf:
+        if attempt.fits and lookout.distance_to_contact(after, attempt.plan, w.config) == inf:
             return replace(scouting, found=Found(moves.plan_found(after), attempt, context), past=None)
         s = s.suspending(None)
     return replace(scouting, found=Found(s, attempt, context))
@@ -227,16 +227,16 @@ def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
         return Found(s, attempt, context)
     if not (attempt.problem or search.reaches(attempt, context)):
         s, attempt = _further(s, attempt, context, w)
-    if not search.reaches(attempt, context) or lookout.way_to_contact(s, attempt.plan, w.config) < inf:
+    if not search.reaches(attempt, context) or lookout.distance_to_contact(s, attempt.plan, w.config) < inf:
         return None
     return Found(moves.plan_found(s), attempt, context)
 
 
-def _past(s: ControllerState, context: PlanningContext, way: float, w: Workspace) -> Past:
+def _past(s: ControllerState, context: PlanningContext, distance: float, w: Workspace) -> Past:
     """Ways past what fills the way."""
     here = float(context.state[THETA])
     found = detours(w.mpcc.part, here, context.target.stop, s.area.corridor.obstacles, w.config)
-    return Past(detours=found, meets=here + way)
+    return Past(detours=found, meets=here + distance)
 
 
 def _sought_past(s: ControllerState, past: Past) -> ControllerState:
@@ -265,31 +265,31 @@ def _further(
 
 def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:
     """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
-    if attempt.problem or not attempt.corridor_infeasible or not s.stands:
+    if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
         return attempt
-    way = lookout.way_to_contact(s, attempt.plan, w.config)
-    if way == inf:
+    distance = lookout.distance_to_contact(s, attempt.plan, w.config)
+    if distance == inf:
         return attempt
-    return replace(attempt, problem=f"no plan from here stays clear: contact in {way:.2f} m")
+    return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m")
 
 
-def _way_in(s: ControllerState, attempt: SqpResult, guess: Trajectory, w: Workspace) -> float:
+def _distance_in(s: ControllerState, attempt: SqpResult, guess: Trajectory, w: Workspace) -> float:
     """Distance to what fills the way of the plan that was sought [m]; inf if nothing does."""
-    return lookout.way_to_contact(s, attempt.plan if attempt.fits else guess, w.config)
+    return lookout.distance_to_contact(s, attempt.plan if attempt.fits else guess, w.config)
 
 
 def _stands_at_a_wall(
-    s: ControllerState, attempt: SqpResult, guess: Trajectory, way: float, w: Workspace
+    s: ControllerState, attempt: SqpResult, guess: Trajectory, distance: float, w: Workspace
 ) -> bool:
-    """Whether it would stop right here, `way` [m] before what is no obstacle: nothing to wait for."""
-    if way - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
+    """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
+    if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
         return False
     plan = attempt.plan if attempt.fits else guess
-    return contact.way_to_obstacle(plan, s.area.standing, w.config, inf) == inf
+    return contact.distance_to_obstacle(plan, s.area.standing, w.config, inf) == inf
 
 
-def _as_far_as_seen(s: ControllerState, attempt: SqpResult, way: float, w: Workspace) -> float:
+def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float, w: Workspace) -> float:
     """The way [m], or inf in the far part of a cruise, which ends in mid-way: it has not seen enough."""
     if not attempt.fits or s.task.arrival is not None:
-        return way
-    return inf if way > w.config.search.seen_share * contact.length(attempt.plan) else way
+        return distance
+    return inf if distance > w.config.search.seen_share * contact.length(attempt.plan) else distance

@@ -14,13 +14,13 @@ from rti_mpcc.planning.state import ControllerState, Phase
 
 def will_stop_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Braking to rest it will stop outside: the target has moved away."""
-    return not s.stands and not context.inside(context.stop_error)
+    return not s.is_stationary and not context.inside(context.stop_error)
 
 
 def stands_outside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Standing, it is outside by far, or for a while: noise may show it just there for a moment."""
     since = s.task.outside_since
-    if since is None or (s.task.phase is Phase.SETTLING and not s.stands):
+    if since is None or (s.task.phase is Phase.SETTLING and not s.is_stationary):
         return False
     settings = config.behaviour
     far = not context.inside(context.error, settings.outside_share)
@@ -29,12 +29,12 @@ def stands_outside(s: ControllerState, context: PlanningContext, config: Control
 
 def stands_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It stands inside the tolerance."""
-    return s.stands and context.inside(context.error)
+    return s.is_stationary and context.inside(context.error)
 
 
 def came_to_rest(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It has come to rest, and is not measured outside."""
-    return s.stands and s.task.outside_since is None
+    return s.is_stationary and s.task.outside_since is None
 
 
 def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -91,7 +91,7 @@ def standing_since(s: ControllerState, context: PlanningContext, config: Control
 def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
     """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None."""
     task = s.task
-    if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.stands):
+    if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
         return task.outside_since
     if not context.free or context.inside(context.error):
         return None
@@ -100,7 +100,7 @@ def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
 
 def may_look_again(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether a vehicle that stands before a contact begins afresh: its plan was iterated for a while."""
-    return s.stands and s.now - s.task.driving_since >= config.retries.replan_interval
+    return s.is_stationary and s.now - s.task.driving_since >= config.retries.replan_interval
 
 
 def replan_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -115,22 +115,22 @@ def may_change_direction(s: ControllerState, context: PlanningContext, config: C
     """Whether the next segment may begin: standing at the end of this one for its dwell, with nothing left in
     the queue."""
     dwell, settings = max(config.dead_time, s.task.segment.dwell), config.behaviour
-    if context.ends_at_goal or not context.free or not s.vehicle.stands(context.now, dwell):
+    if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
         return False
     if abs(context.measured_speed) > settings.standstill_speed:
         return False
     if context.inside(context.error):
         return True
-    long = s.vehicle.stands(context.now, max(settings.standstill_time, dwell))
+    long = s.vehicle.is_stationary(context.now, max(settings.standstill_time, dwell))
     return long and _near(context, config)
 
 
 def has_pulled_out(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether a way back is over: at its end, or where there is no getting on."""
-    if not s.vehicle.stands(context.now, config.dead_time):
+    if not s.vehicle.is_stationary(context.now, config.dead_time):
         return False
     there = context.free and (_near(context, config) or s.task.phase is Phase.STALLED)
-    return there or s.vehicle.stands(context.now, config.retries.give_up_time)
+    return there or s.vehicle.is_stationary(context.now, config.retries.give_up_time)
 
 
 def _near(context: PlanningContext, config: ControllerConfig) -> bool:
@@ -143,7 +143,7 @@ def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfi
     one that halts for something waits."""
     task, settings = s.task, config.behaviour
     long = settings.turning_time if task.final else settings.standstill_time
-    standing = s.vehicle.stands(context.now, long)
+    standing = s.vehicle.is_stationary(context.now, long)
     on_its_way = task.arrival is not None and task.arrival.overdue_since is None
     waits = on_its_way or task.halt is not None
     return standing and not waits and context.now - task.driving_since > settings.standstill_time

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from geometry import Pose2
-from rti_mpcc.behaviour.transitions import Event, told
+from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import PlannedStop, Segment
 from rti_mpcc.model.layout import THETA
@@ -19,7 +19,7 @@ from rti_mpcc.types import Trajectory
 
 def plan_found(s: ControllerState) -> ControllerState:
     """A first plan was found: drive it."""
-    s = told(s, Event.CRUISE_FOUND if s.task.arrival is None else Event.ARRIVAL_FOUND)
+    s = transition_on(s, Event.CRUISE_FOUND if s.task.arrival is None else Event.ARRIVAL_FOUND)
     return replace(s.suspending(None), task=replace(s.task, driving_since=s.now))
 
 
@@ -33,19 +33,19 @@ def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
 
 def plan_lost(s: ControllerState, problem: str) -> ControllerState:
     """Brake to a standstill; what moved begins afresh once there is a reason to."""
-    after = told(s, Event.PLAN_LOST)
+    after = transition_on(s, Event.PLAN_LOST)
     return s if after is s else replace(after, task=replace(after.task, latched=problem))
 
 
 def overlapping(s: ControllerState) -> ControllerState:
     """The body overlaps something: it brakes and stands until its way has been clear for a while."""
-    s = told(s, Event.OVERLAP)
+    s = transition_on(s, Event.OVERLAP)
     return replace(s, task=replace(s.task, halt=Halt()))
 
 
 def looking_again(s: ControllerState) -> ControllerState:
     """A vehicle that stands blocked begins afresh."""
-    return told(s, Event.STANDS_BLOCKED)
+    return transition_on(s, Event.STANDS_BLOCKED)
 
 
 def found_elsewhere(s: ControllerState) -> ControllerState:
@@ -53,7 +53,7 @@ def found_elsewhere(s: ControllerState) -> ControllerState:
 
     One that holds or brakes to rest at its target goes on with that while it is inside the tolerance.
     """
-    return replace(told(s, Event.FOUND_ELSEWHERE), begin=None)
+    return replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
 
 
 # -- stops before what fills the way ----------------------------------------------------------------------
@@ -76,24 +76,24 @@ def stop_before(
         goal=s.goal.pose,
         obstacles=obstacle_changes,
         since=s.now,
-        from_there=stays and s.stands,
+        from_there=stays and s.is_stationary,
     )
-    s = told(s, Event.WAY_FILLED)
+    s = transition_on(s, Event.WAY_FILLED)
     if stays:
-        s = told(s, Event.STOP_IS_HERE)
+        s = transition_on(s, Event.STOP_IS_HERE)
     task = s.task.on(s.task.whole.stopped(stop, config.behaviour.stop_tolerance))
     return replace(s, task=replace(task, looks_past=task.looks_past and not stays))
 
 
 def seeking(s: ControllerState, piece: Segment) -> ControllerState:
     """Look for a first plan to another stop, or along the whole segment; a search for it goes on."""
-    after = told(s, Event.ANOTHER_SOUGHT).suspending(s.plans.suspended)
+    after = transition_on(s, Event.ANOTHER_SOUGHT).suspending(s.plans.suspended)
     return replace(after, task=after.task.on(piece))
 
 
 def released(s: ControllerState) -> ControllerState:
     """Make for the segment's own target again, if the vehicle does not drive."""
-    after = told(s, Event.WAY_MAY_BE_FREE)
+    after = transition_on(s, Event.WAY_MAY_BE_FREE)
     return s if after is s else replace(after, task=replace(after.task.without_stop(), looks_past=True))
 
 
@@ -103,7 +103,7 @@ def released(s: ControllerState) -> ControllerState:
 def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
     """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
     if s.task.stop is not None:
-        s = told(s, Event.GOAL_CHANGED)
+        s = transition_on(s, Event.GOAL_CHANGED)
     known = replace(
         s.goal,
         planned=goal,
@@ -119,7 +119,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
 def next_segment(s: ControllerState) -> ControllerState:
     """Begin the next segment of the manoeuvre."""
     return replace(
-        told(s, Event.SEGMENT_ENDED),
+        transition_on(s, Event.SEGMENT_ENDED),
         goal=replace(s.goal, waiting=False),
         task=Task.begun(s.task.on_whole().segments[1:]),
         plans=Plans(),
@@ -129,7 +129,7 @@ def next_segment(s: ControllerState) -> ControllerState:
 
 def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> ControllerState:
     """Begin a way back, after which the segment is driven once more."""
-    s = told(s, Event.PULLS_OUT)
+    s = transition_on(s, Event.PULLS_OUT)
     task = replace(s.task.onto((back, *s.task.on_whole().segments)), restarts=0)
     return replace(s, task=task, begin=placed(context.state, back.part.start))
 
@@ -137,7 +137,7 @@ def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> 
 def coming_again(s: ControllerState, context: PlanningContext) -> ControllerState:
     """End a way back: the segment is driven once more."""
     back = s.task.whole
-    s = told(s, Event.SEGMENT_ENDED)
+    s = transition_on(s, Event.SEGMENT_ENDED)
     task = replace(
         s.task.onto(s.task.on_whole().segments[1:]),
         pulled_out=s.task.pulled_out + 1,
@@ -155,7 +155,7 @@ def begun_again(s: ControllerState, problem: str) -> ControllerState:
 
     A copy of the segment is another one, and gets a core of its own (`Workspaces`).
     """
-    s = told(s, Event.MISTAKE)
+    s = transition_on(s, Event.MISTAKE)
     active, *later = s.task.on_whole().segments
     task = replace(s.task, segments=(replace(active), *later), latched=problem)
     if s.task.stop is not None:

@@ -1,7 +1,8 @@
 """The table of transitions, and the two functions that run it.
 
-`look` asks in every cycle for the first row whose condition holds. `told` takes the row of an event that
-other code has found: a plan, an obstacle, the end of a segment. Whoever begins again forgets earlier plans.
+`transition_by_condition` asks in every cycle for the first row whose condition holds. `transition_on` takes
+the row of an event that other code reports: a plan, an obstacle, the end of a segment. Whoever begins again
+forgets earlier plans.
 """
 
 from __future__ import annotations
@@ -72,9 +73,9 @@ class Transition:
     """A row of the table.
 
     Attributes:
-        sources: phases in which it is looked for, or told; event: what happens; to: the next phase.
-        when: how it is looked for in every cycle; None: it is told.
-        effect: what else changes, of a row that is looked for; of the others whoever tells it sees to that.
+        sources: phases in which it is looked for, or reported; event: what happens; to: the next phase.
+        when: how it is looked for in every cycle; None: it is reported.
+        effect: what else changes, of a row that is looked for; of the others whoever reports it sees to that.
     """
 
     sources: tuple[Phase, ...]
@@ -98,7 +99,7 @@ TRANSITIONS = (
     Transition((SETTLING, HOLDING), Event.OUTSIDE, STARTING, conditions.stands_outside),
     Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest, _succeeds),
     Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved, _begins_anew),
-    # Told by the code that finds it.
+    # Reported by the code that finds it.
     Transition(PLANNING, Event.CRUISE_FOUND, CONTOURING),
     Transition(PLANNING, Event.ARRIVAL_FOUND, ARRIVING),
     Transition(DRIVING, Event.ANOTHER_SOUGHT, STARTING),
@@ -116,10 +117,12 @@ TRANSITIONS = (
     Transition(ANY, Event.MISTAKE, STARTING),
 )
 _LOOKED_FOR = {p: [row for row in TRANSITIONS if row.when and p in row.sources] for p in Phase}
-_TOLD = {(p, row.event): row for row in TRANSITIONS if not row.when for p in row.sources}
+_REPORTED = {(p, row.event): row for row in TRANSITIONS if not row.when for p in row.sources}
 
 
-def look(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+def transition_by_condition(
+    s: ControllerState, context: PlanningContext, config: ControllerConfig
+) -> ControllerState:
     """The state after the transition of this cycle, if one of the phase's conditions holds."""
     since = conditions.outside_since(s, context)
     if since != s.task.outside_since:
@@ -131,9 +134,9 @@ def look(s: ControllerState, context: PlanningContext, config: ControllerConfig)
     return s
 
 
-def told(s: ControllerState, event: Event) -> ControllerState:
+def transition_on(s: ControllerState, event: Event) -> ControllerState:
     """The state after an event; the same where it changes nothing in this phase."""
-    row = _TOLD.get((s.task.phase, event))
+    row = _REPORTED.get((s.task.phase, event))
     if row is None:
         return s
     return _entering(s, row.to)

@@ -122,7 +122,7 @@ class ArrivalTiming(Settings):
         waiting_reach: no arrival within reach waits until it is nearer than this [m]: (T2) leaves a slow
             vehicle no room to get across to a goal beside its path. With a speed limit of 0.5 m/s it began
             0.9 m before such a goal and stalled (docs/decisions/01-arrival-at-rest.md).
-        passed_way: a vehicle that has passed its target by less than this [m] still has the way to it left.
+        passed_distance: a vehicle that has passed its target by less than this [m] still has that way left.
         target_moved: a target that has moved by more than this is a new arrival [m].
         lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes.
         kept_share: a search for an arrival keeps its time as long as this share of what the way takes is
@@ -130,7 +130,7 @@ class ArrivalTiming(Settings):
         path_spacing: of the samples along a part, and of the pieces of the way ahead, at which the pace is
             known [m].
         least_pieces, most_pieces: in which the way ahead is looked at.
-        steering_way: way over which a step of the path's curvature is steered [m]: no vehicle turns its
+        steering_distance: way over which a step of the path's curvature is steered [m]: no vehicle turns its
             wheels on the spot.
         slowest: least factor on the speeds of a motion by which it is slowed down for a given docking time.
         cruise_step: in which a cruise is driven in thought for the expected docking time [s].
@@ -139,14 +139,14 @@ class ArrivalTiming(Settings):
     planned_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     least_time: Positive = 1.0
     waiting_reach: NonNegative = 30.0
-    passed_way: NonNegative = 0.5
+    passed_distance: NonNegative = 0.5
     target_moved: NonNegative = 0.1
     lost_cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 2.5
     kept_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
     path_spacing: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
     least_pieces: Annotated[int, Field(ge=1, le=100_000)] = 64
     most_pieces: Annotated[int, Field(ge=1, le=100_000)] = 400
-    steering_way: NonNegative = 4.0
+    steering_distance: NonNegative = 4.0
     slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     cruise_step: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
 
@@ -210,7 +210,7 @@ class Guesses(Settings):
     """The shape of a first guess: how it comes to the path, and past an obstacle on it.
 
     Attributes:
-        fade_way: way over which an offset at the start or at the target fades into the path [m], at least.
+        fade_distance: over which an offset at the start or at the target fades into the path [m], at least.
         fade_curvature: with which a large offset at the start begins to fade [1/m]: the end that trails
             swings out.
         fade_heading: a heading from the path beyond this fades like this [rad] (60 deg).
@@ -224,7 +224,7 @@ class Guesses(Settings):
             that obeys them.
     """
 
-    fade_way: Positive = 12.0
+    fade_distance: Positive = 12.0
     fade_curvature: Positive = 0.1
     fade_heading: Annotated[float, Field(gt=0.0, le=1.5)] = 1.05
     astray: NonNegative = 0.05

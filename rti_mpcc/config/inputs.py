@@ -42,8 +42,8 @@ class Plausibility(Settings):
     Attributes:
         position, heading, speed, steering: farthest from the state reckoned by the commands [m], [rad],
             [m/s], [rad]; what model errors explain in the time between two cycles comes on top.
-        frozen_way, frozen_speed: a measurement that stays the same to the last bit is an old one once the
-            vehicle must have moved so far [m], or be so much faster or slower [m/s].
+        frozen_distance, frozen_speed: a measurement that stays the same to the last bit is an old one once
+            the vehicle must have moved so far [m], or be so much faster or slower [m/s].
         steering_gap: so far may the steering move otherwise than commanded [rad] within `steering_time` [s].
         blind: so long the last plan is driven on by reckoning before the vehicle brakes [s].
         confirmation: so long a standing vehicle has to be measured in the same place to be there [s].
@@ -65,7 +65,7 @@ class Plausibility(Settings):
     heading: Positive = 0.3
     speed: Positive = 1.0
     steering: Positive = 0.3
-    frozen_way: Positive = 0.2
+    frozen_distance: Positive = 0.2
     frozen_speed: Positive = 0.3
     steering_gap: Positive = 0.2
     steering_time: Positive = 1.0

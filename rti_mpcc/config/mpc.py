@@ -171,9 +171,9 @@ class BoundRelaxation(Settings):
     Attributes:
         margin_time: so long the plan may take to give back the corridor's margin [s]. Over 3 s or 5 s the
             vehicle came nearer to walls, and steered harder all the same.
-        margin_way: S, over which it is given back, as far as the room that the trailing end needs for that
-            goes [m].
-        boundary_way: over which a body that is over a boundary is brought back, once it has turned [m].
+        margin_distance: S, over which it is given back, as far as the room that the trailing end needs for
+            that goes [m].
+        boundary_distance: over which a body that is over a boundary is brought back, once it has turned [m].
         limit_share: of the input limits, at which a measured speed or steering outside its limits must
             return.
         far_share: of the margin, that must be missing for a vehicle to be far outside.
@@ -182,8 +182,8 @@ class BoundRelaxation(Settings):
     """
 
     margin_time: Positive = 1.5
-    margin_way: Positive = 3.5
-    boundary_way: Positive = 10.0
+    margin_distance: Positive = 3.5
+    boundary_distance: Positive = 10.0
     limit_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     far_share: NonNegative = 0.1
     patience: Annotated[int, Field(ge=1, le=1000)] = 10

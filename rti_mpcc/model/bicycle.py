@@ -171,11 +171,11 @@ def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: f
     np.cos(heading, out=e.real)
     np.sin(heading, out=e.imag)
     e *= h * _PARTS
-    way = e * v[_DRIVEN_AT]
-    moved = way.sum(axis=0)
+    distance = e * v[_DRIVEN_AT]
+    moved = distance.sum(axis=0)
 
     # The slopes of position and heading to `SLOPES` along axis 0.
-    by_w = 1j * way * (h * _TURNED_FOR)
+    by_w = 1j * distance * (h * _TURNED_FOR)
     by_w0, by_wm = by_w[1], by_w[2] + by_w[3]
     position = np.empty((5, count), dtype=np.complex128)
     position[0] = 1j * moved

@@ -115,13 +115,13 @@ def free_response(states: Array, lengths: Array, wheelbase: float, span: float) 
     n = int(elapsed.searchsorted(span))
     elapsed, phi = elapsed[:n], states[1 : n + 1, PHI]
     c, s = np.cos(phi), np.sin(phi)
-    way = np.add.accumulate(lengths[:n] * states[:n, V])
-    turn = way * ((1.0 + np.tan(states[0, DELTA]) ** 2) / wheelbase)
+    travelled = np.add.accumulate(lengths[:n] * states[:n, V])
+    turn = travelled * ((1.0 + np.tan(states[0, DELTA]) ** 2) / wheelbase)
     by = np.zeros((n, POSE, MEASURED))
     by[:, X, X] = by[:, Y, Y] = by[:, PHI, PHI] = 1.0
     by[:, X, V], by[:, Y, V] = elapsed * c, elapsed * s
-    by[:, X, PHI], by[:, Y, PHI] = -way * s, way * c
-    aside = 0.5 * way * turn
+    by[:, X, PHI], by[:, Y, PHI] = -travelled * s, travelled * c
+    aside = 0.5 * travelled * turn
     by[:, X, DELTA], by[:, Y, DELTA], by[:, PHI, DELTA] = -aside * s, aside * c, turn
     return by
 
@@ -143,7 +143,7 @@ def relaxed_bounds(
     rows: CorridorRows,
     missing: Array,
     elapsed: Array,
-    way: Array,
+    travelled: Array,
     trails: Array,
     *,
     margin: float,
@@ -172,27 +172,31 @@ def relaxed_bounds(
                             + (1 - (s / (S + 2 l_i))³) max over discs j of 3 max(0, l_i - l_j) / 2S max m_j),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
-    T, S and W being `margin_time`, `margin_way` and `boundary_way` of `BoundRelaxation`, each share 0 to 1,
-    m_i beyond the stages that it is known for that of the last of them, and max m_j the most that is missing
-    of that side at disc j at any stage.
+    T, S and W being `margin_time`, `margin_distance` and `boundary_distance` of `BoundRelaxation`, each share
+    0 to 1, m_i beyond the stages that it is known for that of the last of them, and max m_j the most that is
+    missing of that side at disc j at any stage.
 
     Args:
         missing: (n, discs, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
-        way: (N,) way s that the plan has driven by then [m]; trails: (discs,) l, 0 for discs that lead [m].
+        travelled: (N,) distance s driven by then [m]; trails: (discs,) l, 0 for discs that lead [m].
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
-    time, margin_way, boundary_way = relaxation.margin_time, relaxation.margin_way, relaxation.boundary_way
+    time, margin_distance, boundary_distance = (
+        relaxation.margin_time,
+        relaxation.margin_distance,
+        relaxation.boundary_distance,
+    )
     missing = np.minimum(missing, margin)
     n, behind = len(missing), np.maximum(trails[:, None] - trails, 0.0)
-    swing = (1.5 / margin_way * behind[..., None] * missing.max(axis=0)).max(axis=1)
-    share = 1.0 - np.minimum(way[:, None] / (margin_way + 2.0 * trails), 1.0) ** 3
+    swing = (1.5 / margin_distance * behind[..., None] * missing.max(axis=0)).max(axis=1)
+    share = 1.0 - np.minimum(travelled[:, None] / (margin_distance + 2.0 * trails), 1.0) ** 3
     relief = share[..., None] * swing
-    share = 1.0 - np.minimum(np.minimum(elapsed / time, way / margin_way), 1.0) ** 3
+    share = 1.0 - np.minimum(np.minimum(elapsed / time, travelled / margin_distance), 1.0) ** 3
     relief[:n] += share[:n, None, None] * missing
     relief[n:] += share[n:, None, None] * missing[-1]
     np.minimum(relief, margin, out=relief)
     if over.any():
-        back = np.minimum(np.maximum(1.0 - (way - 2.0 * far) / boundary_way, 0.0), 1.0)
+        back = np.minimum(np.maximum(1.0 - (travelled - 2.0 * far) / boundary_distance, 0.0), 1.0)
         relief += back[:, None, None] * (over + np.minimum(over, margin - relief))
     bounds: Array = rows.lower - relief
     return bounds

@@ -110,7 +110,7 @@ def must_wait(s: ControllerState, context: PlanningContext, config: ControllerCo
         return ""
     brake = context.speed**2 / (2.0 * config.comfort_acceleration)
     tracking = config.goal_tracking
-    if not s.goal.waiting and context.way > tracking.standoff + max(brake, tracking.standoff_tolerance):
+    if not s.goal.waiting and context.distance > tracking.standoff + max(brake, tracking.standoff_tolerance):
         return ""
     return doubt(s, config)
 

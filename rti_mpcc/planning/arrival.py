@@ -32,8 +32,10 @@ from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array
 
 
-def time_to_go(way: float, speed: float, comfort: float, least: float, highest: Array | None = None) -> float:
-    """Duration [s] of the arrival over `way` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3).
+def time_to_go(
+    distance: float, speed: float, comfort: float, least: float, highest: Array | None = None
+) -> float:
+    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3).
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does.
 
@@ -41,17 +43,19 @@ def time_to_go(way: float, speed: float, comfort: float, least: float, highest: 
         comfort: acceleration a [m/s²]; least: shortest duration [s].
         highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
     """
-    way = max(way, 1e-6)
-    a = max(comfort, speed**2 / (2.0 * way))
-    free = _free_time(way, speed, a)
+    distance = max(distance, 1e-6)
+    a = max(comfort, speed**2 / (2.0 * distance))
+    free = _free_time(distance, speed, a)
     if free <= least:
         return least
-    if highest is None or float(highest.min()) >= _vertex_speed(way, speed, free):
+    if highest is None or float(highest.min()) >= _vertex_speed(distance, speed, free):
         return free
-    return max(float(_paced(way, speed, a, highest)[0][-1]), free)
+    return max(float(_paced(distance, speed, a, highest)[0][-1]), free)
 
 
-def motion(elapsed: Array, way: float, speed: float, comfort: float, highest: Array) -> tuple[Array, Array]:
+def motion(
+    elapsed: Array, distance: float, speed: float, comfort: float, highest: Array
+) -> tuple[Array, Array]:
     """Ways driven (n,) [m] and speeds (n,) [m/s] at times `elapsed` (n,) [s] since the begin of an arrival
     that takes all of them.
 
@@ -59,41 +63,41 @@ def motion(elapsed: Array, way: float, speed: float, comfort: float, highest: Ar
     is more time.
 
     Args:
-        way, speed, comfort, highest: see `time_to_go`.
+        distance, speed, comfort, highest: see `time_to_go`.
     """
     span = float(elapsed[-1])
     tau = elapsed / span
     # Hermite cubic s(0) = 0, s'(0) = speed, s(1) = way, s'(1) = 0
-    s = speed * span * (tau - 2.0 * tau**2 + tau**3) + way * (3.0 * tau**2 - 2.0 * tau**3)
-    rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + way / span * 6.0 * (tau - tau**2)
+    s = speed * span * (tau - 2.0 * tau**2 + tau**3) + distance * (3.0 * tau**2 - 2.0 * tau**3)
+    rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + distance / span * 6.0 * (tau - tau**2)
     s, rate = np.maximum.accumulate(s), np.maximum(rate, 0.0)
     pieces = len(highest)
-    piece = np.clip(s / max(way, 1e-6) * pieces, 0, pieces - 1).astype(int)
+    piece = np.clip(s / max(distance, 1e-6) * pieces, 0, pieces - 1).astype(int)
     if (rate <= np.maximum(highest[piece], speed - comfort * elapsed)).all():
         return s, rate
-    times, speeds = _paced(way, speed, max(comfort, speed**2 / (2.0 * way)), highest)
+    times, speeds = _paced(distance, speed, max(comfort, speed**2 / (2.0 * distance)), highest)
     slower = float(times[-1]) / span
     at = elapsed * slower
     rate = np.interp(at, times, speeds)
     begun = np.minimum(np.searchsorted(times, at, side="right") - 1, pieces - 1)
-    s = begun * way / pieces + 0.5 * (speeds[begun] + rate) * (at - times[begun])
+    s = begun * distance / pieces + 0.5 * (speeds[begun] + rate) * (at - times[begun])
     return s, rate * slower
 
 
-def peak_speed(way: float, speed: float, duration: float) -> float:
-    """Highest speed [m/s] on the cubic arrival over `way` [m] from `speed` [m/s] in `duration` [s]."""
-    rises = 3.0 * way > 2.0 * speed * duration
-    return _vertex_speed(way, speed, duration) if rises else speed
+def peak_speed(distance: float, speed: float, duration: float) -> float:
+    """Highest speed [m/s] on the cubic arrival over `distance` [m] from `speed` [m/s] in `duration` [s]."""
+    rises = 3.0 * distance > 2.0 * speed * duration
+    return _vertex_speed(distance, speed, duration) if rises else speed
 
 
-def _vertex_speed(way: float, speed: float, duration: float) -> float:
+def _vertex_speed(distance: float, speed: float, duration: float) -> float:
     """Speed [m/s] at the vertex of that cubic's parabola of speed, which may lie before its begin."""
-    first = 6.0 * way / duration**2 - 4.0 * speed / duration
-    fall = 12.0 * way / duration**2 - 6.0 * speed / duration
+    first = 6.0 * distance / duration**2 - 4.0 * speed / duration
+    fall = 12.0 * distance / duration**2 - 6.0 * speed / duration
     return speed + 0.5 * first**2 * duration / max(fall, 1e-12)
 
 
-def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
+def within_reach(distance: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
     """Whether the planned arrival should begin: near enough, and either slow enough or due: by (T2), or with
     no more than `ArrivalTiming.waiting_reach` left.
 
@@ -101,31 +105,34 @@ def within_reach(way: float, speed: float, config: ControllerConfig, pace: Pace,
     way takes longer, but its stages are as short in metres.
 
     Args:
-        way: [m], from `theta` [m] on a part with this pace; speed: [m/s].
+        distance: [m], from `theta` [m] on a part with this pace; speed: [m/s].
     """
     comfort, timing = config.arrival_acceleration, config.arrival_timing
-    duration = time_to_go(way, speed, comfort, timing.least_time)
-    due = way <= max(4.0 * speed**2 / (3.0 * comfort), timing.waiting_reach)
-    if not due and peak_speed(way, speed, duration) > config.limits.speed:
+    duration = time_to_go(distance, speed, comfort, timing.least_time)
+    due = distance <= max(4.0 * speed**2 / (3.0 * comfort), timing.waiting_reach)
+    if not due and peak_speed(distance, speed, duration) > config.limits.speed:
         return False
-    if way <= config.arrival_reach:
+    if distance <= config.arrival_reach:
         return True
     horizon = config.arrival_horizon
     if duration > horizon:
         return False
-    return time_to_go(way, speed, comfort, timing.least_time, pace.ahead(theta, way, config)) <= horizon
+    return (
+        time_to_go(distance, speed, comfort, timing.least_time, pace.ahead(theta, distance, config))
+        <= horizon
+    )
 
 
-def _free_time(way: float, speed: float, acceleration: float) -> float:
+def _free_time(distance: float, speed: float, acceleration: float) -> float:
     """Duration [s] by (T1)."""
-    return (-speed + sqrt(speed**2 + 6.0 * acceleration * way)) / acceleration
+    return (-speed + sqrt(speed**2 + 6.0 * acceleration * distance)) / acceleration
 
 
-def _paced(way: float, speed: float, acceleration: float, highest: Array) -> tuple[Array, Array]:
+def _paced(distance: float, speed: float, acceleration: float, highest: Array) -> tuple[Array, Array]:
     """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3) at the ends of the m pieces."""
-    peak = _vertex_speed(way, speed, _free_time(way, speed, acceleration))
+    peak = _vertex_speed(distance, speed, _free_time(distance, speed, acceleration))
     bounds: list[float] = np.minimum(highest, peak).tolist()
-    piece = way / len(bounds)
+    piece = distance / len(bounds)
     up = _driven(speed, bounds, piece, acceleration)
     down = _driven(0.0, bounds[::-1], piece, acceleration)[::-1]
     # Faster than comfort at its begin, it brakes.

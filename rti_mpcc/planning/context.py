@@ -23,7 +23,7 @@ class PlanningContext:
         target: what the vehicle is to end in: what the segment is, or a stop on it.
         direction: of the segment.
         ends_at_goal: whether the segment ends at the goal.
-        way: left to the target [m]; speed: in its direction [m/s]; pace: of the segment.
+        distance: left to the target [m]; speed: in its direction [m/s]; pace: of the segment.
         free: whether the target is the segment's own, not a stop before something in the way.
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
         stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
@@ -39,7 +39,7 @@ class PlanningContext:
     direction: int
     ends_at_goal: bool
     free: bool
-    way: float
+    distance: float
     speed: float
     pace: Pace
     error: Pose2

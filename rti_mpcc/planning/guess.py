@@ -27,15 +27,15 @@ def arrival_guess(
     target: Target,
     state: Array,
     times: Array,
-    way: float,
+    distance: float,
     pace: Pace,
     config: ControllerConfig,
     detour: Detour | None = None,
 ) -> Trajectory:
-    """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, `way` [m] further along."""
+    """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, so far [m] further along."""
     speed = max(part.direction * float(state[V]), 0.0)
-    highest = pace.ahead(float(state[THETA]), way, config)
-    s, rate = motion(times - times[0], way, speed, config.arrival_acceleration, highest)
+    highest = pace.ahead(float(state[THETA]), distance, config)
+    s, rate = motion(times - times[0], distance, speed, config.arrival_acceleration, highest)
     return along_path(part, target, state, times, s, rate, config, detour)
 
 
@@ -44,7 +44,7 @@ def reverse_guess(
     target: Target,
     state: Array,
     times: Array,
-    way: float,
+    distance: float,
     pace: Pace,
     config: ControllerConfig,
     past: float,
@@ -62,7 +62,7 @@ def reverse_guess(
         pose=goal.compose(Pose2(d * past, 0.0, 0.0)),
         theta=target.theta + past,
     )
-    onward = arrival_guess(part, beyond, state, times[: turn + 1], way + past, pace, config).states
+    onward = arrival_guess(part, beyond, state, times[: turn + 1], distance + past, pace, config).states
     span = times[-1] - times[turn]
     tau = (times[turn + 1 :] - times[turn]) / span
     left = past * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)
@@ -151,9 +151,9 @@ def _faded(
     here, there = part.pose(float(state[THETA])), part.pose(target.theta)
     begin = Pose2(float(state[X]), float(state[Y]), float(state[PHI])).relative_to(here)
     end = target.pose.relative_to(there)
-    way = max(target.theta - float(state[THETA]), 1e-3)
+    distance = max(target.theta - float(state[THETA]), 1e-3)
     settings = config.guesses
-    reach, fade = min(settings.fade_way, way), min(_fade_length(begin.y, settings), way)
+    reach, fade = min(settings.fade_distance, distance), min(_fade_length(begin.y, settings), distance)
     left, into = 1.0 - s / fade, 1.0 + (theta - target.theta) / reach
     across_begin, slope_begin = _fade(left, begin.y, -part.direction * _slope(begin.phi, settings), fade)
     across_end, slope_end = _fade(into, end.y, part.direction * _slope(end.phi, settings), reach)
@@ -210,7 +210,7 @@ def _fade_steering(
 ) -> float:
     """Steering [rad] with which the fade from `here`, in the frame of the path at `theta`, begins."""
     d, slope, settings = part.direction, _slope(here.phi, config.guesses), config.guesses
-    fade = min(_fade_length(here.y, settings), max(target.theta - theta, settings.fade_way))
+    fade = min(_fade_length(here.y, settings), max(target.theta - theta, settings.fade_distance))
     bend = -6.0 * here.y / fade**2 - 4.0 * d * slope / fade
     curvature = float(part.reference(np.array([theta])).slope[0]) + d * bend / (1.0 + slope**2) ** 1.5
     steering = atan(config.vehicle.wheelbase * d * curvature)
@@ -219,7 +219,7 @@ def _fade_steering(
 
 def _fade_length(offset: float, settings: Guesses) -> float:
     """Way over which an offset at the start fades [m]."""
-    return max(settings.fade_way, sqrt(6.0 * abs(offset) / settings.fade_curvature))
+    return max(settings.fade_distance, sqrt(6.0 * abs(offset) / settings.fade_curvature))
 
 
 def _let_in(speed: float, elapsed: Array, config: ControllerConfig) -> Array:

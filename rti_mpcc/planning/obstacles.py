@@ -131,9 +131,9 @@ def _nearest(
     """The one, known `seconds` [s] ago, that this can be, or None."""
     _, x, y = obstacle.seen[-1]
 
-    def way(other: Obstacle) -> float:
+    def distance(other: Obstacle) -> float:
         return float(np.hypot(x - other.seen[-1][1], y - other.seen[-1][2]))
 
     farthest = tracking.fastest * min(seconds, tracking.forgotten) + tracking.jump
-    near = [each for each in known if way(each) <= farthest]
-    return min(near, key=way, default=None)
+    near = [each for each in known if distance(each) <= farthest]
+    return min(near, key=distance, default=None)

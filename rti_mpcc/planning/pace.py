@@ -38,11 +38,11 @@ class Pace:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
 
-    def ahead(self, theta: float, way: float, config: ControllerConfig) -> Array:
-        """Highest speeds (m,) [m/s] in the middles of m equal pieces of the `way` [m] from `theta` [m] on."""
+    def ahead(self, theta: float, distance: float, config: ControllerConfig) -> Array:
+        """Highest speeds (m,) [m/s] in the middles of m equal pieces of so far [m] from `theta` [m] on."""
         timing = config.arrival_timing
-        pieces = int(min(max(way / timing.path_spacing, timing.least_pieces), timing.most_pieces))
-        return self.at(theta + way * (np.arange(pieces) + 0.5) / pieces)
+        pieces = int(min(max(distance / timing.path_spacing, timing.least_pieces), timing.most_pieces))
+        return self.at(theta + distance * (np.arange(pieces) + 0.5) / pieces)
 
 
 def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) -> Pace:
@@ -50,7 +50,7 @@ def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) 
     comfort, wheelbase, timing = config.comfort, config.vehicle.wheelbase, config.arrival_timing
     count = max(int(np.ceil((part.end - part.start) / timing.path_spacing)), 2)
     theta = np.linspace(part.start, part.end, count + 1)
-    width = 2 * round(0.5 * timing.steering_way / timing.path_spacing) + 1
+    width = 2 * round(0.5 * timing.steering_distance / timing.path_spacing) + 1
     asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")
     steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")
     curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)

@@ -239,10 +239,10 @@ def _unfit(state: Array, config: ControllerConfig) -> str:
 def _frozen(measured: Array, reckoned: Array, config: ControllerConfig) -> str:
     """Why this measurement must be an old one, or ""."""
     limits = config.plausibility
-    way = hypot(measured[X] - reckoned[X], measured[Y] - reckoned[Y])
-    if way <= limits.frozen_way and abs(float(measured[V] - reckoned[V])) <= limits.frozen_speed:
+    distance = hypot(measured[X] - reckoned[X], measured[Y] - reckoned[Y])
+    if distance <= limits.frozen_distance and abs(float(measured[V] - reckoned[V])) <= limits.frozen_speed:
         return ""
-    return f"the measured state does not change, by its commands the vehicle is {way:.2f} m further"
+    return f"the measured state does not change, by its commands the vehicle is {distance:.2f} m further"
 
 
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:
@@ -250,11 +250,11 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
     share = allowed.model_mismatch
-    way = share * speed * seconds
+    distance = share * speed * seconds
     x, y, phi, v, delta, _ = (measured - expected).tolist()
     jumps = (
-        ("position", "m", hypot(x, y), allowed.position + way),
-        ("heading", "rad", abs(wrap(phi)), allowed.heading + way * config.max_curvature),
+        ("position", "m", hypot(x, y), allowed.position + distance),
+        ("heading", "rad", abs(wrap(phi)), allowed.heading + distance * config.max_curvature),
         ("speed", "m/s", abs(v), allowed.speed + share * limits.acceleration * seconds),
         ("steering", "rad", abs(delta), allowed.steering + share * limits.steering_rate * seconds),
     )

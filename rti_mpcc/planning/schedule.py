@@ -22,7 +22,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
     """
     begun, pose, timing = s.plans.suspended, context.target.pose, config.arrival_timing
     if begun is not None and apart(begun.target.pose, pose) <= timing.target_moved:
-        if s.stands:
+        if s.is_stationary:
             begun = _later(begun, context.begin - begun.begin)
         elif begun.arrival is not None:
             duration = _duration(context, config)
@@ -105,7 +105,7 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     """Whether a contouring vehicle must brake now for a target that it has no arrival for yet."""
     needed = context.speed**2 / (2.0 * config.comfort_acceleration)
     contouring = s.task.phase is Phase.CONTOURING and not s.task.final
-    return contouring and context.way <= needed
+    return contouring and context.distance <= needed
 
 
 def retreat(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
@@ -126,22 +126,22 @@ def _arrives(s: ControllerState, context: PlanningContext, config: ControllerCon
     if not config.arrival or s.task.segment.final is not None:
         return False
     theta = float(context.state[THETA])
-    return within_reach(context.way, context.speed, config, context.pace, theta)
+    return within_reach(context.distance, context.speed, config, context.pace, theta)
 
 
 def _duration(context: PlanningContext, config: ControllerConfig, beyond: float = 0.0) -> float:
     """What the arrival, or one so much beyond the target [m], takes from here [s]."""
-    way = context.way + beyond
-    highest = context.pace.ahead(float(context.state[THETA]), way, config)
+    distance = context.distance + beyond
+    highest = context.pace.ahead(float(context.state[THETA]), distance, config)
     least = config.arrival_timing.least_time
-    return time_to_go(way, context.speed, config.arrival_acceleration, least, highest)
+    return time_to_go(distance, context.speed, config.arrival_acceleration, least, highest)
 
 
 def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
     error, (_, across, heading) = context.error, context.tolerance
     near = hypot(error.x, error.y) <= config.retries.retreat_reach
-    return near and s.stands and (abs(error.y) > across or abs(error.phi) > heading)
+    return near and s.is_stationary and (abs(error.y) > across or abs(error.phi) > heading)
 
 
 def _later(begun: SuspendedSearch, seconds: float) -> SuspendedSearch:

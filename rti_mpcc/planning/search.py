@@ -252,8 +252,10 @@ def first_guess(
         return cruise_guess(part, target, context.state, times, config, detour)
     beyond = s.task.segment.beyond
     if beyond is not None:
-        return reverse_guess(part, target, context.state, times, context.way, context.pace, config, beyond)
-    return arrival_guess(part, target, context.state, times, context.way, context.pace, config, detour)
+        return reverse_guess(
+            part, target, context.state, times, context.distance, context.pace, config, beyond
+        )
+    return arrival_guess(part, target, context.state, times, context.distance, context.pace, config, detour)
 
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:

@@ -74,7 +74,7 @@ def assess(
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
         free=segment.end is not SegmentEnd.STOP,
-        way=way_between(here, theta, on_path, part, target, config.arrival_timing.passed_way),
+        distance=distance_between(here, theta, on_path, part, target, config.arrival_timing.passed_distance),
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
@@ -109,7 +109,7 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: f
     reached[PHI] = lift(phi, heading)
 
 
-def way_between(
+def distance_between(
     here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target, passed: float
 ) -> float:
     """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.

@@ -166,7 +166,7 @@ class VehicleEstimate:
         known = self.offsets
         return UNDISTURBED if known is None else Disturbance(known.acceleration, known.steering, known.gain)
 
-    def stands(self, now: float, seconds: float = 0.0) -> bool:
+    def is_stationary(self, now: float, seconds: float = 0.0) -> bool:
         """Whether it has been standing for `seconds` at `now` [s]."""
         return self.standing_since is not None and now - self.standing_since >= seconds
 
@@ -343,9 +343,9 @@ class ControllerState:
         return self.clock.now
 
     @property
-    def stands(self) -> bool:
+    def is_stationary(self) -> bool:
         """Whether the vehicle stands."""
-        return self.vehicle.stands(self.now)
+        return self.vehicle.is_stationary(self.now)
 
     def suspending(self, search: SuspendedSearch | None) -> ControllerState:
         """With another search to go on with in the next cycle, or none."""

@@ -9,17 +9,17 @@ from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
 
 
-def halted(halt: Halt | None, way: float, needed: float, now: float, caution: Caution) -> Halt | None:
-    """Whether the vehicle brakes, or stands, for what its plan meets after `way` [m] (inf: nothing).
+def halted(halt: Halt | None, distance: float, needed: float, now: float, caution: Caution) -> Halt | None:
+    """Whether the vehicle brakes, or stands, for what its plan meets after `distance` [m] (inf: nothing).
 
     It does so from when that is within what is `needed` to stop [m], until its way was clear of that, and
     `clear_distance` more, for `clear_time`.
     """
-    if way <= needed:
+    if distance <= needed:
         return Halt()
     if halt is None:
         return None
-    if way <= needed + caution.clear_distance:
+    if distance <= needed + caution.clear_distance:
         return Halt()
     since = now if halt.clear_since is None else halt.clear_since
     return None if now - since >= caution.clear_time else Halt(clear_since=since)

@@ -20,7 +20,7 @@ from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.planning.arrival import time_to_go, within_reach
 from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.sensing import way_between
+from rti_mpcc.planning.sensing import distance_between
 
 
 def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None) -> float:
@@ -94,7 +94,7 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
     pace, timing, step = pace_of(part, config), config.arrival_timing, config.arrival_timing.cruise_step
-    left = way_between(part.first, part.start, part.first, part, target, timing.passed_way)
+    left = distance_between(part.first, part.start, part.first, part, target, timing.passed_distance)
     begin, time, speed = part.start, config.dead_time, 0.0
     while not within_reach(left, speed, config, pace, begin):
         gain = min(_rise(config) * (config.cruise_speed - speed), config.comfort_acceleration)

@@ -15,8 +15,8 @@ from geometry import Pose2
 from geometry.settings import Settings
 from rti_mpcc.errors import InputError
 from rti_mpcc.qp.solver import Stop
+from rti_mpcc.recording.given import numbers, read_only
 from rti_mpcc.recording.lines import Data
-from rti_mpcc.recording.told import numbers, read_only
 from rti_mpcc.types import Array
 
 T = TypeVar("T")

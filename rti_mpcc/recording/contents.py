@@ -12,7 +12,7 @@ from geometry import Corridor, CorridorLines, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock, Decisions
-from rti_mpcc.recording import told
+from rti_mpcc.recording import given
 from rti_mpcc.recording.lines import FORMAT, VERSION
 from rti_mpcc.recording.machine import Machine
 from rti_mpcc.types import Array, Command, VehicleState
@@ -105,14 +105,14 @@ def inputs_of(
     measurements: Sequence[GoalMeasurement],
     obstacles: Sequence[ArrayLike] | None,
 ) -> Inputs:
-    """The inputs as they come back from a file: numbers, all of them float64; see `told`. Never raises."""
+    """The inputs as they come back from a file: numbers, all of them float64; see `given`. Never raises."""
     return Inputs(
         goal_cleared=goal_cleared,
-        state=told.numbers(state, VehicleState),
-        now=told.number(now),
-        goal=None if goal is None else told.numbers(goal, Pose2),
-        measurements=told.measurements(measurements),
-        obstacles=told.outlines(obstacles),
+        state=given.numbers(state, VehicleState),
+        now=given.number(now),
+        goal=None if goal is None else given.numbers(goal, Pose2),
+        measurements=given.measurements(measurements),
+        obstacles=given.outlines(obstacles),
     )
 
 

@@ -79,7 +79,7 @@ def _met(body: shapely.Polygon, surroundings: Surroundings, part: int) -> tuple[
     return "what lies beyond a boundary", (body.centroid.x, body.centroid.y)
 
 
-def way_to_contact(
+def distance_to_contact(
     plan: Trajectory,
     corridor: Corridor,
     part: int,
@@ -111,7 +111,7 @@ def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
     return np.where(begins < 0.0, begins - config.caution.overlap_growth, kept)
 
 
-def way_to_obstacle(
+def distance_to_obstacle(
     plan: Trajectory, obstacles: Sequence[Obstacle], config: ControllerConfig, reach: float
 ) -> float:
     """Way along the plan to the first body that touches one of these obstacles [m]; or inf.
@@ -127,7 +127,7 @@ def way_to_obstacle(
     return float(marks[np.argmax(meets)]) if meets.any() else np.inf
 
 
-def way_to_moving(
+def distance_to_moving(
     plan: Trajectory, moving: Sequence[Obstacle], ages: float, config: ControllerConfig, reach: float
 ) -> float:
     """Way along the plan to the first body that may meet an obstacle that moves, Eq. (S2) [m]; or inf.
@@ -161,7 +161,7 @@ def surely_clear(
     *,
     least: float,
 ) -> bool:
-    """Whether `way_to_contact` need not be asked: all bodies of the plan up to `reach` [m] are `least` clear.
+    """Whether `distance_to_contact` need not be asked: all bodies up to `reach` [m] are `least` clear.
 
     (S1)  d_k - |p - c_k| > r + least,   |p - c_k| <= |c_k - c_k'| + w/2 + (4/27 + 1/8) h m
 
@@ -250,9 +250,9 @@ def _bodies(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[A
 def _times(plan: Trajectory, marks: Array) -> Array:
     """When (n,) [s] the plan has driven the ways `marks` (n,) [m]."""
     steps = _steps(plan)
-    way = np.append(0.0, np.cumsum(steps))
+    travelled = np.append(0.0, np.cumsum(steps))
     moving = np.append(True, steps > 1e-9)
-    times: Array = np.interp(marks, way[moving], plan.times[moving])
+    times: Array = np.interp(marks, travelled[moving], plan.times[moving])
     return times
 
 
@@ -267,7 +267,7 @@ def stop_clearance(config: ControllerConfig) -> float:
     return overhang + footprint.margin + config.caution.check_spacing
 
 
-def stopping_way(speed: float, config: ControllerConfig) -> float:
+def stopping_distance(speed: float, config: ControllerConfig) -> float:
     """Way that a vehicle at `speed` [m/s] needs to stop in comfort [m], a share more, and room to go on."""
     in_comfort = speed**2 / (2.0 * config.comfort_acceleration)
     return (1.0 + config.caution.stop_share) * in_comfort + stop_clearance(config)

@@ -34,12 +34,12 @@ def way_out(
         tried = config.limits.steering * np.array(config.escape.steering_shares)
         angles = sorted(tried, key=lambda angle: abs(angle - state[DELTA]))
         arcs = [(sign, float(angle)) for angle, sign in product(angles, (1.0, -1.0))]
-    ways = [(_way_free(state, *arc, surroundings, part, config), arc) for arc in arcs]
+    ways = [(_distance_until_free(state, *arc, surroundings, part, config), arc) for arc in arcs]
     way, (sign, angle) = min(ways, key=lambda each: each[0])
     return None if way == np.inf else _creep(state, sign, angle, begin, config)
 
 
-def _way_free(
+def _distance_until_free(
     state: Array, sign: float, steering: float, around: Surroundings, part: int, config: ControllerConfig
 ) -> float:
     """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""

@@ -94,12 +94,12 @@ def braking(config: ControllerConfig) -> float:
     return min(config.limits.acceleration, config.fallback.firmness * config.comfort_acceleration)
 
 
-def before_contact(speed: float, way: float, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] to stand before a contact `way` [m] ahead, the comfort one at least.
+def before_contact(speed: float, distance: float, config: ControllerConfig) -> float:
+    """Deceleration [m/s²] to stand before a contact `distance` [m] ahead, the comfort one at least.
 
     How far before: `Fallback.stop_distance`.
     """
-    left, most = way - config.fallback.stop_distance, config.limits.acceleration
+    left, most = distance - config.fallback.stop_distance, config.limits.acceleration
     return min(max(speed**2 / (2.0 * left), config.comfort_acceleration), most) if left > 0.0 else most
 
 

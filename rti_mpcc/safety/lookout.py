@@ -33,7 +33,7 @@ def overlap(s: ControllerState, context: PlanningContext, config: ControllerConf
     return contact.overlap(states, s.area, part, config)
 
 
-def way_to_contact(
+def distance_to_contact(
     s: ControllerState,
     plan: Trajectory,
     config: ControllerConfig,
@@ -51,18 +51,18 @@ def way_to_contact(
     if contact.surely_clear(plan, planes, corridor, part, config, reach, least=least):
         return inf
     free = planes is not None
-    return contact.way_to_contact(plan, corridor, part, config, reach, least=least, begins_free=free)
+    return contact.distance_to_contact(plan, corridor, part, config, reach, least=least, begins_free=free)
 
 
-def way_to_moving(
+def distance_to_moving(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
 ) -> float:
     """Distance along a plan, begun `later` [s], to what may be met of what moves [m], or inf."""
     ahead = s.now - s.area.given_at + later
-    return contact.way_to_moving(plan, s.area.moving, ahead, config, reach)
+    return contact.distance_to_moving(plan, s.area.moving, ahead, config, reach)
 
 
-def clear_way(
+def clear_distance_on(
     s: ControllerState,
     plan: Trajectory,
     config: ControllerConfig,
@@ -73,7 +73,8 @@ def clear_way(
     """Distance along a plan to where it is not clear of what stands or moves [m], or inf."""
     least = config.caution.hard_minimum
     return min(
-        way_to_moving(s, plan, config, reach, later), way_to_contact(s, plan, config, reach, planes, least)
+        distance_to_moving(s, plan, config, reach, later),
+        distance_to_contact(s, plan, config, reach, planes, least),
     )
 
 
@@ -93,7 +94,7 @@ def braking(
 def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig) -> Trajectory:
     """The motion that stands after all of the way that is looked at for a stop, along a plan."""
     speed = float(context.state[V])
-    need = contact.stopping_way(speed, config)
+    need = contact.stopping_distance(speed, config)
     deceleration = max(speed**2 / (2.0 * need), config.fallback.least_deceleration)
     return braking(context, deceleration, config, plan)
 
@@ -112,8 +113,8 @@ def braking_in_time(
     speed, found = float(context.state[V]), []
     for plan in (None,) if along is None else (along, None):
         motion = braking(context, wanted, config, plan)
-        way = clear_way(s, motion, config)
-        needed = wanted if way == inf else max(wanted, fallback.before_contact(speed, way, config))
+        distance = clear_distance_on(s, motion, config)
+        needed = wanted if distance == inf else max(wanted, fallback.before_contact(speed, distance, config))
         found.append((motion, needed, plan))
     motion, needed, plan = min(found, key=lambda each: each[1])
     return (motion if needed == wanted else braking(context, needed, config, plan)), needed

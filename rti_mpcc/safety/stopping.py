@@ -14,15 +14,15 @@ def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: 
     """Constant `deceleration` [m/s²] from `state` (6,) to rest on an arc, at `times` (N+1,) [s]."""
     speed, forward = abs(float(state[V])), float(np.sign(state[V]))
     elapsed = np.minimum(times - times[0], speed / deceleration)
-    way = forward * (speed * elapsed - 0.5 * deceleration * elapsed**2)
-    half_turn = 0.5 * way * np.tan(state[DELTA]) / wheelbase
-    chord = way * np.sinc(half_turn / np.pi)
+    travelled = forward * (speed * elapsed - 0.5 * deceleration * elapsed**2)
+    half_turn = 0.5 * travelled * np.tan(state[DELTA]) / wheelbase
+    chord = travelled * np.sinc(half_turn / np.pi)
     states = np.tile(state, (len(times), 1)).astype(np.float64).reshape(len(times), STATES)
     states[:, X] += chord * np.cos(state[PHI] + half_turn)
     states[:, Y] += chord * np.sin(state[PHI] + half_turn)
     states[:, PHI] += 2.0 * half_turn
     states[:, V] = forward * (speed - deceleration * elapsed)
-    states[:, THETA] += np.abs(way)
+    states[:, THETA] += np.abs(travelled)
     return _with_controls(times, states)
 
 
@@ -36,16 +36,16 @@ def stopping_along(
     """
     steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
     driven = np.append(True, steps > 1e-9)
-    way, states = np.append(0.0, np.cumsum(steps))[driven], plan.states[driven]
-    speed, here = abs(float(state[V])), _way_to(state, states, way)
-    at_here = _states_at(states, way, np.array([here]))[0]
+    travelled, states = np.append(0.0, np.cumsum(steps))[driven], plan.states[driven]
+    speed, here = abs(float(state[V])), _distance_to(state, states, travelled)
+    at_here = _states_at(states, travelled, np.array([here]))[0]
     off = state - at_here
     aside, turned = float(np.hypot(off[X], off[Y])), abs(float(wrap(off[PHI])))
     if aside > near[0] or turned > near[1] or float(at_here[V] * state[V]) <= 0.0:
         return None
     elapsed = np.minimum(times - times[0], speed / deceleration)
     left = here + speed * elapsed - 0.5 * deceleration * elapsed**2
-    found = _states_at(states, way, left)
+    found = _states_at(states, travelled, left)
     found[:, : PHI + 1] += off[: PHI + 1]
     found[:, V] = np.sign(state[V]) * (speed - deceleration * elapsed)
     found[:, DELTA] += off[DELTA] * (elapsed == 0.0)
@@ -54,22 +54,22 @@ def stopping_along(
     return _with_controls(times, found)
 
 
-def _way_to(state: Array, states: Array, way: Array) -> float:
-    """The way (of `way` (n,) at `states` (n, 6)) [m] at which their polyline is nearest to `state`."""
+def _distance_to(state: Array, states: Array, travelled: Array) -> float:
+    """The way (of `travelled` (n,) at `states` (n, 6)) [m] at which their polyline is nearest to `state`."""
     if len(states) < 2:
         return 0.0
     place = states[:, X] + 1j * states[:, Y]
-    pieces, lengths = np.diff(place), np.diff(way)
+    pieces, lengths = np.diff(place), np.diff(travelled)
     share = ((complex(state[X], state[Y]) - place[:-1]) * pieces.conj()).real / np.abs(pieces) ** 2
     share = np.clip(share, 0.0, 1.0)
     nearest = int(np.argmin(np.abs(place[:-1] + share * pieces - complex(state[X], state[Y]))))
-    return float(way[nearest] + share[nearest] * lengths[nearest])
+    return float(travelled[nearest] + share[nearest] * lengths[nearest])
 
 
-def _states_at(states: Array, way: Array, at: Array) -> Array:
+def _states_at(states: Array, travelled: Array, at: Array) -> Array:
     """States (m, 6) where the ways `at` (m,) [m] are driven; straight on behind the end."""
-    found = np.stack([np.interp(at, way, column) for column in states.T], axis=-1)
-    beyond = np.maximum(at - way[-1], 0.0) * np.sign(states[0, V])
+    found = np.stack([np.interp(at, travelled, column) for column in states.T], axis=-1)
+    beyond = np.maximum(at - travelled[-1], 0.0) * np.sign(states[0, V])
     found[:, X] += beyond * np.cos(found[:, PHI])
     found[:, Y] += beyond * np.sin(found[:, PHI])
     return found

@@ -76,14 +76,14 @@ def assemble_tracking(times: Sequence[float], commands: Sequence[Command]) -> Tr
     goals = [note.goal for note in notes]
     unknown = np.full((3, 3), nan)
     covariances = [goal.covariance if goal else None for goal in goals]
-    told = [(time, judged) for time, note in zip(times, notes, strict=True) for judged in note.detections]
+    given = [(time, judged) for time, note in zip(times, notes, strict=True) for judged in note.detections]
     return Tracking(
         aims=_rows([_triple(note.aim) for note in notes], 3),
         estimates=_rows([_triple(goal.pose if goal else None) for goal in goals], 3),
         covariances=_kept(np.reshape([unknown if one is None else one for one in covariances], (-1, 3, 3))),
         status=tuple(goal.status if goal else None for goal in goals),
-        detections=tuple(judged for _, judged in told),
-        arrivals=_kept([time for time, _ in told]),
+        detections=tuple(judged for _, judged in given),
+        arrivals=_kept([time for time, _ in given]),
     )
 
 

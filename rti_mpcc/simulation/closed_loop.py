@@ -243,8 +243,8 @@ def _told(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles)
     """What a step is told besides state and time."""
     feed, faults = loop.feed, loop.disturbances
     detected = feed.lookout is not None and feed.source is GoalSource.DETECTED
-    goal, measurements = faults.told(
-        feed.told(now, measured, loop.goal), now, loop.path.end, detected=detected
+    goal, measurements = faults.given(
+        feed.given(now, measured, loop.goal), now, loop.path.end, detected=detected
     )
     arguments: dict[str, Any] = {"goal": goal}
     if feed.lookout is not None:

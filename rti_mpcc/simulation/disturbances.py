@@ -9,7 +9,7 @@ from estimation import GoalMeasurement
 from geometry import Pose2
 from rti_mpcc.simulation.faults import FaultSection, Kind
 from rti_mpcc.simulation.forced_clock import ForcedClock
-from rti_mpcc.simulation.goal_feed import Told
+from rti_mpcc.simulation.goal_feed import Given
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import VehicleState
 
@@ -45,19 +45,19 @@ class Disturbances:
         x, y = _beside(state.x, state.y, state.phi, self.total("state_jump", now))
         return replace(state, x=x, y=y)
 
-    def told(self, told: Told, now: float, path_end: Pose2, *, detected: bool) -> Told:
+    def given(self, given: Given, now: float, path_end: Pose2, *, detected: bool) -> Given:
         """What the controller is told of the goal, by its detections or as it is.
 
         No goal at all is the path's end, which has to be said once another one was told.
         """
         if detected:
-            return told._replace(measurements=tuple(self._detected(m, now) for m in told.measurements))
+            return given._replace(measurements=tuple(self._detected(m, now) for m in given.measurements))
         if not any(f.kind in ("goal_jump", "goal_nan") and f.begin <= now + SAME_TIME for f in self.faults):
-            return told
+            return given
         if self.acting("goal_nan", now):
-            return told._replace(goal=_pose_without_numbers())
+            return given._replace(goal=_pose_without_numbers())
         aside = Pose2(0.0, self.total("goal_jump", now), 0.0)
-        return told._replace(goal=(told.goal or path_end).compose(aside))
+        return given._replace(goal=(given.goal or path_end).compose(aside))
 
     def _detected(self, measurement: GoalMeasurement, now: float) -> GoalMeasurement:
         """A detection that arrives `now` [s]; its stamp is by the clock at the exposure."""

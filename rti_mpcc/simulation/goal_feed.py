@@ -64,7 +64,7 @@ class TrueGoal:
         return goal
 
 
-class Told(NamedTuple):
+class Given(NamedTuple):
     """Arguments of a step: goal, None for the one told before, and detections."""
 
     goal: Pose2 | None
@@ -90,16 +90,16 @@ class GoalFeed:
     stamp: float = -1.0
     poses: PoseHistory = field(default_factory=PoseHistory)
 
-    def told(self, now: float, state: VehicleState, goal: TrueGoal) -> Told:
+    def given(self, now: float, state: VehicleState, goal: TrueGoal) -> Given:
         """What the controller is told at `now` [s], where the vehicle's state is measured as `state`."""
         arrived = self.lookout.arrived(now) if self.lookout else ()
         if self.source is GoalSource.KNOWN or self.lookout is None:
-            return Told(goal.pose if goal.moved or self.planned is not None else None, ())
+            return Given(goal.pose if goal.moved or self.planned is not None else None, ())
         if self.source is GoalSource.DETECTED:
-            return Told(self.planned, arrived)
+            return Given(self.planned, arrived)
         self.poses = self.poses.noted(now, Pose2(state.x, state.y, state.phi), length=RAW_HISTORY)
         self._take(arrived)
-        return Told(self.planned if self.newest is None else self.newest, ())
+        return Given(self.planned if self.newest is None else self.newest, ())
 
     def _take(self, measurements: Sequence[GoalMeasurement]) -> None:
         for measurement in measurements:

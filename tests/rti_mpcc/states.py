@@ -10,7 +10,7 @@ import numpy as np
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour.conditions import standing_since
-from rti_mpcc.behaviour.transitions import look
+from rti_mpcc.behaviour.transitions import transition_by_condition
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd
 from rti_mpcc.model.layout import CONTROLS, STATES
@@ -153,7 +153,7 @@ def some_plan() -> Trajectory:
 def decided(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """The state after what is decided in a cycle, with nothing in the way."""
     s = put(s, time=context.now)
-    s = look(put(s, standing_since=standing_since(s, context, config)), context, config)
+    s = transition_by_condition(put(s, standing_since=standing_since(s, context, config)), context, config)
     return rescheduled(s, context, config)
 
 
@@ -171,7 +171,7 @@ class Contexts:
             "direction": 1,
             "ends_at_goal": True,
             "free": True,
-            "way": 10.0,
+            "distance": 10.0,
             "speed": 1.0,
             "pace": Pace(theta=np.array([0.0, 20.0]), speed=np.array([10.0, 10.0])),
             "error": Pose2(-10.0, 0.0, 0.0),
@@ -186,7 +186,7 @@ class Contexts:
         usual: dict[str, Any] = {
             "state": np.array([x, 0.0, 0.0, 0.0, 0.0, x]),
             "measured_speed": 0.0,
-            "way": 20.0 - x,
+            "distance": 20.0 - x,
             "speed": 0.0,
             "error": error,
             "stop_error": error,

@@ -72,7 +72,7 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Search, "iterations", 0, "greater than or equal to 1"),
     (Search, "damping", -1e-4, "greater than or equal to 0"),
     (Search, "heading_defect", nan, "finite"),
-    (Guesses, "fade_way", 0.0, "greater than 0"),
+    (Guesses, "fade_distance", 0.0, "greater than 0"),
     (Guesses, "fade_heading", 1.6, "less than or equal to 1.5"),
     (Guesses, "shortest_swing", 0.0, "greater than 0"),
     (GoalTracking, "standoff_tolerance", -0.1, "greater than or equal to 0"),

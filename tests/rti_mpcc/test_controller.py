@@ -47,8 +47,8 @@ def arrive(mpcc: RtiMpcc, state: Array, seconds: float, iterations: int = 8) -> 
     """Iterate a planned arrival from a first guess until it hardly moves any more."""
     config = mpcc.config
     times = stage_times(0.0, stage_lengths(seconds, config.cycle, config.stages, config.fine_stage))
-    way = mpcc.target.theta - state[THETA]
-    guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, pace_of(mpcc.part, config), config)
+    distance = mpcc.target.theta - state[THETA]
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, distance, pace_of(mpcc.part, config), config)
     return repeat(mpcc, state, guess, iterations, objective=ArrivalAtRest(seconds))
 
 
@@ -91,12 +91,12 @@ def test_a_straight_arrival_is_the_cubic_of_least_acceleration() -> None:
     """
     mpcc = core([(1, 0.0, 30.0)], comfort_acceleration=1.0)
     solution = arrive(mpcc, at(mpcc, 0.0), 20.0)
-    way, span, weights = 30.0, 20.0, mpcc.config.weights
+    distance, span, weights = 30.0, 20.0, mpcc.config.weights
     r = weights.acceleration / weights.stage_length
     q, p = weights.arrival_pose, weights.arrival_speed
     # v_T = f T²/2 + g T and x_T = f T³/3 + g T²/2
     lines = [[r + q * span**3 / 3.0, q * span**2 / 2.0], [p * span**2 / 2.0, r + p * span]]
-    f, g = np.linalg.solve(lines, [q * way, 0.0])
+    f, g = np.linalg.solve(lines, [q * distance, 0.0])
     middle = 0.5 * (solution.trajectory.times[1:] + solution.trajectory.times[:-1])
     np.testing.assert_allclose(solution.trajectory.controls[:, A], f * (span - middle) + g, atol=5e-3)
     np.testing.assert_allclose(solution.trajectory.states[:, DELTA], 0.0, atol=1e-4)

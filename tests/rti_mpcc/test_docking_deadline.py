@@ -145,7 +145,7 @@ def block(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, float], None]:
         def way(s: ControllerState, *_: Any) -> float:
             return 1.0 if begin <= s.now + 1e-6 < end else inf
 
-        monkeypatch.setattr(lookout, "clear_way", way)
+        monkeypatch.setattr(lookout, "clear_distance_on", way)
 
     return between
 

@@ -39,12 +39,12 @@ def test_standing_is_counted_from_its_first_cycle_and_ends_with_motion() -> None
     assert s.vehicle.standing_since == 3.0
     s = decided(s, contexts.standing(12.0, now=3.5), CONFIG)
     assert s.vehicle.standing_since == 3.0
-    assert s.stands
-    assert s.vehicle.stands(4.0, 1.0)
-    assert not s.vehicle.stands(3.9, 1.0)
+    assert s.is_stationary
+    assert s.vehicle.is_stationary(4.0, 1.0)
+    assert not s.vehicle.is_stationary(3.9, 1.0)
     moving = decided(s, contexts(now=4.0), CONFIG)
     assert moving.vehicle.standing_since is None
-    assert not moving.stands
+    assert not moving.is_stationary
 
 
 def test_a_vehicle_about_to_move_does_not_stand() -> None:

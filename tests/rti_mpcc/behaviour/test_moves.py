@@ -294,7 +294,7 @@ def test_what_begins_afresh_does_not_back_up() -> None:
         moves.found_elsewhere(backing()),
         moves.begun_again(backing(), "why"),
         scheduled(backing(), here, CONFIG),
-        scheduled(backing(), contexts(way=200.0), CONFIG),
+        scheduled(backing(), contexts(distance=200.0), CONFIG),
         moves.stop_before(backing(), here, CONFIG, 4.0, 7),
         moves.stop_before(backing(), here, CONFIG, 0.1, 7),
         moves.seeking(backing(), SEGMENTS[0]),

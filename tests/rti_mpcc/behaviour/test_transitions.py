@@ -13,7 +13,13 @@ import pytest
 import rti_mpcc
 from geometry import Pose2
 from rti_mpcc.behaviour import conditions
-from rti_mpcc.behaviour.transitions import TRANSITIONS, Event, Transition, look, told
+from rti_mpcc.behaviour.transitions import (
+    TRANSITIONS,
+    Event,
+    Transition,
+    transition_by_condition,
+    transition_on,
+)
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import rescheduled
@@ -45,7 +51,7 @@ LONG = BEHAVIOUR.standstill_time + 1.0
 
 def test_a_plan_under_way_goes_on() -> None:
     s = arriving()
-    assert look(s, contexts(), CONFIG) is s
+    assert transition_by_condition(s, contexts(), CONFIG) is s
     assert rescheduled(s, contexts(), CONFIG) is s
     assert decided(s, contexts(), CONFIG) == s
 
@@ -304,7 +310,7 @@ def test_every_row_that_is_looked_for_is_found_and_leads_to_its_phase(phase: Pha
     of_phase = [each for source, each in LOOKED_FOR if source is phase]
     holds = [bool(each.when and each.when(noted, context, CONFIG)) for each in of_phase]
     assert of_phase[holds.index(True)] is row
-    assert look(s, context, CONFIG).task.phase is row.to
+    assert transition_by_condition(s, context, CONFIG).task.phase is row.to
 
 
 @pytest.mark.parametrize(
@@ -326,14 +332,14 @@ def test_what_a_row_changes_beside_the_phase(
     event: Event, restarts: int, pulled_out: int, stalled_at: Any
 ) -> None:
     for phase in next(row for row in TRANSITIONS if row.event is event).sources:
-        task = look(*witness(phase, event), CONFIG).task
+        task = transition_by_condition(*witness(phase, event), CONFIG).task
         assert (task.restarts, task.pulled_out, task.stalled_at) == (restarts, pulled_out, stalled_at)
 
 
 @pytest.mark.parametrize(("phase", "row"), TOLD, ids=names)
 def test_every_row_that_is_told_leads_to_its_phase(phase: Phase, row: Transition) -> None:
     s = planned(phase)
-    after = told(s, row.event)
+    after = transition_on(s, row.event)
     assert after.task.phase is row.to
     if row.to is not Phase.STARTING:
         assert after == put(s, phase=row.to)
@@ -346,7 +352,7 @@ def test_an_event_without_a_row_in_a_phase_changes_nothing(phase: Phase) -> None
     others = [event for event in Event if event not in rows]
     assert others
     for event in others:
-        assert told(s, event) is s
+        assert transition_on(s, event) is s
 
 
 def test_what_is_looked_for_cannot_be_told() -> None:
@@ -358,9 +364,9 @@ def test_what_is_looked_for_cannot_be_told() -> None:
 )
 def test_whoever_starts_keeps_no_plans_and_no_arrival(phase: Phase, row: Transition) -> None:
     if row.when:
-        after = look(*witness(phase, row.event), CONFIG)
+        after = transition_by_condition(*witness(phase, row.event), CONFIG)
     else:
-        after = told(planned(phase, outside_since=9.0), row.event)
+        after = transition_on(planned(phase, outside_since=9.0), row.event)
     assert after.task.phase is Phase.STARTING
     assert after.plans == Plans(clear_of=3)
     assert (after.task.arrival, after.task.outside_since) == (None, None)
@@ -371,7 +377,7 @@ def test_whoever_starts_keeps_no_plans_and_no_arrival(phase: Phase, row: Transit
 )
 def test_whoever_goes_on_keeps_what_was_planned(phase: Phase, row: Transition) -> None:
     s, context = witness(phase, row.event)
-    after = look(s, context, CONFIG)
+    after = transition_by_condition(s, context, CONFIG)
     assert after.plans is s.plans
     assert after.task.arrival is s.task.arrival
 
@@ -382,9 +388,9 @@ def test_whoever_goes_on_keeps_what_was_planned(phase: Phase, row: Transition) -
 def test_whoever_holds_is_inside(phase: Phase, row: Transition) -> None:
     if row.when:
         s, context = witness(phase, row.event)
-        after = look(put(s, outside_since=9.0), context, CONFIG)
+        after = transition_by_condition(put(s, outside_since=9.0), context, CONFIG)
     else:
-        after = told(planned(phase, outside_since=9.0), row.event)
+        after = transition_on(planned(phase, outside_since=9.0), row.event)
     assert (after.task.phase, after.task.outside_since) == (Phase.HOLDING, None)
 
 
@@ -392,13 +398,13 @@ def test_whoever_holds_is_inside(phase: Phase, row: Transition) -> None:
 def test_a_vehicle_that_begins_again_from_its_target_is_taken_to_stand_from_now(phase: Phase) -> None:
     s = planned(phase, standing_since=2.0)
     for event in (Event.OVERLAP, Event.GOAL_CHANGED, Event.MISTAKE, Event.SEGMENT_ENDED):
-        assert told(s, event).vehicle.standing_since == s.now
-        assert told(put(s, standing_since=None), event).vehicle.standing_since is None
+        assert transition_on(s, event).vehicle.standing_since == s.now
+        assert transition_on(put(s, standing_since=None), event).vehicle.standing_since is None
 
 
 @pytest.mark.parametrize("phase", [Phase.STARTING, *DRIVING, Phase.SETTLING], ids=names)
 def test_one_that_begins_again_elsewhere_stands_as_long_as_it_does(phase: Phase) -> None:
-    assert told(planned(phase, standing_since=2.0), Event.OVERLAP).vehicle.standing_since == 2.0
+    assert transition_on(planned(phase, standing_since=2.0), Event.OVERLAP).vehicle.standing_since == 2.0
 
 
 def test_what_is_told_has_no_effect_of_its_own() -> None:

@@ -26,8 +26,8 @@ DISCS = cover(Vehicle(), Footprint())
 RELAXATION = BoundRelaxation()
 RETURN_TIME, RETURN_WAY, WAY_BACK = (
     RELAXATION.margin_time,
-    RELAXATION.margin_way,
-    RELAXATION.boundary_way,
+    RELAXATION.margin_distance,
+    RELAXATION.boundary_distance,
 )
 MARGIN = 0.1
 
@@ -189,10 +189,10 @@ def relieved(
     change: Array,
     elapsed: Array,
     margin: float,
-    way: float = 0.0,
+    travelled: float = 0.0,
     trails: Array | None = None,
 ) -> Array:
-    """`relaxed_bounds` with what the vehicle lacks itself, all stages `way` [m] along; nothing trails."""
+    """`relaxed_bounds` with what the vehicle lacks itself, all stages `travelled` [m] along."""
     missing = margin_deficit(rows, STAYS, np.append(change, [0.0, 0.0]))
     if missing is None:
         return rows.lower
@@ -201,7 +201,7 @@ def relieved(
         rows,
         missing,
         elapsed,
-        np.full(len(elapsed), way),
+        np.full(len(elapsed), travelled),
         np.zeros(5) if trails is None else trails,
         margin=margin,
         over=over,
@@ -253,12 +253,12 @@ def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
     late = np.full(len(states), 2.0 * RETURN_TIME)
-    for way, left in (
+    for travelled, left in (
         (0.5 * WAY_BACK, 0.5),
         (WAY_BACK, 0.0),
         (2.0 * WAY_BACK, 0.0),
     ):
-        bounds = relieved(short, np.zeros(3), late, 0.1, way)
+        bounds = relieved(short, np.zeros(3), late, 0.1, travelled)
         # The vehicle lacks 0.5 m of the left boundary, which is relieved by no more than that at any stage.
         np.testing.assert_allclose(bounds[..., 0], lower[..., 0] - left * 0.5, atol=1e-12)
         # The others stay.
@@ -308,9 +308,9 @@ def test_what_trails_may_swing_out_until_it_is_back(corridor: Corridor, states: 
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
     trails = np.array([0.0, 0.0, 0.5, 1.5, 3.0])
     late = np.full(len(states), 2.0 * RETURN_TIME)
-    for way in (0.0, 1.0, RETURN_WAY, 2.0 * RETURN_WAY, RETURN_WAY + 6.0):
-        relief = lower - relieved(short, np.zeros(3), late, 0.1, way, trails)
-        wanted = 1.5 / RETURN_WAY * trails * 0.02 * (1.0 - (way / (RETURN_WAY + 2.0 * trails)) ** 3)
+    for travelled in (0.0, 1.0, RETURN_WAY, 2.0 * RETURN_WAY, RETURN_WAY + 6.0):
+        relief = lower - relieved(short, np.zeros(3), late, 0.1, travelled, trails)
+        wanted = 1.5 / RETURN_WAY * trails * 0.02 * (1.0 - (travelled / (RETURN_WAY + 2.0 * trails)) ** 3)
         np.testing.assert_allclose(relief[5, :, 1], np.maximum(wanted, 0.0), atol=1e-12)
         np.testing.assert_array_equal(relief[..., [0, 2]], 0.0)
     much = lower - relieved(short, np.zeros(3), late, 0.1, 0.0, 100.0 * trails)

@@ -170,18 +170,18 @@ def test_doubt_is_about_the_goals_own_axes() -> None:
 def test_it_waits_at_the_standoff_and_once_it_waits_until_there_is_no_doubt() -> None:
     s = lost(0.1, 0.1, 0.1)
     standoff, brake = CONFIG.goal_tracking.standoff, 1.0 / (2.0 * CONFIG.comfort_acceleration)
-    assert aim.must_wait(s, contexts(way=standoff + brake + 0.1, speed=1.0), CONFIG) == ""
-    near = contexts(way=standoff + brake - 0.1, speed=1.0)
+    assert aim.must_wait(s, contexts(distance=standoff + brake + 0.1, speed=1.0), CONFIG) == ""
+    near = contexts(distance=standoff + brake - 0.1, speed=1.0)
     assert "goal not seen for 3.0 s" in aim.must_wait(s, near, CONFIG)
     waiting = put(s, waiting=True)
-    assert aim.must_wait(waiting, contexts(way=standoff + brake + 0.1, speed=1.0), CONFIG) != ""
+    assert aim.must_wait(waiting, contexts(distance=standoff + brake + 0.1, speed=1.0), CONFIG) != ""
     assert aim.must_wait(put(waiting, estimate=seen()), near, CONFIG) == ""
 
 
 def test_it_does_not_wait_before_a_cusp_or_a_stop_of_its_own() -> None:
     s = lost(0.1, 0.1, 0.1)
-    assert aim.must_wait(s, contexts(way=0.5, speed=0.1, ends_at_goal=False), CONFIG) == ""
-    assert aim.must_wait(s, contexts(way=0.5, speed=0.1, free=False), CONFIG) == ""
+    assert aim.must_wait(s, contexts(distance=0.5, speed=0.1, ends_at_goal=False), CONFIG) == ""
+    assert aim.must_wait(s, contexts(distance=0.5, speed=0.1, free=False), CONFIG) == ""
 
 
 def test_a_goal_that_has_to_be_seen_is_one() -> None:

@@ -18,28 +18,28 @@ COMFORT = 0.4
 LEAST, REACH = TIMING.least_time, TIMING.waiting_reach
 
 
-def cubic(way: float, speed: float, duration: float, t: float) -> tuple[float, float, float]:
+def cubic(distance: float, speed: float, duration: float, t: float) -> tuple[float, float, float]:
     """Way driven, speed and acceleration at `t` on the cubic arrival, straight from its four conditions."""
     # s = v t + b t² + c t³ with s(T) = D, s'(T) = 0
     matrix = [[duration**2, duration**3], [2.0 * duration, 3.0 * duration**2]]
-    b, c = np.linalg.solve(matrix, [way - speed * duration, -speed])
+    b, c = np.linalg.solve(matrix, [distance - speed * duration, -speed])
     return speed * t + b * t**2 + c * t**3, speed + 2.0 * b * t + 3.0 * c * t**2, 2.0 * b + 6.0 * c * t
 
 
-@pytest.mark.parametrize(("way", "speed"), CASES)
-def test_the_last_deceleration_is_the_comfort_one(way: float, speed: float) -> None:
-    duration = time_to_go(way, speed, COMFORT, LEAST)
-    assert cubic(way, speed, duration, duration)[2] == pytest.approx(-COMFORT)
+@pytest.mark.parametrize(("distance", "speed"), CASES)
+def test_the_last_deceleration_is_the_comfort_one(distance: float, speed: float) -> None:
+    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    assert cubic(distance, speed, duration, duration)[2] == pytest.approx(-COMFORT)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.8])
-@pytest.mark.parametrize(("way", "speed"), CASES)
+@pytest.mark.parametrize(("distance", "speed"), CASES)
 def test_along_its_own_cubic_the_time_to_go_falls_by_the_time_passed(
-    way: float, speed: float, share: float
+    distance: float, speed: float, share: float
 ) -> None:
-    duration = time_to_go(way, speed, COMFORT, LEAST)
-    driven, now, _ = cubic(way, speed, duration, share * duration)
-    left = time_to_go(way - driven, now, COMFORT, LEAST)
+    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    driven, now, _ = cubic(distance, speed, duration, share * duration)
+    left = time_to_go(distance - driven, now, COMFORT, LEAST)
     assert left == pytest.approx(max((1.0 - share) * duration, LEAST))
 
 
@@ -49,53 +49,55 @@ def test_from_rest_it_is_the_square_root_of_six_ways() -> None:
 
 def test_out_of_a_cruise_it_begins_without_a_step_in_acceleration() -> None:
     speed = 3.0
-    way = 4.0 * speed**2 / (3.0 * COMFORT)
-    assert cubic(way, speed, time_to_go(way, speed, COMFORT, LEAST), 0.0)[2] == pytest.approx(0.0, abs=1e-12)
+    distance = 4.0 * speed**2 / (3.0 * COMFORT)
+    assert cubic(distance, speed, time_to_go(distance, speed, COMFORT, LEAST), 0.0)[2] == pytest.approx(
+        0.0, abs=1e-12
+    )
 
 
 def test_too_fast_for_the_comfort_acceleration_it_is_the_constant_deceleration() -> None:
-    way, speed = 5.0, 4.0
-    duration = time_to_go(way, speed, COMFORT, LEAST)
-    assert duration == pytest.approx(2.0 * way / speed)
-    accelerations = [cubic(way, speed, duration, t)[2] for t in (0.0, 0.5 * duration, duration)]
-    np.testing.assert_allclose(accelerations, -(speed**2) / (2.0 * way))
+    distance, speed = 5.0, 4.0
+    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    assert duration == pytest.approx(2.0 * distance / speed)
+    accelerations = [cubic(distance, speed, duration, t)[2] for t in (0.0, 0.5 * duration, duration)]
+    np.testing.assert_allclose(accelerations, -(speed**2) / (2.0 * distance))
 
 
-@pytest.mark.parametrize(("way", "speed"), [(0.0, 0.0), (-1.0, 0.0), (1e-9, 0.01), (0.01, 0.0)])
-def test_it_is_never_shorter_than_the_floor(way: float, speed: float) -> None:
-    assert time_to_go(way, speed, COMFORT, LEAST) == LEAST
+@pytest.mark.parametrize(("distance", "speed"), [(0.0, 0.0), (-1.0, 0.0), (1e-9, 0.01), (0.01, 0.0)])
+def test_it_is_never_shorter_than_the_floor(distance: float, speed: float) -> None:
+    assert time_to_go(distance, speed, COMFORT, LEAST) == LEAST
 
 
-@pytest.mark.parametrize(("way", "speed"), [*CASES, (5.0, 4.0), (6.7, 2.0)])
-def test_the_peak_speed_is_the_highest_on_the_cubic(way: float, speed: float) -> None:
-    duration = time_to_go(way, speed, COMFORT, LEAST)
-    speeds = [cubic(way, speed, duration, t)[1] for t in np.linspace(0.0, duration, 20_001)]
-    assert peak_speed(way, speed, duration) == pytest.approx(max(speeds), abs=1e-6)
+@pytest.mark.parametrize(("distance", "speed"), [*CASES, (5.0, 4.0), (6.7, 2.0)])
+def test_the_peak_speed_is_the_highest_on_the_cubic(distance: float, speed: float) -> None:
+    duration = time_to_go(distance, speed, COMFORT, LEAST)
+    speeds = [cubic(distance, speed, duration, t)[1] for t in np.linspace(0.0, duration, 20_001)]
+    assert peak_speed(distance, speed, duration) == pytest.approx(max(speeds), abs=1e-6)
 
 
 def test_no_bound_above_the_peak_changes_the_time() -> None:
-    for way, speed in CASES:
-        free = time_to_go(way, speed, COMFORT, LEAST)
-        peak = peak_speed(way, speed, free)
-        assert time_to_go(way, speed, COMFORT, LEAST, np.full(200, 1.2 * max(peak, 2.5 * speed))) == free
+    for distance, speed in CASES:
+        free = time_to_go(distance, speed, COMFORT, LEAST)
+        peak = peak_speed(distance, speed, free)
+        assert time_to_go(distance, speed, COMFORT, LEAST, np.full(200, 1.2 * max(peak, 2.5 * speed))) == free
 
 
 def test_under_a_bound_it_is_a_cubic_up_to_it_and_one_down_from_it() -> None:
     """From rest: the cubics take 2 c / a each, over 2/3 of what c would drive in that time."""
-    way, bound = 40.0, 2.0
+    distance, bound = 40.0, 2.0
     ramp = 2.0 * bound / COMFORT
-    expected = way / bound + 2.0 / 3.0 * ramp
-    got = time_to_go(way, 0.0, COMFORT, LEAST, np.full(400, bound))
+    expected = distance / bound + 2.0 / 3.0 * ramp
+    got = time_to_go(distance, 0.0, COMFORT, LEAST, np.full(400, bound))
     assert got == pytest.approx(expected, rel=2e-3)
-    assert got > time_to_go(way, 0.0, COMFORT, LEAST)
+    assert got > time_to_go(distance, 0.0, COMFORT, LEAST)
 
 
-@pytest.mark.parametrize(("way", "speed"), [(10.0, 0.0), (10.0, 1.0), (30.0, 2.0), (2.0, 0.6)])
-def test_where_the_bound_is_the_peak_itself_it_is_the_one_cubic(way: float, speed: float) -> None:
-    free = time_to_go(way, speed, COMFORT, LEAST)
-    peak = peak_speed(way, speed, free)
+@pytest.mark.parametrize(("distance", "speed"), [(10.0, 0.0), (10.0, 1.0), (30.0, 2.0), (2.0, 0.6)])
+def test_where_the_bound_is_the_peak_itself_it_is_the_one_cubic(distance: float, speed: float) -> None:
+    free = time_to_go(distance, speed, COMFORT, LEAST)
+    peak = peak_speed(distance, speed, free)
     if peak > speed:
-        got = time_to_go(way, speed, COMFORT, LEAST, np.full(400, 0.9999 * peak))
+        got = time_to_go(distance, speed, COMFORT, LEAST, np.full(400, 0.9999 * peak))
         assert got == pytest.approx(free, rel=2e-3)
 
 
@@ -109,11 +111,12 @@ def test_a_bend_on_the_way_costs_time_and_the_later_it_is_the_same() -> None:
 
 
 def test_along_its_own_motion_under_a_bound_the_time_falls_by_the_time_passed() -> None:
-    way, bound = 40.0, 2.0
+    distance, bound = 40.0, 2.0
     ramp = 2.0 * bound / COMFORT
-    left = way - 2.0 / 3.0 * ramp * bound  # the first cubic is driven
+    left = distance - 2.0 / 3.0 * ramp * bound  # the first cubic is driven
     whole, rest = (
-        time_to_go(d, v, COMFORT, LEAST, np.full(800, bound)) for d, v in ((way, 0.0), (left, 0.9999 * bound))
+        time_to_go(d, v, COMFORT, LEAST, np.full(800, bound))
+        for d, v in ((distance, 0.0), (left, 0.9999 * bound))
     )
     assert rest == pytest.approx(whole - ramp, rel=5e-3)
 
@@ -123,9 +126,9 @@ def test_a_vehicle_above_its_bound_is_slowed_not_refused() -> None:
     assert 30.0 / 3.0 < got < 30.0 / 1.0 + 2.0 / 3.0 * 2.0 / COMFORT
 
 
-def narrow(way: float) -> Array:
+def narrow(distance: float) -> Array:
     """Speeds allowed in 0.1 m of the way each, lower in its third quarter [m/s]."""
-    allowed = np.full(round(10.0 * way), 2.5)
+    allowed = np.full(round(10.0 * distance), 2.5)
     allowed[len(allowed) // 2 : 3 * len(allowed) // 4] = 1.0
     return allowed
 
@@ -133,27 +136,27 @@ def narrow(way: float) -> Array:
 @pytest.mark.parametrize("later", [1.0, 1.5])
 @pytest.mark.parametrize("speed", [0.0, 0.8])
 def test_the_motion_of_an_arrival_is_nowhere_faster_than_allowed(speed: float, later: float) -> None:
-    way, allowed = 40.0, narrow(40.0)
-    duration = later * time_to_go(way, speed, COMFORT, LEAST, allowed)
+    distance, allowed = 40.0, narrow(40.0)
+    duration = later * time_to_go(distance, speed, COMFORT, LEAST, allowed)
     elapsed = np.linspace(0.0, duration, 2001)
-    s, rate = motion(elapsed, way, speed, COMFORT, allowed)
+    s, rate = motion(elapsed, distance, speed, COMFORT, allowed)
     assert s[0] == 0.0
-    assert s[-1] == pytest.approx(way)
+    assert s[-1] == pytest.approx(distance)
     assert rate[-1] == pytest.approx(0.0, abs=1e-9)
     np.testing.assert_allclose(np.gradient(s, elapsed)[1:-1], rate[1:-1], atol=0.02)
     assert (rate <= np.interp(s, np.arange(len(allowed)) * 0.1, allowed) + 0.05).all()
     if later == 1.0:
-        assert cubic(way, speed, duration, 0.5 * duration)[1] > 1.2
+        assert cubic(distance, speed, duration, 0.5 * duration)[1] > 1.2
         assert rate[0] == pytest.approx(speed)
         assert np.abs(np.diff(rate) / np.diff(elapsed)).max() <= COMFORT + 0.01
 
 
-@pytest.mark.parametrize(("way", "speed"), CASES)
-def test_where_it_is_allowed_the_motion_is_the_cubic(way: float, speed: float) -> None:
-    duration = time_to_go(way, speed, COMFORT, LEAST)
+@pytest.mark.parametrize(("distance", "speed"), CASES)
+def test_where_it_is_allowed_the_motion_is_the_cubic(distance: float, speed: float) -> None:
+    duration = time_to_go(distance, speed, COMFORT, LEAST)
     elapsed = np.linspace(0.0, duration, 20)
-    s, rate = motion(elapsed, way, speed, COMFORT, np.full(64, 50.0))
-    expected = [cubic(way, speed, duration, t)[:2] for t in elapsed]
+    s, rate = motion(elapsed, distance, speed, COMFORT, np.full(64, 50.0))
+    expected = [cubic(distance, speed, duration, t)[:2] for t in elapsed]
     np.testing.assert_allclose(np.column_stack([s, rate]), expected, atol=1e-9)
 
 
@@ -166,10 +169,10 @@ def test_a_vehicle_faster_than_allowed_brakes_in_its_motion() -> None:
     assert (rate <= np.maximum(braking, 1.0) + 0.02).all()
 
 
-def reaches(way: float, speed: float, config: ControllerConfig) -> bool:
+def reaches(distance: float, speed: float, config: ControllerConfig) -> bool:
     """On a straight part."""
     part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 300.0)]).parts[0]
-    return within_reach(way, speed, config, pace_of(part, config), 0.0)
+    return within_reach(distance, speed, config, pace_of(part, config), 0.0)
 
 
 def test_an_arrival_begins_when_it_is_short_and_slow_enough() -> None:
@@ -219,6 +222,6 @@ def test_a_bend_ahead_delays_the_arrival_until_it_is_short_enough() -> None:
     slow = pace_of(
         path.parts[0], ControllerConfig(comfort_acceleration=0.8, comfort_lateral_acceleration=0.05)
     )
-    way = 60.0
-    assert within_reach(way, 3.0, config, pace, 5.0)
-    assert not within_reach(way, 3.0, config, slow, 5.0)
+    distance = 60.0
+    assert within_reach(distance, 3.0, config, pace, 5.0)
+    assert not within_reach(distance, 3.0, config, slow, 5.0)

@@ -48,8 +48,8 @@ def arrival(
     mpcc: RtiMpcc, state: Array, horizon: float = 20.0, of: Callable[..., Trajectory] = arrival_guess
 ) -> Trajectory:
     times = stage_times(5.0, stage_lengths(horizon, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
-    way = mpcc.target.theta - float(state[THETA])
-    return of(mpcc.part, mpcc.target, state, times, way, pace_of(mpcc.part, CONFIG), CONFIG)
+    distance = mpcc.target.theta - float(state[THETA])
+    return of(mpcc.part, mpcc.target, state, times, distance, pace_of(mpcc.part, CONFIG), CONFIG)
 
 
 def cruise(mpcc: RtiMpcc, state: Array) -> Trajectory:
@@ -112,11 +112,11 @@ def test_an_arrival_is_begun_no_faster_than_its_pace(direction: int, speed: floa
     mpcc = core(direction)
     allowed = Pace(theta=np.array([0.0, 8.0, 12.0, 16.0]), speed=np.array([2.0, 2.0, 0.5, 2.0]))
     state = on_path(mpcc, speed)
-    way = mpcc.target.theta - float(state[THETA])
-    highest = allowed.ahead(float(state[THETA]), way, CONFIG)
-    duration = time_to_go(way, speed, CONFIG.arrival_acceleration, 1.0, highest)
+    distance = mpcc.target.theta - float(state[THETA])
+    highest = allowed.ahead(float(state[THETA]), distance, CONFIG)
+    duration = time_to_go(distance, speed, CONFIG.arrival_acceleration, 1.0, highest)
     times = stage_times(5.0, stage_lengths(duration, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
-    guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, allowed, CONFIG)
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, distance, allowed, CONFIG)
     assert (progress_rate(guess) <= allowed.at(guess.states[1:, THETA]) + 0.1).all()
     assert guess.states[-1, THETA] == pytest.approx(min(mpcc.target.theta, mpcc.target.stop), abs=0.05)
 

@@ -35,7 +35,7 @@ def test_a_step_of_curvature_is_steered_at_the_comfortable_rate() -> None:
     turned = 2.0 * np.arctan(L * 0.2)
     pace = pace_of(part((-1, 0.2, 15.0), (-1, -0.2, 15.0)), gentle)
     middle = pace.at(np.array([15.0]))[0]
-    assert middle == pytest.approx(0.1 * CONFIG.arrival_timing.steering_way / turned, rel=0.1)
+    assert middle == pytest.approx(0.1 * CONFIG.arrival_timing.steering_distance / turned, rel=0.1)
     assert pace.at(np.array([5.0]))[0] == gentle.limits.speed
 
 

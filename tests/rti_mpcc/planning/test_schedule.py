@@ -58,10 +58,10 @@ def due(s: ControllerState, context: PlanningContext) -> float:
 
 def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor() -> None:
     assert due(arriving(at=20.0), contexts()) == 20.0
-    late = decided(arriving(at=10.9), contexts(way=0.1, speed=0.3), CONFIG)
+    late = decided(arriving(at=10.9), contexts(distance=0.1, speed=0.3), CONFIG)
     assert arrives_at(late) == pytest.approx(10.2 + LEAST)
     assert arrival_of(late).overdue_since == 10.0
-    later = decided(late, contexts(way=0.1, speed=0.3, now=10.1, begin=10.3), CONFIG)
+    later = decided(late, contexts(distance=0.1, speed=0.3, now=10.1, begin=10.3), CONFIG)
     assert arrives_at(later) == pytest.approx(10.3 + LEAST)
     assert arrival_of(later).overdue_since == 10.0
 
@@ -69,12 +69,12 @@ def test_the_time_of_arrival_stays_but_not_nearer_than_the_floor() -> None:
 @pytest.mark.parametrize("phase", [phase for phase in Phase if phase is not Phase.ARRIVING])
 def test_time_is_kept_of_arrivals_under_way_only(phase: Phase) -> None:
     s = arriving(phase=phase, at=10.9)
-    assert rescheduled(s, contexts(way=0.1, speed=0.3), CONFIG) is s
+    assert rescheduled(s, contexts(distance=0.1, speed=0.3), CONFIG) is s
 
 
 def test_an_arrival_is_not_overdue_any_more_when_its_target_has_moved() -> None:
     s = arriving(arrival=arrival_at(11.2, overdue_since=9.0))
-    moved = contexts(target=target_at(20.5), way=10.5)
+    moved = contexts(target=target_at(20.5), distance=10.5)
     assert arrival_of(decided(s, moved, CONFIG)).overdue_since is None
 
 
@@ -98,10 +98,10 @@ def test_an_arrival_that_halts_gets_its_time_back() -> None:
 
 
 def test_a_target_that_moves_is_a_new_arrival() -> None:
-    moved = contexts(target=target_at(20.5), way=10.5)
+    moved = contexts(target=target_at(20.5), distance=10.5)
     expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.arrival_acceleration, LEAST)
     assert due(arriving(), moved) == pytest.approx(expected)
-    slightly = contexts(target=target_at(20.05), way=10.05)
+    slightly = contexts(target=target_at(20.05), distance=10.05)
     assert due(arriving(), slightly) == 20.0
 
 
@@ -109,7 +109,7 @@ def test_a_target_that_creeps_away_is_a_new_arrival_too() -> None:
     s, times = arriving(), []
     for moves in range(1, 6):
         there = 20.0 + 0.03 * moves
-        s = decided(s, contexts(target=target_at(there), way=there - 10.0), CONFIG)
+        s = decided(s, contexts(target=target_at(there), distance=there - 10.0), CONFIG)
         times.append(arrives_at(s))
     assert times[:3] == [20.0] * 3
     assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.arrival_acceleration, LEAST))
@@ -121,7 +121,7 @@ def test_begin_with_an_arrival_within_reach_and_with_contouring_beyond() -> None
     assert arrives_at(near) == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST))
     assert arrival_of(near).timed_for == contexts().target.pose
     slow = ControllerConfig(limits=Limits(speed=1.0))
-    assert scheduled(state(), contexts(way=90.0), slow).task.arrival is None
+    assert scheduled(state(), contexts(distance=90.0), slow).task.arrival is None
     assert scheduled(state(), contexts(), ControllerConfig.paper()).task.arrival is None
 
 
@@ -164,7 +164,7 @@ def test_a_segment_with_a_final_objective_plans_no_arrival(config: ControllerCon
 
 def test_a_contouring_vehicle_without_an_arrival_yet_brakes_in_time() -> None:
     needed = 1.0 / (2.0 * CONFIG.comfort_acceleration)
-    near, far = contexts(way=0.99 * needed), contexts(way=1.01 * needed)
+    near, far = contexts(distance=0.99 * needed), contexts(distance=1.01 * needed)
     assert schedule.too_late(contouring(), near, CONFIG)
     assert not schedule.too_late(contouring(), far, CONFIG)
     assert not schedule.too_late(arriving(), near, CONFIG)
@@ -234,7 +234,7 @@ def test_none_backs_up_into_a_cusp_or_a_stop(changes: dict[str, bool]) -> None:
 
 
 def test_none_backs_up_while_contouring_is_due() -> None:
-    far = contexts(way=200.0)
+    far = contexts(distance=200.0)
     assert scheduled(arriving(), far, CONFIG).task.arrival is None
     assert scheduled_past_goal(arriving(), far, CONFIG) is None
 
@@ -285,7 +285,7 @@ def test_one_that_backs_up_may_go_back_wherever_its_bounds_let_it() -> None:
 def test_a_goal_that_moves_leaves_one_that_backs_up_its_time(x: float) -> None:
     """It may be past the goal already: no way is left onward, but the one back."""
     here = np.array([x, 0.0, 0.0, 0.2, 0.0, min(x, 20.0)])
-    moved = contexts(target=target_at(19.8), state=here, way=max(19.8 - x, 0.0), speed=0.2)
+    moved = contexts(target=target_at(19.8), state=here, distance=max(19.8 - x, 0.0), speed=0.2)
     assert due(backing(at=30.0), moved) == 30.0
     onward = due(arriving(at=30.0), moved)
     assert onward < 30.0

@@ -220,7 +220,9 @@ def test_a_search_begun_while_moving_keeps_its_time(mpcc: RtiMpcc, solution: Sol
     assert arrives_at(after) == 15.0
     late = contexts(target=mpcc.target, now=14.0, begin=14.2)
     again = schedule.scheduled(s, late, mpcc.config)
-    least = time_to_go(late.way, late.speed, CONFIG.arrival_acceleration, CONFIG.arrival_timing.least_time)
+    least = time_to_go(
+        late.distance, late.speed, CONFIG.arrival_acceleration, CONFIG.arrival_timing.least_time
+    )
     assert arrives_at(again) == pytest.approx(14.2 + least)
 
 

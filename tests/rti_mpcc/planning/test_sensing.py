@@ -77,7 +77,7 @@ def test_the_progress_follows_the_last_cycles_where_the_route_comes_back_near_it
 def test_way_and_speed_count_in_the_direction_of_the_part(direction: int) -> None:
     reached = np.array([direction * 12.0, 0.0, 0.0, direction * 1.5, 0.0, 12.0])
     context = assess(reached, part(direction))
-    assert context.way == pytest.approx(8.0)
+    assert context.distance == pytest.approx(8.0)
     assert context.speed == pytest.approx(1.5)
     assert context.begin == pytest.approx(1.2)
 
@@ -86,14 +86,14 @@ def test_the_way_goes_on_straight_behind_the_end_and_across_to_the_goal() -> Non
     on = part()
     goal = Target(pose=Pose2(24.0, 3.0, 0.0), theta=24.0, theta_end=20.0, kind=TargetKind.POSE)
     context = assess(np.array([20.0, 0.0, 0.0, 0.0, 0.0, 20.0]), on, goal)
-    assert context.way == pytest.approx(5.0)
+    assert context.distance == pytest.approx(5.0)
 
 
 def test_a_goal_that_was_passed_is_no_way_ahead() -> None:
     on = part()
     goal = Target(pose=Pose2(10.0, 0.0, 0.0), theta=10.0, theta_end=20.0, kind=TargetKind.POSE)
-    assert assess(np.array([12.0, 0.0, 0.0, 0.0, 0.0, 12.0]), on, goal).way == 0.0
-    assert assess(np.array([10.3, 0.0, 0.0, 0.0, 0.0, 10.3]), on, goal).way == pytest.approx(0.3)
+    assert assess(np.array([12.0, 0.0, 0.0, 0.0, 0.0, 12.0]), on, goal).distance == 0.0
+    assert assess(np.array([10.3, 0.0, 0.0, 0.0, 0.0, 10.3]), on, goal).distance == pytest.approx(0.3)
 
 
 def test_where_it_would_stop_is_one_braking_distance_on() -> None:

@@ -111,8 +111,8 @@ def test_without_a_stop_nothing_is_in_the_way() -> None:
 def test_it_halts_for_what_is_near_until_its_way_was_clear_for_a_while() -> None:
     caution = Caution(clear_distance=0.5, clear_time=1.0)
 
-    def halted(halt: Halt | None, way: float, now: float = 10.0) -> Halt | None:
-        return stops.halted(halt, way, 3.0, now, caution)
+    def halted(halt: Halt | None, distance: float, now: float = 10.0) -> Halt | None:
+        return stops.halted(halt, distance, 3.0, now, caution)
 
     assert halted(None, 3.1) is None
     assert halted(None, 3.0) == Halt()

@@ -19,10 +19,10 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("recording") / "eventful.jsonl"
     with Recorder(docking_controller(SCENARIO), file) as recorder:
 
-        def told(cycle: int, state: VehicleState) -> dict[str, Any]:
+        def given(cycle: int, state: VehicleState) -> dict[str, Any]:
             if cycle == AWAY:
                 recorder.clear_goal()
             return eventful(cycle, state)
 
-        drive(recorder, range(EVENTFUL), told)
+        drive(recorder, range(EVENTFUL), given)
     return file

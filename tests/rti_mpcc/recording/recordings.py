@@ -28,7 +28,7 @@ SCENARIO = short()
 CYCLE = SCENARIO.simulation.cycle
 GOAL = SCENARIO.goal_pose(SCENARIO.build_path())
 
-Told = Callable[[int, VehicleState], dict[str, Any]]
+Given = Callable[[int, VehicleState], dict[str, Any]]
 """Arguments of the step of a cycle, or of the place of the measured state, in place of the usual ones."""
 
 
@@ -65,11 +65,11 @@ def controller(kind: type[DockingController] = DockingController, **settings: An
 
 
 def usual(cycle: int, state: VehicleState) -> dict[str, Any]:
-    """Told the goal and nothing else."""
+    """Given the goal and nothing else."""
     return {"goal": GOAL}
 
 
-def drive(recorder: Recorder, cycles: Iterable[int], told: Told = usual) -> list[Command]:
+def drive(recorder: Recorder, cycles: Iterable[int], given: Given = usual) -> list[Command]:
     """The commands of so many cycles in closed loop."""
     parameters, start = SCENARIO.plant_parameters(), SCENARIO.build_path().start
     plant = PlantState(x=start.x, y=start.y, phi=start.phi)
@@ -77,7 +77,7 @@ def drive(recorder: Recorder, cycles: Iterable[int], told: Told = usual) -> list
     for cycle in cycles:
         plant = advance(plant, parameters, cycle * CYCLE)
         state = plant.measured
-        arguments: dict[str, Any] = {"state": state, "now": cycle * CYCLE} | told(cycle, state)
+        arguments: dict[str, Any] = {"state": state, "now": cycle * CYCLE} | given(cycle, state)
         command = recorder.step(arguments.pop("state"), **arguments)
         commands.append(command)
         plant = issue(
@@ -86,10 +86,10 @@ def drive(recorder: Recorder, cycles: Iterable[int], told: Told = usual) -> list
     return commands
 
 
-def record(file: Path, cycles: int, told: Told = usual, **options: Any) -> Path:
+def record(file: Path, cycles: int, given: Given = usual, **options: Any) -> Path:
     """A recording of so many cycles of `SCENARIO`."""
     with Recorder(docking_controller(SCENARIO), file, **options) as recorder:
-        drive(recorder, range(cycles), told)
+        drive(recorder, range(cycles), given)
     return file
 
 
@@ -102,7 +102,7 @@ def measurement(cycle: int, state: VehicleState, **changes: Any) -> GoalMeasurem
     """The goal seen from the vehicle, a little off."""
     vehicle = Pose2(state.x, state.y, state.phi)
     seen = GOAL.relative_to(vehicle)
-    told = GoalMeasurement(
+    given = GoalMeasurement(
         stamp=cycle * CYCLE,
         x=seen.x + 0.01,
         y=seen.y - 0.02,
@@ -111,7 +111,7 @@ def measurement(cycle: int, state: VehicleState, **changes: Any) -> GoalMeasurem
         frame=Frame.VEHICLE,
         vehicle=vehicle,
     )
-    return replace(told, **changes)
+    return replace(given, **changes)
 
 
 EVENTFUL = 36
@@ -123,25 +123,25 @@ none, a late detection, QPs that fail."""
 
 def eventful(cycle: int, state: VehicleState) -> dict[str, Any]:
     """Everything that may happen."""
-    told: dict[str, Any] = {"goal": GOAL if cycle < AWAY else None}
+    given: dict[str, Any] = {"goal": GOAL if cycle < AWAY else None}
     if DETECTED - 2 <= cycle < BACK:
-        told["measurements"] = [measurement(cycle, state)]
+        given["measurements"] = [measurement(cycle, state)]
     if cycle == LATE:
-        told["measurements"] = [
+        given["measurements"] = [
             measurement(cycle - 4, state, vehicle=None, covariance=None),
             measurement(cycle, state, x=nan),
         ]
     if cycle in (BEFORE, AWAY, UNREADABLE + 1):
-        told["obstacles"] = [box(2.0, 8.0), box(-3.0 if cycle == BEFORE else 4.0, -3.0)]
+        given["obstacles"] = [box(2.0, 8.0), box(-3.0 if cycle == BEFORE else 4.0, -3.0)]
     if cycle == UNREADABLE:
-        told["obstacles"] = [[[1.0, 2.0], [3.0]]]
+        given["obstacles"] = [[[1.0, 2.0], [3.0]]]
     if cycle == BLIND:
-        told["state"] = replace(state, x=nan, v=float("inf"))
+        given["state"] = replace(state, x=nan, v=float("inf"))
     if cycle >= BACK:
-        told["now"] = cycle * CYCLE - 0.3
+        given["now"] = cycle * CYCLE - 0.3
     if cycle in FAILED:
-        told["clock"] = Forced()
-    return told
+        given["clock"] = Forced()
+    return given
 
 
 def change(file: Path, cycle: int, edit: Callable[[dict[str, Any]], object], *, checked: bool) -> Path:

@@ -92,11 +92,11 @@ def test_a_pose_that_no_constructor_makes_comes_back() -> None:
 
 
 def test_a_covariance_comes_back() -> None:
-    told = GoalMeasurement(stamp=1.0, x=2.0, y=3.0, phi=4.0, covariance=np.diag([1.0, nan, 1e-9]))
-    again = back(told)
-    np.testing.assert_array_equal(again.covariance, told.covariance)
-    assert (again.frame, again.vehicle) == (told.frame, None)
-    assert back(replace(told, covariance=None)).covariance is None
+    given = GoalMeasurement(stamp=1.0, x=2.0, y=3.0, phi=4.0, covariance=np.diag([1.0, nan, 1e-9]))
+    again = back(given)
+    np.testing.assert_array_equal(again.covariance, given.covariance)
+    assert (again.frame, again.vehicle) == (given.frame, None)
+    assert back(replace(given, covariance=None)).covariance is None
 
 
 @pytest.mark.parametrize(

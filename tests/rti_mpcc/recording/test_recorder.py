@@ -101,7 +101,7 @@ UNREADABLE: dict[str, list[Any]] = {
 
 
 @pytest.mark.parametrize(
-    ("name", "place"), [(name, place) for name, told in UNREADABLE.items() for place in range(len(told))]
+    ("name", "place"), [(name, place) for name, given in UNREADABLE.items() for place in range(len(given))]
 )
 def test_what_is_no_input_at_all_is_recorded_as_nan_and_said(name: str, place: int, tmp_path: Path) -> None:
     with Recorder(docking_controller(SCENARIO), tmp_path / "run.jsonl") as recorder:
@@ -109,10 +109,10 @@ def test_what_is_no_input_at_all_is_recorded_as_nan_and_said(name: str, place: i
             name: UNREADABLE[name][place]
         }
         command = recorder.step(arguments.pop("state"), **arguments)
-    told = command.diagnostics
-    said = [told.reason, *(judgement.reason for judgement in told.detections)]
+    given = command.diagnostics
+    said = [given.reason, *(judgement.reason for judgement in given.detections)]
     assert any("nan" in reason or "not finite" in reason for reason in said), said
-    assert told.cause is not Reason.MISTAKE
+    assert given.cause is not Reason.MISTAKE
     assert len(read_recording(tmp_path / "run.jsonl").cycles) == 1
     assert replay(tmp_path / "run.jsonl").identical
 

@@ -58,17 +58,17 @@ def test_a_recording_with_everything_that_may_happen_replays_bit_for_bit(recordi
 
 def test_everything_did_happen(recording: Path) -> None:
     cycles = read_recording(recording).cycles
-    told = [cycle.inputs for cycle in cycles]
-    assert [i for i, inputs in enumerate(told) if inputs.goal_cleared] == [AWAY]
-    assert [i for i, inputs in enumerate(told) if inputs.obstacles] == [
+    given = [cycle.inputs for cycle in cycles]
+    assert [i for i, inputs in enumerate(given) if inputs.goal_cleared] == [AWAY]
+    assert [i for i, inputs in enumerate(given) if inputs.obstacles] == [
         BEFORE,
         AWAY,
         UNREADABLE,
         UNREADABLE + 1,
     ]
-    assert told[BLIND].state.x != told[BLIND].state.x
-    assert told[BACK].now < told[BACK - 1].now
-    assert told[LATE].measurements[0].covariance is None
+    assert given[BLIND].state.x != given[BLIND].state.x
+    assert given[BACK].now < given[BACK - 1].now
+    assert given[LATE].measurements[0].covariance is None
     accepted = [
         i
         for i, cycle in enumerate(cycles)
@@ -128,13 +128,13 @@ def test_with_a_deadline_whatever_happens_replays_bit_for_bit(tmp_path: Path, de
 def test_a_clock_of_any_mood_replays_bit_for_bit(tmp_path: Path, seed: int) -> None:
     random = np.random.default_rng(seed)
 
-    def told(cycle: int, state: VehicleState) -> dict[str, Any]:
+    def given(cycle: int, state: VehicleState) -> dict[str, Any]:
         return eventful(cycle, state) | {"clock": Moody(random)}
 
     file = tmp_path / "moody.jsonl"
     precise = SolverSettings(tolerance=1e-6)  # so that QPs take several slices
     with Recorder(controller(solver=precise), file) as recorder:
-        drive(recorder, range(60), told)
+        drive(recorder, range(60), given)
     decisions = [cycle.decisions for cycle in read_recording(file).cycles]
     assert any(each.late for each in decisions)
     assert any(not all(each.granted) for each in decisions)
@@ -143,13 +143,13 @@ def test_a_clock_of_any_mood_replays_bit_for_bit(tmp_path: Path, seed: int) -> N
 
 
 def test_a_goal_that_is_not_finite_replays_bit_for_bit(tmp_path: Path) -> None:
-    def told(cycle: int, state: VehicleState) -> dict[str, Any]:
+    def given(cycle: int, state: VehicleState) -> dict[str, Any]:
         goal = object.__new__(Pose2)
         for name, value in (("x", nan), ("y", 1.0), ("phi", float("nan"))):
             object.__setattr__(goal, name, value)
         return {"goal": goal}
 
-    assert_identical(replay(record(tmp_path / "nan.jsonl", 4, told)), 4)
+    assert_identical(replay(record(tmp_path / "nan.jsonl", 4, given)), 4)
 
 
 # -- one input changed ----------------------------------------------------------------------------------
@@ -312,9 +312,9 @@ def test_a_tolerance_that_is_none_is_refused(recording: Path, tolerance: float) 
 
 
 def test_progress_is_told(recording: Path) -> None:
-    told: list[tuple[int, int]] = []
-    replay(recording, progress=lambda done, total: told.append((done, total)))
-    assert told == [(i + 1, EVENTFUL) for i in range(EVENTFUL)]
+    given: list[tuple[int, int]] = []
+    replay(recording, progress=lambda done, total: given.append((done, total)))
+    assert given == [(i + 1, EVENTFUL) for i in range(EVENTFUL)]
 
 
 class Broken(DockingController):

@@ -42,7 +42,7 @@ def straight_on(begin: float, end: float, *, direction: int = 1, y: float = 0.0,
 
 
 def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
-    return contact.way_to_contact(plan, inside, 0, CONFIG, reach, least=LEAST)
+    return contact.distance_to_contact(plan, inside, 0, CONFIG, reach, least=LEAST)
 
 
 @pytest.mark.parametrize(("direction", "ahead"), [(1, CONFIG.vehicle.front), (-1, CONFIG.vehicle.rear)])
@@ -110,10 +110,10 @@ def test_a_plan_that_stands_still_is_checked_where_it_stands() -> None:
 
 def test_the_way_needed_is_that_of_stopping_in_comfort_a_share_more_and_room() -> None:
     room = contact.stop_clearance(CONFIG)
-    assert contact.stopping_way(0.0, CONFIG) == room
+    assert contact.stopping_distance(0.0, CONFIG) == room
     expected = 1.25 * 2.0**2 / (2.0 * CONFIG.comfort_acceleration) + room
-    assert contact.stopping_way(2.0, CONFIG) == pytest.approx(expected)
-    assert contact.stopping_way(-2.0, CONFIG) == pytest.approx(expected)
+    assert contact.stopping_distance(2.0, CONFIG) == pytest.approx(expected)
+    assert contact.stopping_distance(-2.0, CONFIG) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("discs", [1, 3, 5])
@@ -222,7 +222,7 @@ def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
 
 
 def way_to(walker: Obstacle, plan: Trajectory) -> float:
-    return contact.way_to_moving(plan, [walker], 0.0, CONFIG, np.inf)
+    return contact.distance_to_moving(plan, [walker], 0.0, CONFIG, np.inf)
 
 
 def test_who_walks_onto_the_way_in_time_is_met_and_who_walks_off_it_is_not() -> None:
@@ -243,18 +243,18 @@ def test_beside_the_leading_edge_it_may_turn_into_any_direction() -> None:
 def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
     into_both = straight_on(2.0, 30.0, y=2.5)  # over the left boundary all along, and into the wall
     around = Surroundings.of(corridor(), PATH, CONFIG)
-    met = contact.way_to_obstacle(into_both, around.standing, CONFIG, np.inf)
+    met = contact.distance_to_obstacle(into_both, around.standing, CONFIG, np.inf)
     expected = WALL_AT - CONFIG.vehicle.front - 2.0
     assert expected <= met <= expected + CONFIG.caution.check_spacing
     assert around.corridor.collides(0, body_polygons(into_both.states, CONFIG.vehicle)).all()
-    assert contact.way_to_obstacle(into_both, (), CONFIG, np.inf) == np.inf
-    assert contact.way_to_obstacle(straight_on(2.0, 15.0), around.standing, CONFIG, np.inf) == np.inf
+    assert contact.distance_to_obstacle(into_both, (), CONFIG, np.inf) == np.inf
+    assert contact.distance_to_obstacle(straight_on(2.0, 15.0), around.standing, CONFIG, np.inf) == np.inf
 
 
 def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
     plan, walker = straight_on(0.0, 4.0), walking(4.5, 4.4, 1.0, -0.5 * np.pi)
-    assert contact.way_to_moving(plan, [walker], 0.0, CONFIG, 1.0) == np.inf
-    assert contact.way_to_moving(plan, [walker], 0.9, CONFIG, 1.0) < np.inf
+    assert contact.distance_to_moving(plan, [walker], 0.0, CONFIG, 1.0) == np.inf
+    assert contact.distance_to_moving(plan, [walker], 0.9, CONFIG, 1.0) < np.inf
 
 
 DISCS = cover(CONFIG.vehicle, CONFIG.footprint)

@@ -30,7 +30,7 @@ def before_the_goal(left: float, speed: float, direction: int = 1) -> PlanningCo
         measured_speed=direction * speed,
         target=Target(pose=Pose2(0.0, 0.0, 0.0), theta=9.0, theta_end=9.0, kind=TargetKind.POSE),
         direction=direction,
-        way=left,
+        distance=left,
         speed=speed,
         pace=Pace(theta=np.array([0.0, 9.0]), speed=np.array([10.0, 10.0])),
         error=Pose2(-direction * left, 0.0, 0.0),
@@ -127,9 +127,9 @@ def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:
 
 def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
     assert fallback.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
-    way = 1.0 + CONFIG.fallback.stop_distance
-    assert fallback.before_contact(2.5, way, CONFIG) == pytest.approx(2.5**2 / 2.0)
-    assert fallback.before_contact(8.0, way, CONFIG) == CONFIG.limits.acceleration
+    distance = 1.0 + CONFIG.fallback.stop_distance
+    assert fallback.before_contact(2.5, distance, CONFIG) == pytest.approx(2.5**2 / 2.0)
+    assert fallback.before_contact(8.0, distance, CONFIG) == CONFIG.limits.acceleration
     assert fallback.before_contact(1.0, 0.0, CONFIG) == CONFIG.limits.acceleration
 
 

@@ -37,7 +37,9 @@ class Scripted:
     part: Callable[[float], int] = lambda now: 0
     iterations: Callable[[float], int] = lambda now: 10
     docked: Callable[[float], bool] = lambda now: True
-    told: list[tuple[float, VehicleState, Pose2 | None, Sequence[Array] | None]] = field(default_factory=list)
+    given: list[tuple[float, VehicleState, Pose2 | None, Sequence[Array] | None]] = field(
+        default_factory=list
+    )
     detections: list[tuple[GoalMeasurement, ...]] = field(default_factory=list)
 
     def step(
@@ -49,7 +51,7 @@ class Scripted:
         measurements: Sequence[GoalMeasurement] = (),
         obstacles: Sequence[Array] | None = None,
     ) -> Command:
-        self.told.append((now, state, goal, obstacles))
+        self.given.append((now, state, goal, obstacles))
         self.detections.append(tuple(measurements))
         acceleration, steering_rate = self.script(now, state)
         return Command(

@@ -34,7 +34,7 @@ def test_controller_is_called_at_its_cycle_whatever_the_plant_step(
     scenario = changed(scenario, {"simulation.duration": 2.0})
     controller = scripted(script=still)
     result = simulate(scenario, controller=controller)
-    assert np.array([told[0] for told in controller.told]) == pytest.approx(
+    assert np.array([given[0] for given in controller.given]) == pytest.approx(
         cycle * np.arange(int(2.0 / cycle + 1e-9) + 1), abs=1e-9
     )
     assert result.truth.times == pytest.approx(0.005 * np.arange(401), abs=1e-9)
@@ -45,7 +45,7 @@ def test_controller_sees_the_truth_of_its_own_instant(scripted: Any, straight: S
     controller = scripted(script=forward)
     scenario = changed(straight, {"simulation.cycle": 0.055, "simulation.duration": 2.0})
     simulate(scenario, controller=controller)
-    for now, state, _, _ in controller.told:
+    for now, state, _, _ in controller.given:
         assert (state.x, state.v) == pytest.approx((0.5 * now**2, now), abs=1e-9)
 
 
@@ -149,8 +149,8 @@ def test_goal_is_told_only_where_the_scenario_has_one(scripted: Any, straight: S
     without, with_goal = scripted(script=still), scripted(script=still)
     simulate(short, controller=without)
     simulate(changed(short, {"goal.pose": [11.0, 0.5, 0.1]}), controller=with_goal)
-    assert {told[2] for told in without.told} == {None}
-    assert {told[2] for told in with_goal.told} == {Pose2(11.0, 0.5, 0.1)}
+    assert {given[2] for given in without.given} == {None}
+    assert {given[2] for given in with_goal.given} == {Pose2(11.0, 0.5, 0.1)}
 
 
 def test_goal_shifts_in_its_own_frame_at_its_distance(scripted: Any, straight: Scenario) -> None:
@@ -168,7 +168,7 @@ def test_goal_shifts_in_its_own_frame_at_its_distance(scripted: Any, straight: S
         expected = Pose2(10.0, 0.0, 0.0) if pose[0] < 4.0 - 1e-9 else first if away > 4.0 else second
         assert tuple(goal) == pytest.approx((expected.x, expected.y, expected.phi), abs=1e-9)
     # Without a goal pose the controller is told one from the first shift on.
-    assert {told[2] for told in controller.told} == {None, first, second}
+    assert {given[2] for given in controller.given} == {None, first, second}
 
 
 def test_noise_has_its_size_and_follows_the_seed(scripted: Any, straight: Scenario) -> None:
@@ -179,7 +179,7 @@ def test_noise_has_its_size_and_follows_the_seed(scripted: Any, straight: Scenar
     for seed in (0, 0, 1):
         controller = scripted(script=still)
         truth = simulate(scenario, controller=controller, seed=seed).truth
-        measured.append(np.array([[s.x, s.y, s.phi, s.v, s.delta] for _, s, _, _ in controller.told]))
+        measured.append(np.array([[s.x, s.y, s.phi, s.v, s.delta] for _, s, _, _ in controller.given]))
         assert not truth.poses.any()
     assert measured[0].std(axis=0) == pytest.approx(np.array(noise), rel=0.1)
     assert (measured[0] == measured[1]).all()
@@ -192,7 +192,7 @@ def test_start_may_be_anywhere(scripted: Any, straight: Scenario) -> None:
     truth = simulate(
         changed(straight, {"simulation.duration": 0.1}), controller=controller, start=start
     ).truth
-    assert controller.told[0][1] == start
+    assert controller.given[0][1] == start
     assert (*truth.poses[0], truth.v[0], truth.delta[0]) == (1.0, 0.5, 0.2, 0.3, -0.1)
 
 
@@ -204,7 +204,7 @@ def test_obstacles_that_come_and_go_are_told_and_kept(scripted: Any, straight: S
         controller=controller,
         obstacles_at=lambda time: [wall] if 1.0 <= time < 2.0 else [],
     )
-    assert [len(told[3]) for told in controller.told[::20]] == [0, 1, 0, 0]
+    assert [len(given[3]) for given in controller.given[::20]] == [0, 1, 0, 0]
     assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
     assert [len(corridor.obstacles) for _, corridor in result.corridors] == [0, 1, 0]
 

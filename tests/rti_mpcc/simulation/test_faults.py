@@ -41,7 +41,7 @@ def section(**values: Any) -> FaultSection:
 
 def acting(controller: Any) -> list[bool]:
     """For each cycle of a run of `faulty` whether the fault acted in it."""
-    return [bool(0.5 - 1e-6 < 0.05 * cycle < 1.0 - 1e-6) for cycle in range(len(controller.told))]
+    return [bool(0.5 - 1e-6 < 0.05 * cycle < 1.0 - 1e-6) for cycle in range(len(controller.given))]
 
 
 # -- in the file -----------------------------------------------------------------------------------------
@@ -85,14 +85,14 @@ def test_jumps_are_mirrored_with_the_scenario(straight: Scenario, variant: Any) 
 def test_no_measured_number_is_finite(scripted: Any, straight: Scenario, kind: str, broken: Any) -> None:
     controller = scripted(script=still)
     simulate(faulty(straight, kind), controller=controller)
-    for (_, state, _, _), acts in zip(controller.told, acting(controller), strict=True):
+    for (_, state, _, _), acts in zip(controller.given, acting(controller), strict=True):
         assert {broken(v) for v in (state.x, state.y, state.phi, state.v, state.delta)} == {acts}
 
 
 def test_a_frozen_state_is_that_of_the_first_cycle(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=forward)
     simulate(faulty(straight, "frozen_state"), controller=controller)
-    for (now, state, _, _), acts in zip(controller.told, acting(controller), strict=True):
+    for (now, state, _, _), acts in zip(controller.given, acting(controller), strict=True):
         measured_at = 0.5 if acts else now
         assert (state.x, state.v) == pytest.approx((0.5 * measured_at**2, measured_at), abs=1e-9)
 
@@ -105,7 +105,7 @@ def test_a_jump_moves_the_measured_position_to_the_left(
     start = VehicleState(x=1.0, y=0.5, phi=np.pi / 6.0, v=0.0, delta=0.1)
     truth = simulate(faulty(straight, "state_jump", size), controller=controller, start=start).truth
     assert (truth.poses == truth.poses[0]).all()
-    for (_, state, _, _), acts in zip(controller.told, acting(controller), strict=True):
+    for (_, state, _, _), acts in zip(controller.given, acting(controller), strict=True):
         left = size if acts else 0.0
         assert (state.x, state.y) == pytest.approx((1.0 - 0.5 * left, 0.5 + np.sqrt(0.75) * left), abs=1e-12)
         assert (state.phi, state.v, state.delta) == (start.phi, start.v, start.delta)
@@ -116,8 +116,8 @@ def test_noise_is_the_same_with_and_without_faults(scripted: Any, straight: Scen
     usual, lost = scripted(script=still), scripted(script=still)
     simulate(changed(faulty(straight, "lost_cycles"), {"faults": [], **noise}), controller=usual, seed=3)
     simulate(faulty(straight, "lost_cycles", changes=noise), controller=lost, seed=3)
-    states = {now: state for now, state, _, _ in usual.told}
-    assert all(states[now] == state for now, state, _, _ in lost.told)
+    states = {now: state for now, state, _, _ in usual.given}
+    assert all(states[now] == state for now, state, _, _ in lost.given)
 
 
 # -- cycles and clock ------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ def test_lost_cycles_leave_the_vehicle_with_its_last_command(scripted: Any, stra
     # The last command before the loss is that of 0.45 s: it acts until the one of 1 s.
     times = np.concatenate([0.05 * np.arange(10), 1.0 + 0.05 * np.arange(21)])
     assert result.cycles.times == pytest.approx(times, abs=1e-9)
-    assert [told[0] for told in controller.told] == pytest.approx(times, abs=1e-9)
+    assert [given[0] for given in controller.given] == pytest.approx(times, abs=1e-9)
     truth = result.truth
     assert truth.v == pytest.approx(np.minimum(truth.times, 2.0 - truth.times), abs=1e-9)
 
@@ -170,9 +170,9 @@ def test_a_late_command_may_overtake_a_younger_one(scripted: Any, straight: Scen
 def test_the_clock_goes_back_and_forth_again(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=still)
     result = simulate(faulty(straight, "clock_back"), controller=controller)
-    told = np.array([told[0] for told in controller.told])
+    given = np.array([given[0] for given in controller.given])
     assert result.cycles.times == pytest.approx(0.05 * np.arange(41), abs=1e-9)
-    assert told == pytest.approx(result.cycles.times - 3.0 * np.array(acting(controller)), abs=1e-9)
+    assert given == pytest.approx(result.cycles.times - 3.0 * np.array(acting(controller)), abs=1e-9)
 
 
 # -- the solver ------------------------------------------------------------------------------------------
@@ -197,9 +197,9 @@ def test_a_clock_is_told_in_the_cycles_of_a_solver_fault_only(scripted: Any, str
     clocks: list[CycleClock | None] = []
 
     class Clocked(scripted):  # type: ignore[misc]
-        def step(self, state: VehicleState, *, clock: CycleClock | None = None, **told: Any) -> Command:
+        def step(self, state: VehicleState, *, clock: CycleClock | None = None, **given: Any) -> Command:
             clocks.append(clock)
-            return super().step(state, **told)  # type: ignore[no-any-return]
+            return super().step(state, **given)  # type: ignore[no-any-return]
 
     controller = Clocked(script=still)
     simulate(faulty(straight, "solver_timeout"), controller=controller)
@@ -219,8 +219,8 @@ def test_a_goal_jumps_to_its_left_and_back(scripted: Any, straight: Scenario) ->
     scenario = faulty(straight, "goal_jump", 0.6, {"goal.pose": [9.0, 0.5, np.pi / 6.0]})
     result = simulate(scenario, controller=controller)
     goal = Pose2(9.0, 0.5, np.pi / 6.0)
-    for (_, _, told, _), acts in zip(controller.told, acting(controller), strict=True):
-        assert told == (goal.compose(Pose2(0.0, 0.6, 0.0)) if acts else goal)
+    for (_, _, given, _), acts in zip(controller.given, acting(controller), strict=True):
+        assert given == (goal.compose(Pose2(0.0, 0.6, 0.0)) if acts else goal)
     assert np.ptp(result.truth.goals, axis=0) == pytest.approx(0.0)
 
 
@@ -228,13 +228,13 @@ def test_a_path_end_that_jumped_is_told_from_then_on(scripted: Any, straight: Sc
     controller = scripted(script=still)
     simulate(faulty(straight, "goal_jump"), controller=controller)
     end = Pose2(10.0, 0.0, 0.0)
-    assert [told[2] for told in controller.told] == [None] * 10 + [Pose2(10.0, 0.5, 0.0)] * 10 + [end] * 21
+    assert [given[2] for given in controller.given] == [None] * 10 + [Pose2(10.0, 0.5, 0.0)] * 10 + [end] * 21
 
 
 def test_a_goal_without_numbers(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=still)
     simulate(faulty(straight, "goal_nan", changes={"goal.offset": [0.0, 0.0, 0.0]}), controller=controller)
-    for (_, _, goal, _), acts in zip(controller.told, acting(controller), strict=True):
+    for (_, _, goal, _), acts in zip(controller.given, acting(controller), strict=True):
         assert isinstance(goal, Pose2)
         assert {isnan(goal.x), isnan(goal.y), isnan(goal.phi)} == {acts}
 
@@ -243,7 +243,7 @@ def test_stamps_of_detections_are_by_the_clock_of_their_exposure(scripted: Any, 
     late = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": {**DETECTED, "delay": 0.1}}}
     controller = scripted(script=still)
     simulate(faulty(straight, "clock_back", changes=late), controller=controller)
-    stamps = [m.stamp for told in controller.detections for m in told]
+    stamps = [m.stamp for given in controller.detections for m in given]
     exposed = 0.05 * np.arange(len(stamps))
     behind = (exposed > 0.475) & (exposed < 0.975)
     assert stamps == pytest.approx(exposed - 3.0 * behind, abs=1e-9)
@@ -255,7 +255,7 @@ def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scena
     usual, wrong = scripted(script=still), scripted(script=still)
     simulate(changed(straight, {"simulation.duration": 2.0, **detected}), controller=usual)
     simulate(faulty(straight, kind, changes=detected), controller=wrong)
-    assert {told[2] for told in wrong.told} == {Pose2(10.0, 0.0, 0.0)}
+    assert {given[2] for given in wrong.given} == {Pose2(10.0, 0.0, 0.0)}
     for (good,), (bad,), acts in zip(usual.detections, wrong.detections, acting(wrong), strict=True):
         place = Pose2(good.x, good.y, good.phi).compose(Pose2(0.0, 0.5 if acts else 0.0, 0.0))
         if kind == "goal_nan" and acts:

@@ -48,60 +48,60 @@ def state_at(now: float) -> VehicleState:
 
 def goals(told_by: GoalFeed, until: float) -> list[Pose2 | None]:
     """What is told at cycles 0.05 s apart."""
-    return [told_by.told(0.05 * k, state_at(0.05 * k), TRUE).goal for k in range(round(until / 0.05) + 1)]
+    return [told_by.given(0.05 * k, state_at(0.05 * k), TRUE).goal for k in range(round(until / 0.05) + 1)]
 
 
 def test_detections_are_handed_on_beside_the_planned_goal() -> None:
     first, second = seen(0.0, 9.0), seen(0.1, 8.9)
     told_by = feed(GoalSource.DETECTED, (0.1, first), (0.2, second))
-    told = [told_by.told(now, state_at(now), TRUE) for now in (0.0, 0.1, 0.15, 0.2)]
-    assert [one.goal for one in told] == [PLANNED] * 4
-    assert [one.measurements for one in told] == [(), (first,), (), (second,)]
+    given = [told_by.given(now, state_at(now), TRUE) for now in (0.0, 0.1, 0.15, 0.2)]
+    assert [one.goal for one in given] == [PLANNED] * 4
+    assert [one.measurements for one in given] == [(), (first,), (), (second,)]
 
 
 def test_known_goal_is_the_true_one_wherever_it_moves() -> None:
     told_by = feed(GoalSource.KNOWN, (0.0, seen(0.0, 3.0)))
     moved = TrueGoal(pose=Pose2(11.0, 0.0, 0.0), moved=True)
-    assert told_by.told(0.0, state_at(0.0), TRUE) == (TRUE.pose, ())
-    assert told_by.told(0.1, state_at(0.1), moved) == (moved.pose, ())
+    assert told_by.given(0.0, state_at(0.0), TRUE) == (TRUE.pose, ())
+    assert told_by.given(0.1, state_at(0.1), moved) == (moved.pose, ())
 
 
 def test_goal_without_detector_is_told_where_it_is_not_the_path_end() -> None:
     told_by = GoalFeed(source=GoalSource.KNOWN, planned=None, lookout=None)
     moved = TrueGoal(pose=Pose2(11.0, 0.0, 0.0), moved=True)
-    assert told_by.told(0.0, state_at(0.0), TRUE) == (None, ())
-    assert told_by.told(0.1, state_at(0.1), moved) == (moved.pose, ())
+    assert told_by.given(0.0, state_at(0.0), TRUE) == (None, ())
+    assert told_by.given(0.1, state_at(0.1), moved) == (moved.pose, ())
 
 
 def test_raw_goal_is_the_planned_one_until_something_is_seen() -> None:
-    told = goals(feed(GoalSource.RAW, (0.2, seen(0.1, 9.0))), 0.3)
-    assert told[:4] == [PLANNED] * 4
-    assert PLANNED not in told[4:]
+    given = goals(feed(GoalSource.RAW, (0.2, seen(0.1, 9.0))), 0.3)
+    assert given[:4] == [PLANNED] * 4
+    assert PLANNED not in given[4:]
 
 
 @pytest.mark.parametrize("stamp", [0.1, 0.13])
 def test_raw_detection_is_placed_by_where_the_vehicle_was_at_its_stamp(stamp: float) -> None:
-    told = goals(feed(GoalSource.RAW, (0.3, seen(stamp, 9.0))), 0.5)
+    given = goals(feed(GoalSource.RAW, (0.3, seen(stamp, 9.0))), 0.5)
     there = state_at(stamp)
     expected = Pose2(there.x, there.y, there.phi).compose(Pose2(9.0, 0.5, 0.2))
-    for goal in told[6:]:
+    for goal in given[6:]:
         assert goal is not None
         assert (goal.x, goal.y, goal.phi) == pytest.approx((expected.x, expected.y, expected.phi), abs=1e-9)
 
 
 def test_raw_goal_is_that_of_the_newest_stamp_whatever_arrives_when() -> None:
     newer, older, newest = seen(0.2, 9.0), seen(0.1, 5.0), seen(0.3, 8.0)
-    told = goals(feed(GoalSource.RAW, (0.25, newer), (0.3, older), (0.4, newest)), 0.5)
-    assert told[5] == told[6] == told[7] != PLANNED
-    assert told[8] == told[10] != told[7]
+    given = goals(feed(GoalSource.RAW, (0.25, newer), (0.3, older), (0.4, newest)), 0.5)
+    assert given[5] == given[6] == given[7] != PLANNED
+    assert given[8] == given[10] != given[7]
     both = goals(feed(GoalSource.RAW, (0.4, newest), (0.4, newer)), 0.4)
-    assert both[-1] == told[8]
+    assert both[-1] == given[8]
 
 
 def test_raw_detection_brings_its_own_vehicle_pose_or_none_that_is_known() -> None:
     own = Pose2(1.0, 2.0, 0.0)
-    told = goals(feed(GoalSource.RAW, (0.1, seen(0.05, 9.0, vehicle=own)), (0.2, seen(-5.0, 3.0))), 0.3)
-    assert told[2] == told[-1] == Pose2(10.0, 2.5, 0.2)
+    given = goals(feed(GoalSource.RAW, (0.1, seen(0.05, 9.0, vehicle=own)), (0.2, seen(-5.0, 3.0))), 0.3)
+    assert given[2] == given[-1] == Pose2(10.0, 2.5, 0.2)
 
 
 def test_raw_detection_that_is_no_number_is_left_out() -> None:
@@ -131,11 +131,11 @@ def test_run_keeps_its_source_and_tells_measurements_to_a_filter_only(
     count = 6 if source is GoalSource.DETECTED else 0
     assert sum(map(len, controller.detections)) == count
     first = Pose2(10.4, 0.0, 0.0)
-    told = [one[2] for one in controller.told]
+    given = [one[2] for one in controller.given]
     if source is GoalSource.DETECTED:
-        assert set(told) == {first}
+        assert set(given) == {first}
     elif source is GoalSource.KNOWN:
-        assert set(told) == {Pose2(10.0, 0.0, 0.0)}
+        assert set(given) == {Pose2(10.0, 0.0, 0.0)}
     else:
-        assert len(set(told)) == 6
-        assert first not in told
+        assert len(set(given)) == 6
+        assert first not in given

@@ -23,34 +23,34 @@ T = TypeVar("T")
 # The cycle has to go on, so these catch whatever looking at an odd value raises.
 
 
-def number(told: object, field: str = "") -> float:
+def number(given: object, field: str = "") -> float:
     """What was told, or what it has in a field, as a float."""
     try:
-        return float(getattr(told, field) if field else told)  # type: ignore[arg-type]
+        return float(getattr(given, field) if field else given)  # type: ignore[arg-type]
     except Exception:
         return nan
 
 
-def numbers(told: object, kind: type[T]) -> T:
+def numbers(given: object, kind: type[T]) -> T:
     """A dataclass of numbers with those in the fields of what was told, without the checks of its own."""
     made = object.__new__(kind)
     for field in fields(kind):  # type: ignore[arg-type]
-        object.__setattr__(made, field.name, number(told, field.name))
+        object.__setattr__(made, field.name, number(given, field.name))
     return made
 
 
-def measurements(told: Sequence[GoalMeasurement] | None) -> tuple[GoalMeasurement, ...]:
+def measurements(given: Sequence[GoalMeasurement] | None) -> tuple[GoalMeasurement, ...]:
     """The detections; none for None."""
     try:
-        return () if told is None else tuple(map(_measurement, told))
+        return () if given is None else tuple(map(_measurement, given))
     except Exception:
         return (_measurement(None),)
 
 
-def outlines(told: Sequence[ArrayLike] | None) -> tuple[Array, ...] | None:
+def outlines(given: Sequence[ArrayLike] | None) -> tuple[Array, ...] | None:
     """Those of obstacles, read-only, or None."""
     try:
-        return None if told is None else tuple(map(read_only, told))
+        return None if given is None else tuple(map(read_only, given))
     except Exception:
         return (read_only([nan]),)
 
@@ -62,17 +62,17 @@ def read_only(values: ArrayLike) -> Array:
     return array
 
 
-def _measurement(told: GoalMeasurement | None) -> GoalMeasurement:
+def _measurement(given: GoalMeasurement | None) -> GoalMeasurement:
     try:
-        assert told is not None
+        assert given is not None
         return GoalMeasurement(
-            stamp=number(told, "stamp"),
-            x=number(told, "x"),
-            y=number(told, "y"),
-            phi=number(told, "phi"),
-            covariance=told.covariance,
-            frame=Frame(told.frame),
-            vehicle=None if told.vehicle is None else numbers(told.vehicle, Pose2),
+            stamp=number(given, "stamp"),
+            x=number(given, "x"),
+            y=number(given, "y"),
+            phi=number(given, "phi"),
+            covariance=given.covariance,
+            frame=Frame(given.frame),
+            vehicle=None if given.vehicle is None else numbers(given.vehicle, Pose2),
         )
     except Exception:
         return GoalMeasurement(stamp=nan, x=nan, y=nan, phi=nan)
