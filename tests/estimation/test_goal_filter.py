@@ -101,7 +101,7 @@ def test_reset_forgets_everything() -> None:
 # -- what is not the goal ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("moving", [False, pytest.param(True, marks=pytest.mark.acceptance)])
 def test_single_outliers_are_ignored(moving: bool) -> None:
     for seed in range(3):
         random = np.random.default_rng(seed)

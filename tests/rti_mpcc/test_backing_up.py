@@ -147,6 +147,7 @@ def test_a_goal_that_is_detected_with_noise_is_backed_up_into_in_one_go(seed: in
     assert said(result) == [Status.ARRIVING, Status.SETTLING, Status.DOCKED]
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("noisy", [pytest.param(False, marks=pytest.mark.acceptance), True])
 def test_a_goal_that_is_come_to_onward_is_not_passed(noisy: bool) -> None:
     told = {"goal.measurement": {"visible_range": 15.0}} if noisy else {}

@@ -21,6 +21,7 @@ def test_default_keeps_to_all_that_it_set_out_for_beside_the_published_code(name
     assert missed == []
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("comfort", "value"),
     [

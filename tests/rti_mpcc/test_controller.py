@@ -133,7 +133,7 @@ def test_a_cruise_keeps_to_the_comfort_acceleration() -> None:
     assert most[1] < 0.21
 
 
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
 def test_in_a_bend_an_arrival_keeps_to_the_comfort_of_load_and_steering(direction: int) -> None:
     bends = [(direction, 0.2, 12.0), (direction, -0.2, 12.0)]
     comfort = {"comfort_lateral_acceleration": 0.3, "comfort_steering_rate": 0.12}

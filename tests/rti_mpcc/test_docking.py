@@ -88,6 +88,7 @@ def test_headings_may_jump_by_a_turn_on_the_way(usual: RunResult) -> None:
     assert deviation(usual.truth.poses, seen_from(Pose2(0.0, 0.0, angle), result.truth.poses)) <= 1e-3
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("turns", [-3, pytest.param(1, marks=pytest.mark.acceptance)])
 def test_a_start_heading_on_another_branch_changes_nothing(turns: int, usual: RunResult) -> None:
     start = usual.path.start
@@ -102,6 +103,7 @@ def test_docks_with_long_cycles(cycle: float, apart: float, usual: RunResult) ->
     assert found["time_to_tolerance_s"] == pytest.approx(before["time_to_tolerance_s"], rel=apart)
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("across", "turned"), [(0.5, -20.0), pytest.param(-2.0, 40.0, marks=pytest.mark.acceptance)]
 )
@@ -136,6 +138,7 @@ def test_stops_before_a_wall_and_goes_on_when_it_is_gone(direction: int) -> None
     assert result.cycles.status[int(15.9 / 0.05)] is Status.BLOCKED
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("passage", "direction"), [pytest.param(narrow, 1, marks=pytest.mark.acceptance), (between_obstacles, -1)]
 )
@@ -161,7 +164,7 @@ def test_a_new_goal_counts_also_while_it_stops_before_something_in_the_way() -> 
 # -- the goal --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("at_distance", [9.0, 5.0])
+@pytest.mark.parametrize("at_distance", [pytest.param(9.0, marks=pytest.mark.acceptance), 5.0])
 def test_follows_a_goal_that_moves_on_the_way(at_distance: float) -> None:
     shift = {"at_distance": at_distance, "offset": [0.2, 0.1, 0.02]}
     result = simulate(changed(short(), {"goal.shifts": [shift]}))
@@ -179,6 +182,7 @@ def test_keeps_the_last_goal_while_none_is_told(usual: RunResult) -> None:
     assert told_once[-1][1].docked
 
 
+@pytest.mark.acceptance
 def test_a_goal_that_is_cleared_is_the_end_of_the_path() -> None:
     scenario = short()
     controller = docking_controller(scenario)
@@ -330,6 +334,7 @@ def trace(run: Iterator[tuple[PlantState, Command]] | list[tuple[PlantState, Com
     return [(p.x, p.y, p.phi, p.v, c.acceleration, c.steering_rate, c.status) for p, c in run]
 
 
+@pytest.mark.acceptance
 def test_runs_are_equal_bit_for_bit_also_when_interleaved() -> None:
     one, other = short(), straight(1, 15.0)
     alone = trace(drive(one, 6.0)), trace(drive(other, 6.0))

@@ -28,8 +28,8 @@ def between_blocks(direction: int, **simulation: Any) -> Scenario:
     return straight(direction, LENGTH, corridor={"obstacles": outlines}, duration=40.0, **simulation)
 
 
-@pytest.mark.parametrize("noise", [None, NOISE])
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("noise", [pytest.param(None, marks=pytest.mark.acceptance), NOISE])
+@pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
 def test_it_docks_between_corners(direction: int, noise: list[float] | None) -> None:
     told = {} if noise is None else {"state_noise": noise}
     figures = summary(simulate(between_blocks(direction, **told), seed=1))

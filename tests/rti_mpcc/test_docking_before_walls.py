@@ -32,8 +32,8 @@ def test_the_discs_reach_farther_than_the_room_that_is_left() -> None:
     assert shape.radius - shape.half_length > 0.6
 
 
-@pytest.mark.parametrize("noise", [None, NOISE])
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("noise", [pytest.param(None, marks=pytest.mark.acceptance), NOISE])
+@pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
 def test_it_docks_before_a_wall(direction: int, noise: list[float] | None) -> None:
     told = {} if noise is None else {"state_noise": noise}
     result = simulate(before_a_wall(direction, 0.3, **told), seed=1)
@@ -46,7 +46,7 @@ def test_it_docks_before_a_wall(direction: int, noise: list[float] | None) -> No
     assert figures["solver"]["failures"] == 0
 
 
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
 def test_it_docks_as_near_as_the_margin_lets_it(direction: int) -> None:
     """0.1 m and what (H6) is rounded by, 0.05 m."""
     figures = summary(simulate(before_a_wall(direction, 0.16)))

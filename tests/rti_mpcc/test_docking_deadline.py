@@ -55,6 +55,7 @@ def cycle(run: Run, time: float) -> Command:
 # -- late plans ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.acceptance
 def test_a_late_plan_is_not_driven_and_the_next_cycle_goes_on() -> None:
     run = run_with(at(5.0, lambda: granting(PLENTY, late=True)), 16.0)
     late, after = cycle(run, 5.0), cycle(run, 5.0 + CYCLE)
@@ -91,6 +92,7 @@ def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
     assert run[-1][1].docked
 
 
+@pytest.mark.acceptance
 def test_one_that_is_always_late_drives_with_a_cycle_more_of_delay() -> None:
     run = run_with(lambda now: granting(PLENTY, late=True), 20.0)
     assert Source.SOLUTION not in {command.source for _, command in run}
@@ -215,6 +217,7 @@ def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
     assert 0.0 <= found["time_to_dock_s"] - docking_figures(usual)["time_to_dock_s"] <= 0.5
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     "iterations", [1, *(pytest.param(each, marks=pytest.mark.acceptance) for each in (3, 5))]
 )

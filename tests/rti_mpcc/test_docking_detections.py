@@ -151,6 +151,7 @@ def test_a_jump_for_half_a_second_is_not_followed() -> None:
     assert np.nanmax(estimate_errors(result)[result.cycles.times > 1.0]) < 0.01
 
 
+@pytest.mark.acceptance
 def test_a_goal_that_moves_for_good_is_followed_without_a_jump_of_the_commands() -> None:
     scenario = changed(noisy(), {"goal.shifts": [{"at_distance": 9.0, "offset": [-1.5, 0.1, 0.0]}]})
     result = simulate(scenario, detector=Scripted(script=exact))
@@ -191,6 +192,7 @@ def test_a_goal_never_seen_is_waited_for_where_it_was_planned() -> None:
     assert_docked_on_the_true_goal(result)
 
 
+@pytest.mark.acceptance
 def test_an_uncertain_goal_that_is_lost_is_stopped_before_until_it_is_seen_again() -> None:
     def gap(stamp: float, seen: Pose2) -> GoalMeasurement | None:
         if 3.0 < stamp < 25.0:

@@ -82,6 +82,7 @@ def test_it_brakes_when_the_plan_is_too_old_and_goes_on_afterwards(fail: Fail) -
     assert run[-1][1].docked
 
 
+@pytest.mark.acceptance
 def test_without_a_first_plan_it_does_not_move(fail: Fail) -> None:
     fail(0.0, inf)
     run = list(drive(short(), 3.0))
@@ -91,6 +92,7 @@ def test_without_a_first_plan_it_does_not_move(fail: Fail) -> None:
     assert not run[-1][1].docked
 
 
+@pytest.mark.acceptance
 def test_it_begins_as_soon_as_a_first_plan_is_found(fail: Fail) -> None:
     fail(0.0, 1.0)
     run = list(drive(short(), 22.0))
@@ -321,6 +323,7 @@ def test_a_speed_that_cannot_be_does_not_keep_the_vehicle_from_braking(speed: fl
     assert {command.status for _, command in between(run, 8.0, 10.0)} == {Status.FAILED}
 
 
+@pytest.mark.acceptance
 def test_obstacles_that_are_not_readable_stop_a_moving_vehicle_until_some_are() -> None:
     broken = [[[5.0, nan], [6.0, 1.0], [6.0, 2.0]]]
 
@@ -332,12 +335,14 @@ def test_obstacles_that_are_not_readable_stop_a_moving_vehicle_until_some_are() 
     assert run[-1][1].docked
 
 
+@pytest.mark.acceptance
 def test_a_clock_that_stands_still_is_told_and_the_vehicle_docks_nevertheless() -> None:
     run = driven_as_told(25.0, lambda state, now: {"now": min(now, 5.0)})
     assert run[-1][1].docked
     assert "the clock stands still" in run[-1][1].diagnostics.reason
 
 
+@pytest.mark.acceptance
 def test_a_docked_vehicle_stays_where_it_is_after_cycles_were_lost() -> None:
     """A gap says nothing about where it is: it is measured there."""
     scenario = short()
@@ -371,7 +376,7 @@ def test_a_vehicle_that_begins_in_its_goal_is_docked_at_once() -> None:
     assert (command.docked, command.acceleration, command.steering_rate) == (True, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("aside", [0.1, -0.3])
+@pytest.mark.parametrize("aside", [0.1, pytest.param(-0.3, marks=pytest.mark.acceptance)])
 def test_a_vehicle_that_begins_beside_its_goal_backs_off_gently(aside: float) -> None:
     scenario = short()
     goal = scenario.goal_pose(scenario.build_path())

@@ -176,7 +176,7 @@ def test_a_heading_of_many_turns_is_driven_with_as_any_other(turns: int) -> None
     assert command.diagnostics.reason == ""
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.acceptance), 0.02])
 def test_the_speed_and_steering_of_a_command_stay_within_their_limits(noise: float) -> None:
     """As far as the vehicle itself does; noise shows it beyond its limit."""
     speed = 1.0

@@ -30,6 +30,7 @@ def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_goes_on_when_it_is_go
     assert found["min_clearance_m"] > 0.0
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("length", [24.0, pytest.param(40.0, marks=pytest.mark.acceptance)])
 def test_between_two_obstacles_it_finds_the_passage_from_near_and_from_far(length: float) -> None:
     """From far the first plan's end lies between them, and is not there yet after the usual iterations."""

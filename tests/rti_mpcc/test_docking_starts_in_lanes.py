@@ -41,6 +41,7 @@ OUTCOMES = {
 stands and says so; a minute later it is FAILED and still stands. See README, "Limits"."""
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     "start",
     [

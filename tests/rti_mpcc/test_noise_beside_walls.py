@@ -18,6 +18,7 @@ def between_walls(direction: int, offset: float) -> Scenario:
     return straight(direction, corridor={"narrowings": [walls]}, state_noise=NOISE, steering_offset=offset)
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     ("direction", "offset"),
     [*(pytest.param(d, 0.0175, marks=pytest.mark.acceptance) for d in (1, -1)), (-1, -0.0175)],

@@ -75,6 +75,7 @@ def test_a_vehicle_dwells_at_the_cusp_and_docks_so_much_later() -> None:
     assert later == pytest.approx(4.0 - stood_at_cusp(plain), abs=1.0)
 
 
+@pytest.mark.acceptance
 def test_after_a_long_dwell_a_first_search_without_time_is_no_failure(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -116,6 +116,7 @@ def test_docks_with_actuators_that_lag(slope: float, offset: float) -> None:
     assert max(abs(error.x), abs(error.y)) <= 0.05
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.acceptance)])
 def test_an_offset_leaves_no_lateral_error(sign: float) -> None:
     result = driven("reverse", offset=sign * OFFSET)
@@ -124,6 +125,7 @@ def test_an_offset_leaves_no_lateral_error(sign: float) -> None:
     assert abs(error.y) <= 0.005
 
 
+@pytest.mark.acceptance
 def test_a_docked_vehicle_is_held_on_a_slope() -> None:
     result = driven("forward", slope=-0.3, noise=2, seconds=undisturbed("forward") + 15.0, until_docked=False)
     held = np.array([command.docked for command in result.commands])

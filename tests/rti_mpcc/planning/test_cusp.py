@@ -79,6 +79,7 @@ def test_where_no_pose_has_the_margin_it_is_the_one_with_the_most_room() -> None
     assert float(walls.clearance(1, body)[0]) + 0.05 < room < MARGIN
 
 
+@pytest.mark.acceptance
 def test_a_vehicle_changes_direction_clear_of_the_next_part() -> None:
     segments = [{"direction": d, "curvature": k, "length": s} for d, k, s in BENT]
     scenario = scenario_from_dict(

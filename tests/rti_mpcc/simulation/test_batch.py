@@ -25,6 +25,7 @@ def poses(outcomes: list[Outcome]) -> list[list[list[float]]]:
     return [outcome.result.truth.poses.tolist() for outcome in outcomes]
 
 
+@pytest.mark.acceptance
 def test_what_comes_out_does_not_depend_on_who_drives_it() -> None:
     told: list[tuple[int, int]] = []
     before = {name: os.environ.get(name) for name in THREADS}

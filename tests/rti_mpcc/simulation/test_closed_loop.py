@@ -245,6 +245,7 @@ def test_command_that_is_not_finite_is_refused(scripted: Any, straight: Scenario
         simulate(straight, controller=scripted(script=lambda now, state: (float("nan"), 0.0)))
 
 
+@pytest.mark.acceptance
 def test_docking_controller_docks_under_noise_and_dead_time() -> None:
     scenario = changed(
         load_scenario("docking_inside"), {"simulation.state_noise": [0.002, 0.002, 0.001, 0, 0]}

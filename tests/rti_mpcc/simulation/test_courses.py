@@ -18,7 +18,11 @@ REPORT = CourseRange()
 HALF = 2.069 / 2
 
 
-@pytest.fixture(scope="module", params=[REPORT, CAMPAIGN], ids=["report", "campaign"])
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(REPORT, marks=pytest.mark.acceptance), CAMPAIGN],
+    ids=["report", "campaign"],
+)
 def drawn(request: pytest.FixtureRequest) -> tuple[CourseRange, tuple[Scenario, ...]]:
     return request.param, courses(11, 12, request.param)
 

@@ -33,7 +33,7 @@ def test_witnesses_of_built_in_scenarios_are_feasible(name: str) -> None:
     check(load_scenario(name))
 
 
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
 def test_a_goal_beside_a_long_way_is_reached_and_beside_a_short_one_not(direction: int) -> None:
     check(course(direction=direction))
     assert find_witness(course(direction=direction, length=1.0)) is None
@@ -74,6 +74,7 @@ def test_a_start_and_a_cusp_without_room_are_told() -> None:
     assert cramped(changed(there_and_back, {"corridor.obstacles": [farther]})) is None
 
 
+@pytest.mark.acceptance
 def test_something_across_the_way_is_refused() -> None:
     beside = [[9.0, -2.0], [10.0, -2.0], [10.0, -3.0], [9.0, -3.0]]
     across = [[9.0, -2.5], [10.0, -2.5], [10.0, 2.5], [9.0, 2.5]]

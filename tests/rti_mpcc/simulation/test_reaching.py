@@ -61,6 +61,7 @@ def test_into_a_goal_with_too_little_way_before_it_it_backs_up(monkeypatch: pyte
     assert find_witness(goal) is None
 
 
+@pytest.mark.acceptance
 def test_the_same_draw_has_the_same_motion() -> None:
     scenario = between((10.0, LEFT), (19.0, RIGHT))
     once, again = find_witness(scenario), find_witness(scenario)

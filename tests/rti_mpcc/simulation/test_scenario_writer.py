@@ -33,7 +33,7 @@ def test_built_in_scenarios_come_back(name: str, tmp_path: Path) -> None:
     assert (tmp_path / "new" / "folder" / f"{name}.toml").is_file()
 
 
-@pytest.mark.parametrize("index", range(4))
+@pytest.mark.parametrize("index", [0, *(pytest.param(k, marks=pytest.mark.acceptance) for k in (1, 2, 3))])
 def test_courses_come_back(index: int, tmp_path: Path) -> None:
     course = drawn_course(5, index, CAMPAIGN)
     assert back(course, tmp_path) == course

@@ -63,6 +63,7 @@ def test_one_job_drives_one_case_at_a_time(tmp_path: Path, monkeypatch: pytest.M
     assert os.getpid() not in workers_of(tmp_path / "journal")
 
 
+@pytest.mark.acceptance
 def test_an_interrupted_campaign_keeps_its_rows_and_leaves_no_workers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -95,6 +96,7 @@ def test_processes_that_cannot_start_end_the_campaign(
     assert lines(tmp_path) == []
 
 
+@pytest.mark.acceptance
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 def test_a_killed_campaign_is_gone_on_with_and_leaves_no_workers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -131,7 +131,10 @@ def test_what_raises_is_a_row(tmp_path: Path) -> None:
     assert tally.outcomes == {CaseOutcome.DOCKED: 1, CaseOutcome.RAISED: 1}
 
 
-@pytest.mark.parametrize("window", [1, 3, 20])
+@pytest.mark.parametrize(
+    "window",
+    [pytest.param(1, marks=pytest.mark.acceptance), 3, pytest.param(20, marks=pytest.mark.acceptance)],
+)
 @pytest.mark.parametrize("undrawable", [False, True])
 def test_a_case_that_ends_its_worker_is_a_row_and_the_others_are_driven(
     tmp_path: Path, window: int, undrawable: bool
