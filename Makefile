@@ -17,7 +17,7 @@ export MKL_NUM_THREADS = 1
 export MPLBACKEND = Agg
 
 .DEFAULT_GOAL := help
-.PHONY: help test lint types unit demo acceptance same reproduce soak bench clean
+.PHONY: help test lint types unit demo acceptance same reproduce figures soak bench clean
 
 help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
@@ -25,6 +25,7 @@ help:
 	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
 	@echo "make same        drive the frozen runs again: whether each command and plan is as it was, to the bit"
 	@echo "make reproduce   drive the paper's experiments again beside the published figures: runs/reproduce"
+	@echo "make figures     measure what the pages of docs quote, but computing times, and write it there (about an hour)"
 	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
 	@echo "make bench       time the cycles of all scenarios against a yardstick; figures: runs/bench.json"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
@@ -56,6 +57,16 @@ same: $(TEST)
 
 reproduce: $(TEST)
 	$(PY) -m benchmarks.reproduction
+
+figures: $(TEST)
+	$(PY) -m benchmarks.document_behaviour
+	$(PY) -m benchmarks.measure_results
+	$(PY) -m benchmarks.measure_detections
+	$(PY) -m benchmarks.measure_deviations
+	$(PY) -m benchmarks.measure_faults
+	$(PY) -m benchmarks.measure_obstacles
+	for seed in 1 2 3; do $(PY) -m benchmarks.measure_courses --seed $$seed || exit 1; done
+	$(PY) -m benchmarks.measure_courses --seed 1 --count 48 --within campaign --presets default
 
 soak: $(TEST)
 	$(PY) -m benchmarks.soak

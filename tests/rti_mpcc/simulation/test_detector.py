@@ -183,7 +183,7 @@ def test_loop_exposes_between_cycles_and_tells_at_the_first_cycle_after_the_dela
     simulate(watched(tables, rate=rate, delay=delay, **EXACT), controller=controller)
     arrived = [
         (told[0], one)
-        for told, ones in zip(controller.told, controller.detections, strict=True)
+        for told, ones in zip(controller.given, controller.detections, strict=True)
         for one in ones
     ]
     stamps = np.array([one.stamp for _, one in arrived])
@@ -227,8 +227,8 @@ def test_noise_of_the_state_is_the_same_with_and_without_a_detector(
     for scenario in (watched(tables), watched(tables, rate=60.0, dropout=0.5)):
         controller = scripted(script=still)
         simulate(scenario, controller=controller, seed=3)
-        states.append([told[1] for told in controller.told])
+        states.append([told[1] for told in controller.given])
     controller = scripted(script=still)
     plain = {key: value for key, value in watched(tables).model_dump(by_alias=True).items() if key != "goal"}
     simulate(scenario_from_dict(plain), controller=controller, seed=3)
-    assert states[0] == states[1] == [told[1] for told in controller.told]
+    assert states[0] == states[1] == [told[1] for told in controller.given]

@@ -81,11 +81,11 @@ def blocked(scenario: Scenario, **changes: Any) -> Scenario:
 def test_it_is_told_and_kept_for_as_long_as_it_is_there(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=forward)
     result = simulate(blocked(straight), controller=controller)
-    assert [len(told[3]) for told in controller.told] == [0] * 20 + [1] * 20 + [0] * 21
+    assert [len(told[3]) for told in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
     assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
     # It stays where it was put: the vehicle has come 1.5 m nearer when it goes, and is 0.5 m inside.
     near = 0.5 + VEHICLE.front + 1.0
-    (wall,) = {outline.tobytes() for told in controller.told for outline in told[3]}
+    (wall,) = {outline.tobytes() for told in controller.given for outline in told[3]}
     assert np.frombuffer(wall).reshape(-1, 2)[:, 0].min() == pytest.approx(near)
     assert summary(result)["min_clearance_m"] == pytest.approx(-0.5, abs=0.02)
 
@@ -98,8 +98,8 @@ def test_it_comes_on_top_of_other_obstacles(scripted: Any, straight: Scenario) -
         controller=told,
         obstacles_at=lambda now: [np.array(BOX)] if now > 1.475 else [],
     )
-    assert [len(entry[3]) for entry in known.told[::10]] == [1, 1, 2, 2, 1, 1, 1]
-    assert [len(entry[3]) for entry in told.told[::10]] == [0, 0, 1, 2, 1, 1, 1]
+    assert [len(entry[3]) for entry in known.given[::10]] == [1, 1, 2, 2, 1, 1, 1]
+    assert [len(entry[3]) for entry in told.given[::10]] == [0, 0, 1, 2, 1, 1, 1]
 
 
 def test_it_appears_though_the_cycle_is_lost(scripted: Any, straight: Scenario) -> None:
@@ -116,5 +116,5 @@ def test_without_changes_no_obstacles_are_told(scripted: Any, straight: Scenario
     controller = scripted(script=still)
     scenario = changed(straight, {"simulation.duration": 0.2, "corridor.obstacles": [BOX]})
     result = simulate(scenario, controller=controller)
-    assert {told[3] for told in controller.told} == {None}
+    assert {told[3] for told in controller.given} == {None}
     assert len(result.corridors[0][1].obstacles) == 1
