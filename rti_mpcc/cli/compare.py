@@ -12,7 +12,7 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.report.comparison import compared, comparison_tables, label
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_json
-from rti_mpcc.report.looks import Onlooker
+from rti_mpcc.report.views import Observer
 from rti_mpcc.simulation import docking_controller, load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
@@ -121,10 +121,10 @@ def _animated(
     for name in dict.fromkeys(case.scenario.name for case in cases):
         looked = []
         for case in (case for case in cases if case.scenario.name == name):
-            onlooker = Onlooker(docking_controller(case.scenario, preset=case.preset, method=case.method))
-            outcome = drive(case, onlooker)
+            observer = Observer(docking_controller(case.scenario, preset=case.preset, method=case.method))
+            outcome = drive(case, observer)
             outcomes.append(outcome)
-            looked.append((label(outcome.figures), outcome.result, onlooker.seen))
+            looked.append((label(outcome.figures), outcome.result, observer.observed))
             if progress is not None:
                 progress(len(outcomes), len(cases))
         file = animation_file(None, folder).with_stem(name)

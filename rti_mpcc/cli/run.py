@@ -13,7 +13,7 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.console import progress_bar, tell_run
 from rti_mpcc.report.files import make_writable, write_files
-from rti_mpcc.report.looks import Onlooker, Seen
+from rti_mpcc.report.views import ObservedCycle, Observer
 from rti_mpcc.simulation import (
     Controller,
     GoalSource,
@@ -103,11 +103,11 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     animation = _animation(arguments.animate, folder)
     for place in [folder, *(file.parent for file in animation)]:
         make_writable(place)
-    result, seen = simulated(scenario, arguments)
+    result, observed = simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(result, figures, folder, plots=not arguments.no_plots, discs=arguments.discs)
     for file in animation:
-        _animate(result, seen, file)
+        _animate(result, observed, file)
     if arguments.record is not None:
         written = (*written, arguments.record)
     written = (*written, *animation)
@@ -126,19 +126,19 @@ def _animation(asked: str | None, folder: Path) -> tuple[Path, ...]:
     return (animation_file(Path(asked) if asked else None, folder),)
 
 
-def _animate(result: RunResult, seen: Sequence[Seen], file: Path) -> None:
+def _animate(result: RunResult, observed: Sequence[ObservedCycle], file: Path) -> None:
     from rti_mpcc.report.animation import animate_run
 
     with progress_bar(file.name, "{task.completed:.1f} s") as progress:
-        animate_run(result, seen, file, progress=progress)
+        animate_run(result, observed, file, progress=progress)
 
 
-def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Sequence[Seen]]:
+def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Sequence[ObservedCycle]]:
     """The run, recorded and looked at if that is asked for, and what was seen."""
     source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
     with ExitStack() as stack:
         controller: Controller | None = None
-        onlooker = None
+        observer = None
         if arguments.record is not None or arguments.animate is not None:
             core = docking_controller(
                 scenario, preset=arguments.preset, method=arguments.method, goal_source=source
@@ -149,7 +149,7 @@ def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunRes
                 recorder = Recorder(core, arguments.record, dump_failed=arguments.dump_failed)
                 controller = stack.enter_context(recorder)
             if arguments.animate is not None:
-                controller = onlooker = Onlooker(controller)
+                controller = observer = Observer(controller)
         progress = stack.enter_context(progress_bar(scenario.name, "{task.completed:.1f} s"))
         result = simulate(
             scenario,
@@ -160,4 +160,4 @@ def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunRes
             controller=controller,
             goal_source=source,
         )
-    return result, onlooker.seen if onlooker else ()
+    return result, observer.observed if observer else ()

@@ -21,9 +21,9 @@ from rti_mpcc.report import style
 from rti_mpcc.report.axes import entries_once
 from rti_mpcc.report.bars import WeightBars
 from rti_mpcc.report.film import Film, film_of_run
-from rti_mpcc.report.looks import Look, Seen
 from rti_mpcc.report.overlay import Overlay
 from rti_mpcc.report.scene import Scene, extent
+from rti_mpcc.report.views import CycleView, ObservedCycle
 from rti_mpcc.simulation import RunResult
 
 Picture = NDArray[np.uint8]
@@ -67,20 +67,23 @@ def animation_file(asked: Path | None, folder: Path) -> Path:
 
 
 def animate_run(
-    result: RunResult, seen: Sequence[Seen], file: Path, *, progress: Progress | None = None
+    result: RunResult, observed: Sequence[ObservedCycle], file: Path, *, progress: Progress | None = None
 ) -> None:
-    """Write the animation of a run and what an `Onlooker` saw of it; see `write_animation`."""
-    write_animation([film_of_run(result, seen)], file, progress=progress)
+    """Write the animation of a run and what an `Observer` saw of it; see `write_animation`."""
+    write_animation([film_of_run(result, observed)], file, progress=progress)
 
 
 def animate_runs(
-    runs: Sequence[tuple[str, RunResult, Sequence[Seen]]], file: Path, *, progress: Progress | None = None
+    runs: Sequence[tuple[str, RunResult, Sequence[ObservedCycle]]],
+    file: Path,
+    *,
+    progress: Progress | None = None,
 ) -> None:
     """Write one animation of several runs side by side: label, result, and what was seen of each.
 
     All run at the same time scale from the same time on; what has ended stands. See `write_animation`.
     """
-    films = [film_of_run(result, seen, label=label) for label, result, seen in runs]
+    films = [film_of_run(result, observed, label=label) for label, result, observed in runs]
     write_animation(films, file, progress=progress)
 
 
@@ -197,16 +200,16 @@ class Column:
     def show(self, time: float) -> None:
         """Show the film at this time [s]."""
         index = self.film.at(time)
-        look = self.film.looks[index]
+        view = self.film.views[index]
         self.scene.show(index)
-        self.bars.show(look)
-        self.status.set_text(status_line(look))
+        self.bars.show(view)
+        self.status.set_text(status_line(view))
 
 
-def status_line(look: Look) -> str:
+def status_line(view: CycleView) -> str:
     """Time, status and source of a cycle."""
-    command = look.seen.command
-    return f"{look.time:.1f} s: {command.status.value} ({command.source.value})"
+    command = view.observed.command
+    return f"{view.time:.1f} s: {command.status.value} ({command.source.value})"
 
 
 def _write_gif(shown: Iterator[Picture], file: Path) -> None:

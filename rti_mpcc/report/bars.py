@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from rti_mpcc.report import style
 from rti_mpcc.report.film import Film
-from rti_mpcc.report.looks import Look
+from rti_mpcc.report.views import CycleView
 from rti_mpcc.types import EffectiveWeights
 
 
@@ -25,7 +25,7 @@ class WeightBars:
         names = [name for name, _ in style.WEIGHTS]
         colors = [color for _, color in style.WEIGHTS]
         self.bars = axes.barh(range(len(names)), [0.0] * len(names), color=colors, height=0.7)
-        shown = [look.seen.command.diagnostics.weights for film in films for look in film.looks]
+        shown = [view.observed.command.diagnostics.weights for film in films for view in film.views]
         largest = max(max(values_of(weights)) for weights in shown)
         # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
         axes.set_xscale("symlog", linthresh=1.0)
@@ -40,9 +40,9 @@ class WeightBars:
         """What differs from cycle to cycle."""
         return list(self.bars.patches)
 
-    def show(self, look: Look) -> None:
+    def show(self, view: CycleView) -> None:
         """Show the weights of this cycle."""
-        values = values_of(look.seen.command.diagnostics.weights)
+        values = values_of(view.observed.command.diagnostics.weights)
         for bar, value in zip(self.bars.patches, values, strict=True):
             bar.set_width(value)
 

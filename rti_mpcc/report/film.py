@@ -1,4 +1,4 @@
-"""Film: the looks of all cycles of a run or a recording, and the course they were driven on."""
+"""Film: the views of all cycles of a run or a recording, and the course they were driven on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.clock import PlayedBack
 from rti_mpcc.recording import Cycle, read_recording
 from rti_mpcc.recording.contents import run_cycle
-from rti_mpcc.report.looks import Look, Seen, look_of, seen_of
+from rti_mpcc.report.views import CycleView, ObservedCycle, observed_cycle, view_of
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.goal_metrics import rows_at
 from rti_mpcc.types import Array, Command
@@ -38,15 +38,15 @@ class Film:
         label: stands over its picture.
         path, corridor: of the course; obstacles are those of each look.
         config: the controller's settings.
-        looks: of all cycles, at least one, in order of time.
-        times: (m,) of the looks [s], never falling.
+        views: of all cycles, at least one, in order of time.
+        times: (m,) of the views [s], never falling.
     """
 
     label: str
     path: ReferencePath
     corridor: Corridor
     config: ControllerConfig
-    looks: tuple[Look, ...]
+    views: tuple[CycleView, ...]
     times: Array
 
     def at(self, time: float) -> int:
@@ -54,19 +54,19 @@ class Film:
         return max(0, int(np.searchsorted(self.times, time + 1e-9, side="right")) - 1)
 
 
-def film_of_run(result: RunResult, seen: Sequence[Seen], *, label: str | None = None) -> Film:
-    """The film of a simulated run and what an `Onlooker` saw of it; by default its label is the scenario.
+def film_of_run(result: RunResult, observed: Sequence[ObservedCycle], *, label: str | None = None) -> Film:
+    """The film of a simulated run and what an `Observer` saw of it; by default its label is the scenario.
 
     Raises InputError if there is nothing to be seen, or if it is not of this run.
     """
     times, truth = result.cycles.times, result.truth
-    if len(seen) != len(times):
-        raise InputError(f"seen has {len(seen)} cycles: must be those of the run, {len(times)}")
+    if len(observed) != len(times):
+        raise InputError(f"observed has {len(observed)} cycles: must be those of the run, {len(times)}")
     rows = rows_at(truth, times)
     starts = np.array([start for start, _ in result.corridors])
     scenes = np.searchsorted(starts, times + 1e-9, side="right") - 1
-    looks = tuple(
-        look_of(
+    views = tuple(
+        view_of(
             one,
             time=float(time),
             pose=truth.poses[row],
@@ -74,10 +74,10 @@ def film_of_run(result: RunResult, seen: Sequence[Seen], *, label: str | None = 
             corridor=result.corridors[scene][1],
             config=result.config,
         )
-        for one, time, row, scene in zip(seen, times, rows, scenes, strict=True)
+        for one, time, row, scene in zip(observed, times, rows, scenes, strict=True)
     )
     name = result.title if label is None else label
-    return _film(name, result.path, result.corridors[0][1], result.config, looks)
+    return _film(name, result.path, result.corridors[0][1], result.config, views)
 
 
 def film_of_recording(
@@ -99,22 +99,24 @@ def film_of_recording(
     recording = read_recording(file, allow_truncated=True)
     config, path = recording.header.config, recording.header.path
     controller = recording.header.controller()
-    first, looks = controller.corridor, list[Look]()
-    for done, seen in enumerate(_driven_along(controller, recording.cycles), start=1):
-        if seen is not None:
+    first, views = controller.corridor, list[CycleView]()
+    for done, observed in enumerate(_driven_along(controller, recording.cycles), start=1):
+        if observed is not None:
             now = recording.cycles[done - 1].inputs.now
-            time = _later(looks[-1].time if looks else None, now)
-            looks.append(_measured_look(seen, time, controller.corridor, config))
+            time = _later(views[-1].time if views else None, now)
+            views.append(_measured_view(observed, time, controller.corridor, config))
         if progress is not None:
             progress(done, len(recording.cycles))
     name = Path(file).name if recording.complete else f"{Path(file).name} (truncated)"
-    return _film(name, path, first, config, tuple(looks))
+    return _film(name, path, first, config, tuple(views))
 
 
-def _measured_look(seen: Seen, time: float, corridor: Corridor, config: ControllerConfig) -> Look:
-    pose = np.array([seen.state.x, seen.state.y, seen.state.phi])
+def _measured_view(
+    observed: ObservedCycle, time: float, corridor: Corridor, config: ControllerConfig
+) -> CycleView:
+    pose = np.array([observed.state.x, observed.state.y, observed.state.phi])
     read_only(pose)
-    return look_of(seen, time=time, pose=pose, goal=None, corridor=corridor, config=config)
+    return view_of(observed, time=time, pose=pose, goal=None, corridor=corridor, config=config)
 
 
 def _later(last: float | None, now: float) -> float:
@@ -124,7 +126,7 @@ def _later(last: float | None, now: float) -> float:
     return max(last, now) if isfinite(now) else last
 
 
-def _driven_along(controller: DockingController, cycles: Sequence[Cycle]) -> Iterator[Seen | None]:
+def _driven_along(controller: DockingController, cycles: Sequence[Cycle]) -> Iterator[ObservedCycle | None]:
     """What was seen of each recorded cycle, None of one that raised, while the controller makes it again."""
     same = True
     for cycle in cycles:
@@ -142,7 +144,7 @@ def _driven_along(controller: DockingController, cycles: Sequence[Cycle]) -> Ite
             )
         after = controller.state.plans.solution
         fresh = after if same and after is not before else None
-        yield seen_of(cycle.inputs.state, cycle.command, fresh)
+        yield observed_cycle(cycle.inputs.state, cycle.command, fresh)
 
 
 def _alike(recorded: Command, replayed: Command | None) -> bool:
@@ -157,10 +159,10 @@ def _film(
     path: ReferencePath,
     corridor: Corridor,
     config: ControllerConfig,
-    looks: tuple[Look, ...],
+    views: tuple[CycleView, ...],
 ) -> Film:
-    if not looks:
+    if not views:
         raise InputError(f"{label}: has no cycle to show")
-    times = np.array([look.time for look in looks])
+    times = np.array([view.time for view in views])
     read_only(times)
-    return Film(label=label, path=path, corridor=corridor, config=config, looks=looks, times=times)
+    return Film(label=label, path=path, corridor=corridor, config=config, views=views, times=times)

@@ -14,7 +14,7 @@ from rti_mpcc.model.layout import DELTA, DELTA_DOT, A, V
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid as faint_grid
 from rti_mpcc.report.film import Film
-from rti_mpcc.report.looks import Look
+from rti_mpcc.report.views import CycleView
 from rti_mpcc.types import Array, Trajectory
 
 _ROOM = 1.1
@@ -46,7 +46,7 @@ class PlanPanels:
             ("a [m/s²]", limits.acceleration),
             ("delta_dot [rad/s]", limits.steering_rate),
         )
-        plans = [look.seen.command.trajectory for look in film.looks]
+        plans = [view.observed.command.trajectory for view in film.views]
         horizon = max(float(plan.times[-1] - plan.times[0]) for plan in plans)
         self.lines: list[Line2D] = []
         for one, (name, limit), reach in zip(axes, kinds, _reaches(plans), strict=True):
@@ -59,9 +59,9 @@ class PlanPanels:
             (line,) = one.plot([], [], color=style.GREEN, linewidth=1.5, drawstyle=drawn)
             self.lines.append(line)
 
-    def show(self, look: Look) -> None:
+    def show(self, view: CycleView) -> None:
         """Show the plan of this cycle."""
-        plan = look.seen.command.trajectory
+        plan = view.observed.command.trajectory
         for line, values in zip(self.lines, _curves(plan), strict=True):
             line.set_data(plan.times - plan.times[0], values)
 
@@ -93,7 +93,7 @@ class StagePanels:
     """
 
     def __init__(self, slack: Axes, weights: Axes, film: Film) -> None:
-        plans = [look.seen.command.trajectory for look in film.looks]
+        plans = [view.observed.command.trajectory for view in film.views]
         horizon = max(float(plan.times[-1] - plan.times[0]) for plan in plans)
         self._frame_slack(slack, film, horizon)
         _frame(weights, "stage weights", horizon)
@@ -113,7 +113,7 @@ class StagePanels:
         axes.set_xlabel("time ahead [s]")
         (self.lack,) = axes.plot([], [], color=style.GREY, linewidth=2.5, label="plan lacks of the margin")
         (self.slack,) = axes.plot([], [], color=style.RED, linewidth=1.2, label="slack in the QP")
-        largest = max(1e3 * _worst(look) for look in film.looks)
+        largest = max(1e3 * _worst(view) for view in film.views)
         axes.set_ylim(-0.05 * _LEAST_LACK, _ROOM * max(largest, _LEAST_LACK))
         axes.legend(loc="upper right", fontsize="x-small", framealpha=0.7)
 
@@ -122,10 +122,10 @@ class StagePanels:
         """All curves."""
         return [self.lack, self.slack, *self.weights]
 
-    def show(self, look: Look) -> None:
+    def show(self, view: CycleView) -> None:
         """Show this cycle; curves of a QP that it has not are empty."""
-        plan, inside = look.seen.command.trajectory, look.seen.inside
-        self.lack.set_data(plan.times[1:] - plan.times[0], 1e3 * look.lack)
+        plan, inside = view.observed.command.trajectory, view.observed.inside
+        self.lack.set_data(plan.times[1:] - plan.times[0], 1e3 * view.lack)
         ahead = np.zeros(0) if inside is None else inside.times - inside.times[0]
         self.slack.set_data(ahead[1:], np.zeros(0) if inside is None else 1e3 * inside.slack)
         for line, (_, name, _, _) in zip(self.weights, _STAGE_WEIGHTS, strict=True):
@@ -133,14 +133,14 @@ class StagePanels:
             line.set_data(ahead[: len(values)], values)
 
 
-def _worst(look: Look) -> float:
+def _worst(view: CycleView) -> float:
     """The largest slack that is shown [m]."""
-    inside = look.seen.inside
-    return max(float(look.lack.max()), 0.0 if inside is None else float(inside.slack.max()))
+    inside = view.observed.inside
+    return max(float(view.lack.max()), 0.0 if inside is None else float(inside.slack.max()))
 
 
 def _largest_weight(film: Film) -> float:
-    kept = [look.seen.inside.weights for look in film.looks if look.seen.inside is not None]
+    kept = [view.observed.inside.weights for view in film.views if view.observed.inside is not None]
     return max([1.0, *(float(np.max(getattr(one, name))) for one in kept for _, name, *_ in _STAGE_WEIGHTS)])
 
 
@@ -152,9 +152,9 @@ def inside_panels(figure: Figure, place: SubplotSpec, film: Film) -> tuple[PlanP
     return plan, StagePanels(axes[4], axes[5], film)
 
 
-def figures_of(look: Look, index: int, count: int) -> str:
+def figures_of(view: CycleView, index: int, count: int) -> str:
     """Lines with status, reason, solver and times of the cycle with this index of `count`."""
-    command = look.seen.command
+    command = view.observed.command
     told = command.diagnostics
     ahead = "" if told.time_to_go is None else f", {told.time_to_go:.2f} s to go"
     remarks = [
@@ -169,12 +169,12 @@ def figures_of(look: Look, index: int, count: int) -> str:
     primal, dual = told.residuals
     return "\n".join(
         (
-            f"cycle {index + 1} of {count}, {look.time:.2f} s: {command.status.value}",
+            f"cycle {index + 1} of {count}, {view.time:.2f} s: {command.status.value}",
             f"driven: {command.source.value}; objective: {told.objective.value}{ahead}",
             f"reason: {told.reason or '-'}",
             f"solver: {told.solver_status or 'no QP'}, {told.iterations} iterations, "
             f"residuals {primal:.1e}, {dual:.1e}" + "".join(f", {word}" for word in remarks),
-            f"largest slack {1e3 * told.slack:.1f} mm, {len(look.planes.points)} active half-planes",
+            f"largest slack {1e3 * told.slack:.1f} mm, {len(view.planes.points)} active half-planes",
             f"prepare {told.prepare_ms:.1f} ms, feedback {told.feedback_ms:.1f} ms "
             f"(solver {told.solve_ms:.1f} ms), whole step {told.step_ms:.1f} ms",
         )

@@ -14,7 +14,7 @@ from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
 from rti_mpcc.report.film import Film
 from rti_mpcc.report.ground import boundaries_of, draw_boundaries, draw_path, path_lines
-from rti_mpcc.report.looks import ActivePlanes
+from rti_mpcc.report.views import ActivePlanes
 from rti_mpcc.types import Array
 
 MARGIN = 1.0
@@ -37,7 +37,7 @@ class Scene:
     def __init__(self, axes: Axes, film: Film) -> None:
         self.axes = axes
         self.film = film
-        self._driven = np.array([look.pose for look in film.looks])
+        self._driven = np.array([view.pose for view in film.views])
         if len(film.path.parts) > 1:
             others = {"color": style.GREY, "label": "corridor, other part"}
             draw_boundaries(axes, film.corridor, film.path, **others)
@@ -50,8 +50,8 @@ class Scene:
         self.show(0)
 
     def _add_bodies(self) -> None:
-        looks = self.film.looks
-        there = any(look.obstacles for look in looks)
+        views = self.film.views
+        there = any(view.obstacles for view in views)
         self.obstacles = self._polygons(
             "obstacle" if there else "", facecolors=style.GREY, edgecolors=style.BLACK
         )
@@ -61,12 +61,12 @@ class Scene:
         self.body = self._polygons("body", facecolors=style.SKY, edgecolors=style.BLUE, alpha=0.8)
         dotted = {"edgecolors": style.BLACK, "linewidths": 1.0, "linestyles": "dotted"}
         self.aim = self._polygons("pose aimed at", facecolors="none", **dotted)
-        known = any(look.goal is not None for look in looks)
+        known = any(view.goal is not None for view in views)
         dashed = {"edgecolors": style.RED, "linewidths": 1.5, "linestyles": "dashed"}
         self.goal = self._polygons("goal" if known else "", facecolors="none", **dashed)
 
-    def _polygons(self, label: str, **look: Any) -> PolyCollection:
-        shapes = PolyCollection([], label=label or "_", **look)
+    def _polygons(self, label: str, **view: Any) -> PolyCollection:
+        shapes = PolyCollection([], label=label or "_", **view)
         self.axes.add_collection(shapes, autolim=False)
         return shapes
 
@@ -91,21 +91,21 @@ class Scene:
 
     def show(self, index: int) -> None:
         """Show the cycle with this index in the film."""
-        look, vehicle = self.film.looks[index], self.film.config.vehicle
-        states = look.seen.command.trajectory.states
-        left, right = self.film.corridor.lines(look.seen.command.diagnostics.part)
+        view, vehicle = self.film.views[index], self.film.config.vehicle
+        states = view.observed.command.trajectory.states
+        left, right = self.film.corridor.lines(view.observed.command.diagnostics.part)
         self.walls.set_segments([*left, *right])
-        self.obstacles.set_verts(list(look.obstacles))
-        self.aim.set_verts(list(body_polygons(look.aim[None], vehicle)))
-        goals = np.zeros((0, 3)) if look.goal is None else look.goal[None]
+        self.obstacles.set_verts(list(view.obstacles))
+        self.aim.set_verts(list(body_polygons(view.aim[None], vehicle)))
+        goals = np.zeros((0, 3)) if view.goal is None else view.goal[None]
         self.goal.set_verts(list(body_polygons(goals, vehicle)))
-        self.body.set_verts(list(body_polygons(look.pose[None], vehicle)))
+        self.body.set_verts(list(body_polygons(view.pose[None], vehicle)))
         places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
         self.plan_bodies.set_verts(list(body_polygons(states[places], vehicle)))
         self.driven.set_data(*self._driven[: index + 1, :2].T)
         self.plan.set_data(states[:, 0], states[:, 1])
-        self.wheel.set_data(*_front_wheel(look.pose, look.seen.state.delta, vehicle.wheelbase).T)
-        edges, normals = plane_lines(look.planes)
+        self.wheel.set_data(*_front_wheel(view.pose, view.observed.state.delta, vehicle.wheelbase).T)
+        edges, normals = plane_lines(view.planes)
         self.planes.set_segments(list(edges))
         self.normals.set_segments(list(normals))
 
@@ -129,11 +129,11 @@ def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
 def extent(film: Film) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of all that a scene has to show [m]."""
     vehicle = film.config.vehicle
-    found = [pose for look in film.looks for pose in (look.pose, look.goal, look.aim) if pose is not None]
+    found = [pose for view in film.views for pose in (view.pose, view.goal, view.aim) if pose is not None]
     poses = np.array(found)
     bodies = body_polygons(poses[np.isfinite(poses).all(axis=1)], vehicle).reshape(-1, 2)
     lines = [*boundaries_of(film.corridor, film.path), *path_lines(film.path)]
-    obstacles = {id(outline): outline for look in film.looks for outline in look.obstacles}
+    obstacles = {id(outline): outline for view in film.views for outline in view.obstacles}
     points = np.concatenate([bodies, *lines, *obstacles.values()])
     (left, bottom), (right, top) = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
     return float(left), float(right), float(bottom), float(top)

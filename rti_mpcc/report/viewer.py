@@ -106,7 +106,7 @@ class Viewer:
     def step(self, cycles: int) -> None:
         """Go so many cycles on, or back."""
         self._pause()
-        index = min(max(self.index + cycles, 0), len(self.film.looks) - 1)
+        index = min(max(self.index + cycles, 0), len(self.film.views) - 1)
         # Of cycles at the same time the slider knows but one.
         self.slider.eventson = False
         self.go(float(self.film.times[index]))
@@ -118,7 +118,7 @@ class Viewer:
         if self.playing:
             self._pause()
             return
-        if self.index == len(self.film.looks) - 1:
+        if self.index == len(self.film.views) - 1:
             self.go(self.slider.valmin)
         self.playing = True
         self.button.label.set_text(_PAUSE)
@@ -130,7 +130,7 @@ class Viewer:
         if not self.playing:
             return
         self.go(float(self.slider.val) + TICK)
-        if self.index == len(self.film.looks) - 1:
+        if self.index == len(self.film.views) - 1:
             self._pause()
 
     # -- callbacks ------------------------------------------------------------------------------
@@ -164,12 +164,12 @@ class Viewer:
 
     def _show(self, index: int) -> None:
         self.index = index
-        look = self.film.looks[index]
+        view = self.film.views[index]
         self.scene.show(index)
-        self.bars.show(look)
-        self.plan.show(look)
-        self.stages.show(look)
-        lines = figures_of(look, index, len(self.film.looks)).splitlines()
+        self.bars.show(view)
+        self.plan.show(view)
+        self.stages.show(view)
+        lines = figures_of(view, index, len(self.film.views)).splitlines()
         self.text.set_text("\n".join(fill(line, _WIDTH, subsequent_indent="    ") for line in lines))
         self._overlay.update()
 

@@ -123,10 +123,10 @@ def test_watching_a_scenario(films: list[Film]) -> None:
     other, film, separated = films
     assert separated.label == "short (separated, default)"
     assert film.label == "short (default)"
-    assert len(film.looks) == 7
-    assert all(look.goal is not None for look in film.looks)
+    assert len(film.views) == 7
+    assert all(view.goal is not None for view in film.views)
     assert other.label == "short (paper)"
-    assert other.looks[0].seen.state != film.looks[0].seen.state
+    assert other.views[0].observed.state != film.views[0].observed.state
     assert not Path("runs").exists()
 
 
@@ -136,7 +136,7 @@ def test_watching_a_recording(films: list[Film]) -> None:
     assert main(["watch", "renamed"]) == 0
     (film,) = films
     assert film.label == "renamed"
-    assert [look.time for look in film.looks] == [
+    assert [view.time for view in film.views] == [
         cycle.inputs.now for cycle in read_recording("renamed").cycles
     ]
 

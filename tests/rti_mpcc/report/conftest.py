@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from rti_mpcc.report.views import ObservedCycle, Observer
 
 from rti_mpcc.report.film import Film, film_of_run
-from rti_mpcc.report.looks import Onlooker, Seen
 from rti_mpcc.simulation import (
     RunResult,
     changed,
@@ -19,21 +19,21 @@ from rti_mpcc.simulation import (
 
 
 @pytest.fixture(scope="session")
-def looked_at() -> tuple[RunResult, list[Seen]]:
+def looked_at() -> tuple[RunResult, list[ObservedCycle]]:
     wall = [[-6.0, 0.0], [-5.5, 0.0], [-5.5, 2.0]]
     changes = {"corridor.obstacles": [wall], "simulation.duration": 3.2, "simulation.cycle": 0.1}
     scenario = changed(load_scenario("docking_full_course"), changes)
-    onlooker = Onlooker(docking_controller(scenario))
-    return simulate(scenario, controller=onlooker), onlooker.seen
+    observer = Observer(docking_controller(scenario))
+    return simulate(scenario, controller=observer), observer.observed
 
 
 @pytest.fixture(scope="session")
-def run(looked_at: tuple[RunResult, list[Seen]]) -> RunResult:
+def run(looked_at: tuple[RunResult, list[ObservedCycle]]) -> RunResult:
     return looked_at[0]
 
 
 @pytest.fixture(scope="session")
-def film(looked_at: tuple[RunResult, list[Seen]]) -> Film:
+def film(looked_at: tuple[RunResult, list[ObservedCycle]]) -> Film:
     return film_of_run(*looked_at)
 
 

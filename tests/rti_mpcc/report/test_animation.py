@@ -13,6 +13,7 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
+from rti_mpcc.report.views import ObservedCycle
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.report import style
@@ -29,14 +30,13 @@ from rti_mpcc.report.animation import (
     write_animation,
 )
 from rti_mpcc.report.film import Film
-from rti_mpcc.report.looks import Seen
 from rti_mpcc.simulation import RunResult
 
 
 @pytest.fixture(scope="module")
 def brief(film: Film) -> Film:
     """The first 0.3 s."""
-    return replace(film, label="brief", looks=film.looks[:4], times=film.times[:4])
+    return replace(film, label="brief", views=film.views[:4], times=film.times[:4])
 
 
 def with_ffmpeg(monkeypatch: pytest.MonkeyPatch, there: bool) -> None:
@@ -77,7 +77,7 @@ def test_other_suffixes_are_refused(name: str) -> None:
 
 
 def test_gif_has_a_picture_for_each_tenth_of_a_second(
-    looked_at: tuple[RunResult, list[Seen]], film: Film, tmp_path: Path
+    looked_at: tuple[RunResult, list[ObservedCycle]], film: Film, tmp_path: Path
 ) -> None:
     file, told = tmp_path / "run.gif", list[tuple[float, float]]()
     animate_run(*looked_at, file, progress=lambda time, end: told.append((time, end)))
@@ -97,7 +97,7 @@ def test_gif_has_a_picture_for_each_tenth_of_a_second(
 
 
 def test_colours_are_those_of_the_other_pictures(brief: Film, tmp_path: Path) -> None:
-    write_animation([replace(brief, looks=brief.looks[:1], times=brief.times[:1])], tmp_path / "one.gif")
+    write_animation([replace(brief, views=brief.views[:1], times=brief.times[:1])], tmp_path / "one.gif")
     with Image.open(tmp_path / "one.gif") as picture:
         colors = picture.convert("RGB").getcolors(256)
     assert colors is not None
@@ -113,12 +113,12 @@ def test_pictures_begin_with_the_first_and_end_with_the_last(film: Film, brief: 
     assert picture_times([brief, later]) == pytest.approx([0.1 * k for k in range(14)])
     fine = replace(brief, times=np.array([0.0, 0.07, 0.14, 0.21]))
     assert picture_times([fine]) == pytest.approx([0.0, 0.1, 0.2, 0.3])
-    assert picture_times([replace(brief, looks=brief.looks[:1], times=brief.times[:1])]) == [0.0]
+    assert picture_times([replace(brief, views=brief.views[:1], times=brief.times[:1])]) == [0.0]
 
 
 @pytest.mark.parametrize(("end", "step", "count"), [(49.9, 0.1, 500), (50.0, 0.2, 251), (120.0, 0.3, 401)])
 def test_long_runs_are_shown_faster(film: Film, end: float, step: float, count: int) -> None:
-    times = picture_times([replace(film, times=np.array([0.0, end]), looks=film.looks[:2])])
+    times = picture_times([replace(film, times=np.array([0.0, end]), views=film.views[:2])])
     assert len(times) == count
     assert np.diff(times) == pytest.approx(np.full(count - 1, step))
     assert times[-1] >= end - 1e-6
@@ -149,8 +149,8 @@ def test_several_runs_share_the_time_and_what_has_ended_stands(film: Film, brief
     stage = Stage([film, brief])
     stage.show(2.0)
     first, second = stage.columns
-    assert first.status.get_text() == status_line(film.looks[20])
-    assert second.status.get_text() == status_line(brief.looks[3])
+    assert first.status.get_text() == status_line(film.views[20])
+    assert second.status.get_text() == status_line(brief.views[3])
     assert second.status.get_text().startswith("0.3 s: ")
     titles = [column.scene.axes.get_title() for column in stage.columns]
     assert titles == ["docking_full_course (default)", "brief"]
@@ -178,11 +178,13 @@ def test_nothing_is_cut_off_or_covered(film: Film, count: int) -> None:
         assert not [other for other in boxes[:place] if other is not None and box.overlaps(other)]
 
 
-def test_labelled_runs_go_into_one_file(looked_at: tuple[RunResult, list[Seen]], tmp_path: Path) -> None:
-    run, seen = looked_at
+def test_labelled_runs_go_into_one_file(
+    looked_at: tuple[RunResult, list[ObservedCycle]], tmp_path: Path
+) -> None:
+    run, observed = looked_at
     few = replace(run, cycles=replace(run.cycles, times=run.cycles.times[:3]))
-    animate_runs([("one", few, seen[:3]), ("other", few, seen[:3])], tmp_path / "both.gif")
-    animate_runs([("one", few, seen[:3])], tmp_path / "one.gif")
+    animate_runs([("one", few, observed[:3]), ("other", few, observed[:3])], tmp_path / "both.gif")
+    animate_runs([("one", few, observed[:3])], tmp_path / "one.gif")
     with Image.open(tmp_path / "both.gif") as both, Image.open(tmp_path / "one.gif") as one:
         assert count_of(both) == count_of(one) == 3
         assert both.width > 1.3 * one.width

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rti_mpcc.report.views import ObservedCycle, Observer
 
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Recorder, read_recording
 from rti_mpcc.report.film import Film, film_of_recording, film_of_run
-from rti_mpcc.report.looks import Onlooker, Seen
 from rti_mpcc.simulation import RunResult, docking_controller
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
@@ -29,17 +29,17 @@ from tests.rti_mpcc.recording.recordings import (
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Seen]]:
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[ObservedCycle]]:
     """An eventful recording, and what was seen while it was made."""
     file = tmp_path_factory.mktemp("film") / "eventful.jsonl"
     with Recorder(docking_controller(SCENARIO), file) as recorder:
-        onlooker: Any = Onlooker(recorder)
-        drive(onlooker, range(EVENTFUL), eventful)
-    return file, onlooker.seen
+        observer: Any = Observer(recorder)
+        drive(observer, range(EVENTFUL), eventful)
+    return file, observer.observed
 
 
 @pytest.fixture(scope="module")
-def replayed(recorded: tuple[Path, list[Seen]]) -> Film:
+def replayed(recorded: tuple[Path, list[ObservedCycle]]) -> Film:
     return film_of_recording(recorded[0])
 
 
@@ -48,11 +48,11 @@ def test_film_of_a_run_has_each_cycle_where_the_vehicle_truly_was(run: RunResult
     assert film.times == pytest.approx(run.cycles.times)
     assert film.config is run.config
     rows = np.searchsorted(run.truth.times, run.cycles.times - 1e-9)
-    assert np.array([look.pose for look in film.looks]) == pytest.approx(run.truth.poses[rows])
+    assert np.array([view.pose for view in film.views]) == pytest.approx(run.truth.poses[rows])
     assert all(
-        look.goal is not None and look.goal.tolist() == run.truth.goals[0].tolist() for look in film.looks
+        view.goal is not None and view.goal.tolist() == run.truth.goals[0].tolist() for view in film.views
     )
-    assert [len(look.obstacles) for look in film.looks] == [1] * len(film.looks)
+    assert [len(view.obstacles) for view in film.views] == [1] * len(film.views)
 
 
 def test_at_is_the_last_cycle_not_after_a_time(film: Film) -> None:
@@ -62,44 +62,44 @@ def test_at_is_the_last_cycle_not_after_a_time(film: Film) -> None:
         0,
         1,
         3,
-        len(film.looks) - 1,
+        len(film.views) - 1,
     ]
-    assert [film.at(float(time)) for time in film.times] == list(range(len(film.looks)))
+    assert [film.at(float(time)) for time in film.times] == list(range(len(film.views)))
 
 
-def test_what_was_seen_of_another_run_is_refused(looked_at: tuple[RunResult, list[Seen]]) -> None:
-    run, seen = looked_at
+def test_what_was_seen_of_another_run_is_refused(looked_at: tuple[RunResult, list[ObservedCycle]]) -> None:
+    run, observed = looked_at
     with pytest.raises(InputError, match="must be those of the run, 33"):
-        film_of_run(run, seen[1:])
+        film_of_run(run, observed[1:])
 
 
-def test_label_can_be_given(looked_at: tuple[RunResult, list[Seen]]) -> None:
+def test_label_can_be_given(looked_at: tuple[RunResult, list[ObservedCycle]]) -> None:
     assert film_of_run(*looked_at, label="mine").label == "mine"
 
 
 def test_film_of_a_recording_shows_what_was_measured_and_recorded(
-    recorded: tuple[Path, list[Seen]], replayed: Film
+    recorded: tuple[Path, list[ObservedCycle]], replayed: Film
 ) -> None:
     cycles = read_recording(recorded[0]).cycles
     assert replayed.label == "eventful.jsonl"
-    assert len(replayed.looks) == EVENTFUL
-    for look, cycle in zip(replayed.looks, cycles, strict=True):
+    assert len(replayed.views) == EVENTFUL
+    for view, cycle in zip(replayed.views, cycles, strict=True):
         assert cycle.command is not None
-        assert look.goal is None
-        assert look.seen.state == cycle.inputs.state or cycle.number == BLIND
-        assert look.seen.command.status is cycle.command.status
-        assert look.seen.command.diagnostics.step_ms == cycle.command.diagnostics.step_ms
+        assert view.goal is None
+        assert view.observed.state == cycle.inputs.state or cycle.number == BLIND
+        assert view.observed.command.status is cycle.command.status
+        assert view.observed.command.diagnostics.step_ms == cycle.command.diagnostics.step_ms
         if cycle.number != BLIND:
-            assert look.pose.tolist() == [cycle.inputs.state.x, cycle.inputs.state.y, cycle.inputs.state.phi]
-    assert np.isnan(replayed.looks[BLIND].pose[0])
+            assert view.pose.tolist() == [cycle.inputs.state.x, cycle.inputs.state.y, cycle.inputs.state.phi]
+    assert np.isnan(replayed.views[BLIND].pose[0])
 
 
 def test_driven_along_a_controller_gives_what_a_recording_does_not_hold(
-    recorded: tuple[Path, list[Seen]], replayed: Film, caplog: pytest.LogCaptureFixture
+    recorded: tuple[Path, list[ObservedCycle]], replayed: Film, caplog: pytest.LogCaptureFixture
 ) -> None:
     insides = 0
-    for look, live in zip(replayed.looks, recorded[1], strict=True):
-        inside = look.seen.inside
+    for view, live in zip(replayed.views, recorded[1], strict=True):
+        inside = view.observed.inside
         assert (inside is None) == (live.inside is None)
         if inside is not None and live.inside is not None:
             insides += 1
@@ -110,7 +110,7 @@ def test_driven_along_a_controller_gives_what_a_recording_does_not_hold(
 
 
 def test_obstacles_come_and_go_as_they_were_told(replayed: Film) -> None:
-    boxes = [[outline[:, 0].min() for outline in look.obstacles] for look in replayed.looks]
+    boxes = [[outline[:, 0].min() for outline in view.obstacles] for view in replayed.views]
     assert boxes[BEFORE - 1] == []
     assert boxes[BEFORE] == pytest.approx([2.0, -3.0])
     assert boxes[AWAY] == pytest.approx([2.0, 4.0])
@@ -122,7 +122,7 @@ def test_time_of_a_film_never_goes_back(replayed: Film) -> None:
 
 
 def test_whole_cycles_of_a_truncated_recording_are_shown(
-    recorded: tuple[Path, list[Seen]], tmp_path: Path
+    recorded: tuple[Path, list[ObservedCycle]], tmp_path: Path
 ) -> None:
     cut = tmp_path / "cut.jsonl"
     lines = recorded[0].read_bytes().splitlines(keepends=True)
@@ -130,7 +130,7 @@ def test_whole_cycles_of_a_truncated_recording_are_shown(
     told: list[tuple[int, int]] = []
     film = film_of_recording(cut, progress=lambda done, total: told.append((done, total)))
     assert film.label == "cut.jsonl (truncated)"
-    assert len(film.looks) == 5
+    assert len(film.views) == 5
     assert told == [(done, 5) for done in range(1, 6)]
 
 
@@ -144,7 +144,7 @@ def test_a_recording_without_a_cycle_is_refused(tmp_path: Path) -> None:
 
 
 def test_from_where_the_replay_differs_stages_are_left_out_and_that_is_told(
-    recorded: tuple[Path, list[Seen]], caplog: pytest.LogCaptureFixture
+    recorded: tuple[Path, list[ObservedCycle]], caplog: pytest.LogCaptureFixture
 ) -> None:
     """As on another machine, or with another version: here by another input."""
 
@@ -153,8 +153,8 @@ def test_from_where_the_replay_differs_stages_are_left_out_and_that_is_told(
 
     with caplog.at_level(logging.WARNING, logger="rti_mpcc.report.film"):
         film = film_of_recording(change(recorded[0], 5, aside, checked=True))
-    insides = [look.seen.inside is not None for look in film.looks]
-    assert insides[:5] == [seen.inside is not None for seen in recorded[1][:5]]
+    insides = [view.observed.inside is not None for view in film.views]
+    assert insides[:5] == [observed.inside is not None for observed in recorded[1][:5]]
     assert any(insides[:5])
     assert not any(insides[5:])
     (message,) = [record.getMessage() for record in caplog.records if "replayed" in record.getMessage()]

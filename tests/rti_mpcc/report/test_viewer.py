@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, A, V
 from rti_mpcc.report.film import Film
 from rti_mpcc.report.inside import figures_of
-from rti_mpcc.report.looks import Look
 from rti_mpcc.report.viewer import SIZE, TICK, Viewer
+from rti_mpcc.report.views import CycleView
 from rti_mpcc.types import Array, Source, Status
 
 
@@ -60,8 +60,8 @@ def test_the_first_cycle_is_shown_at_first(viewer: Viewer, film: Film) -> None:
 def test_slider_shows_the_cycle_of_its_time(viewer: Viewer, film: Film) -> None:
     viewer.slider.set_val(2.04)
     assert viewer.index == 20
-    look = film.looks[20]
-    plan = look.seen.command.trajectory
+    view = film.views[20]
+    plan = view.observed.command.trajectory
     ahead = plan.times - plan.times[0]
     assert curve(viewer.scene.plan) == pytest.approx(plan.states[:, :2])
     for line, values in zip(
@@ -73,7 +73,7 @@ def test_slider_shows_the_cycle_of_its_time(viewer: Viewer, film: Film) -> None:
         assert drawn[:, 0] == pytest.approx(ahead)
         assert drawn[: len(values), 1] == pytest.approx(values)
     assert [bar.get_width() for bar in viewer.bars.bars.patches][3] == pytest.approx(
-        look.seen.command.diagnostics.weights.goal_position
+        view.observed.command.diagnostics.weights.goal_position
     )
     assert viewer.text.get_text().startswith("cycle 21 of 33, 2.00 s: ")
 
@@ -85,12 +85,12 @@ def test_click_on_the_slider_moves_it(viewer: Viewer) -> None:
 
 def test_slack_and_weights_are_those_of_the_stages(viewer: Viewer, film: Film) -> None:
     viewer.go(3.0)
-    look = film.looks[viewer.index]
-    inside = look.seen.inside
+    view = film.views[viewer.index]
+    inside = view.observed.inside
     assert inside is not None
     ahead = inside.times - inside.times[0]
     assert curve(viewer.stages.slack) == pytest.approx(np.stack([ahead[1:], 1e3 * inside.slack], axis=-1))
-    assert curve(viewer.stages.lack)[:, 1] == pytest.approx(1e3 * look.lack)
+    assert curve(viewer.stages.lack)[:, 1] == pytest.approx(1e3 * view.lack)
     for name, line in zip(
         ("lag", "contouring", "progress_reward", "acceleration", "steering_rate"),
         viewer.stages.weights,
@@ -101,12 +101,12 @@ def test_slack_and_weights_are_those_of_the_stages(viewer: Viewer, film: Film) -
 
 
 def test_without_a_qp_there_is_nothing_of_one(film: Film) -> None:
-    bare = replace(film.looks[5], seen=replace(film.looks[5].seen, inside=None))
-    viewer = opened(replace(film, looks=(*film.looks[:5], bare, *film.looks[6:])))
+    bare = replace(film.views[5], observed=replace(film.views[5].observed, inside=None))
+    viewer = opened(replace(film, views=(*film.views[:5], bare, *film.views[6:])))
     viewer.go(0.5)
     assert [len(curve(line)) for line in (viewer.stages.slack, *viewer.stages.weights)] == [0] * 6
     viewer.go(0.6)
-    assert len(curve(viewer.stages.slack)) == len(film.looks[6].lack)
+    assert len(curve(viewer.stages.slack)) == len(film.views[6].lack)
 
 
 def test_limits_are_drawn_and_named(viewer: Viewer, film: Film) -> None:
@@ -141,7 +141,7 @@ def test_play_goes_on_until_the_end_and_begins_again(viewer: Viewer, film: Film)
     viewer.toggle()
     for _ in range(4):
         viewer.tick()
-    assert (viewer.index, viewer.playing) == (len(film.looks) - 1, False)
+    assert (viewer.index, viewer.playing) == (len(film.views) - 1, False)
     assert viewer.button.label.get_text() == "play"
     viewer.toggle()
     assert (viewer.index, viewer.playing) == (0, True)
@@ -190,22 +190,22 @@ def test_a_saved_picture_has_what_moves(viewer: Viewer, tmp_path: Any) -> None:
 
 
 def test_one_cycle_is_a_film(film: Film) -> None:
-    viewer = opened(replace(film, looks=film.looks[:1], times=film.times[:1]))
+    viewer = opened(replace(film, views=film.views[:1], times=film.times[:1]))
     viewer.toggle()
     viewer.tick()
     assert (viewer.index, viewer.playing) == (0, False)
 
 
-def told(look: Look, **changes: Any) -> str:
-    command = look.seen.command
+def told(view: CycleView, **changes: Any) -> str:
+    command = view.observed.command
     diagnostics = replace(command.diagnostics, **changes)
     command = replace(command, status=Status.FAILED, source=Source.SHIFTED_PLAN, diagnostics=diagnostics)
-    return figures_of(replace(look, seen=replace(look.seen, command=command)), 4, 9)
+    return figures_of(replace(view, observed=replace(view.observed, command=command)), 4, 9)
 
 
 def test_text_tells_status_reason_solver_and_times(film: Film) -> None:
     text = told(
-        film.looks[9],
+        film.views[9],
         time_to_go=7.321,
         reason="the plan came after the deadline",
         solver_status="run time limit reached",
@@ -226,10 +226,10 @@ def test_text_tells_status_reason_solver_and_times(film: Film) -> None:
         "reason: the plan came after the deadline",
         "solver: run time limit reached, 35 iterations, residuals 1.5e-03, 2.0e-04, not accepted, "
         "sought twice, deadline missed",
-        f"largest slack 12.3 mm, {len(film.looks[9].planes.points)} active half-planes",
+        f"largest slack 12.3 mm, {len(film.views[9].planes.points)} active half-planes",
         "prepare 1.3 ms, feedback 2.5 ms (solver 2.0 ms), whole step 4.0 ms",
     ]
-    nothing = told(film.looks[9], time_to_go=None, reason="", solver_status="", iterations=0)
+    nothing = told(film.views[9], time_to_go=None, reason="", solver_status="", iterations=0)
     assert "\nreason: -\nsolver: no QP, 0 iterations" in nothing
 
 

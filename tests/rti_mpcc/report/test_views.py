@@ -13,7 +13,7 @@ import pytest
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Footprint
 from rti_mpcc.recording import Recorder
-from rti_mpcc.report.looks import TIGHT, Onlooker, Seen, held_by
+from rti_mpcc.report.views import TIGHT, ObservedCycle, Observer, held_by
 from rti_mpcc.simulation import RunResult, docking_controller
 from rti_mpcc.types import Array, Command, Source, VehicleState
 from tests.rti_mpcc.docking_runs import short
@@ -43,7 +43,7 @@ def straight(*, obstacles: tuple[Array, ...] = ()) -> Corridor:
 
 
 @pytest.fixture
-def command(looked_at: tuple[RunResult, list[Seen]]) -> Command:
+def command(looked_at: tuple[RunResult, list[ObservedCycle]]) -> Command:
     """Of a cycle whose plan came from a QP."""
     return looked_at[1][-1].command
 
@@ -58,13 +58,13 @@ def along(command: Command, sideways: float | Array) -> Command:
 
 def test_onlooker_tells_the_controller_all_and_keeps_what_it_says(command: Command) -> None:
     deaf = Deaf(command)
-    onlooker = Onlooker(deaf)
+    observer = Observer(deaf)
     goal = Pose2(1.0, 2.0, 3.0)
-    assert onlooker.step(REST, now=0.5, goal=goal, obstacles=[]) is command
+    assert observer.step(REST, now=0.5, goal=goal, obstacles=[]) is command
     assert deaf.told == [{"state": REST, "now": 0.5, "goal": goal, "measurements": (), "obstacles": []}]
-    onlooker.step(REST, now=0.6, clock="its own")
+    observer.step(REST, now=0.6, clock="its own")
     assert deaf.told[1]["clock"] == "its own"
-    assert onlooker.seen == [Seen(state=REST, command=command, inside=None)] * 2
+    assert observer.observed == [ObservedCycle(state=REST, command=command, inside=None)] * 2
 
 
 @pytest.mark.parametrize("recorded", [False, True])
@@ -74,13 +74,13 @@ def test_inside_is_that_of_the_cycles_own_qp(recorded: bool, tmp_path: Path) -> 
     state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)
     with ExitStack() as stack:
         recorder = stack.enter_context(Recorder(core, tmp_path / "run.jsonl")) if recorded else None
-        onlooker = Onlooker(recorder or core)
-        onlooker.step(state, now=0.0)
+        observer = Observer(recorder or core)
+        observer.step(state, now=0.0)
         solution = core.state.plans.solution
         # No QP is solved with such a state, though there is one to go on from.
-        onlooker.step(replace(state, x=np.nan), now=0.05)
+        observer.step(replace(state, x=np.nan), now=0.05)
         assert core.state.plans.solution is not None
-    inside, none = (seen.inside for seen in onlooker.seen)
+    inside, none = (observed.inside for observed in observer.observed)
     assert none is None
     assert inside is not None
     assert solution is not None
@@ -147,6 +147,6 @@ def test_without_corridor_rows_none_acts(command: Command) -> None:
 
 
 def test_arrays_are_read_only(film: Any) -> None:
-    look = film.looks[-1]
-    for array in (look.pose, look.goal, look.aim, look.lack, look.planes.points, look.planes.normals):
+    view = film.views[-1]
+    for array in (view.pose, view.goal, view.aim, view.lack, view.planes.points, view.planes.normals):
         assert not array.flags.writeable

@@ -1,4 +1,4 @@
-"""Look: what there is to be seen of one cycle. Onlooker: a controller whose cycles are looked at."""
+"""What there is to be seen of one cycle, and an observer of a controller that keeps it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Inside:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Seen:
+class ObservedCycle:
     """One cycle as it was seen.
 
     Attributes:
@@ -72,7 +72,7 @@ class ActivePlanes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Look:
+class CycleView:
     """What is shown of one cycle.
 
     Attributes:
@@ -83,7 +83,7 @@ class Look:
         obstacles: polygons (m, 2) [m] there at that time.
         planes: active half-planes of the plan.
         lack: (N,) what stages 1..N of the plan lack of the corridor's margin [m].
-        seen: the cycle's plan, status, figures, weights.
+        observed: the cycle's plan, status, figures, weights.
     """
 
     time: float
@@ -93,10 +93,10 @@ class Look:
     obstacles: tuple[Array, ...]
     planes: ActivePlanes
     lack: Array
-    seen: Seen
+    observed: ObservedCycle
 
 
-class Onlooker:
+class Observer:
     """Steps a controller and keeps what was seen of each cycle, for pictures.
 
     Args:
@@ -105,7 +105,7 @@ class Onlooker:
     """
 
     def __init__(self, controller: Controller) -> None:
-        self.seen: list[Seen] = []
+        self.observed: list[ObservedCycle] = []
         self._controller = controller
         core = controller.controller if isinstance(controller, Recorder) else controller
         self._core = core if isinstance(core, DockingController) else None
@@ -125,30 +125,36 @@ class Onlooker:
         told: dict[str, Any] = {"goal": goal, "measurements": measurements, "obstacles": obstacles}
         command = self._controller.step(state, now=now, **told, **clock)
         after = self._solution()
-        self.seen.append(seen_of(state, command, after if after is not before else None))
+        self.observed.append(observed_cycle(state, command, after if after is not before else None))
         return command
 
     def _solution(self) -> Solution | None:
         return None if self._core is None else self._core.state.plans.solution
 
 
-def seen_of(state: VehicleState, command: Command, solution: Solution | None) -> Seen:
+def observed_cycle(state: VehicleState, command: Command, solution: Solution | None) -> ObservedCycle:
     """What was seen of a cycle; `solution` is that of its own QP, or None."""
     if solution is None:
-        return Seen(state=state, command=command, inside=None)
+        return ObservedCycle(state=state, command=command, inside=None)
     inside = Inside(times=solution.trajectory.times, slack=solution.slack, weights=solution.weights)
-    return Seen(state=state, command=command, inside=inside)
+    return ObservedCycle(state=state, command=command, inside=inside)
 
 
-def look_of(
-    seen: Seen, *, time: float, pose: Array, goal: Array | None, corridor: Corridor, config: ControllerConfig
-) -> Look:
-    """The look of a cycle at `time` [s]; `pose` and `goal` as in `Look`, `corridor` as it was then."""
-    planes, lack = held_by(seen.command, corridor, config)
-    told = seen.command.diagnostics.aim
+def view_of(
+    observed: ObservedCycle,
+    *,
+    time: float,
+    pose: Array,
+    goal: Array | None,
+    corridor: Corridor,
+    config: ControllerConfig,
+) -> CycleView:
+    """The view of a cycle at `time` [s]; `pose` and `goal` as in `CycleView`, `corridor` as it was then."""
+    planes, lack = held_by(observed.command, corridor, config)
+    told = observed.command.diagnostics.aim
     aim = np.array([told.x, told.y, told.phi])
     read_only(aim)
-    return Look(
+    return CycleView(
         time=time,
         pose=pose,
         goal=goal,
@@ -156,7 +162,7 @@ def look_of(
         obstacles=corridor.obstacles,
         planes=planes,
         lack=lack,
-        seen=seen,
+        observed=observed,
     )
 
 
