@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from rti_mpcc.report.views import ObservedCycle, Observer
 
 from rti_mpcc.report.film import Film, film_of_run
+from rti_mpcc.report.views import ObservedCycle, Observer
 from rti_mpcc.simulation import (
     RunResult,
     changed,

@@ -13,7 +13,6 @@ import pytest
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
-from rti_mpcc.report.views import ObservedCycle
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.report import style
@@ -30,6 +29,7 @@ from rti_mpcc.report.animation import (
     write_animation,
 )
 from rti_mpcc.report.film import Film
+from rti_mpcc.report.views import ObservedCycle
 from rti_mpcc.simulation import RunResult
 
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rti_mpcc.report.views import ObservedCycle, Observer
 
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Recorder, read_recording
 from rti_mpcc.report.film import Film, film_of_recording, film_of_run
+from rti_mpcc.report.views import ObservedCycle, Observer
 from rti_mpcc.simulation import RunResult, docking_controller
 from tests.rti_mpcc.recording.recordings import (
     AWAY,

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from rti_mpcc.report.views import ActivePlanes
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.bars import WeightBars
 from rti_mpcc.report.film import Film
 from rti_mpcc.report.scene import NORMAL, PLANE, Scene, extent, plane_lines
+from rti_mpcc.report.views import ActivePlanes
 from rti_mpcc.types import Array, EffectiveWeights
 
 
