@@ -41,7 +41,7 @@ types: $(TEST)
 
 # A file's tests share what they drive.
 unit: $(TEST)
-	$(PY) -m pytest -q -n $(WORKERS) --dist loadfile
+	$(PY) -m pytest -q -n $(WORKERS) --dist loadfile --ignore tests/acceptance
 
 demo: $(RUNTIME)
 	$(VENV)/bin/rti-mpcc run docking_behind

@@ -114,6 +114,7 @@ def test_two_campaigns_are_compared(capsys: pytest.CaptureFixture[str]) -> None:
     assert not Path("two/report.html").exists()
 
 
+@pytest.mark.acceptance
 def test_a_real_campaign(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     whole = CampaignCase.scenario
 

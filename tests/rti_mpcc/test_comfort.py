@@ -13,6 +13,7 @@ OVER = 1.1
 """So many times comfort a peak may be: the penalty on what goes beyond it is soft."""
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(
     "name", ["docking_inside", pytest.param("docking_behind", marks=pytest.mark.acceptance)]
 )

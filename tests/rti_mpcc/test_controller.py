@@ -172,6 +172,7 @@ def test_steering_rate_limit_with_and_without() -> None:
         assert rate == pytest.approx(limit, abs=1e-3) if limit < 0.1 else rate > 0.08
 
 
+@pytest.mark.acceptance
 def test_one_direction_of_motion_and_a_retreat() -> None:
     """A goal 1 m behind the vehicle: reached in reverse only where reverse is allowed."""
     for retreat in (0.0, 0.1, 1.0):

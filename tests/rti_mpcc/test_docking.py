@@ -97,6 +97,7 @@ def test_a_start_heading_on_another_branch_changes_nothing(turns: int, usual: Ru
     assert deviation(usual.truth.poses, result.truth.poses) <= 1e-3
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize(("cycle", "apart"), [(0.1, 0.03), (0.2, 0.1)])
 def test_docks_with_long_cycles(cycle: float, apart: float, usual: RunResult) -> None:
     found, before = assert_docked(simulate(short(cycle=cycle))), docking_figures(usual)
@@ -164,6 +165,7 @@ def test_a_new_goal_counts_also_while_it_stops_before_something_in_the_way() -> 
 # -- the goal --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("at_distance", [pytest.param(9.0, marks=pytest.mark.acceptance), 5.0])
 def test_follows_a_goal_that_moves_on_the_way(at_distance: float) -> None:
     shift = {"at_distance": at_distance, "offset": [0.2, 0.1, 0.02]}

@@ -46,6 +46,7 @@ def test_it_docks_before_a_wall(direction: int, noise: list[float] | None) -> No
     assert figures["solver"]["failures"] == 0
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
 def test_it_docks_as_near_as_the_margin_lets_it(direction: int) -> None:
     """0.1 m and what (H6) is rounded by, 0.05 m."""

@@ -142,6 +142,7 @@ def test_a_detector_may_be_slow() -> None:
 # -- jumps -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.acceptance
 def test_a_jump_for_half_a_second_is_not_followed() -> None:
     def burst(stamp: float, seen: Pose2) -> GoalMeasurement:
         return shifted(stamp, seen, 0.0, 2.0) if 5.0 <= stamp < 5.5 else exact(stamp, seen)
@@ -177,6 +178,7 @@ def test_a_goal_found_behind_the_vehicle_at_the_last_moment_is_backed_off_to(bac
 # -- not seen, or not seen any more ----------------------------------------------------------------------
 
 
+@pytest.mark.acceptance
 def test_a_goal_never_seen_is_waited_for_where_it_was_planned() -> None:
     def late(stamp: float, seen: Pose2) -> GoalMeasurement | None:
         return exact(stamp, seen) if stamp > 25.0 else None

@@ -376,6 +376,7 @@ def test_a_vehicle_that_begins_in_its_goal_is_docked_at_once() -> None:
     assert (command.docked, command.acceleration, command.steering_rate) == (True, 0.0, 0.0)
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("aside", [0.1, pytest.param(-0.3, marks=pytest.mark.acceptance)])
 def test_a_vehicle_that_begins_beside_its_goal_backs_off_gently(aside: float) -> None:
     scenario = short()

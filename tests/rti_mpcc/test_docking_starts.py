@@ -177,7 +177,7 @@ def cases(names: Iterable[str], every: int = 1000) -> list[Any]:
     ]
 
 
-every_case = pytest.mark.parametrize(("name", "direction"), cases(STARTS, every=7))
+every_case = pytest.mark.parametrize(("name", "direction"), cases(STARTS, every=12))
 every_start = pytest.mark.parametrize("name", STARTS)
 both_directions = pytest.mark.parametrize("direction", [1, -1])
 

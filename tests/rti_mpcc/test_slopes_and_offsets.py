@@ -135,6 +135,7 @@ def test_a_docked_vehicle_is_held_on_a_slope() -> None:
     assert np.abs(at[:, 3]).max() < 0.02
 
 
+@pytest.mark.acceptance
 def test_what_is_told_is_what_is_measured() -> None:
     """Planned speed and steering of a command are those measured when it has acted for a cycle."""
     result = driven("cusp", slope=0.3, offset=OFFSET)

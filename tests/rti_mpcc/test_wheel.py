@@ -101,6 +101,7 @@ def test_snippet_runs_outside_the_checkout(site: Path, tmp_path: Path) -> None:
     assert files == [str(site / name / "__init__.py") for name in ("geometry", "rti_mpcc")]
 
 
+@pytest.mark.acceptance
 def test_console_script_finds_the_built_in_scenarios(site: Path, tmp_path: Path) -> None:
     listing = run([site / "bin" / "rti-mpcc", "scenarios"], tmp_path, search=site)
     for name in (

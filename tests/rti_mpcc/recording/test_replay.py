@@ -108,6 +108,7 @@ def test_a_run_with_every_fault_replays_bit_for_bit(tmp_path: Path, deadline: fl
     assert_identical(replay(tmp_path / "faults.jsonl"), len(recorded.cycles))
 
 
+@pytest.mark.acceptance
 def test_a_whole_docking_replays_bit_for_bit(tmp_path: Path) -> None:
     with Recorder(docking_controller(SCENARIO), tmp_path / "whole.jsonl") as recorder:
         simulate(SCENARIO, controller=recorder)

@@ -76,6 +76,7 @@ def test_other_suffixes_are_refused(name: str) -> None:
         animation_file(Path(name), Path())
 
 
+@pytest.mark.acceptance
 def test_gif_has_a_picture_for_each_tenth_of_a_second(
     looked_at: tuple[RunResult, list[ObservedCycle]], film: Film, tmp_path: Path
 ) -> None:

@@ -33,6 +33,7 @@ def test_witnesses_of_built_in_scenarios_are_feasible(name: str) -> None:
     check(load_scenario(name))
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
 def test_a_goal_beside_a_long_way_is_reached_and_beside_a_short_one_not(direction: int) -> None:
     check(course(direction=direction))
@@ -82,6 +83,7 @@ def test_something_across_the_way_is_refused() -> None:
     assert find_witness(course({"corridor.obstacles": [across]})) is None
 
 
+@pytest.mark.acceptance
 def test_a_goal_turned_too_far_is_refused() -> None:
     assert find_witness(course({"goal.offset": [0.0, 0.0, 1.2]}, length=5.0)) is None
 

@@ -36,6 +36,7 @@ def test_it_swings_round_one_thing_and_the_next(direction: int) -> None:
     assert beside[1] > 1.0
 
 
+@pytest.mark.acceptance
 def test_things_too_near_one_another_leave_no_way() -> None:
     assert find_witness(between((10.0, LEFT), (13.0, RIGHT))) is None
 

@@ -44,6 +44,7 @@ def test_two_processes_keep_the_rows_of_this_one(tmp_path: Path) -> None:
     assert {name: os.environ.get(name) for name in THREADS} == before
 
 
+@pytest.mark.acceptance
 @pytest.mark.parametrize("jobs", [pytest.param(1, marks=pytest.mark.acceptance), 2])
 def test_cases_that_raise_or_end_their_process_are_rows(tmp_path: Path, jobs: int) -> None:
     settings = CampaignSettings(count=6, level=Level.NOMINAL, seed=11)
