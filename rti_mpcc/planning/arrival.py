@@ -53,31 +53,33 @@ def time_to_go(
     return max(float(_paced(distance, speed, a, highest)[0][-1]), free)
 
 
-def motion(
+def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, Array]:
+    """Distances driven (n,) [m] and speeds (n,) [m/s] at times `elapsed` (n,) [s] since the begin of an
+    arrival that takes all of them, a cubic over the time that never goes back.
+
+    Args:
+        distance, speed: see `time_to_go`.
+    """
+    span = float(elapsed[-1])
+    tau = elapsed / span
+    # Hermite cubic s(0) = 0, s'(0) = speed, s(1) = distance, s'(1) = 0
+    s = speed * span * (tau - 2.0 * tau**2 + tau**3) + distance * (3.0 * tau**2 - 2.0 * tau**3)
+    rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + distance / span * 6.0 * (tau - tau**2)
+    return np.maximum.accumulate(s), np.maximum(rate, 0.0)
+
+
+def paced_motion(
     elapsed: Array, distance: float, speed: float, comfort: float, highest: Array
 ) -> tuple[Array, Array]:
-    """Ways driven (n,) [m] and speeds (n,) [m/s] at times `elapsed` (n,) [s] since the begin of an arrival
-    that takes all of them.
-
-    A cubic over the time, and where that is faster than allowed the motion by (T3), as much slower as there
-    is more time.
+    """The same by (T3), as much slower as there is more time than it takes.
 
     Args:
         distance, speed, comfort, highest: see `time_to_go`.
     """
-    span = float(elapsed[-1])
-    tau = elapsed / span
-    # Hermite cubic s(0) = 0, s'(0) = speed, s(1) = way, s'(1) = 0
-    s = speed * span * (tau - 2.0 * tau**2 + tau**3) + distance * (3.0 * tau**2 - 2.0 * tau**3)
-    rate = speed * (1.0 - 4.0 * tau + 3.0 * tau**2) + distance / span * 6.0 * (tau - tau**2)
-    s, rate = np.maximum.accumulate(s), np.maximum(rate, 0.0)
-    pieces = len(highest)
-    piece = np.clip(s / max(distance, 1e-6) * pieces, 0, pieces - 1).astype(int)
-    if (rate <= np.maximum(highest[piece], speed - comfort * elapsed)).all():
-        return s, rate
+    distance = max(distance, 1e-6)
     times, speeds = _paced(distance, speed, max(comfort, speed**2 / (2.0 * distance)), highest)
-    slower = float(times[-1]) / span
-    at = elapsed * slower
+    slower = float(times[-1]) / float(elapsed[-1])
+    at, pieces = elapsed * slower, len(highest)
     rate = np.interp(at, times, speeds)
     begun = np.minimum(np.searchsorted(times, at, side="right") - 1, pieces - 1)
     s = begun * distance / pieces + 0.5 * (speeds[begun] + rate) * (at - times[begun])

@@ -16,7 +16,7 @@ from rti_mpcc.config import ControllerConfig, Guesses
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.arrival import motion
+from rti_mpcc.planning.arrival import cubic_motion, paced_motion
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array, Trajectory
@@ -34,8 +34,13 @@ def arrival_guess(
 ) -> Trajectory:
     """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, so far [m] further along."""
     speed = max(part.direction * float(state[V]), 0.0)
-    highest = pace.ahead(float(state[THETA]), distance, config)
-    s, rate = motion(times - times[0], distance, speed, config.arrival_acceleration, highest)
+    elapsed, theta = times - times[0], float(state[THETA])
+    s, rate = cubic_motion(elapsed, distance, speed)
+    # Where the QP would not let it be so fast, the motion that the time was planned with.
+    slowing = speed - config.comfort_acceleration * elapsed
+    if (rate > np.maximum(pace.bound_at(theta + s), slowing)).any():
+        highest = pace.ahead(theta, distance, config)
+        s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest)
     return along_path(part, target, state, times, s, rate, config, detour)
 
 

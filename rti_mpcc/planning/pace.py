@@ -29,14 +29,20 @@ class Pace:
 
     Attributes:
         theta: (n,) [m], increasing. speed: (n,) [m/s]. Beyond both ends it is as at them.
+        room: what bounds the speed in the QP by (P2); None: nothing does.
     """
 
     theta: Array
     speed: Array
+    room: Room | None = None
 
     def at(self, theta: Array) -> Array:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
+
+    def bound_at(self, theta: Array) -> Array:
+        """Speeds (m,) [m/s] that the QP allows at `theta` (m,) [m]; inf where it does not bound them."""
+        return np.full(theta.shape, np.inf) if self.room is None else self.room.speed_at(theta)
 
     def ahead(self, theta: float, distance: float, config: ControllerConfig) -> Array:
         """Highest speeds (m,) [m/s] in the middles of m equal pieces of so far [m] from `theta` [m] on."""
@@ -59,4 +65,4 @@ def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) 
     speed = np.minimum(speed, config.limits.speed)
     if room is not None:
         speed = np.minimum(speed, timing.planned_share * room.speed_at(theta))
-    return Pace(theta=theta, speed=speed)
+    return Pace(theta=theta, speed=speed, room=room)

@@ -7,7 +7,7 @@ import pytest
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.planning.arrival import motion, peak_speed, time_to_go, within_reach
+from rti_mpcc.planning.arrival import cubic_motion, paced_motion, peak_speed, time_to_go, within_reach
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.types import Array
 
@@ -139,7 +139,7 @@ def test_the_motion_of_an_arrival_is_nowhere_faster_than_allowed(speed: float, l
     distance, allowed = 40.0, narrow(40.0)
     duration = later * time_to_go(distance, speed, COMFORT, LEAST, allowed)
     elapsed = np.linspace(0.0, duration, 2001)
-    s, rate = motion(elapsed, distance, speed, COMFORT, allowed)
+    s, rate = paced_motion(elapsed, distance, speed, COMFORT, allowed)
     assert s[0] == 0.0
     assert s[-1] == pytest.approx(distance)
     assert rate[-1] == pytest.approx(0.0, abs=1e-9)
@@ -152,19 +152,22 @@ def test_the_motion_of_an_arrival_is_nowhere_faster_than_allowed(speed: float, l
 
 
 @pytest.mark.parametrize(("distance", "speed"), CASES)
-def test_where_it_is_allowed_the_motion_is_the_cubic(distance: float, speed: float) -> None:
+def test_where_any_speed_is_allowed_both_motions_are_the_one_of_least_energy(
+    distance: float, speed: float
+) -> None:
     duration = time_to_go(distance, speed, COMFORT, LEAST)
     elapsed = np.linspace(0.0, duration, 20)
-    s, rate = motion(elapsed, distance, speed, COMFORT, np.full(64, 50.0))
     expected = [cubic(distance, speed, duration, t)[:2] for t in elapsed]
-    np.testing.assert_allclose(np.column_stack([s, rate]), expected, atol=1e-9)
+    np.testing.assert_allclose(np.transpose(cubic_motion(elapsed, distance, speed)), expected, atol=1e-9)
+    paced = paced_motion(elapsed, distance, speed, COMFORT, np.full(800, 50.0))
+    np.testing.assert_allclose(np.transpose(paced), expected, atol=0.02 * distance)
 
 
 def test_a_vehicle_faster_than_allowed_brakes_in_its_motion() -> None:
     allowed = np.full(200, 1.0)
     duration = time_to_go(30.0, 2.0, COMFORT, LEAST, allowed)
     elapsed = np.linspace(0.0, duration, 500)
-    rate = motion(elapsed, 30.0, 2.0, COMFORT, allowed)[1]
+    rate = paced_motion(elapsed, 30.0, 2.0, COMFORT, allowed)[1]
     braking = 2.0 - COMFORT * elapsed
     assert (rate <= np.maximum(braking, 1.0) + 0.02).all()
 

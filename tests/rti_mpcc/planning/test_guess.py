@@ -12,6 +12,7 @@ from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.pace import Pace, pace_of
@@ -106,19 +107,42 @@ def test_a_cruise_changes_at_the_comfort_acceleration_to_the_cruise_speed(
     assert driving.sum() > 30
 
 
+NARROW = Room(
+    theta=np.array([0.0, 8.0, 12.0, 16.0]),
+    walls=np.full(4, 1.0),
+    room=np.full(4, 1.0),
+    speed=np.array([2.0, 2.0, 0.5, 2.0]),
+)
+"""Lets nobody through in the middle at more than 0.5 m/s."""
+
+
 @pytest.mark.parametrize("speed", [0.0, 0.8])
 @pytest.mark.parametrize("direction", [1, -1])
-def test_an_arrival_is_begun_no_faster_than_its_pace(direction: int, speed: float) -> None:
+def test_an_arrival_is_begun_no_faster_than_the_qp_allows(direction: int, speed: float) -> None:
     mpcc = core(direction)
-    allowed = Pace(theta=np.array([0.0, 8.0, 12.0, 16.0]), speed=np.array([2.0, 2.0, 0.5, 2.0]))
+    pace = pace_of(mpcc.part, CONFIG, NARROW)
     state = on_path(mpcc, speed)
-    distance = mpcc.target.theta - float(state[THETA])
-    highest = allowed.ahead(float(state[THETA]), distance, CONFIG)
-    duration = time_to_go(distance, speed, CONFIG.arrival_acceleration, 1.0, highest)
+    way = mpcc.target.theta - float(state[THETA])
+    highest = pace.ahead(float(state[THETA]), way, CONFIG)
+    duration = time_to_go(way, speed, CONFIG.arrival_acceleration, 1.0, highest)
     times = stage_times(5.0, stage_lengths(duration, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
-    guess = arrival_guess(mpcc.part, mpcc.target, state, times, distance, allowed, CONFIG)
-    assert (progress_rate(guess) <= allowed.at(guess.states[1:, THETA]) + 0.1).all()
+    guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, pace, CONFIG)
+    assert (progress_rate(guess) <= NARROW.speed_at(guess.states[1:, THETA]) + 0.05).all()
     assert guess.states[-1, THETA] == pytest.approx(min(mpcc.target.theta, mpcc.target.stop), abs=0.05)
+
+
+def test_comfort_alone_leaves_the_guess_the_cubic_that_begins_without_a_step() -> None:
+    """Faster than (P1) is for the QP to weigh; (T3) begins at once with all of its acceleration."""
+    mpcc = core(1)
+    state = on_path(mpcc, 0.8)
+    way = mpcc.target.theta - float(state[THETA])
+    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    slow = Pace(theta=np.array([0.0, 30.0]), speed=np.array([0.3, 0.3]))
+    guesses = [
+        arrival_guess(mpcc.part, mpcc.target, state, times, way, pace, CONFIG)
+        for pace in (slow, pace_of(mpcc.part, CONFIG))
+    ]
+    np.testing.assert_array_equal(guesses[0].states, guesses[1].states)
 
 
 def test_a_heading_on_another_branch_gives_the_same_guess() -> None:
