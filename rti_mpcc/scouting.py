@@ -68,12 +68,15 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
 def _remaining(s: ControllerState, candidates: tuple[Candidate, ...]) -> ControllerState:
     """With what a search that ran out of time is still to try.
 
-    On the way to a stop that is nothing else. What was found before one that backs up is not kept.
+    On the way to a stop that is nothing else. Where the target has moved it begins onward again. What was
+    found before one that backs up is not kept.
     """
     begun = s.plans.suspended
     assert begun is not None
     if begun.segment.stop is not None:
         candidates = (Candidate.ONWARD,)
+    elif candidates[0] is Candidate.PAST_EITHER_SIDE and begun.past is None:
+        candidates = (Candidate.ONWARD, *candidates)
     elif candidates == (Candidate.BACK_INTO_GOAL,):
         others = tuple(Candidate)[:-1]
         candidates = (*candidates, *others) if begun.reverse_into_goal else tuple(Candidate)

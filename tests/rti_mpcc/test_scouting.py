@@ -1,0 +1,98 @@
+"""The list of candidates for a first plan: what a search that runs out of time keeps of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from geometry import Corridor, Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.ocp.targets import goal_on
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.state import Candidate, ControllerState, Past
+from rti_mpcc.planning.workspace import Workspace
+from rti_mpcc.scouting import first_plan
+from tests.rti_mpcc.docking_runs import granting
+from tests.rti_mpcc.states import PATH, backing_up, begun_for, contexts, put, state, stop_at
+
+CONFIG = ControllerConfig()
+ALL = tuple(Candidate)
+ONWARD, PAST, STOP, BACK = ALL
+GOAL = goal_on(PATH.parts[0], Pose2(19.0, 0.3, 0.0))
+SEEN = Past(detours=(), meets=12.0)
+
+
+@pytest.fixture(scope="module")
+def mpcc() -> RtiMpcc:
+    return RtiMpcc(PATH.parts[0], Corridor.from_offsets(PATH, left=5.0, right=-5.0), CONFIG)
+
+
+def standing() -> PlanningContext:
+    return contexts.standing(5.0, target=GOAL)
+
+
+def workspace(mpcc: RtiMpcc, iterations: int) -> Workspace:
+    """One whose cycle has time for so many iterations."""
+    pace, clock = pace_of(PATH.parts[0], CONFIG), granting(iterations)
+    return Workspace(config=CONFIG, mpcc=mpcc, pace=pace, start=standing().state, clock=clock)
+
+
+def left(s: ControllerState, w: Workspace) -> tuple[Candidate, ...]:
+    """What is still to be tried after a cycle."""
+    begun = first_plan(s, standing(), w).s.plans.suspended
+    assert begun is not None
+    return begun.candidates
+
+
+@pytest.mark.parametrize("iterations", [0, 1])
+def test_a_search_that_has_just_begun_has_all_before_it(iterations: int, mpcc: RtiMpcc) -> None:
+    s = state(standing_since=1.0)
+    assert left(s, workspace(mpcc, iterations)) == ALL
+
+
+def test_what_is_left_stays_left(mpcc: RtiMpcc) -> None:
+    """After one that backs up was sought in vain, the search onward is the last one."""
+    begun = begun_for(None, target=GOAL, candidates=(ONWARD, PAST, STOP))
+    assert left(state(standing_since=1.0, suspended=begun), workspace(mpcc, 0)) == (ONWARD, PAST, STOP)
+
+
+def test_before_one_that_backs_up_nothing_is_kept(mpcc: RtiMpcc) -> None:
+    begun = begun_for(None, target=GOAL, segment=backing_up(), candidates=(BACK,))
+    s = state(standing_since=1.0, suspended=begun)
+    expected = (BACK, ONWARD, PAST, STOP)
+    assert left(s, workspace(mpcc, 0)) == expected
+    again = put(s, suspended=replace(begun, candidates=expected))
+    assert left(again, workspace(mpcc, 0)) == expected
+
+
+def test_a_target_that_moves_is_sought_onward_again(mpcc: RtiMpcc) -> None:
+    """Not past what filled the way to where it was."""
+    moved = replace(GOAL, pose=Pose2(19.0, -0.7, 0.0))
+    begun = begun_for(None, target=moved, past=SEEN, candidates=(PAST, STOP, BACK))
+    s = state(standing_since=1.0, suspended=begun)
+    after = first_plan(s, standing(), workspace(mpcc, 0)).s
+    assert after.plans.suspended is not None
+    assert after.plans.suspended.past is None
+    assert after.plans.suspended.candidates == ALL
+    found = first_plan(after, standing(), workspace(mpcc, 10))
+    assert not found.attempt.problem
+    assert found.s.task.drives
+
+
+def test_on_the_way_to_a_stop_there_is_nothing_else(mpcc: RtiMpcc) -> None:
+    s = state(standing_since=1.0, stop=stop_at(12.0))
+    context = replace(standing(), free=False, ends_at_goal=False)
+    begun = first_plan(s, context, workspace(mpcc, 0)).s.plans.suspended
+    assert begun is not None
+    assert begun.candidates == (ONWARD,)
+
+
+def test_with_time_enough_the_first_one_is_driven(mpcc: RtiMpcc) -> None:
+    found = first_plan(state(standing_since=1.0), standing(), workspace(mpcc, 30))
+    assert not found.attempt.problem
+    assert found.s.task.drives
+    assert found.s.plans.suspended is None
+    assert not found.s.task.reverses_into_goal
