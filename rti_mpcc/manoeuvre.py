@@ -2,8 +2,8 @@
 
 Parts of a path, the way to a staging pose, the one from there to the goal, a way back, a stop before what
 fills the way, backing up into the goal: all are segments, driven by one mechanism, which does not know who
-planned them. What is left of a manoeuvre is a tuple of them, the first one being driven. A stop and a backing
-up are pieces of the segment behind them, which is driven on afterwards.
+planned them. What is left of a manoeuvre is a tuple of them, the first one being driven. A stop is a piece of
+the segment that is driven on afterwards; backing up is the same segment with another end of its way.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Segment:
         final: what is asked for near its end instead of an arrival, or None.
         stop: of one that ends before something in the way, which only the controller makes; None otherwise.
         beyond: it passes the goal by so much and backs up into it [m]; None: it does not.
-        piece_of: the segment that is driven on behind such a piece of it, or None.
+        piece_of: the whole segment that this is a variant of, or None.
 
     Raises:
         InputError: a limit or tolerance that is not positive, or a negative dwell.
@@ -172,7 +172,8 @@ def checked(segments: Manoeuvre, path: ReferencePath) -> Manoeuvre:
             raise InputError(f"{name}.part: must be part {segment.index} of the path")
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
-        if segment.end in (SegmentEnd.WAY_BACK, SegmentEnd.STOP) or segment.piece_of is not None:
+        own = segment.stop, segment.beyond, segment.piece_of
+        if segment.end in (SegmentEnd.WAY_BACK, SegmentEnd.STOP) or any(each is not None for each in own):
             raise InputError(f"{name}: ways back, stops and backing up are made by the controller")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):

@@ -155,6 +155,8 @@ def test_what_is_no_manoeuvre_is_told() -> None:
         ((to_goal,), r"parts \[1\]"),
         ((to_cusp, replace(to_goal, end=SegmentEnd.CUSP), to_cusp, to_goal), r"parts \[0, 1, 0, 1\]"),
         ((replace(to_cusp, end=SegmentEnd.WAY_BACK), to_goal), "made by the controller"),
+        ((to_cusp, replace(to_goal, beyond=1.0)), "made by the controller"),
+        ((to_cusp.backing_up(1.0), to_goal), "made by the controller"),
     ):
         with pytest.raises(InputError, match=told):
             DockingController(PATH, corridor, CONFIG, segments=segments)
