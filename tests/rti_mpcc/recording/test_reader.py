@@ -188,6 +188,7 @@ def test_a_setting_out_of_range_is_named(recording: Path, tmp_path: Path) -> Non
 
 
 def test_any_flipped_bit_is_found_where_it_is(recording: Path, tmp_path: Path) -> None:
+    """One that joins two lines, or cuts one as it makes `-` a carriage return, is found somewhere."""
     content = recording.read_bytes()
     ends = np.flatnonzero(np.frombuffer(content, dtype=np.uint8) == ord("\n"))
     random = np.random.default_rng(4)
@@ -195,5 +196,6 @@ def test_any_flipped_bit_is_found_where_it_is(recording: Path, tmp_path: Path) -
         flipped = bytearray(content)
         flipped[position] ^= 1 << int(random.integers(8))
         cycle = int(np.searchsorted(ends, position)) - 1
-        with pytest.raises(RecordingError, match=f"cycle {cycle}: its line was changed"):
+        whole = len(flipped.splitlines()) == len(ends)
+        with pytest.raises(RecordingError, match=f"cycle {cycle}: its line was changed" if whole else ""):
             read_recording(written(tmp_path, bytes(flipped)))
