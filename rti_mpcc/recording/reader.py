@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -54,9 +55,9 @@ def read_recording(file: str | PathLike[str], *, allow_truncated: bool = False) 
             was changed.
     """
     entries = read_entries(file, allow_truncated=allow_truncated)
-    for entry in entries.cycles:
-        if entry.changed:
-            raise RecordingError(f"{file}: cycle {entry.number}: {CHANGED}")
+    changed = _first_changed(entries.cycles)
+    if changed:
+        raise RecordingError(f"{file}: {changed}")
     cycles = tuple(entry.cycle for entry in entries.cycles if entry.cycle is not None)
     return Recording(header=entries.header, cycles=cycles, complete=entries.complete)
 
@@ -64,15 +65,25 @@ def read_recording(file: str | PathLike[str], *, allow_truncated: bool = False) 
 def read_entries(file: str | PathLike[str], *, allow_truncated: bool = False) -> Entries:
     """Read a recording of which lines of cycles may have been changed; see `read_recording`."""
     try:
-        return _entries(Path(file).read_bytes().rstrip().splitlines(), allow_truncated)
+        return _entries(_lines(Path(file).read_bytes()), allow_truncated)
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read, {error.strerror or error}") from error
     except RecordingError as error:
         raise RecordingError(f"{file}: {error}") from None
 
 
+def _lines(content: bytes) -> list[bytes]:
+    """Cut at line feeds only: one bit makes a minus a carriage return, and that line is still one."""
+    return [line.removesuffix(b"\r") for line in content.rstrip().split(b"\n")]
+
+
+def _first_changed(cycles: Sequence[Entry]) -> str:
+    """What there is to say of the first line that was changed, or ""."""
+    return next((f"cycle {entry.number}: {CHANGED}" for entry in cycles if entry.changed), "")
+
+
 def _entries(lines: list[bytes], allow_truncated: bool) -> Entries:
-    if not lines:
+    if lines == [b""]:
         raise RecordingError("is empty")
     header = _header(lines[0], alone=len(lines) == 1)
     body, count = _ended(lines[1:])
@@ -81,10 +92,15 @@ def _entries(lines: list[bytes], allow_truncated: bool) -> Entries:
             f"is truncated: it holds {len(body)} whole cycles and no end "
             "(replay those with --partial, allow_truncated=True in Python)"
         )
-    cycles = tuple(_entry(number, line) for number, line in enumerate(body))
-    if count not in (None, len(body)):
-        raise RecordingError(f"holds {len(body)} cycles, but its end mark says {count}")
-    return Entries(header=header, cycles=cycles, complete=count is not None)
+    cycles: list[Entry] = []
+    try:
+        for number, line in enumerate(body):
+            cycles.append(_entry(number, line))
+        if count not in (None, len(body)):
+            raise RecordingError(f"holds {len(body)} cycles, but its end mark says {count}")
+    except RecordingError as error:  # two lines made one explain what is missing behind them
+        raise RecordingError(_first_changed(cycles) or str(error)) from None
+    return Entries(header=header, cycles=tuple(cycles), complete=count is not None)
 
 
 def _header(line: bytes, *, alone: bool) -> Header:
