@@ -313,7 +313,7 @@ def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
         return Verdict(Reason.DRIVES_TO_STOP)
     if unseen:
         return Verdict(Reason.DRIVES_UNSEEN, unseen)
-    return Verdict(Reason.DRIVES_PAST_GOAL if s.task.reverses_into_goal else Reason.DRIVES)
+    return Verdict(Reason.DRIVES_PAST_GOAL if s.task.segment.reverses_into_goal else Reason.DRIVES)
 
 
 # -- what is in the way -----------------------------------------------------------------------------------

@@ -130,6 +130,11 @@ class Segment:
         return replace(self.whole, beyond=beyond, piece_of=self.whole)
 
     @property
+    def reverses_into_goal(self) -> bool:
+        """Whether it passes the goal and backs up into it."""
+        return self.beyond is not None
+
+    @property
     def begins_final(self) -> bool:
         """Whether it is driven on its final objective from its begin."""
         return self.final is not None and self.final.within == inf

@@ -37,7 +37,7 @@ class Scouting:
 
     Attributes:
         s, context: where the search begins; begun: the one of an earlier cycle that it goes on with, or None.
-        found: what may be driven if nothing better comes, or None; settled: nothing better is looked for.
+        found: what may be driven if nothing better comes, or None.
         past: what fills the way of that, and ways past it; None: nothing does.
     """
 
@@ -45,12 +45,11 @@ class Scouting:
     context: PlanningContext
     begun: SuspendedSearch | None
     found: Found | None = None
-    settled: bool = False
     past: Past | None = None
 
 
 def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
-    """Go through the candidates, from the one on at which an earlier cycle had no time to go on."""
+    """Go through the candidates, beginning with the one at which an earlier cycle ran out of time."""
     begun = s.plans.suspended
     candidates = tuple(Candidate) if begun is None else begun.candidates
     scouting = Scouting(s=s, context=context, begun=begun)
@@ -58,29 +57,12 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
         scouting = _LOOKED_FOR[candidate](scouting, w)
         found = scouting.found
         if found is not None and found.attempt.out_of_time:
-            return found._replace(s=_remaining(found.s, candidates[k:]))
-        if scouting.settled:
-            break
+            failed = Candidate.BACK_INTO_GOAL not in candidates[k:]
+            return found._replace(s=search.reverse_search(found.s, failed=failed))
+        if found is not None and candidate is Candidate.BACK_INTO_GOAL:
+            break  # others come behind it where it was searched over several cycles
     assert scouting.found is not None
     return scouting.found
-
-
-def _remaining(s: ControllerState, candidates: tuple[Candidate, ...]) -> ControllerState:
-    """With what a search that ran out of time is still to try.
-
-    On the way to a stop that is nothing else. Where the target has moved it begins onward again. What was
-    found before one that backs up is not kept.
-    """
-    begun = s.plans.suspended
-    assert begun is not None
-    if begun.segment.stop is not None:
-        candidates = (Candidate.ONWARD,)
-    elif candidates[0] is Candidate.PAST_EITHER_SIDE and begun.past is None:
-        candidates = (Candidate.ONWARD, *candidates)
-    elif candidates == (Candidate.BACK_INTO_GOAL,):
-        others = tuple(Candidate)[:-1]
-        candidates = (*candidates, *others) if begun.reverse_into_goal else tuple(Candidate)
-    return s.suspending(replace(begun, candidates=candidates))
 
 
 def iterated(
@@ -154,7 +136,7 @@ def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:
         after, attempt, _ = _from_guess(s, context, w, detour)
         if attempt.out_of_time:
             still = replace(past, detours=past.detours[tried:])
-            found = Found(_sought_past(after, still), attempt, context)
+            found = Found(search.sought_past(after, still), attempt, context)
             return replace(scouting, found=found, past=None)
         if attempt.fits and lookout.distance_to_contact(after, attempt.plan, w.config) == inf:
             return replace(scouting, found=Found(moves.plan_found(after), attempt, context), past=None)
@@ -181,7 +163,7 @@ def _back_into_goal(scouting: Scouting, w: Workspace) -> Scouting:
     backing = schedule.scheduled_past_goal(s, context, w.config)
     if found is None:  # it goes on with that
         found = None if backing is None else _past_goal(backing, context, w)
-        return replace(scouting, s=s.suspending(None), found=found, settled=found is not None)
+        return replace(scouting, s=s.suspending(None), found=found)
     if backing is None:
         return scouting
     further = _iterated_on(found, scouting.begun, w)
@@ -240,12 +222,6 @@ def _past(s: ControllerState, context: PlanningContext, distance: float, w: Work
     here = float(context.state[THETA])
     found = detours(w.mpcc.part, here, context.target.stop, s.area.corridor.obstacles, w.config)
     return Past(detours=found, meets=here + distance)
-
-
-def _sought_past(s: ControllerState, past: Past) -> ControllerState:
-    """A search that ran out of time is for a way past what fills the way."""
-    begun = s.plans.suspended
-    return s if begun is None else s.suspending(replace(begun, past=past))
 
 
 def _from_guess(

@@ -49,12 +49,12 @@ def scheduled_past_goal(
     if not (config.recovers and context.ends_at_goal and context.free):
         return None
     begun = s.plans.suspended
-    if begun is not None and not begun.reverse_into_goal:
+    if begun is not None and not begun.segment.reverses_into_goal:
         # It was for an arrival onward, which was found meanwhile.
         s = s.suspending(None)
     s = scheduled(s, context, config)
     arrival = s.task.arrival
-    if arrival is None or s.task.reverses_into_goal:
+    if arrival is None or s.task.segment.reverses_into_goal:
         return None if arrival is None else s
     retries = config.retries
     at = context.begin + (_duration(context, config, beyond=retries.beyond_goal) + retries.reverse_time)
@@ -76,7 +76,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         # One that backs up may be past its goal, and has no way left but time to take.
-        at = due if moved and not s.task.reverses_into_goal else max(due, arrival.at)
+        at = due if moved and not s.task.segment.reverses_into_goal else max(due, arrival.at)
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
     elif arrival.at >= begin + timing.least_time:
         if arrival.overdue_since is None:
@@ -112,7 +112,7 @@ def retreat(s: ControllerState, context: PlanningContext, config: ControllerConf
     """Speed allowed near the target against the segment's direction [m/s]: to back up, or to try again."""
     task = s.task
     near = hypot(context.error.x, context.error.y) <= config.retries.retreat_reach
-    backs = task.reverses_into_goal or (task.restarts > 0 and near)
+    backs = task.segment.reverses_into_goal or (task.restarts > 0 and near)
     return config.retries.retreat_speed if backs else 0.0
 
 

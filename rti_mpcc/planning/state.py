@@ -101,8 +101,8 @@ class SuspendedSearch:
         iterate: how far the QP had come that was stopped, or None.
         target: what the plan is to end in; segment: what it is for, or the piece of it.
         arrival: what is planned, or None while contouring; begin: when the plan begins [s].
+        reverse_failed: an arrival that backs up was looked for before, in vain.
         past: the guess that it began from goes past something; None: it does not.
-        candidates: what is still to be tried, beginning with what it is for.
     """
 
     solution: Solution | None
@@ -112,13 +112,22 @@ class SuspendedSearch:
     segment: Segment
     arrival: Arrival | None
     begin: float
+    reverse_failed: bool = False
     past: Past | None = None
-    candidates: tuple[Candidate, ...] = tuple(Candidate)
 
     @property
-    def reverse_into_goal(self) -> bool:
-        """Whether it is for an arrival that backs up into the goal."""
-        return self.segment.beyond is not None
+    def candidates(self) -> tuple[Candidate, ...]:
+        """What is still to be tried, beginning with what it is for.
+
+        On the way to a stop that is nothing else. What was found before one that backs up is not kept.
+        """
+        onward, past, stop, back = Candidate
+        if self.segment.stop is not None:
+            return (onward,)
+        if self.segment.reverses_into_goal:
+            return back, onward, past, stop
+        left = (past, stop) if self.past is not None else (onward, past, stop)
+        return left if self.reverse_failed else (*left, back)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -290,11 +299,6 @@ class Task:
         if self.final and final is not None:
             return final.objective
         return self.segment.objective if self.arrival is None else ArrivalAtRest(self.arrival.at)
-
-    @property
-    def reverses_into_goal(self) -> bool:
-        """Whether the arrival passes the goal and backs up into it."""
-        return self.segment.beyond is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -178,8 +178,10 @@ def test_a_search_that_is_cut_goes_on_in_the_next_cycle(iterations: int) -> None
     assert controller.state.task.pulled_out == 0
     tried = [candidate for candidate, _ in groupby(each.candidates[0] for each in begun)]
     assert tried == [Candidate.ONWARD, Candidate.BACK_INTO_GOAL]
-    assert all((each.candidates[0] is Candidate.BACK_INTO_GOAL) == each.reverse_into_goal for each in begun)
-    backing = [each.iterations for each in begun if each.reverse_into_goal]
+    assert all(
+        (each.candidates[0] is Candidate.BACK_INTO_GOAL) == each.segment.reverses_into_goal for each in begun
+    )
+    backing = [each.iterations for each in begun if each.segment.reverses_into_goal]
     assert backing == sorted(backing)
 
 

@@ -55,23 +55,25 @@ def test_a_search_that_has_just_begun_has_all_before_it(iterations: int, mpcc: R
 
 def test_what_is_left_stays_left(mpcc: RtiMpcc) -> None:
     """After one that backs up was sought in vain, the search onward is the last one."""
-    begun = begun_for(None, target=GOAL, candidates=(ONWARD, PAST, STOP))
+    begun = begun_for(None, target=GOAL, reverse_failed=True)
+    assert begun.candidates == (ONWARD, PAST, STOP)
     assert left(state(standing_since=1.0, suspended=begun), workspace(mpcc, 0)) == (ONWARD, PAST, STOP)
 
 
 def test_before_one_that_backs_up_nothing_is_kept(mpcc: RtiMpcc) -> None:
-    begun = begun_for(None, target=GOAL, segment=backing_up(), candidates=(BACK,))
+    begun = begun_for(None, target=GOAL, segment=backing_up())
     s = state(standing_since=1.0, suspended=begun)
     expected = (BACK, ONWARD, PAST, STOP)
     assert left(s, workspace(mpcc, 0)) == expected
-    again = put(s, suspended=replace(begun, candidates=expected))
+    again = put(s, suspended=first_plan(s, standing(), workspace(mpcc, 0)).s.plans.suspended)
     assert left(again, workspace(mpcc, 0)) == expected
 
 
 def test_a_target_that_moves_is_sought_onward_again(mpcc: RtiMpcc) -> None:
     """Not past what filled the way to where it was."""
     moved = replace(GOAL, pose=Pose2(19.0, -0.7, 0.0))
-    begun = begun_for(None, target=moved, past=SEEN, candidates=(PAST, STOP, BACK))
+    begun = begun_for(None, target=moved, past=SEEN)
+    assert begun.candidates == (PAST, STOP, BACK)
     s = state(standing_since=1.0, suspended=begun)
     after = first_plan(s, standing(), workspace(mpcc, 0)).s
     assert after.plans.suspended is not None
@@ -95,4 +97,4 @@ def test_with_time_enough_the_first_one_is_driven(mpcc: RtiMpcc) -> None:
     assert not found.attempt.problem
     assert found.s.task.drives
     assert found.s.plans.suspended is None
-    assert not found.s.task.reverses_into_goal
+    assert not found.s.task.segment.reverses_into_goal

@@ -304,6 +304,6 @@ def test_what_begins_afresh_does_not_back_up() -> None:
         moves.pulling_out(backing(phase=Phase.STALLED), contexts.standing(18.0), BACK),
         moves.coming_again(backing(segments=(BACK, *SEGMENTS)), contexts.standing(18.0)),
     ):
-        assert not s.task.reverses_into_goal
-    assert moves.plan_found(backing()).task.reverses_into_goal
-    assert moves.plan_accepted(backing(), some_plan()).task.reverses_into_goal
+        assert not s.task.segment.reverses_into_goal
+    assert moves.plan_found(backing()).task.segment.reverses_into_goal
+    assert moves.plan_accepted(backing(), some_plan()).task.segment.reverses_into_goal

@@ -203,8 +203,8 @@ def test_backing_up_takes_the_way_past_the_goal_and_the_way_back() -> None:
     s = arriving()
     onward, past = scheduled(s, contexts(), CONFIG), scheduled_past_goal(s, contexts(), CONFIG)
     assert past is not None
-    assert past.task.reverses_into_goal
-    assert not onward.task.reverses_into_goal
+    assert past.task.segment.reverses_into_goal
+    assert not onward.task.segment.reverses_into_goal
     acceleration = CONFIG.arrival_acceleration
     assert arrives_at(past) == pytest.approx(
         10.2 + time_to_go(10.0 + RETRIES.beyond_goal, 1.0, acceleration, LEAST) + RETRIES.reverse_time
@@ -249,13 +249,13 @@ def test_a_search_for_backing_up_goes_on_with_its_time_of_arrival() -> None:
     s = arriving(suspended=begun_to(context.target, reverse_into_goal=True))
     after = scheduled_past_goal(s, context, CONFIG)
     assert after is not None
-    assert after.task.reverses_into_goal
+    assert after.task.segment.reverses_into_goal
     assert arrival_of(after) == arrival_at(40.0)
     assert after.plans.suspended == s.plans.suspended
     elsewhere = scheduled_past_goal(s, replace(context, target=target_at(19.0)), CONFIG)
     assert elsewhere is not None
     assert elsewhere.plans.suspended is None
-    assert elsewhere.task.reverses_into_goal
+    assert elsewhere.task.segment.reverses_into_goal
     assert arrival_of(elsewhere).at != 40.0
 
 
@@ -270,7 +270,7 @@ def test_backing_up_is_not_sought_from_a_search_onward() -> None:
     s = arriving(suspended=begun_to(context.target, reverse_into_goal=False))
     after = scheduled_past_goal(s, context, CONFIG)
     assert after is not None
-    assert after.task.reverses_into_goal
+    assert after.task.segment.reverses_into_goal
     assert after.plans.suspended is None
     assert arrival_of(after).at != 40.0
 

@@ -318,7 +318,7 @@ def test_a_search_for_backing_up_that_ran_out_of_time_stays_one(
     before = state(arrival=arrival_at(15.0), beyond=1.0 if reverse_into_goal else None)
     begun = search.suspended(before, context, cut).plans.suspended
     assert begun is not None
-    assert begun.reverse_into_goal == reverse_into_goal
+    assert begun.segment.reverses_into_goal == reverse_into_goal
     driving = state(suspended=begun, arrival=arrival_at(13.0))
     after = schedule.scheduled(driving, contexts(target=mpcc.target, now=0.05, begin=0.25), CONFIG)
-    assert (after.task.reverses_into_goal, arrives_at(after)) == (reverse_into_goal, 15.0)
+    assert (after.task.segment.reverses_into_goal, arrives_at(after)) == (reverse_into_goal, 15.0)
