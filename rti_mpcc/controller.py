@@ -248,13 +248,11 @@ class RtiMpcc:
         return problem_of(self._pattern, self._values, *self._guess)
 
     def _speeds(self, plan: Trajectory) -> Array | None:
-        """Speeds (N,) that the room allows at stages 1..N [m/s]; who is faster brakes in comfort."""
+        """Speeds (N,) that the room allows at stages 1..N [m/s]."""
         if self.room is None:
             return None
-        elapsed = plan.times[1:] - plan.times[0]
-        slower = abs(float(plan.states[0, V])) - self.config.comfort_acceleration * elapsed
-        speeds: Array = np.maximum(self.room.speed_at(plan.states[1:, THETA]), slower)
-        return speeds
+        elapsed, speed = plan.times[1:] - plan.times[0], abs(float(plan.states[0, V]))
+        return self.room.bounds(plan.states[1:, THETA], elapsed, speed, self.config)
 
     def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:
         """Boundaries nearest to the rear axle, where the published code's soft distance acts."""

@@ -64,6 +64,11 @@ class Room:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
 
+    def bounds(self, theta: Array, elapsed: Array, speed: float, config: ControllerConfig) -> Array:
+        """Highest speeds (m,) [m/s] that the QP allows at `theta` (m,) [m], so long after being at `speed`
+        [m/s]: who is faster brakes in comfort."""
+        return np.maximum(self.speed_at(theta), speed - config.comfort_acceleration * elapsed)
+
 
 def room_along(part: PathPart, corridor: Corridor, index: int, config: ControllerConfig) -> Room:
     """The room on a part, which is the route's `index`-th, and the speeds that it allows."""

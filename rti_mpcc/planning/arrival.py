@@ -44,7 +44,7 @@ def time_to_go(
         highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
     """
     distance = max(distance, 1e-6)
-    a = max(comfort, speed**2 / (2.0 * distance))
+    a = _deceleration(distance, speed, comfort)
     free = _free_time(distance, speed, a)
     if free <= least:
         return least
@@ -71,13 +71,14 @@ def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, 
 def paced_motion(
     elapsed: Array, distance: float, speed: float, comfort: float, highest: Array
 ) -> tuple[Array, Array]:
-    """The same by (T3), as much slower as there is more time than it takes.
+    """The same by (T3), stretched to the time that there is: it begins with `speed`, and keeps to what is
+    highest, where that is the time of (T3).
 
     Args:
         distance, speed, comfort, highest: see `time_to_go`.
     """
     distance = max(distance, 1e-6)
-    times, speeds = _paced(distance, speed, max(comfort, speed**2 / (2.0 * distance)), highest)
+    times, speeds = _paced(distance, speed, _deceleration(distance, speed, comfort), highest)
     slower = float(times[-1]) / float(elapsed[-1])
     at, pieces = elapsed * slower, len(highest)
     rate = np.interp(at, times, speeds)
@@ -123,6 +124,11 @@ def within_reach(distance: float, speed: float, config: ControllerConfig, pace: 
         time_to_go(distance, speed, comfort, timing.least_time, pace.ahead(theta, distance, config))
         <= horizon
     )
+
+
+def _deceleration(distance: float, speed: float, comfort: float) -> float:
+    """What is planned with [m/s²]: the comfort one, or what stopping takes at least."""
+    return max(comfort, speed**2 / (2.0 * distance))
 
 
 def _free_time(distance: float, speed: float, acceleration: float) -> float:

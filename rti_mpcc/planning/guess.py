@@ -36,9 +36,8 @@ def arrival_guess(
     speed = max(part.direction * float(state[V]), 0.0)
     elapsed, theta = times - times[0], float(state[THETA])
     s, rate = cubic_motion(elapsed, distance, speed)
-    # Where the QP would not let it be so fast, the motion that the time was planned with.
-    slowing = speed - config.comfort_acceleration * elapsed
-    if (rate > np.maximum(pace.bound_at(theta + s), slowing)).any():
+    if pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, speed, config)).any():
+        # The QP would not let it be so fast: the motion that the time was planned with.
         highest = pace.ahead(theta, distance, config)
         s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest)
     return along_path(part, target, state, times, s, rate, config, detour)
@@ -56,8 +55,7 @@ def reverse_guess(
 ) -> Trajectory:
     """The arrival over `times` (N+1,) that ends `past` [m] beyond the target, and straight back to it.
 
-    The way back is a cubic, too, and takes the last
-    `Retries.reverse_time` of it.
+    The way back is a cubic over the last `Retries.reverse_time`.
     """
     d, goal = part.direction, target.pose
     turns_at = times[-1] - config.retries.reverse_time

@@ -40,10 +40,6 @@ class Pace:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
 
-    def bound_at(self, theta: Array) -> Array:
-        """Speeds (m,) [m/s] that the QP allows at `theta` (m,) [m]; inf where it does not bound them."""
-        return np.full(theta.shape, np.inf) if self.room is None else self.room.speed_at(theta)
-
     def ahead(self, theta: float, distance: float, config: ControllerConfig) -> Array:
         """Highest speeds (m,) [m/s] in the middles of m equal pieces of so far [m] from `theta` [m] on."""
         timing = config.arrival_timing
