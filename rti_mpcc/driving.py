@@ -12,8 +12,9 @@ from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA_DOT, THETA, V
-from rti_mpcc.planning import aim, recovery, schedule, search, stops
+from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.recovery import Recovery, next_recovery
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.workspace import Workspace
@@ -109,8 +110,8 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Stand stalled, until a way back is driven."""
     s, stalled = _stop(s, context, w, Verdict(Reason.STALLED))
-    way_back = recovery.way_back(s, context, w.config)
-    return Driven(s, stalled if way_back is None else _pulling_out(stalled, s))
+    pulls_out = next_recovery(s, context, w.config) is Recovery.PULL_OUT
+    return Driven(s, _pulling_out(stalled, s) if pulls_out else stalled)
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:

@@ -10,9 +10,8 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import PlannedStop, Segment
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.recovery import placed
 from rti_mpcc.planning.state import ControllerState, Halt, Plans, Task
-from rti_mpcc.types import Trajectory
+from rti_mpcc.types import Array, Trajectory
 
 # -- plans ----------------------------------------------------------------------------------------------
 
@@ -131,7 +130,7 @@ def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> 
     """Begin a way back, after which the segment is driven once more."""
     s = transition_on(s, Event.PULLS_OUT)
     task = replace(s.task.onto((back, *s.task.on_whole().segments)), restarts=0)
-    return replace(s, task=task, begin=placed(context.state, back.part.start))
+    return replace(s, task=task, begin=_with_progress(context.state, back.part.start))
 
 
 def coming_again(s: ControllerState, context: PlanningContext) -> ControllerState:
@@ -147,7 +146,7 @@ def coming_again(s: ControllerState, context: PlanningContext) -> ControllerStat
     )
     # Progress on a way back goes on from where it begins, see `PathPart.driven_back`.
     theta = 2.0 * back.part.start - float(context.state[THETA])
-    return replace(s, task=task, begin=placed(context.state, theta))
+    return replace(s, task=task, begin=_with_progress(context.state, theta))
 
 
 def begun_again(s: ControllerState, problem: str) -> ControllerState:
@@ -161,3 +160,10 @@ def begun_again(s: ControllerState, problem: str) -> ControllerState:
     if s.task.stop is not None:
         task = task.on(task.whole.stopped(s.task.stop, s.task.segment.tolerance))
     return replace(s, task=task, begin=None)
+
+
+def _with_progress(state: Array, theta: float) -> Array:
+    """A state (6,) with its progress on another segment [m]."""
+    state = state.copy()
+    state[THETA] = theta
+    return state

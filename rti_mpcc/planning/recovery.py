@@ -11,7 +11,6 @@ from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.model.layout import PHI, THETA, X, Y
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Phase
-from rti_mpcc.types import Array
 
 
 class Recovery(Enum):
@@ -26,8 +25,8 @@ class Recovery(Enum):
 
 
 def next_recovery(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Recovery:
-    """The first that is left."""
-    return next(recovery for recovery in Recovery if _IS_LEFT[recovery](s, context, config))
+    """The first that is left: to stay always is."""
+    return next((each for each, is_left in _LEFT if is_left(s, context, config)), Recovery.STAY)
 
 
 def way_back(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Segment | None:
@@ -61,15 +60,10 @@ def _may_pull_out(s: ControllerState, context: PlanningContext, config: Controll
     return begin - end >= retries.least_pull_out * _length(config)
 
 
-def _stays(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    return True
-
-
-_IS_LEFT: dict[Recovery, Callable[[ControllerState, PlanningContext, ControllerConfig], bool]] = {
-    Recovery.TRY_AGAIN: _may_try_again,
-    Recovery.PULL_OUT: _may_pull_out,
-    Recovery.STAY: _stays,
-}
+_LEFT: tuple[tuple[Recovery, Callable[[ControllerState, PlanningContext, ControllerConfig], bool]], ...] = (
+    (Recovery.TRY_AGAIN, _may_try_again),
+    (Recovery.PULL_OUT, _may_pull_out),
+)
 
 
 def _way_back(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> tuple[float, float]:
@@ -83,10 +77,3 @@ def _way_back(s: ControllerState, context: PlanningContext, config: ControllerCo
 def _length(config: ControllerConfig) -> float:
     """Of the body [m]."""
     return config.vehicle.front + config.vehicle.rear
-
-
-def placed(state: Array, theta: float) -> Array:
-    """A state (6,) with its progress on another segment [m]."""
-    state = state.copy()
-    state[THETA] = theta
-    return state

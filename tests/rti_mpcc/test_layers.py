@@ -178,7 +178,7 @@ def test_the_wrong_way_is_found(tmp_path: Path, file: str, statement: str) -> No
         ("estimation/filter.py", "from geometry import Pose2"),
         ("rti_mpcc/config.py", "from rti_mpcc.errors import ConfigError"),
         ("rti_mpcc/model/bicycle.py", "from rti_mpcc import config, types"),
-        ("rti_mpcc/behaviour/moves.py", "from rti_mpcc.planning.recovery import placed"),
+        ("rti_mpcc/behaviour/moves.py", "from rti_mpcc.planning.recovery import next_recovery"),
         ("rti_mpcc/docking.py", "from estimation import GoalFilter\nfrom .safety import accept"),
         ("rti_mpcc/__init__.py", "from .docking import DockingController"),
         ("rti_mpcc/cli.py", "from rti_mpcc import __version__\nfrom rti_mpcc.report import table"),
