@@ -49,7 +49,7 @@ demo: $(RUNTIME)
 # tests/acceptance is named so that its conftest is loaded in the process that collects the workers' figures;
 # the other folders have longer forms of their own tests, marked one by one.
 acceptance: $(TEST)
-	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance $(sort $(wildcard tests/*/))
+	$(PY) -m pytest -m acceptance -n $(WORKERS) --dist worksteal tests/acceptance tests
 	@echo "figures: runs/acceptance.json"
 
 same: $(TEST)

@@ -104,11 +104,11 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
     s, attempt, guess = _from_guess(s, context, w)
     past = None
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
-        distance = _distance_in(s, attempt, guess, w)
+        distance = _free_distance(s, attempt, guess, w)
         if distance < inf and attempt.fits:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _further(s, attempt, context, w)
-            distance = _as_far_as_seen(s, attempt, _distance_in(s, attempt, guess, w), w)
+            distance = _as_far_as_seen(s, attempt, _free_distance(s, attempt, guess, w), w)
         if distance < inf and not _stands_at_a_wall(s, attempt, guess, distance, w):
             past = _past(s, context, distance, w)
     if past is None:
@@ -252,7 +252,7 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
     return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m")
 
 
-def _distance_in(s: ControllerState, attempt: SqpResult, guess: Trajectory, w: Workspace) -> float:
+def _free_distance(s: ControllerState, attempt: SqpResult, guess: Trajectory, w: Workspace) -> float:
     """Distance to what fills the way of the plan that was sought [m]; inf if nothing does."""
     return lookout.distance_to_contact(s, attempt.plan if attempt.fits else guess, w.config)
 

@@ -213,7 +213,7 @@ def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, n
     obstacles = loop.scenery.obstacles(now, Pose2(plant.x, plant.y, plant.phi), loop.part, loop.theta)
     if faults.acting("lost_cycles", now):
         return
-    arguments = _told(loop, now, measured, obstacles)
+    arguments = _given(loop, now, measured, obstacles)
     began = perf_counter()
     command = controller.step(state, now=now - faults.total("clock_back", now), **arguments)
     loop.step_ms.append(1e3 * (perf_counter() - began))
@@ -239,8 +239,8 @@ def _measure(loop: _Loop) -> VehicleState:
     return VehicleState(**dict(zip(("x", "y", "phi", "v", "delta"), values.tolist(), strict=True)))
 
 
-def _told(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles) -> dict[str, Any]:
-    """What a step is told besides state and time."""
+def _given(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles) -> dict[str, Any]:
+    """What a step is given besides state and time."""
     feed, faults = loop.feed, loop.disturbances
     detected = feed.lookout is not None and feed.source is GoalSource.DETECTED
     goal, measurements = faults.given(

@@ -15,7 +15,7 @@ LANE = Corridor.from_offsets(STRAIGHT, left=3.0, right=-3.0)
 
 
 def test_the_promises_hold_for_what_appears_anywhere() -> None:
-    hold(4, 0)
+    hold(10, 0)
 
 
 @pytest.mark.parametrize("number", [0, pytest.param(1, marks=pytest.mark.acceptance)])

@@ -109,10 +109,10 @@ def test_what_is_no_input_at_all_is_recorded_as_nan_and_said(name: str, place: i
             name: UNREADABLE[name][place]
         }
         command = recorder.step(arguments.pop("state"), **arguments)
-    given = command.diagnostics
-    said = [given.reason, *(judgement.reason for judgement in given.detections)]
+    told = command.diagnostics
+    said = [told.reason, *(judgement.reason for judgement in told.detections)]
     assert any("nan" in reason or "not finite" in reason for reason in said), said
-    assert given.cause is not Reason.MISTAKE
+    assert told.cause is not Reason.MISTAKE
     assert len(read_recording(tmp_path / "run.jsonl").cycles) == 1
     assert replay(tmp_path / "run.jsonl").identical
 

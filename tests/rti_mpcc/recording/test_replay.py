@@ -313,9 +313,9 @@ def test_a_tolerance_that_is_none_is_refused(recording: Path, tolerance: float) 
 
 
 def test_progress_is_told(recording: Path) -> None:
-    given: list[tuple[int, int]] = []
-    replay(recording, progress=lambda done, total: given.append((done, total)))
-    assert given == [(i + 1, EVENTFUL) for i in range(EVENTFUL)]
+    reported: list[tuple[int, int]] = []
+    replay(recording, progress=lambda done, total: reported.append((done, total)))
+    assert reported == [(i + 1, EVENTFUL) for i in range(EVENTFUL)]
 
 
 class Broken(DockingController):
