@@ -48,9 +48,10 @@ def time_to_go(
     free = _free_time(distance, speed, a)
     if free <= least:
         return least
-    if highest is None or float(highest.min()) >= _vertex_speed(distance, speed, free):
+    peak = _vertex_speed(distance, speed, free)
+    if highest is None or float(highest.min()) >= peak:
         return free
-    return max(float(_paced(distance, speed, a, highest)[0][-1]), free)
+    return max(float(_paced(distance, speed, a, np.minimum(highest, peak))[0][-1]), free)
 
 
 def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, Array]:
@@ -78,7 +79,9 @@ def paced_motion(
         distance, speed, comfort, highest: see `time_to_go`.
     """
     distance = max(distance, 1e-6)
-    times, speeds = _paced(distance, speed, _deceleration(distance, speed, comfort), highest)
+    a = _deceleration(distance, speed, comfort)
+    peak = _vertex_speed(distance, speed, _free_time(distance, speed, a))
+    times, speeds = _paced(distance, speed, a, np.minimum(highest, peak))
     slower = float(times[-1]) / float(elapsed[-1])
     at, pieces = elapsed * slower, len(highest)
     rate = np.interp(at, times, speeds)
@@ -136,13 +139,12 @@ def _free_time(distance: float, speed: float, acceleration: float) -> float:
     return (-speed + sqrt(speed**2 + 6.0 * acceleration * distance)) / acceleration
 
 
-def _paced(distance: float, speed: float, acceleration: float, highest: Array) -> tuple[Array, Array]:
-    """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3) at the ends of the m pieces."""
-    peak = _vertex_speed(distance, speed, _free_time(distance, speed, acceleration))
-    bounds: list[float] = np.minimum(highest, peak).tolist()
+def _paced(distance: float, speed: float, acceleration: float, bounds: Array) -> tuple[Array, Array]:
+    """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3) at the ends of m equal pieces of the
+    way, with c = `bounds` (m,) [m/s] in them."""
     piece = distance / len(bounds)
-    up = _driven(speed, bounds, piece, acceleration)
-    down = _driven(0.0, bounds[::-1], piece, acceleration)[::-1]
+    up = _driven(speed, bounds.tolist(), piece, acceleration)
+    down = _driven(0.0, bounds[::-1].tolist(), piece, acceleration)[::-1]
     # Faster than comfort at its begin, it brakes.
     braked = [sqrt(max(speed**2 - 2.0 * acceleration * k * piece, 0.0)) for k in range(len(up))]
     speeds = np.array([max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)])

@@ -276,6 +276,10 @@ class Task:
         """The same on all of the segment."""
         return self.on(self.whole)
 
+    def with_stop(self, stop: PlannedStop) -> Task:
+        """The same on the way to a stop of which something else is known."""
+        return self.on(replace(self.segment, stop=stop))
+
     def without_stop(self) -> Task:
         """The same on all of the segment, where it was on the way to a stop."""
         return self if self.stop is None else self.on_whole()

@@ -42,15 +42,13 @@ def confirmed(s: ControllerState) -> ControllerState:
     """There is no way past the stop that is made for."""
     assert s.task.stop is not None
     stop = replace(s.task.stop, goal=s.goal.pose, obstacles=s.area.changes, since=s.now)
-    return replace(s.suspending(None), task=s.task.on(replace(s.task.segment, stop=stop)))
+    return replace(s.suspending(None), task=s.task.with_stop(stop))
 
 
 def still_filled(s: ControllerState) -> ControllerState:
     """Another plan than the one to the stop was looked for in vain: not again at once."""
     stop = s.task.stop
-    if stop is None:
-        return s
-    return replace(s, task=s.task.on(replace(s.task.segment, stop=replace(stop, since=s.now))))
+    return s if stop is None else replace(s, task=s.task.with_stop(replace(stop, since=s.now)))
 
 
 def found_clear(s: ControllerState) -> ControllerState:
