@@ -76,6 +76,7 @@ class InitialIterate:
         last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
         iterate: how far the first QP had come in an earlier cycle.
         least: so many iterations at least; most: at most.
+        first: for the first plan of an objective, which must not go through what stands in the way.
         damping, steps: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
         unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
     """
@@ -86,6 +87,7 @@ class InitialIterate:
     most: int
     damping: float
     least: int = 1
+    first: bool = False
     steps: AdmmSettings | None = None
     patience: int = 1
     unsolved: int = 1
@@ -108,6 +110,7 @@ def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
     settings = config.search
     return InitialIterate(
         guess=guess,
+        first=True,
         least=settings.first_iterations,
         most=settings.iterations,
         damping=settings.first_damping,
@@ -161,7 +164,7 @@ def converge(
             last, guess = solutions[-1], None
         unsolved += not solutions[-1].solved
         problem = rejection_reason(solutions[-1], mpcc.config, s.vehicle.disturbance)
-        corridor_infeasible = start.least > 1 and _corridor_infeasible(
+        corridor_infeasible = start.first and _corridor_infeasible(
             solutions[-1], context.target, mpcc.config, arriving=s.task.arrival is not None
         )
         if _ran_out_of_time(solutions[-1]):

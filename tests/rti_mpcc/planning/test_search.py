@@ -191,9 +191,41 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> N
     assert search.suspended(s, context, rest).plans.suspended is None
 
 
+class Answering:
+    """A core whose QPs all have the same solution."""
+
+    def __init__(self, mpcc: RtiMpcc, solution: Solution) -> None:
+        self.config, self._solution = mpcc.config, solution
+
+    def prepare(self, at: float, **options: Any) -> None:
+        """Nothing."""
+
+    def feedback(self, state: Array, at: float, **options: Any) -> Solution:
+        """The solution."""
+        return self._solution
+
+
 def suspended(solution: Solution, target: Target) -> SuspendedSearch:
     """A search for an arrival at 15 s, planned to begin at 0.2 s."""
     return begun_for(None, solution=solution, target=target, arrival=arrival_at(15.0), begin=0.2)
+
+
+@pytest.mark.parametrize("done", [0, 1, 2, 5])
+def test_a_resumed_search_is_one_for_a_first_plan_however_far_it_had_come(
+    done: int, mpcc: RtiMpcc, solution: Solution
+) -> None:
+    """What goes through something is not driven, whether it was found in one cycle or in several."""
+    begun = replace(suspended(solution, mpcc.target), iterations=done)
+    start = search.resumed(begun, solution.trajectory, CONFIG)
+    assert start.first
+    blocked = replace(solution, slack=np.full(CONFIG.stages, 2.0 * SETTINGS.blocked_slack))
+    core: Any = Answering(mpcc, blocked)
+    s, context = state(), contexts(target=mpcc.target, begin=0.2)
+    attempt = search.converge(core, s, context, replace(start, most=1), CycleClock())
+    assert attempt.corridor_infeasible
+    assert not attempt.fits
+    going_on = search.going_on(solution, CONFIG)
+    assert not search.converge(core, s, context, going_on, CycleClock()).corridor_infeasible
 
 
 def test_a_search_begun_while_standing_is_for_a_plan_that_begins_later(
