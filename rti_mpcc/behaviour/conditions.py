@@ -55,7 +55,8 @@ def stop_ends_inside(s: ControllerState, context: PlanningContext, config: Contr
 
 def stuck_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It does not get nearer, and need not: it is inside the tolerance, or before something in the way."""
-    return no_progress(s, context, config) and (not context.free or context.inside(context.error))
+    enough = not context.free or (s.is_stationary and context.inside(context.error))
+    return enough and no_progress(s, context, config)
 
 
 def no_tries_left(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -66,7 +67,9 @@ def no_tries_left(s: ControllerState, context: PlanningContext, config: Controll
 
 
 def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """It does not get nearer: its arrival is overdue, or it stands for good."""
+    """It does not get nearer: its arrival is overdue, or it stands for good, and not for its dwell."""
+    if _dwells(s, context, config):
+        return False
     return overdue(s, context, config) or _stuck(s, context, config)
 
 
@@ -131,6 +134,12 @@ def has_pulled_out(s: ControllerState, context: PlanningContext, config: Control
         return False
     there = context.free and (_near(context, config) or s.task.phase is Phase.STALLED)
     return there or s.vehicle.is_stationary(context.now, config.retries.give_up_time)
+
+
+def _dwells(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether it waits where the next segment may begin, near enough to the end of this one."""
+    there = context.free and not context.ends_at_goal and _near(context, config)
+    return there and s.task.segment.dwell > 0.0 and s.is_stationary
 
 
 def _near(context: PlanningContext, config: ControllerConfig) -> bool:

@@ -17,6 +17,7 @@ from tests.rti_mpcc.states import (
     BACK,
     PATH,
     SEGMENTS,
+    arrival_at,
     arriving,
     begun_for,
     contexts,
@@ -138,3 +139,31 @@ def test_a_vehicle_that_halts_for_something_waits_and_is_not_stuck() -> None:
     here = contexts.standing(12.0)
     assert conditions.no_progress(standing, here, CONFIG)
     assert not conditions.no_progress(put(standing, halt=Halt()), here, CONFIG)
+
+
+def test_beside_the_cusp_it_waits_for_its_dwell_and_does_not_try_again() -> None:
+    """0.2 m off: near enough to go on from, but outside the tolerance."""
+    here = contexts.standing(19.8, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
+    assert not here.inside(here.error)
+    dwelling = (Segment(part=PATH.parts[0], index=0, dwell=4.0), *SEGMENTS)
+    overdue = arrival_at(12.0, overdue_since=here.now - 2.0 * CONFIG.behaviour.overdue_time)
+    for segments, waits in ((dwelling, True), (SEGMENTS, False)):
+        for arrival in (None, overdue):
+            s = arriving(segments=segments, standing_since=here.now - 3.0, arrival=arrival)
+            assert conditions.no_progress(s, here, CONFIG) != waits
+    rolling = arriving(segments=dwelling, arrival=overdue)
+    assert conditions.no_progress(rolling, here, CONFIG)
+    far = contexts.standing(19.4, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
+    assert conditions.no_progress(put(rolling, standing_since=here.now - 3.0), far, CONFIG)
+
+
+@pytest.mark.parametrize(("since", "stands"), [(9.0, True), (None, False)])
+def test_an_overdue_vehicle_that_drives_through_its_tolerance_is_not_there(
+    since: float | None, stands: bool
+) -> None:
+    here = contexts.standing(19.99, speed=0.5, stop_error=Pose2(0.6, 0.0, 0.0))
+    assert here.inside(here.error)
+    overdue = arrival_at(10.0, overdue_since=here.now - 2.0 * CONFIG.behaviour.overdue_time)
+    s = arriving(arrival=overdue, standing_since=since)
+    assert conditions.no_progress(s, here, CONFIG)
+    assert conditions.stuck_inside(s, here, CONFIG) == stands
