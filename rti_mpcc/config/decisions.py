@@ -106,7 +106,7 @@ class Retries(Settings):
     retreat_speed: NonNegative = 0.3
     retreat_reach: NonNegative = 2.0
     pull_out: tuple[Positive, ...] = (1.8, 3.6)
-    least_pull_out: NonNegative = 0.45
+    least_pull_out: Positive = 0.45
     beyond_goal: Positive = 1.0
     reverse_time: Positive = 10.0
     accepted_miss: Annotated[float, Field(ge=1.0, le=1e12)] = 1.5
@@ -144,8 +144,8 @@ class ArrivalTiming(Settings):
     lost_cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 2.5
     kept_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
     path_spacing: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
-    least_pieces: Annotated[int, Field(ge=1, le=100_000)] = 64
-    most_pieces: Annotated[int, Field(ge=1, le=100_000)] = 400
+    least_pieces: Annotated[int, Field(ge=2, le=100_000)] = 64
+    most_pieces: Annotated[int, Field(ge=2, le=100_000)] = 400
     steering_distance: NonNegative = 4.0
     slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     cruise_step: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25

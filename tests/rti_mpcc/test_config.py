@@ -173,6 +173,9 @@ def test_no_group_takes_nan(group: type[Settings]) -> None:
     ("make", "changes", "problem"),
     [
         (Behaviour, {"moving_speed": 0.01}, r"moving_speed = 0\.01 m/s .* standstill_speed = 0\.02 m/s"),
+        # From rest to rest a single piece takes for ever, and no part is driven back by nothing.
+        (ArrivalTiming, {"least_pieces": 1, "most_pieces": 1}, "least_pieces = 1: .*2.*most_pieces = 1: .*2"),
+        (Retries, {"least_pull_out": 0.0}, "least_pull_out = 0"),
         (ArrivalTiming, {"most_pieces": 10}, "most_pieces = 10 .* least_pieces = 64"),
         (Search, {"first_iterations": 11}, "first_iterations = 11 .* iterations = 10"),
     ],
