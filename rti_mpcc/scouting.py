@@ -192,16 +192,14 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     way; or something stands in the way of it.
     """
     s, attempt, context = found
-    done = len(attempt.solutions) + (0 if begun is None else begun.iterations)
+    before = 0 if begun is None else begun.iterations
+    done = before + len(attempt.solutions)
     missed = attempt.fits and not search.reaches(attempt, context)
     if not (context.free and missed) or done >= 2 * w.config.search.iterations:
         return found
     s, more = iterated(s, context, search.further(attempt, w.config), w)
-    s = search.suspended(s, context, more, done)
-    attempt = (
-        attempt.then(more) if more.solutions else replace(attempt, problem=more.problem, out_of_time=True)
-    )
-    return Found(s, attempt, context)
+    attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
+    return Found(search.suspended(s, context, attempt, before), attempt, context)
 
 
 def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Found | None:

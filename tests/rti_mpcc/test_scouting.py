@@ -98,3 +98,15 @@ def test_with_time_enough_the_first_one_is_driven(mpcc: RtiMpcc) -> None:
     assert found.s.task.drives
     assert found.s.plans.suspended is None
     assert not found.s.task.segment.reverses_into_goal
+
+
+def test_a_plan_that_there_is_no_time_to_iterate_on_is_gone_on_from(mpcc: RtiMpcc) -> None:
+    """It misses the goal, by however little, and took all of the cycle's time."""
+    context = replace(standing(), tolerance=(1e-9, 1e-9, 1e-9))
+    least = CONFIG.search.first_iterations
+    found = first_plan(state(standing_since=1.0), context, workspace(mpcc, least))
+    assert found.attempt.out_of_time
+    begun = found.s.plans.suspended
+    assert begun is not None
+    assert begun.solution is found.attempt.solved is not None
+    assert begun.iterations == least
