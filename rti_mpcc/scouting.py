@@ -262,7 +262,7 @@ def _stands_at_a_wall(
     if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
         return False
     plan = attempt.plan if attempt.fits else guess
-    return contact.distance_to_obstacle(plan, s.area.standing, w.config, inf) == inf
+    return contact.distance_to_obstacle(plan, s.area.standing, w.config, inf) > distance
 
 
 def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float, w: Workspace) -> float:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import radians
 
+import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
+from rti_mpcc.docking import DockingController
 from rti_mpcc.ocp.targets import goal_on
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.state import Candidate, ControllerState, Past
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.scouting import first_plan
+from rti_mpcc.types import Reason, VehicleState
 from tests.rti_mpcc.docking_runs import granting
 from tests.rti_mpcc.states import PATH, backing_up, begun_for, contexts, put, state, stop_at
 
@@ -90,6 +94,18 @@ def test_on_the_way_to_a_stop_there_is_nothing_else(mpcc: RtiMpcc) -> None:
     begun = first_plan(s, context, workspace(mpcc, 0)).s.plans.suspended
     assert begun is not None
     assert begun.candidates == (ONWARD,)
+
+
+@pytest.mark.parametrize("x", [12.0, 18.0])
+def test_a_wall_right_here_is_no_less_one_for_an_obstacle_behind_it(x: float) -> None:
+    """Turned to a wall 0.6 m away it has no plan; that is not for the box far along its path to be waited for."""
+    box = np.array([[x, -4.0], [x + 0.5, -4.0], [x + 0.5, 4.0], [x, 4.0]])
+    lane = Corridor.from_offsets(PATH, left=4.0, right=-4.0, obstacles=[box])
+    controller = DockingController(PATH, lane, CONFIG)
+    command = controller.step(VehicleState(x=2.0, y=0.0, phi=radians(-60.0), v=0.0, delta=0.0), now=0.0)
+    assert command.diagnostics.cause is Reason.SEARCHES_PLAN
+    assert command.diagnostics.reason.startswith("no plan from here stays clear: contact in 0.")
+    assert controller.state.task.stop is None
 
 
 def test_with_time_enough_the_first_one_is_driven(mpcc: RtiMpcc) -> None:
