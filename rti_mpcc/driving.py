@@ -11,7 +11,7 @@ from rti_mpcc.behaviour.conditions import replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.manoeuvre import SegmentEnd
-from rti_mpcc.model.layout import DELTA_DOT, THETA, V
+from rti_mpcc.model.layout import DELTA_DOT, V
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.recovery import Recovery, next_recovery
@@ -92,9 +92,9 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
-    s, meets_after = _distance_on_driven(s, context, w)
-    if meets_after < inf or _wants_another_plan(s, context, w):
-        s, decision = _change_over(s, context, w, meets_after)
+    s, meets = _meets(s, w)
+    if meets < inf or _wants_another_plan(s, context, w):
+        s, decision = _change_over(s, context, w, meets)
         if decision is not None:
             return Driven(s, decision)
     if schedule.final_due(s, context):
@@ -149,16 +149,16 @@ _BY_PHASE = {
 
 
 def _change_over(
-    s: ControllerState, context: PlanningContext, w: Workspace, meets_after: float
+    s: ControllerState, context: PlanningContext, w: Workspace, meets: float
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Turn from the present plan to the first one of another objective; None: not yet.
 
-    `meets_after`: distance [m] to what the present plan meets, inf if nothing.
+    `meets`: progress [m] at which the present plan meets something, inf if nothing.
     """
-    trial = sought(s, context, w, meets_after)
+    trial = sought(s, context, w, meets)
     found = first_plan(trial, context if trial is s else w.context(trial), w)
     attempt, stop = found.attempt, found.s.task.stop
-    if meets_after == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
+    if meets == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
         # No way past: the stop is needed, and the plan to it is as good as another one.
         return stops.confirmed(s), None
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
@@ -188,10 +188,8 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
 
-def _distance_on_driven(
-    s: ControllerState, context: PlanningContext, w: Workspace
-) -> tuple[ControllerState, float]:
-    """Distance [m] to where a change of the obstacles cuts the plan being driven, however far along, or inf.
+def _meets(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
+    """Progress [m] at which a change of the obstacles cuts the plan being driven, however far along, or inf.
 
     Looked for in every cycle until a plan is driven that they leave free.
     """
@@ -200,8 +198,8 @@ def _distance_on_driven(
         return s, inf
     distance = lookout.distance_to_contact(s, plan, w.config)
     if distance == inf:
-        s = stops.found_clear(s)
-    return s, distance - max(float(context.state[THETA] - plan.states[0, THETA]), 0.0)
+        return stops.found_clear(s), inf
+    return s, lookout.progress_of_contact(s, plan, distance, w.config)
 
 
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:

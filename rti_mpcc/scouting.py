@@ -75,24 +75,27 @@ def iterated(
     return s, attempt
 
 
-def sought(s: ControllerState, context: PlanningContext, w: Workspace, meets_after: float) -> ControllerState:
-    """The state by what another plan is to end in than the one being driven, which meets something
-    after so far [m].
+def sought(s: ControllerState, context: PlanningContext, w: Workspace, meets: float) -> ControllerState:
+    """The state by what another plan is to end in than the one being driven, which meets something at that
+    progress [m], inf: nothing.
 
     A search for another end than the present plan's is first for a way past what is in the way. Where the
     plan is not free and there was no time for that, a stop comes first: it is found soon, and a way past can
     be looked for while it is made for.
     """
     begun, left, config = s.plans.suspended, inf, w.config
-    if begun is not None and begun.segment.stop is None and meets_after < inf:
+    if begun is not None and begun.segment.stop is None and meets < inf:
         trial = replace(s, task=s.task.for_arrival(begun.arrival, begun.segment.beyond))
-        distance = lookout.distance_to_contact(s, search.first_guess(w.mpcc, trial, context), config)
-        left = (distance if distance < inf else meets_after) - contact.stop_clearance(config)
+        guess = search.first_guess(w.mpcc, trial, context)
+        distance = lookout.distance_to_contact(s, guess, config)
+        if distance < inf:
+            meets = lookout.progress_of_contact(s, guess, distance, config)
+        left = meets - float(context.state[THETA]) - contact.stop_clearance(config)
     if config.behaviour.near_stop < left < inf:
         s = moves.stop_before(s, context, config, left, None)
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
-    elif begun is None and s.task.stop and (meets_after < inf or stops.way_may_be_free(s, config)):
+    elif begun is None and s.task.stop and (meets < inf or stops.way_may_be_free(s, config)):
         s = moves.seeking(s, s.task.whole)
     return moves.released(s) if stops.way_may_be_free(s, config) else s
 
@@ -110,7 +113,8 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
             s, attempt = _further(s, attempt, context, w)
             distance = _as_far_as_seen(s, attempt, _free_distance(s, attempt, guess, w), w)
         if distance < inf and not _stands_at_a_wall(s, attempt, guess, distance, w):
-            past = _past(s, context, distance, w)
+            meets = lookout.progress_of_contact(s, _plan_or_guess(attempt, guess), distance, w.config)
+            past = _past(s, context, meets, w)
     if past is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
@@ -215,11 +219,11 @@ def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     return Found(moves.plan_found(s), attempt, context)
 
 
-def _past(s: ControllerState, context: PlanningContext, distance: float, w: Workspace) -> Past:
-    """Ways past what fills the way."""
+def _past(s: ControllerState, context: PlanningContext, meets: float, w: Workspace) -> Past:
+    """Ways past what fills the way, from the progress `meets` on [m]."""
     here = float(context.state[THETA])
     found = detours(w.mpcc.part, here, context.target.stop, s.area.corridor.obstacles, w.config)
-    return Past(detours=found, meets=here + distance)
+    return Past(detours=found, meets=meets)
 
 
 def _from_guess(
@@ -252,7 +256,12 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
 
 def _free_distance(s: ControllerState, attempt: SqpResult, guess: Trajectory, w: Workspace) -> float:
     """Distance to what fills the way of the plan that was sought [m]; inf if nothing does."""
-    return lookout.distance_to_contact(s, attempt.plan if attempt.fits else guess, w.config)
+    return lookout.distance_to_contact(s, _plan_or_guess(attempt, guess), w.config)
+
+
+def _plan_or_guess(attempt: SqpResult, guess: Trajectory) -> Trajectory:
+    """The plan that was sought, or where it is none, the guess that it was sought from."""
+    return attempt.plan if attempt.fits else guess
 
 
 def _stands_at_a_wall(
@@ -261,8 +270,10 @@ def _stands_at_a_wall(
     """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
     if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
         return False
-    plan = attempt.plan if attempt.fits else guess
-    return contact.distance_to_obstacle(plan, s.area.standing, w.config, inf) > distance
+    return (
+        contact.distance_to_obstacle(_plan_or_guess(attempt, guess), s.area.standing, w.config, inf)
+        > distance
+    )
 
 
 def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float, w: Workspace) -> float:

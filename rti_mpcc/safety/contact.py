@@ -22,10 +22,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from geometry import Corridor, HalfPlanes
+from geometry import Corridor, HalfPlanes, PathPart
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import Discs, body_polygons, cover
-from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
@@ -226,6 +226,27 @@ def _between_stages(plan: Trajectory, steps: Array, discs: Discs, wheelbase: flo
     turn = np.abs(states[1:, PHI] - states[:-1, PHI])
     between: Array = 0.5 * (steps + arm * turn) + (4.0 / 27.0 + 0.125) * turning * most
     return between
+
+
+def progress_of_contact(
+    plan: Trajectory, distance: float, part: PathPart, obstacles: Sequence[Obstacle], config: ControllerConfig
+) -> float:
+    """Progress [m] at which a body on the path meets what a plan meets after so far [m].
+
+    Stops are on the path, and a plan may be beside it: on the inside of a bend it is farther along by then.
+    Where the body on the path does not meet it, or later, it is the plan's own progress.
+    """
+    state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
+    begin, end = float(plan.states[0, THETA]), float(state[0, THETA])
+    body = shapely.Polygon(body_polygons(state, config.vehicle)[0])
+    met = [each.shape for each in obstacles if body.intersects(each.shape)]
+    if not met:
+        return end
+    theta = np.arange(begin, end, config.caution.check_spacing)
+    at = part.reference(theta)
+    bodies = shapely.polygons(body_polygons(np.column_stack([at.x, at.y, at.phi]), config.vehicle))
+    meets = shapely.intersects(bodies, shapely.union_all(met))
+    return float(theta[np.argmax(meets)]) if meets.any() else end
 
 
 def length(plan: Trajectory) -> float:

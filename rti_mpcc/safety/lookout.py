@@ -54,6 +54,13 @@ def distance_to_contact(
     return contact.distance_to_contact(plan, corridor, part, config, reach, least=least, begins_free=free)
 
 
+def progress_of_contact(
+    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
+) -> float:
+    """Progress [m] at which a body on the path meets what a plan meets after so far [m]."""
+    return contact.progress_of_contact(plan, distance, s.task.segment.part, s.area.standing, config)
+
+
 def distance_to_moving(
     s: ControllerState, plan: Trajectory, config: ControllerConfig, reach: float = inf, later: float = 0.0
 ) -> float:

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import radians
+from math import cos, radians, sin
 
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
+from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.ocp.targets import goal_on
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.state import Candidate, ControllerState, Past
 from rti_mpcc.planning.workspace import Workspace
+from rti_mpcc.safety.contact import stop_clearance
 from rti_mpcc.scouting import first_plan
 from rti_mpcc.types import Reason, VehicleState
 from tests.rti_mpcc.docking_runs import granting
@@ -98,7 +100,7 @@ def test_on_the_way_to_a_stop_there_is_nothing_else(mpcc: RtiMpcc) -> None:
 
 @pytest.mark.parametrize("x", [12.0, 18.0])
 def test_a_wall_right_here_is_no_less_one_for_an_obstacle_behind_it(x: float) -> None:
-    """Turned to a wall 0.6 m away it has no plan; that is not for the box far along its path to be waited for."""
+    """Turned to a wall 0.6 m away it has no plan, and does not wait for the box far along its path."""
     box = np.array([[x, -4.0], [x + 0.5, -4.0], [x + 0.5, 4.0], [x, 4.0]])
     lane = Corridor.from_offsets(PATH, left=4.0, right=-4.0, obstacles=[box])
     controller = DockingController(PATH, lane, CONFIG)
@@ -106,6 +108,30 @@ def test_a_wall_right_here_is_no_less_one_for_an_obstacle_behind_it(x: float) ->
     assert command.diagnostics.cause is Reason.SEARCHES_PLAN
     assert command.diagnostics.reason.startswith("no plan from here stays clear: contact in 0.")
     assert controller.state.task.stop is None
+
+
+def test_a_stop_before_something_in_a_bend_is_where_the_body_on_the_path_meets_it() -> None:
+    """Wherever the vehicle comes from: the plans that find what fills the way are beside the path, and gain
+    more progress than they drive, or less."""
+    radius, at = 12.0, 18.0
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 1.0 / radius, 25.0)])
+    across = [
+        (r * sin(angle), radius - r * cos(angle))
+        for r, angle in ((6.0, at / radius), (18.0, at / radius), (18.0, 1.55), (6.0, 1.55))
+    ]
+    lane = Corridor.from_offsets(path, left=5.0, right=-5.0, obstacles=[np.array(across)])
+    stops = []
+    for y in (-3.0, 0.0, 3.0):
+        controller = DockingController(path, lane, CONFIG)
+        controller.step(VehicleState(x=0.0, y=y, phi=0.0, v=0.0, delta=0.0), now=0.0)
+        assert controller.state.task.stop is not None
+        stops.append(controller.state.task.stop.at)
+    assert np.ptp(stops) <= CONFIG.caution.check_spacing
+    bodies = [path.parts[0].pose(stop + 0.01 * k) for stop in stops[:1] for k in range(500)]
+    poses = np.array([(pose.x, pose.y, pose.phi) for pose in bodies])
+    free = 0.01 * np.argmax(lane.collides(0, body_polygons(poses, CONFIG.vehicle)))
+    clearance = stop_clearance(CONFIG)
+    assert clearance - CONFIG.caution.check_spacing <= free <= clearance + 0.02
 
 
 def test_with_time_enough_the_first_one_is_driven(mpcc: RtiMpcc) -> None:

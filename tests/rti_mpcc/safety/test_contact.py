@@ -6,6 +6,7 @@ import pytest
 from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Footprint
 from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
+from rti_mpcc.model.layout import THETA
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
@@ -249,6 +250,31 @@ def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
     assert around.corridor.collides(0, body_polygons(into_both.states, CONFIG.vehicle)).all()
     assert contact.distance_to_obstacle(into_both, (), CONFIG, np.inf) == np.inf
     assert contact.distance_to_obstacle(straight_on(2.0, 15.0), around.standing, CONFIG, np.inf) == np.inf
+
+
+def test_what_a_plan_meets_is_met_by_the_body_on_the_path_at_its_own_progress() -> None:
+    """Aside of the path the plan's progress may run ahead of the body on it; what only the plan meets counts
+    from there."""
+    around, front = Surroundings.of(corridor(), PATH, CONFIG), CONFIG.vehicle.front
+    part, met = PATH.parts[0], WALL_AT - front
+
+    def progress(plan: Trajectory, distance: float) -> float:
+        return contact.progress_of_contact(plan, distance, part, around.standing, CONFIG)
+
+    spacing = CONFIG.caution.check_spacing
+    for ahead in (0.0, 3.0):
+        plan = straight_on(2.0, 30.0)
+        plan.states[:, THETA] = plan.states[:, 0] + ahead
+        found = progress(plan, met + 0.01 - 2.0)
+        assert met <= found <= met + spacing
+    behind = straight_on(2.0, 30.0)
+    behind.states[:, THETA] = behind.states[:, 0] - 3.0
+    assert progress(behind, met + 0.01 - 2.0) == pytest.approx(met - 2.99)
+    aside = straight_on(2.0, 30.0, y=4.0 - 0.01)  # it meets nothing there but the boundary
+    aside.states[:, THETA] = aside.states[:, 0]
+    assert progress(aside, 5.0) == pytest.approx(7.0)
+    assert progress(aside, 0.0) == pytest.approx(2.0)
+    assert progress(plan, met + 0.01 - 2.0) == progress(plan, met + 0.2 - 2.0)
 
 
 def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
