@@ -17,7 +17,7 @@ from rti_mpcc.planning import schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.detour import Detour, detours
 from rti_mpcc.planning.search import InitialIterate, SqpResult
-from rti_mpcc.planning.state import Candidate, ControllerState, Past, Phase, SuspendedSearch
+from rti_mpcc.planning.state import Candidate, ControllerState, Obstruction, Phase, SuspendedSearch
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
@@ -38,14 +38,14 @@ class Scouting:
     Attributes:
         s, context: where the search begins; begun: the one of an earlier cycle that it goes on with, or None.
         found: what may be driven if nothing better comes, or None.
-        past: what fills the way of that, and ways past it; None: nothing does.
+        obstruction: what fills the way of that; None: nothing does.
     """
 
     s: ControllerState
     context: PlanningContext
     begun: SuspendedSearch | None
     found: Found | None = None
-    past: Past | None = None
+    obstruction: Obstruction | None = None
 
 
 def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
@@ -105,7 +105,7 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
     context = scouting.context
     s = schedule.scheduled(scouting.s, context, w.config)
     s, attempt, guess = _from_guess(s, context, w)
-    past = None
+    obstruction = None
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
         distance = _free_distance(s, attempt, guess, w)
         if distance < inf and attempt.fits:
@@ -114,11 +114,11 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
             distance = _as_far_as_seen(s, attempt, _free_distance(s, attempt, guess, w), w)
         if distance < inf and not _stands_at_a_wall(s, attempt, guess, distance, w):
             meets = lookout.progress_of_contact(s, _plan_or_guess(attempt, guess), distance, w.config)
-            past = _past(s, context, meets, w)
-    if past is None:
+            obstruction = _obstruction(s, context, meets, w)
+    if obstruction is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
-    return replace(scouting, found=Found(s, attempt, context), past=past)
+    return replace(scouting, found=Found(s, attempt, context), obstruction=obstruction)
 
 
 def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:
@@ -131,29 +131,29 @@ def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:
             scouting = _onward(scouting, w)
         else:
             nothing = SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False)
-            scouting = replace(scouting, found=Found(s, nothing, context), past=begun.past)
-    past, found = scouting.past, scouting.found
-    if past is None or found is None:
+            scouting = replace(scouting, found=Found(s, nothing, context), obstruction=begun.obstruction)
+    obstruction, found = scouting.obstruction, scouting.found
+    if obstruction is None or found is None:
         return scouting
     s, attempt, _ = found
-    for tried, detour in enumerate(past.detours):
+    for tried, detour in enumerate(obstruction.detours):
         after, attempt, _ = _from_guess(s, context, w, detour)
         if attempt.out_of_time:
-            still = replace(past, detours=past.detours[tried:])
+            still = replace(obstruction, detours=obstruction.detours[tried:])
             found = Found(search.sought_past(after, still), attempt, context)
-            return replace(scouting, found=found, past=None)
+            return replace(scouting, found=found, obstruction=None)
         if attempt.fits and lookout.distance_to_contact(after, attempt.plan, w.config) == inf:
-            return replace(scouting, found=Found(moves.plan_found(after), attempt, context), past=None)
+            return replace(scouting, found=Found(moves.plan_found(after), attempt, context), obstruction=None)
         s = s.suspending(None)
     return replace(scouting, found=Found(s, attempt, context))
 
 
 def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
     """A stop before what still fills the way."""
-    past, found = scouting.past, scouting.found
-    if past is None or found is None:
+    obstruction, found = scouting.obstruction, scouting.found
+    if obstruction is None or found is None:
         return scouting
-    left = past.meets - float(scouting.context.state[THETA]) - contact.stop_clearance(w.config)
+    left = obstruction.at - float(scouting.context.state[THETA]) - contact.stop_clearance(w.config)
     s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes)
     context = w.context(s)
     if s.task.phase is Phase.HOLDING:
@@ -219,11 +219,11 @@ def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     return Found(moves.plan_found(s), attempt, context)
 
 
-def _past(s: ControllerState, context: PlanningContext, meets: float, w: Workspace) -> Past:
-    """Ways past what fills the way, from the progress `meets` on [m]."""
+def _obstruction(s: ControllerState, context: PlanningContext, at: float, w: Workspace) -> Obstruction:
+    """What fills the way from the progress `at` on [m], and ways past it."""
     here = float(context.state[THETA])
     found = detours(w.mpcc.part, here, context.target.stop, s.area.corridor.obstacles, w.config)
-    return Past(detours=found, meets=meets)
+    return Obstruction(at=at, detours=found)
 
 
 def _from_guess(
@@ -270,10 +270,8 @@ def _stands_at_a_wall(
     """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
     if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
         return False
-    return (
-        contact.distance_to_obstacle(_plan_or_guess(attempt, guess), s.area.standing, w.config, inf)
-        > distance
-    )
+    plan = _plan_or_guess(attempt, guess)
+    return contact.distance_to_obstacle(plan, s.area.standing, w.config, inf) > distance
 
 
 def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float, w: Workspace) -> float:

@@ -143,15 +143,15 @@ def _paced(distance: float, speed: float, acceleration: float, bounds: Array) ->
     """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3) at the ends of m equal pieces of the
     way, with c = `bounds` (m,) [m/s] in them."""
     piece = distance / len(bounds)
-    up = _driven(speed, bounds.tolist(), piece, acceleration)
-    down = _driven(0.0, bounds[::-1].tolist(), piece, acceleration)[::-1]
+    up = _speeds_along(speed, bounds.tolist(), piece, acceleration)
+    down = _speeds_along(0.0, bounds[::-1].tolist(), piece, acceleration)[::-1]
     # Faster than comfort at its begin, it brakes.
     braked = [sqrt(max(speed**2 - 2.0 * acceleration * k * piece, 0.0)) for k in range(len(up))]
     speeds = np.array([max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)])
     return np.append(0.0, np.cumsum(2.0 * piece / (speeds[1:] + speeds[:-1]))), speeds
 
 
-def _driven(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:
+def _speeds_along(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:
     """Speeds at the ends of pieces of equal length, from `speed` on, by (T3).
 
     With u = sqrt(1 - v / c) the way left to c is 2 c² / a (u - u³ / 3), and u - u³ / 3 = 2/3 sin 3x for

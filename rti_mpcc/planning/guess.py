@@ -77,7 +77,7 @@ def reverse_guess(
     back[:, V] = -d * past / span * 6.0 * (tau - tau**2)
     states = np.concatenate((onward, back))
     states[1:, THETA] = np.minimum(states[1:, THETA], target.stop)
-    return _driven(times, states, config)
+    return _with_controls(times, states, config)
 
 
 def cruise_guess(
@@ -123,10 +123,10 @@ def along_path(
     states = _faded(part, target, state, s, rate, config, detour)
     if led:
         states = np.vstack([lead[:-1], states])
-    return _driven(times, states, config)
+    return _with_controls(times, states, config)
 
 
-def _driven(times: Array, states: Array, config: ControllerConfig) -> Trajectory:
+def _with_controls(times: Array, states: Array, config: ControllerConfig) -> Trajectory:
     """States (N+1, 6) at `times` (N+1,) with the controls that lead from one to the next, within limits."""
     lengths = np.diff(times)
     controls = np.empty((len(lengths), CONTROLS))

@@ -22,7 +22,7 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
 from rti_mpcc.planning.schedule import retreat
-from rti_mpcc.planning.state import ControllerState, Past, SuspendedSearch
+from rti_mpcc.planning.state import ControllerState, Obstruction, SuspendedSearch
 from rti_mpcc.types import Array, Objective, Trajectory
 
 NO_TIME = "the deadline left no time for an iteration"
@@ -241,10 +241,10 @@ def suspended(
     return s.suspending(search)
 
 
-def sought_past(s: ControllerState, past: Past) -> ControllerState:
+def sought_past(s: ControllerState, obstruction: Obstruction) -> ControllerState:
     """A search that ran out of time is for a way past what fills the way."""
     begun = s.plans.suspended
-    return s if begun is None else s.suspending(replace(begun, past=past))
+    return s if begun is None else s.suspending(replace(begun, obstruction=obstruction))
 
 
 def reverse_search(s: ControllerState, *, failed: bool) -> ControllerState:

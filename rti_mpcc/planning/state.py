@@ -80,16 +80,18 @@ class Arrival:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Past:
-    """A search from guesses past what fills the way of the first one.
+class Obstruction:
+    """What fills the way of a first guess.
+
+    Kept as it was found while a way past it is sought: that plan is checked against what is there then.
 
     Attributes:
-        detours: not tried in vain yet, the first one being tried.
-        meets: progress at which that guess meets what fills the way [m].
+        at: progress at which a body on the path meets it [m].
+        detours: ways past it, for guesses, which were not tried in vain yet; the first one is being tried.
     """
 
+    at: float
     detours: tuple[Detour, ...]
-    meets: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +104,7 @@ class SuspendedSearch:
         target: what the plan is to end in; segment: what it is for, or the piece of it.
         arrival: what is planned, or None while contouring; begin: when the plan begins [s].
         reverse_failed: an arrival that backs up was looked for before, in vain.
-        past: the guess that it began from goes past something; None: it does not.
+        obstruction: what the guess that it began from goes past; None: nothing.
     """
 
     solution: Solution | None
@@ -113,7 +115,7 @@ class SuspendedSearch:
     arrival: Arrival | None
     begin: float
     reverse_failed: bool = False
-    past: Past | None = None
+    obstruction: Obstruction | None = None
 
     @property
     def candidates(self) -> tuple[Candidate, ...]:
@@ -126,7 +128,7 @@ class SuspendedSearch:
             return (onward,)
         if self.segment.reverses_into_goal:
             return back, onward, past, stop
-        left = (past, stop) if self.past is not None else (onward, past, stop)
+        left = (past, stop) if self.obstruction is not None else (onward, past, stop)
         return left if self.reverse_failed else (*left, back)
 
 

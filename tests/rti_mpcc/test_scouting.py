@@ -16,7 +16,7 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.ocp.targets import goal_on
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.state import Candidate, ControllerState, Past
+from rti_mpcc.planning.state import Candidate, ControllerState, Obstruction
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety.contact import stop_clearance
 from rti_mpcc.scouting import first_plan
@@ -28,7 +28,7 @@ CONFIG = ControllerConfig()
 ALL = tuple(Candidate)
 ONWARD, PAST, STOP, BACK = ALL
 GOAL = goal_on(PATH.parts[0], Pose2(19.0, 0.3, 0.0))
-SEEN = Past(detours=(), meets=12.0)
+SEEN = Obstruction(at=12.0, detours=())
 
 
 @pytest.fixture(scope="module")
@@ -78,12 +78,12 @@ def test_before_one_that_backs_up_nothing_is_kept(mpcc: RtiMpcc) -> None:
 def test_a_target_that_moves_is_sought_onward_again(mpcc: RtiMpcc) -> None:
     """Not past what filled the way to where it was."""
     moved = replace(GOAL, pose=Pose2(19.0, -0.7, 0.0))
-    begun = begun_for(None, target=moved, past=SEEN)
+    begun = begun_for(None, target=moved, obstruction=SEEN)
     assert begun.candidates == (PAST, STOP, BACK)
     s = state(standing_since=1.0, suspended=begun)
     after = first_plan(s, standing(), workspace(mpcc, 0)).s
     assert after.plans.suspended is not None
-    assert after.plans.suspended.past is None
+    assert after.plans.suspended.obstruction is None
     assert after.plans.suspended.candidates == ALL
     found = first_plan(after, standing(), workspace(mpcc, 10))
     assert not found.attempt.problem
