@@ -295,10 +295,7 @@ def _looking_again(
     waiting = status is Status.GOAL_LOST
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
-    task = s.task
-    if status is Status.BLOCKED and task.stop is None and not task.looks_past:
-        waits = reason is Reason.WAITS_UNTIL_CLEAR
-        return s if waits or not may_look_again(s, config) else moves.looking_again(s)
-    if task.latched or task.looked_at is None:
-        return s
-    return replace(s, task=replace(task, looked_at=None))
+    blocked = status is Status.BLOCKED and s.task.stop is None and not s.task.looks_past
+    if blocked and reason is not Reason.WAITS_UNTIL_CLEAR and may_look_again(s, config):
+        return moves.looking_again(s)
+    return s

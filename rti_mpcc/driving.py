@@ -72,7 +72,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     """Look for a first plan."""
     stands, latched = s.is_stationary, s.task.latched
     if stands and not replan_due(s, context, w.config):
-        return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched or "contact ahead"))
+        return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched))
     s, attempt, context = first_plan(s, context, w)
     if s.task.phase is Phase.HOLDING:
         return _hold(s, context, w)
@@ -181,7 +181,7 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     s, attempt = iterated(s, context, start, w)
     if attempt.problem and not attempt.out_of_time and valid is not None:
         s, clean = iterated(s, context, search.clean(valid, w.config), w)
-        attempt = attempt.then(clean)
+        attempt = attempt.then(replace(clean, retried=True))
     if not attempt.problem:
         return _accept(s, context, w, attempt)
     last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=suspended is not None)

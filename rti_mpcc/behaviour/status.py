@@ -16,7 +16,7 @@ STATUS_OF = {
     Reason.CONTACT_AHEAD: Status.BLOCKED,
     Reason.WAITS_UNTIL_CLEAR: Status.BLOCKED,
     Reason.STANDS_BEFORE_SOMETHING: Status.BLOCKED,
-    Reason.LOOKS_SOON: Status.BLOCKED,
+    Reason.LOOKS_SOON: Status.FAILED,
     Reason.GOAL_UNCERTAIN: Status.GOAL_LOST,
     Reason.LATE: Status.STARTING,
     Reason.SEARCHES_PLAN: Status.STARTING,
@@ -65,7 +65,7 @@ def status_of(verdict: Verdict, task: Task) -> Status:
     status = STATUS_OF.get(verdict.reason)
     if status is None:
         status = Status.FOLLOWING if task.objective.kind is Objective.CONTOURING else Status.ARRIVING
-    if verdict.reason in (Reason.LOOKS_SOON, Reason.SEARCHES_PLAN):
+    if verdict.reason is Reason.SEARCHES_PLAN:
         if task.latched:
             status = Status.FAILED
         elif task.looks_past:

@@ -65,7 +65,7 @@ class SqpResult:
         """Both, one after the other: what counts is the second, unless there was no time for it."""
         if not other.solutions:
             return self
-        return replace(other, solutions=(*self.solutions, *other.solutions), retried=True)
+        return replace(other, solutions=(*self.solutions, *other.solutions))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -330,6 +330,17 @@ def test_a_plan_reaches_its_target_within_the_tolerance(
     assert search.reaches(ending(solution, goal.compose(error)), context) == inside
 
 
+def test_only_what_began_from_a_clean_start_was_retried(solution: Solution) -> None:
+    """Not what a first plan was iterated further by."""
+    once = ending(solution, contexts().target.pose, problem="why")
+    clean = replace(once, retried=True, problem="")
+    assert [once.then(more).retried for more in (once, clean, replace(clean, solutions=()))] == [
+        False,
+        True,
+        False,
+    ]
+
+
 def test_a_plan_not_to_be_driven_or_squeezed_reaches_nothing(solution: Solution) -> None:
     goal = contexts().target.pose
     assert search.reaches(ending(solution, goal), contexts())
