@@ -100,9 +100,10 @@ def released(s: ControllerState) -> ControllerState:
 
 
 def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
-    """Another planned goal: what is known of the last one, or stands before it, is no longer meant."""
-    if s.task.stop is not None:
-        s = transition_on(s, Event.GOAL_CHANGED)
+    """The planned goal is that of another dock: what is known of the last one is no longer meant.
+
+    Searches and stops are for a target: whoever goes on with them sees that it is elsewhere.
+    """
     known = replace(
         s.goal,
         planned=goal,
@@ -112,7 +113,13 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
         estimate_fit=None,
         followed=None,
     )
-    return replace(s.suspending(None), goal=known, task=replace(s.task.without_stop(), pulled_out=0))
+    return replace(s, goal=known, task=replace(s.task, restarts=0, pulled_out=0))
+
+
+def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:
+    """The planned goal of the same dock is known better; what was detected counts on."""
+    pose = goal if s.goal.followed is None else s.goal.pose
+    return replace(s, goal=replace(s.goal, planned=goal, pose=pose))
 
 
 def next_segment(s: ControllerState) -> ControllerState:

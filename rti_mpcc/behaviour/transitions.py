@@ -41,7 +41,6 @@ class Event(Enum):
     OVERLAP = "the body overlaps something"
     PLAN_LOST = "there is no plan that may be driven: it brakes"
     GOAL_LOST = "it stands before a goal that is not known well enough"
-    GOAL_CHANGED = "another goal is given, and the stop made for is not meant any more"
     FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
     SEGMENT_ENDED = "it stands at a cusp, a staging pose, or the end of a way back"
     PULLS_OUT = "it has to pull out, to come again"
@@ -112,7 +111,6 @@ TRANSITIONS = (
     Transition((*PLANNING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
     Transition((STALLED,), Event.PULLS_OUT, STARTING),
     Transition(ANY, Event.OVERLAP, STARTING),
-    Transition(ANY, Event.GOAL_CHANGED, STARTING),
     Transition(ANY, Event.SEGMENT_ENDED, STARTING),
     Transition(ANY, Event.MISTAKE, STARTING),
 )

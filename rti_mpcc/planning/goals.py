@@ -67,6 +67,14 @@ def checked(
     return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=beside)
 
 
+def same_dock(known: Pose2 | None, goal: Pose2, config: ControllerConfig) -> bool:
+    """Whether a planned goal is that of the dock known, given a little differently: within the tolerance."""
+    if known is None:
+        return False
+    error, (along, across, heading) = goal.relative_to(known), config.goal_tolerance
+    return abs(error.x) <= along and abs(error.y) <= across and abs(error.phi) <= heading
+
+
 def checked_again(
     last: GoalFit | None,
     goal: Pose2,

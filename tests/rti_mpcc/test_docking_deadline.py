@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from geometry import Pose2
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.safety import lookout
@@ -50,6 +51,22 @@ def at(time: float, clock: Callable[[], CycleClock]) -> Callable[[float], CycleC
 
 def cycle(run: Run, time: float) -> Command:
     return run[round(time / CYCLE)][1]
+
+
+@pytest.mark.parametrize("jitter", [1e-9, 0.02])
+def test_a_goal_that_jitters_does_not_begin_the_search_anew_in_each_cycle(jitter: float) -> None:
+    """Time is for one iteration a cycle: a first plan takes three of them."""
+    scenario = short()
+    goal, noise = scenario.goal_pose(scenario.build_path()), np.random.default_rng(1)
+
+    def goal_at(now: float) -> Pose2:
+        x, y = jitter * noise.standard_normal(2)
+        return Pose2(goal.x + x, goal.y + y, goal.phi)
+
+    controller = Clocked(docking_controller(scenario), lambda now: granting(1))
+    run = list(drive(scenario, 1.0, goal_at=goal_at, controller=controller))
+    assert run[-1][1].source is Source.SOLUTION
+    assert run[-1][0].v != 0.0
 
 
 # -- late plans ------------------------------------------------------------------------------------------

@@ -210,7 +210,8 @@ def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop() -> None:
 
 
 def test_another_goal_is_another_docking() -> None:
-    assert moves.with_goal(stalled(pulled_out=2), Pose2(1.0, 0.0, 0.0)).task.pulled_out == 0
+    task = moves.with_goal(stalled(pulled_out=2, restarts=3), Pose2(1.0, 0.0, 0.0)).task
+    assert (task.pulled_out, task.restarts) == (0, 0)
 
 
 def test_another_goal_is_known_by_nothing_of_the_last_one() -> None:
@@ -219,17 +220,17 @@ def test_another_goal_is_known_by_nothing_of_the_last_one() -> None:
     known = {"planned": old, "pose": old, "followed": old, "estimate": estimate, "estimated_at": 9.0}
     before = arriving(**known, refusal="why", waiting=True, suspended=begun_for(None))
     after = moves.with_goal(before, new)
-    forgotten = {"estimate": None, "estimated_at": None, "followed": None, "suspended": None}
+    forgotten = {"estimate": None, "estimated_at": None, "followed": None}
     assert after == put(before, planned=new, pose=new, **forgotten)
 
 
-@pytest.mark.parametrize("phase", list(Phase))
-def test_a_stop_is_not_meant_any_more_for_another_goal(phase: Phase) -> None:
-    s = moves.with_goal(planned(phase=phase, stop=stop_at(12.0)), None)
-    assert begins_afresh(s)
-    assert s.task.stop is None
-    free = moves.with_goal(planned(phase=phase), None)
-    assert (free.task.phase, free.plans.driven is None) == (phase, False)
+def test_a_dock_known_a_little_better_stays_the_same_dock() -> None:
+    old, new, seen = Pose2(1.0, 2.0, 0.3), Pose2(1.001, 2.0, 0.3), Pose2(1.1, 2.1, 0.3)
+    known = {"estimate": GoalEstimate(status=GoalStatus.SEARCHING), "estimated_at": 9.0}
+    before = arriving(planned=old, pose=old, suspended=begun_for(None), restarts=2, pulled_out=1, **known)
+    assert moves.with_goal_corrected(before, new) == put(before, planned=new, pose=new)
+    followed = put(before, followed=seen, pose=seen)
+    assert moves.with_goal_corrected(followed, new) == put(followed, planned=new)
 
 
 def test_the_next_segment_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:
@@ -286,7 +287,7 @@ def test_what_comes_again_to_a_segment_that_only_seeks_the_pose_does_so_again() 
 
 
 def test_what_begins_afresh_does_not_back_up() -> None:
-    here, goal = contexts(), Pose2(1.0, 0.0, 0.0)
+    here = contexts()
     for s in (
         moves.plan_lost(backing(), "why"),
         moves.overlapping(backing()),
@@ -299,7 +300,6 @@ def test_what_begins_afresh_does_not_back_up() -> None:
         moves.stop_before(backing(), here, CONFIG, 0.1, 7),
         moves.seeking(backing(), SEGMENTS[0]),
         moves.released(backing(phase=Phase.STARTING)),
-        moves.with_goal(backing(stop=stop_at(3.0)), goal),
         moves.next_segment(backing(segments=(BACK, *SEGMENTS))),
         moves.pulling_out(backing(phase=Phase.STALLED), contexts.standing(18.0), BACK),
         moves.coming_again(backing(segments=(BACK, *SEGMENTS)), contexts.standing(18.0)),

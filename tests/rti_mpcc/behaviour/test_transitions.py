@@ -397,7 +397,7 @@ def test_whoever_holds_is_inside(phase: Phase, row: Transition) -> None:
 @pytest.mark.parametrize("phase", [Phase.HOLDING, Phase.STALLED], ids=names)
 def test_a_vehicle_that_begins_again_from_its_target_is_taken_to_stand_from_now(phase: Phase) -> None:
     s = planned(phase, standing_since=2.0)
-    for event in (Event.OVERLAP, Event.GOAL_CHANGED, Event.MISTAKE, Event.SEGMENT_ENDED):
+    for event in (Event.OVERLAP, Event.MISTAKE, Event.SEGMENT_ENDED):
         assert transition_on(s, event).vehicle.standing_since == s.now
         assert transition_on(put(s, standing_since=None), event).vehicle.standing_since is None
 
