@@ -64,7 +64,7 @@ class Room:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
 
-    def bounds(self, theta: Array, elapsed: Array, speed: float, config: ControllerConfig) -> Array:
+    def bounds(self, theta: Array, elapsed: Array | float, speed: float, config: ControllerConfig) -> Array:
         """Highest speeds (m,) [m/s] that the QP allows at `theta` (m,) [m], so long after being at `speed`
         [m/s]: who is faster brakes in comfort."""
         return np.maximum(self.speed_at(theta), speed - config.comfort_acceleration * elapsed)

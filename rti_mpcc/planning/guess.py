@@ -15,6 +15,7 @@ from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig, Guesses
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
+from rti_mpcc.ocp.room import Room
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.arrival import cubic_motion, paced_motion
 from rti_mpcc.planning.detour import Detour
@@ -85,19 +86,36 @@ def cruise_guess(
     target: Target,
     state: Array,
     times: Array,
+    pace: Pace,
     config: ControllerConfig,
     detour: Detour | None = None,
 ) -> Trajectory:
-    """Speed changing at the comfort acceleration to the cruise speed, until the target's progress."""
+    """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""
     now = max(part.direction * float(state[V]), 0.0)
     elapsed = times - times[0]
     most = config.comfort_acceleration * elapsed
     change = np.clip(config.cruise_speed - now, -most, most)
     rate = np.minimum(now + change, _let_in(now, elapsed, config))
-    s = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times)))
-    left = max(target.theta - float(state[THETA]), 0.0)
+    s, theta = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))), float(state[THETA])
+    if pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, now, config)).any():
+        s, rate = _slowed(rate, theta, elapsed, now, pace.room, config)
+    left = max(target.theta - theta, 0.0)
     rate = np.where(s < left, rate, 0.0)
     return along_path(part, target, state, times, np.minimum(s, left), rate, config, detour)
+
+
+def _slowed(
+    rate: Array, theta: float, elapsed: Array, speed: float, room: Room, config: ControllerConfig
+) -> tuple[Array, Array]:
+    """The way (N+1,) [m] from `theta` on and the speeds (N+1,) [m/s] that (P2) leaves of `rate`, and comfort
+    behind what was narrow."""
+    s, rate = np.zeros_like(rate), rate.copy()
+    for k, seconds in enumerate(np.diff(elapsed)):
+        stage = theta + s[k] + np.array([0.0, rate[k] * seconds])
+        highest = room.bounds(stage, elapsed[k + 1], speed, config).min()
+        rate[k + 1] = min(rate[k + 1], rate[k] + config.comfort_acceleration * seconds, highest)
+        s[k + 1] = s[k] + 0.5 * (rate[k] + rate[k + 1]) * seconds
+    return s, rate
 
 
 def along_path(

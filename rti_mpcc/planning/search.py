@@ -264,7 +264,7 @@ def first_guess(
     horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
     times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages, config.fine_stage))
     if s.task.objective.kind is Objective.CONTOURING:
-        return cruise_guess(part, target, context.state, times, config, detour)
+        return cruise_guess(part, target, context.state, times, context.pace, config, detour)
     beyond = s.task.segment.beyond
     if beyond is not None:
         return reverse_guess(

@@ -57,7 +57,7 @@ def cruise(mpcc: RtiMpcc, state: Array, iterations: int = 8, **options: Any) -> 
     times = stage_times(
         0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
     )
-    guess = cruise_guess(mpcc.part, mpcc.target, state, times, config)
+    guess = cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, config), config)
     return repeat(mpcc, state, guess, iterations, **options)
 
 
@@ -225,7 +225,8 @@ def test_a_measured_state_outside_the_limits_is_admitted_and_returns() -> None:
     times = stage_times(
         0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
     )
-    mpcc.prepare(0.0, plan=cruise_guess(mpcc.part, mpcc.target, guess_from, times, config))
+    pace = pace_of(mpcc.part, config)
+    mpcc.prepare(0.0, plan=cruise_guess(mpcc.part, mpcc.target, guess_from, times, pace, config))
     solution = mpcc.feedback(at(mpcc, 5.0, v=2.3, delta=-0.43), 0.0)
     assert solution.solved
     states = solution.trajectory.states
@@ -288,7 +289,7 @@ def test_a_qp_that_is_not_solved_leaves_the_plan_that_was_linearised_about() -> 
     times = stage_times(
         0.0, stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
     )
-    guess = cruise_guess(mpcc.part, mpcc.target, state, times, config)
+    guess = cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, config), config)
     linear = mpcc.prepare(0.0, plan=guess)
     solution = mpcc.feedback(state, 0.0)
     assert not solution.solved

@@ -55,7 +55,7 @@ def arrival(
 
 def cruise(mpcc: RtiMpcc, state: Array) -> Trajectory:
     times = stage_times(5.0, stage_lengths(10.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
-    return cruise_guess(mpcc.part, mpcc.target, state, times, CONFIG)
+    return cruise_guess(mpcc.part, mpcc.target, state, times, pace_of(mpcc.part, CONFIG), CONFIG)
 
 
 @pytest.mark.parametrize("speed", [0.0, 1.0])
@@ -129,6 +129,24 @@ def test_an_arrival_is_begun_no_faster_than_the_qp_allows(direction: int, speed:
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, pace, CONFIG)
     assert (progress_rate(guess) <= NARROW.speed_at(guess.states[1:, THETA]) + 0.05).all()
     assert guess.states[-1, THETA] == pytest.approx(min(mpcc.target.theta, mpcc.target.stop), abs=0.05)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.8, 1.8])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_cruise_is_begun_no_faster_than_the_qp_allows(direction: int, speed: float) -> None:
+    """And is the same as without anything narrow where it comes to nothing that is."""
+    mpcc = core(direction)
+    state, part = on_path(mpcc, speed), mpcc.part
+    times = stage_times(5.0, stage_lengths(20.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
+    free, narrow = (
+        cruise_guess(part, mpcc.target, state, times, pace_of(part, CONFIG, room), CONFIG)
+        for room in (None, NARROW)
+    )
+    highest = NARROW.bounds(narrow.states[:, THETA], times - times[0], speed, CONFIG)
+    assert (progress_rate(narrow) <= np.maximum(highest[1:], highest[:-1])).all()
+    assert (progress_rate(free) > NARROW.speed_at(free.states[1:, THETA]) + 0.3).any()
+    before = free.states[:, THETA] < 3.0
+    np.testing.assert_allclose(narrow.states[before], free.states[before], atol=1e-9)
 
 
 def test_comfort_alone_leaves_the_guess_the_cubic_that_begins_without_a_step() -> None:
