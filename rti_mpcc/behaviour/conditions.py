@@ -6,6 +6,7 @@ from math import hypot
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.obstacles import changed
 from rti_mpcc.planning.recovery import Recovery, next_recovery
 from rti_mpcc.planning.state import ControllerState, Phase
 
@@ -39,10 +40,18 @@ def came_to_rest(s: ControllerState, context: PlanningContext, config: Controlle
 
 def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """The target has moved, however slowly, from where it was when the vehicle stalled."""
-    stalled_at = s.task.stalled_at
-    return stalled_at is None or not context.inside(
-        context.target.pose.relative_to(stalled_at.pose), config.behaviour.settle_share
+    stall = s.task.stall
+    return stall is None or not context.inside(
+        context.target.pose.relative_to(stall.target.pose), config.behaviour.settle_share
     )
+
+
+def obstacles_changed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """What stands around it has changed since it stalled, and it has stood there for a while."""
+    stall = s.task.stall
+    if stall is None or not s.vehicle.is_stationary(context.now, config.retries.give_up_time):
+        return False
+    return changed(stall.obstacles, s.area.standing, config.caution.moved)
 
 
 def stop_ends_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

@@ -14,7 +14,7 @@ from enum import Enum
 from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Task
+from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Stall, Task
 
 
 class Event(Enum):
@@ -31,6 +31,7 @@ class Event(Enum):
     NO_TRIES_LEFT = "it gets no nearer, and has tried often enough"
     NO_PROGRESS = "it gets no nearer"
     TARGET_MOVED = "the target is elsewhere"
+    OBSTACLES_CHANGED = "what stands around it has changed, and it has stood for a while"
     CRUISE_FOUND = "a plan along the path was found"
     ARRIVAL_FOUND = "a plan that arrives was found"
     ANOTHER_SOUGHT = "a plan to another end is looked for, as a trial"
@@ -48,23 +49,23 @@ class Event(Enum):
 
 
 Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
-Effect = Callable[[Task, PlanningContext], Task]
+Effect = Callable[[ControllerState, PlanningContext], Task]
 
 
-def _tries_again(task: Task, context: PlanningContext) -> Task:
-    return replace(task, restarts=task.restarts + 1)
+def _tries_again(s: ControllerState, context: PlanningContext) -> Task:
+    return replace(s.task, restarts=s.task.restarts + 1)
 
 
-def _succeeds(task: Task, context: PlanningContext) -> Task:
-    return replace(task, restarts=0)
+def _succeeds(s: ControllerState, context: PlanningContext) -> Task:
+    return replace(s.task, restarts=0)
 
 
-def _remembers_where(task: Task, context: PlanningContext) -> Task:
-    return replace(task, stalled_at=context.target)
+def _remembers_why(s: ControllerState, context: PlanningContext) -> Task:
+    return replace(s.task, stall=Stall(target=context.target, obstacles=s.area.standing))
 
 
-def _begins_anew(task: Task, context: PlanningContext) -> Task:
-    return replace(task, restarts=0, pulled_out=0)
+def _begins_anew(s: ControllerState, context: PlanningContext) -> Task:
+    return replace(s.task, restarts=0, pulled_out=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,13 +92,14 @@ TRANSITIONS = (
     # Looked for in every cycle: of the rows of a phase the first one that holds.
     Transition(DRIVING, Event.STOP_ENDS_INSIDE, SETTLING, conditions.stop_ends_inside),
     Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside, _succeeds),
-    Transition(DRIVING, Event.NO_TRIES_LEFT, STALLED, conditions.no_tries_left, _remembers_where),
+    Transition(DRIVING, Event.NO_TRIES_LEFT, STALLED, conditions.no_tries_left, _remembers_why),
     Transition(DRIVING, Event.NO_PROGRESS, STARTING, conditions.no_progress, _tries_again),
     Transition((STARTING,), Event.INSIDE, HOLDING, conditions.stands_inside),
     Transition((SETTLING,), Event.MISSES, STARTING, conditions.will_stop_outside),
     Transition((SETTLING, HOLDING), Event.OUTSIDE, STARTING, conditions.stands_outside),
     Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest, _succeeds),
     Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved, _begins_anew),
+    Transition((STALLED,), Event.OBSTACLES_CHANGED, STARTING, conditions.obstacles_changed, _begins_anew),
     # Reported by the code that finds it.
     Transition(PLANNING, Event.CRUISE_FOUND, CONTOURING),
     Transition(PLANNING, Event.ARRIVAL_FOUND, ARRIVING),
@@ -128,7 +130,7 @@ def transition_by_condition(
     for row in _LOOKED_FOR[s.task.phase]:
         if row.when is not None and row.when(s, context, config):
             s = _entering(s, row.to)
-            return s if row.effect is None else replace(s, task=row.effect(s.task, context))
+            return s if row.effect is None else replace(s, task=row.effect(s, context))
     return s
 
 

@@ -125,6 +125,15 @@ def observed(
     return tuple(found)
 
 
+def changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
+    """Whether one has come, has gone, or is elsewhere by more than `least` [m]."""
+    if not (before and now):
+        return len(before) != len(now)
+    one, other = (np.array([each.seen[-1][1:] for each in known]) for known in (before, now))
+    apart = np.hypot(*(one[:, None] - other).transpose(2, 0, 1))
+    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) > least)
+
+
 def _nearest(
     obstacle: Obstacle, known: Sequence[Obstacle], seconds: float, tracking: ObstacleTracking
 ) -> Obstacle | None:

@@ -21,7 +21,7 @@ class Recovery(Enum):
         "pull out by the next of `Retries.pull_out`, in lengths of its body, and come again, with as many "
         "tries as before"
     )
-    STAY = "stay until the target moves"
+    STAY = "stay until the target moves, or the obstacles change"
 
 
 def next_recovery(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Recovery:

@@ -19,6 +19,7 @@ from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.goals import GoalFit
+from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
@@ -77,6 +78,18 @@ class Arrival:
     at: float
     timed_for: Pose2
     overdue_since: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stall:
+    """What a vehicle stood before when it had no tries left.
+
+    Attributes:
+        target: what it was to end in; obstacles: those that stood around it.
+    """
+
+    target: Target
+    obstacles: tuple[Obstacle, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,7 +238,7 @@ class Task:
         looked_at: when a vehicle that stands without a plan last looked for one [s], or None.
         restarts: how often the segment was begun again after a stop outside the tolerance.
         pulled_out: how often the vehicle has pulled out to come again.
-        stalled_at: the target that it stalled before, or None.
+        stall: what it stalled before last, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven, or the last halt was over [s].
     """
@@ -241,7 +254,7 @@ class Task:
     looked_at: float | None = None
     restarts: int = 0
     pulled_out: int = 0
-    stalled_at: Target | None = None
+    stall: Stall | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
 

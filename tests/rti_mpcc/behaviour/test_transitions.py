@@ -23,8 +23,12 @@ from rti_mpcc.behaviour.transitions import (
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import rescheduled
-from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans
+from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Stall
+from rti_mpcc.planning.surroundings import Surroundings
+from tests.rti_mpcc.encounters import square
 from tests.rti_mpcc.states import (
+    AREA,
+    NOW,
     arrival_at,
     arriving,
     begun_for,
@@ -44,6 +48,7 @@ NEAR = Pose2(0.01, -0.01, 0.01)
 """Inside half the tolerance."""
 LONG = BEHAVIOUR.standstill_time + 1.0
 """A vehicle that stands so long gets no nearer [s]."""
+STALL = Stall(target=target_at(20.0), obstacles=())
 
 
 # -- a plan under way ------------------------------------------------------------------------------------
@@ -213,7 +218,7 @@ def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is() -> No
 
 
 def test_a_stalled_vehicle_waits_for_another_target() -> None:
-    s = arriving(phase=Phase.STALLED, restarts=2, pulled_out=1, stalled_at=target_at(20.0))
+    s = arriving(phase=Phase.STALLED, restarts=2, pulled_out=1, stall=STALL)
     assert decided(s, contexts.standing(19.8), CONFIG).task.phase is Phase.STALLED
     after = decided(s, contexts.standing(19.8, target=target_at(20.5)), CONFIG)
     assert after.task.phase is Phase.STARTING
@@ -225,13 +230,27 @@ def test_a_stalled_vehicle_is_not_woken_by_noise_but_by_a_target_that_creeps_awa
     overdue = arrival_at(11.0, overdue_since=9.0)
     s = arriving(arrival=overdue, standing_since=5.0, restarts=CONFIG.retries.restarts)
     s = decided(s, contexts.standing(19.8), CONFIG)
-    assert (s.task.phase, s.task.stalled_at) == (Phase.STALLED, target_at(20.0))
+    assert (s.task.phase, s.task.stall) == (Phase.STALLED, STALL)
     for moves in range(1, 3):
         creeping = target_at(20.0 + 0.01 * moves)
         s = decided(put(s, target=creeping), contexts.standing(19.8, target=creeping), CONFIG)
         assert s.task.phase is Phase.STALLED
     s = decided(s, contexts.standing(19.8, target=target_at(20.03)), CONFIG)
     assert s.task.phase is Phase.STARTING
+
+
+def test_a_stalled_vehicle_tries_again_when_what_stands_around_it_has_changed() -> None:
+    """Not by what perception says a little differently, nor at once."""
+    patience, beside = CONFIG.retries.give_up_time, contexts.standing(19.8)
+    known = Stall(target=target_at(20.0), obstacles=with_box(22.0).standing)
+    s = arriving(phase=Phase.STALLED, restarts=3, pulled_out=2, stall=known, standing_since=10.0 - patience)
+    for there in (22.0, 22.03):
+        assert decided(put(s, area=with_box(there)), beside, CONFIG).task.phase is Phase.STALLED
+    for gone in (AREA, with_box(22.1)):
+        after = decided(put(s, area=gone), beside, CONFIG)
+        assert (after.task.phase, after.task.restarts, after.task.pulled_out) == (Phase.STARTING, 0, 0)
+        soon = put(s, area=gone, standing_since=10.1 - patience)
+        assert decided(soon, beside, CONFIG).task.phase is Phase.STALLED
 
 
 def test_deciding_changes_nothing_but_what_it_returns() -> None:
@@ -251,6 +270,11 @@ TOLD = [(phase, row) for row in TRANSITIONS if not row.when for phase in row.sou
 
 def names(given: Phase | Transition) -> str:
     return given.name if isinstance(given, Phase) else given.event.name
+
+
+def with_box(x: float) -> Surroundings:
+    """What is around the vehicle where a box stands at that x [m]."""
+    return AREA.updated([square(x, 3.0, 0.5)], NOW, CONFIG)
 
 
 def planned(phase: Phase, **values: Any) -> ControllerState:
@@ -290,7 +314,10 @@ def witness(phase: Phase, event: Event) -> tuple[ControllerState, PlanningContex
             return standing, contexts.standing(19.96)
         case Event.TARGET_MOVED:
             moved = contexts.standing(19.8, target=target_at(20.5))
-            return put(standing, stalled_at=target_at(20.0)), moved
+            return put(standing, stall=STALL), moved
+        case Event.OBSTACLES_CHANGED:
+            stood = 10.0 - CONFIG.retries.give_up_time
+            return put(standing, stall=STALL, standing_since=stood, area=with_box(22.0)), beside
     raise AssertionError(f"{event} needs a witness here: where it is found")
 
 
@@ -314,26 +341,27 @@ def test_every_row_that_is_looked_for_is_found_and_leads_to_its_phase(phase: Pha
 
 
 @pytest.mark.parametrize(
-    ("event", "restarts", "pulled_out", "stalled_at"),
+    ("event", "restarts", "pulled_out", "stall"),
     [
         (Event.STOP_ENDS_INSIDE, 1, 1, None),
         (Event.STUCK_INSIDE, 0, 1, None),
-        (Event.NO_TRIES_LEFT, 3, 1, target_at(20.0)),
+        (Event.NO_TRIES_LEFT, 3, 1, STALL),
         (Event.NO_PROGRESS, 2, 1, None),
         (Event.INSIDE, 1, 1, None),
         (Event.MISSES, 1, 1, None),
         (Event.OUTSIDE, 1, 1, None),
         (Event.AT_REST, 0, 1, None),
-        (Event.TARGET_MOVED, 0, 0, target_at(20.0)),
+        (Event.TARGET_MOVED, 0, 0, STALL),
+        (Event.OBSTACLES_CHANGED, 0, 0, STALL),
     ],
     ids=lambda given: given.name if isinstance(given, Event) else "",
 )
 def test_what_a_row_changes_beside_the_phase(
-    event: Event, restarts: int, pulled_out: int, stalled_at: Any
+    event: Event, restarts: int, pulled_out: int, stall: Stall | None
 ) -> None:
     for phase in next(row for row in TRANSITIONS if row.event is event).sources:
         task = transition_by_condition(*witness(phase, event), CONFIG).task
-        assert (task.restarts, task.pulled_out, task.stalled_at) == (restarts, pulled_out, stalled_at)
+        assert (task.restarts, task.pulled_out, task.stall) == (restarts, pulled_out, stall)
 
 
 @pytest.mark.parametrize(("phase", "row"), TOLD, ids=names)

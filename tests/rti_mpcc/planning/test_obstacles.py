@@ -10,7 +10,7 @@ import shapely
 
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.obstacles import Obstacle, observed
+from rti_mpcc.planning.obstacles import Obstacle, changed, first_seen, observed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.validation import surroundings_in
 from rti_mpcc.types import Array
@@ -122,3 +122,14 @@ def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:
     assert again.changes == changes
     assert again.corridor is around.corridor
     assert surroundings_in(around, None, 0.6, CONFIG) is around
+
+
+def test_obstacles_have_changed_where_one_has_come_gone_or_moved() -> None:
+    boxes = [first_seen(k, square(10.0 * k, 0.0, 1.0), 0.0) for k in range(3)]
+    moved = [first_seen(0, square(0.2, 0.0, 1.0), 0.0), *boxes[1:]]
+    assert not changed((), (), 0.1)
+    assert not changed(boxes, boxes[::-1], 0.1)
+    assert not changed(boxes, moved, 0.25)
+    for others in ((), boxes[1:], [*boxes, first_seen(3, square(5.0, 5.0, 1.0), 0.0)], moved):
+        assert changed(boxes, others, 0.1)
+        assert changed(others, boxes, 0.1)
