@@ -63,7 +63,7 @@ def empty_values(pattern: QpPattern) -> QpValues:
     values.cost[pattern.cost.groups["slacks"]] = pattern.settings.change_weight
     values.lower[pattern.slack_rows] = 0.0
     fill_initial(values, pattern, np.zeros(STATES))
-    _loosen(values, pattern)
+    _loosen(values, pattern, 0)
     return values
 
 
@@ -174,36 +174,37 @@ def fill_corridor(
     Args:
         rows_scaled: as in `fill_bounds`.
     """
-    lower = block(values.lower, pattern.corridor_rows)
-    if rows is None or rows.lower.shape[2] < lower.shape[2]:
-        _loosen(values, pattern)
+    acting = 0 if rows is None else rows.lower.shape[2]
+    if acting < pattern.corridor_rows.shape[2]:
+        _loosen(values, pattern, acting)
     if rows is None:
         return
     row_scaling = _row_scaling(-rows.lower, rows_scaled, pattern.settings)
-    _write_half_planes(values, pattern, rows, row_scaling)
+    _write_half_planes(values, pattern, rows, row_scaling, slice(acting))
 
 
-def _loosen(values: QpValues, pattern: QpPattern) -> None:
-    """No half-plane acts: no slopes, but still a relief, which keeps the pattern."""
-    lower = block(values.lower, pattern.corridor_rows)
-    row_scaling = float(_row_scaling(np.array(-LOOSE), rows_scaled=True, settings=pattern.settings))
-    if (lower == LOOSE / row_scaling).all():
-        return
-    rows = CorridorRows(np.zeros((*lower.shape, 3)), np.full(lower.shape, LOOSE))
-    _write_half_planes(values, pattern, rows, np.full(lower.shape, row_scaling))
+def _loosen(values: QpValues, pattern: QpPattern, acting: int) -> None:
+    """Of the sides behind the first `acting` ones no half-plane acts: no slopes, but still a relief, which
+    keeps the pattern."""
+    sides = slice(acting, None)
+    shape = pattern.corridor_rows[:, :, sides].shape
+    rows = CorridorRows(np.zeros((*shape, 3)), np.full(shape, LOOSE))
+    row_scaling = _row_scaling(-rows.lower, rows_scaled=True, settings=pattern.settings)
+    _write_half_planes(values, pattern, rows, row_scaling, sides)
 
 
-def _write_half_planes(values: QpValues, pattern: QpPattern, rows: CorridorRows, row_scaling: Array) -> None:
-    """Rows and slack of the sides that there are, each counting `row_scaling` times less."""
-    sides = rows.lower.shape[2]
+def _write_half_planes(
+    values: QpValues, pattern: QpPattern, rows: CorridorRows, row_scaling: Array, sides: slice
+) -> None:
+    """Rows and slack of these sides, each counting `row_scaling` times less."""
     by = np.empty((*rows.lower.shape, 4))
     np.divide(rows.slopes, row_scaling[..., None], out=by[..., :3])
     np.divide(1.0, row_scaling, out=by[..., 3])
     slots = pattern.constraints
-    groups, scales = slots.groups["half-planes"][:, :, :sides], slots.scales["half-planes"][:, :, :sides]
+    groups, scales = slots.groups["half-planes"][:, :, sides], slots.scales["half-planes"][:, :, sides]
     values.constraints[groups] = by * scales
-    block(values.row_scaling, pattern.corridor_rows)[:, :, :sides] = row_scaling
-    block(values.lower, pattern.corridor_rows)[:, :, :sides] = rows.lower / row_scaling
+    block(values.row_scaling, pattern.corridor_rows)[:, :, sides] = row_scaling
+    block(values.lower, pattern.corridor_rows)[:, :, sides] = rows.lower / row_scaling
 
 
 def _row_scaling(distance: Array, rows_scaled: bool, settings: SolverSettings) -> Array:

@@ -247,13 +247,22 @@ def test_every_row_and_column_has_one_place(pattern: QpPattern) -> None:
         np.testing.assert_array_equal(np.sort(np.concatenate([b.ravel() for b in blocks])), np.arange(size))
 
 
-def test_without_half_planes_their_rows_are_loose_and_slopeless() -> None:
-    pattern, parts = build_pattern(N, DISCS, SIDES, SETTINGS), drawn()
-    values = empty_values(pattern)
-    fill_corridor(values, pattern, parts.rows)
-    fill_corridor(values, pattern, None)
-    lower = (values.lower * values.row_scaling)[pattern.corridor_rows]
-    np.testing.assert_allclose(lower, LOOSE)
-    rows = pattern.constraints.matrix(values.constraints).toarray()[pattern.corridor_rows.ravel()]
-    rows[:, pattern.slack_columns] = 0.0
-    assert not rows.any()
+@pytest.mark.parametrize("left", range(SIDES))
+@pytest.mark.parametrize("lower", [-0.5, -7.0])
+def test_sides_without_half_planes_are_loose_and_slopeless(lower: float, left: int) -> None:
+    """Also behind rows so far off that their scaled bounds are those of loose ones."""
+    pattern, drawn_rows = build_pattern(N, DISCS, SIDES, SETTINGS), drawn().rows
+    assert drawn_rows is not None
+    before = drawn_rows._replace(lower=np.full_like(drawn_rows.lower, lower))
+    after = before._replace(slopes=before.slopes[:, :, :left], lower=before.lower[:, :, :left])
+    values, fresh = empty_values(pattern), empty_values(pattern)
+    fill_corridor(values, pattern, before)
+    fill_corridor(values, pattern, after if left else None)
+    fill_corridor(fresh, pattern, after if left else None)
+    for name in ("constraints", "lower", "row_scaling"):
+        np.testing.assert_array_equal(getattr(values, name), getattr(fresh, name))
+    rows = pattern.corridor_rows[:, :, left:]
+    np.testing.assert_allclose((values.lower * values.row_scaling)[rows], LOOSE)
+    slopes = pattern.constraints.matrix(values.constraints).toarray()[rows.ravel()]
+    slopes[:, pattern.slack_columns] = 0.0
+    assert not slopes.any()
