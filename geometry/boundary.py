@@ -19,15 +19,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Array, Complex, Index, Mask
 from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, chain, juts_out, ring
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 STRIDE = 4  # samples between coarse ones
 _GROUP = 16  # coarse samples in a group

@@ -8,14 +8,12 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from geometry.arrays import Array, Mask
 from geometry.boundary import Boundary
 from geometry.errors import InputError
 from geometry.nearest import is_allowed, nearest
 from geometry.sampling import as_complex, as_pairs
 from geometry.walls import Obstacles, PartWalls
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: float) -> Mask:

@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import clearance as bodies_against
+from geometry.arrays import Array, Index
 from geometry.boundary import Boundary
 from geometry.errors import CorridorError, InputError
 from geometry.lines import CorridorLines
@@ -22,8 +23,6 @@ from geometry.reflex_vertices import ReflexVertices, reflex_vertices
 from geometry.sampling import as_complex
 from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, marks_of, with_tables
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.angles import wrap
+from geometry.arrays import Array
 from geometry.errors import PathError
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-Array = NDArray[np.float64]
 Directions = NDArray[np.int64]
 _SAME_POINT = 1e-6  # [m]
 _SAME_HEADING = 1e-3  # [rad] two rows of one cusp

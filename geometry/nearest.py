@@ -14,12 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Array, Complex, Index, Mask
 from geometry.boundary import Boundary
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 WINDOW = 24  # samples to either side in which a kept feature is searched
 _WINDOW = np.arange(-WINDOW, WINDOW + 1)

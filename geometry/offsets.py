@@ -21,17 +21,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from geometry.arrays import Array, Complex, Mask
 from geometry.part import PathPart
 from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, merged
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Mask = NDArray[np.bool_]
 
 _PROBE = 1e-3  # [m]
 _BLOCK = 20  # points of a boundary that are looked at together

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from geometry.arrays import Array
 from geometry.errors import CorridorError
 from geometry.part import PathPart
 
-Array = NDArray[np.float64]
 _SPACING = 0.25  # [m] between the path points at which the width is measured
 
 

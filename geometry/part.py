@@ -22,11 +22,10 @@ from math import cos, isfinite, sin
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from geometry.arrays import Array
 from geometry.errors import InputError
 from geometry.pose import Pose2
 from geometry.projection import FEW, closest_on_few, closest_on_pieces
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import csv_path, interpolation
+from geometry.arrays import Array
 from geometry.errors import PathError
 from geometry.part import PathPart, PathReference
 from geometry.pose import Pose2
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

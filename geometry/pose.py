@@ -49,3 +49,8 @@ class Pose2:
         c, s = cos(frame.phi), sin(frame.phi)
         dx, dy = self.x - frame.x, self.y - frame.y
         return Pose2(c * dx + s * dy, -s * dx + c * dy, wrap(self.phi - frame.phi))
+
+    def within(self, tolerance: tuple[float, float, float], share: float = 1.0) -> bool:
+        """Whether this pose, an error, is within a share of a tolerance: x, y [m], phi [rad]."""
+        x, y, phi = tolerance
+        return abs(self.x) <= share * x and abs(self.y) <= share * y and abs(self.phi) <= share * phi

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from math import atan2, ceil, cos, inf, pi, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from geometry.arrays import Array
+
 # 90 deg are met up to rounding: a candidate put exactly on that limit has to pass.
 _HEADING_LIMIT = 0.5 * pi + 1e-9
 FEW = 6

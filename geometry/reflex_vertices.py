@@ -11,13 +11,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from geometry.arrays import Complex, Index
 from geometry.boundary import Boundary
 from geometry.walls import HalfPlanes
-
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
 
 
 class ReflexVertices(NamedTuple):

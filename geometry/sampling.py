@@ -10,13 +10,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from geometry.arrays import Array, Complex, Mask
+
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Index = NDArray[np.integer]
-Mask = NDArray[np.bool_]
 
 SPACING = 0.05  # [m] at most, between samples
 CORNER = pi / 9.0  # [rad]

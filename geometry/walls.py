@@ -11,17 +11,13 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from geometry.arrays import Array, Complex, Index, Mask
 from geometry.boundary import Boundary
 from geometry.errors import InputError
 from geometry.lines import PartLines
 from geometry.nearest import Last, Nearest, keep, nearest
 from geometry.outline import checked_polygon
 from geometry.sampling import as_complex, as_pairs
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 TABLED = 50_000  # samples of all walls up to which more is kept of each, for speed: 1.2 km of both sides
 _NO_LINES = shapely.MultiLineString()

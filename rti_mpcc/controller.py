@@ -94,14 +94,10 @@ class RtiMpcc:
             reach = self.config.progress.projection_reach
             self.target = goal_on(self.part, goal, self.target, reach=reach)
 
-    def set_room(self, room: Room | None) -> None:
-        """The room along the part, which bounds the speed; None: it does not."""
-        self.room = room
-
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
         self._corridor = corridor
-        if corridor.obstacles and self._pattern.sides == 2:
+        if corridor.obstacles and self._pattern.corridor_rows.shape[2] == 2:
             self._allocate()
 
     def prepare(
@@ -261,7 +257,7 @@ class RtiMpcc:
         return frame.planes_in(self._corridor.half_planes(self.index, states[:, :2]))
 
     def _planes(self, states: Array, last: Solution | None) -> HalfPlanes | None:
-        if not self._pattern.discs:
+        if not self._pattern.corridor_rows.size:
             return None
         centres = disc_centres(states[1:], self._discs).reshape(-1, 2)
         footprint = self.config.footprint
@@ -364,7 +360,6 @@ class RtiMpcc:
             dual=dual,
             status=result.status,
             iterations=result.iterations,
-            refactorisations=result.refactorisations,
             residuals=result.residuals,
             stopped=result.stopped,
             iterate=(result.primal, result.dual) if result.stopped else None,

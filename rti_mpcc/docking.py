@@ -260,7 +260,7 @@ class DockingController:
 
     def _saturated(self, control: ControlInput, start: Array, s: ControllerState) -> ControlInput:
         measured = s.vehicle.monitor.heeded(self.config)
-        return limiter.saturate_command(control, start, measured, self.config, s.vehicle.disturbance)
+        return limiter.saturate(control, start, measured, self.config, s.vehicle.disturbance)
 
     def _rescued(
         self, s: ControllerState, error: Exception, clock: CycleClock

@@ -49,7 +49,7 @@ class Solution:
         slack: (N,) corridor slack of stages 1..N [m].
         weights: that acted; planes: that acted, memory of their features.
         dual: multipliers in scaled units of rows that are not scaled down, the next QP's guess.
-        status, iterations, refactorisations, residuals: of OSQP, see `QpSolution`.
+        status, iterations, residuals: of OSQP, see `QpSolution`.
         stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
         prepare_seconds, solve_seconds, feedback_seconds: times of the phases.
     """
@@ -62,7 +62,6 @@ class Solution:
     dual: Array
     status: str
     iterations: int
-    refactorisations: int
     residuals: tuple[float, float]
     stopped: Stop | None
     iterate: tuple[Array, Array] | None

@@ -93,7 +93,7 @@ def seeking(s: ControllerState, piece: Segment) -> ControllerState:
 def released(s: ControllerState) -> ControllerState:
     """Make for the segment's own target again, if the vehicle does not drive."""
     after = transition_on(s, Event.WAY_MAY_BE_FREE)
-    return s if after is s else replace(after, task=replace(after.task.without_stop(), looks_past=True))
+    return s if after is s else replace(after, task=replace(after.task.on_whole(), looks_past=True))
 
 
 # -- goals and segments -----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 DOCKED, NOT_DOCKED, BAD_INPUT = 0, 1, 2
+DONE = 0
 """Exit status."""
 IDENTICAL, DIFFERENT = 0, 1
 """The same of a replay."""

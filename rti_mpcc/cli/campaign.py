@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from rti_mpcc.baselines import METHODS
-from rti_mpcc.cli.arguments import Commands, at_least_one, seed
+from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
 from rti_mpcc.errors import CampaignError
 from rti_mpcc.report.campaign_tally import tally_table
 from rti_mpcc.report.console import rate_bar, tell_lines, tell_tables, tell_written
@@ -15,9 +15,6 @@ from rti_mpcc.simulation.campaign import CampaignSettings, Engine, Level, Proces
 from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
 from rti_mpcc.simulation.campaign.settings import FILE as SETTINGS
 from rti_mpcc.simulation.scenario import PRESETS
-
-ALL_RUN = 0
-"""Exit status."""
 
 
 def add_to(commands: Commands) -> None:
@@ -82,7 +79,7 @@ def _campaign(arguments: argparse.Namespace) -> int:
         raise
     tell_tables([tally_table(settings, tally)])
     tell_written([folder / SETTINGS, folder / ROWS])
-    return ALL_RUN
+    return DONE
 
 
 def _engine(arguments: argparse.Namespace) -> Engine:

@@ -5,12 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rti_mpcc.cli.arguments import Commands, seed
+from rti_mpcc.cli.arguments import DONE, Commands, seed
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable
-
-WRITTEN = 0
-"""Exit status."""
 
 
 def add_to(commands: Commands) -> None:
@@ -58,4 +55,4 @@ def _report(arguments: argparse.Namespace) -> int:
     tell_tables([report.table])
     tell_lines(report.told)
     tell_written(report.files)
-    return WRITTEN
+    return DONE

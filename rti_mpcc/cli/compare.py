@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rti_mpcc.baselines import METHODS
-from rti_mpcc.cli.arguments import Commands, at_least_one, seed
+from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.comparison import compared, comparison_tables, label
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
@@ -16,9 +16,6 @@ from rti_mpcc.report.views import Observer
 from rti_mpcc.simulation import docking_controller, load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
-
-COMPARED = 0
-"""Exit status."""
 
 
 def add_to(commands: Commands) -> None:
@@ -95,7 +92,7 @@ def _compare(arguments: argparse.Namespace) -> int:
     write_json(figures, file)
     tell_tables(comparison_tables(figures))
     tell_written([file, *written])
-    return COMPARED
+    return DONE
 
 
 def _scenarios(asked: Sequence[str]) -> list[Scenario]:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from types import ModuleType
-from typing import Final, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class Step(NamedTuple):
 
     Attributes:
         state: (n, 6).
-        pose_by: (n, 3, 5) slopes of x, y, phi reached to `SLOPES`: phi, v, delta, a, delta_dot.
+        pose_by: (n, 3, 5) slopes of x, y, phi reached to phi, v, delta, a, delta_dot.
         lengths: (n,) h [s], the slopes of v, delta and theta to their controls.
     """
 
@@ -53,10 +53,6 @@ class Step(NamedTuple):
         by[:, :POSE, : DELTA_DOT + 1] = self.pose_by[:, :, 3:]
         by[:, V, A] = by[:, DELTA, DELTA_DOT] = by[:, THETA, THETA_DOT] = self.lengths
         return by
-
-
-SLOPES: Final = ("phi", "v", "delta", "a", "delta_dot")
-"""What the pose that a step reaches depends on besides the pose that it begins at."""
 
 
 def pose_rates(states: Array, wheelbase: float) -> Array:
@@ -174,7 +170,7 @@ def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: f
     distance = e * v[_DRIVEN_AT]
     moved = distance.sum(axis=0)
 
-    # The slopes of position and heading to `SLOPES` along axis 0.
+    # The slopes of position and heading to phi, v, delta, a, delta_dot along axis 0.
     by_w = 1j * distance * (h * _TURNED_FOR)
     by_w0, by_wm = by_w[1], by_w[2] + by_w[3]
     position = np.empty((5, count), dtype=np.complex128)

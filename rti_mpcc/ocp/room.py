@@ -45,13 +45,12 @@ class Room:
 
     Attributes:
         theta: (n,) [m], increasing.
-        walls: (n,) room between the boundaries alone [m]; room: (n,) with the obstacles, too [m].
+        walls: (n,) room between the boundaries alone [m].
         speed: (n,) highest by (P2), and from which comfort brakes down to it in time [m/s].
     """
 
     theta: Array
     walls: Array
-    room: Array
     speed: Array
 
     @property
@@ -75,7 +74,7 @@ def room_along(part: PathPart, corridor: Corridor, index: int, config: Controlle
     count = max(int(np.ceil((part.end - part.start) / config.narrow_passage.spacing)), 1)
     theta = np.linspace(part.start, part.end, count + 1)
     walls = _room(part, corridor.with_obstacles(()), index, theta, config)
-    found = Room(theta=theta, walls=walls, room=walls, speed=walls)
+    found = Room(theta=theta, walls=walls, speed=walls)
     return with_obstacles(found, part, corridor, index, config)
 
 
@@ -92,7 +91,7 @@ def with_obstacles(
         fits = beside >= config.caution.hard_minimum
         left = left.copy()
         left[near[fits]] = np.minimum(left[near], beside)[fits]
-    return replace(room, room=left, speed=_speeds(room.theta, left, config))
+    return replace(room, speed=_speeds(room.theta, left, config))
 
 
 def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: ControllerConfig) -> Array:

@@ -53,9 +53,4 @@ class PlanningContext:
 
     def inside(self, error: Pose2, share: float = 1.0) -> bool:
         """Whether `error` lies within `share` of the tolerance."""
-        along, across, heading = self.tolerance
-        return (
-            abs(error.x) <= share * along
-            and abs(error.y) <= share * across
-            and abs(error.phi) <= share * heading
-        )
+        return error.within(self.tolerance, share)

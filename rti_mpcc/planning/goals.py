@@ -69,10 +69,7 @@ def checked(
 
 def same_dock(known: Pose2 | None, goal: Pose2, config: ControllerConfig) -> bool:
     """Whether a planned goal is that of the dock known, given a little differently: within the tolerance."""
-    if known is None:
-        return False
-    error, (along, across, heading) = goal.relative_to(known), config.goal_tolerance
-    return abs(error.x) <= along and abs(error.y) <= across and abs(error.phi) <= heading
+    return known is not None and goal.relative_to(known).within(config.goal_tolerance)
 
 
 def checked_again(

@@ -148,41 +148,33 @@ def converge(
 ) -> SqpResult:
     """Iterate until the last iterate can be driven, in so far as there is time."""
     solutions: list[Solution] = []
-    problem, corridor_infeasible, unsolved = NO_TIME, False, 0
+    problem, corridor_infeasible, unsolved, out_of_time = NO_TIME, False, 0, False
     last, guess = start.last, start.guess
     while len(solutions) < start.most:
-        if not clock.grants():
-            return SqpResult(
-                solutions=tuple(solutions),
-                problem=problem or NO_TIME,
-                corridor_infeasible=corridor_infeasible,
-                out_of_time=True,
-            )
-        begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
-        solutions.append(_iterate(mpcc, s, context, begin, clock))
-        if solutions[-1].solved:
-            last, guess = solutions[-1], None
-        unsolved += not solutions[-1].solved
-        problem = rejection_reason(solutions[-1], mpcc.config, s.vehicle.disturbance)
-        corridor_infeasible = start.first and _corridor_infeasible(
-            solutions[-1], context.target, mpcc.config, arriving=s.task.arrival is not None
-        )
-        if _ran_out_of_time(solutions[-1]):
-            return SqpResult(
-                solutions=tuple(solutions),
-                problem=problem,
-                corridor_infeasible=corridor_infeasible,
-                out_of_time=True,
-            )
-        if unsolved >= start.unsolved or (
-            len(solutions) >= start.least and not problem and not corridor_infeasible
-        ):
+        out_of_time = not clock.grants()
+        if out_of_time:
+            problem = problem or NO_TIME
             break
-    return SqpResult(solutions=tuple(solutions), problem=problem, corridor_infeasible=corridor_infeasible)
-
-
-def _ran_out_of_time(solution: Solution) -> bool:
-    return solution.stopped is not None and solution.stopped.status == TIME_IS_UP
+        begin = replace(start, last=last, guess=guess, iterate=None) if solutions else start
+        found = _iterate(mpcc, s, context, begin, clock)
+        solutions.append(found)
+        if found.solved:
+            last, guess = found, None
+        unsolved += not found.solved
+        problem = rejection_reason(found, mpcc.config, s.vehicle.disturbance)
+        corridor_infeasible = start.first and _corridor_infeasible(
+            found, context.target, mpcc.config, arriving=s.task.arrival is not None
+        )
+        out_of_time = found.stopped is not None and found.stopped.status == TIME_IS_UP
+        fits = len(solutions) >= start.least and not problem and not corridor_infeasible
+        if out_of_time or unsolved >= start.unsolved or fits:
+            break
+    return SqpResult(
+        solutions=tuple(solutions),
+        problem=problem,
+        corridor_infeasible=corridor_infeasible,
+        out_of_time=out_of_time,
+    )
 
 
 def _iterate(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import copysign, hypot
 
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment, SegmentEnd
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.targets import Target
@@ -42,25 +41,10 @@ def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
 
 
 def context_of(
-    s: ControllerState, start: Array, pace: Pace, target: Target, config: ControllerConfig
+    s: ControllerState, reached: Array, pace: Pace, target: Target, config: ControllerConfig
 ) -> PlanningContext:
-    """The context of this cycle, whose command begins to act in `start` (6,), by what is believed."""
-    monitor = s.vehicle.monitor
-    speed = 0.0 if monitor.state is None else float(monitor.state[V])
-    context = assess(start, s.now, speed, s.task.segment, pace, target, config)
-    return replace(context, doubt=monitor.why) if monitor.why else context
-
-
-def assess(
-    reached: Array,
-    now: float,
-    measured_speed: float,
-    segment: Segment,
-    pace: Pace,
-    target: Target,
-    config: ControllerConfig,
-) -> PlanningContext:
-    """Set the state `reached` (6,) against the path and the target."""
+    """The state `reached` (6,), in which the command of this cycle begins to act, against path and target."""
+    monitor, now, segment = s.vehicle.monitor, s.now, s.task.segment
     x, y, phi, v, _, theta = reached.tolist()
     part = segment.part
     here, on_path = Pose2(x, y, phi), part.pose(theta)
@@ -68,8 +52,8 @@ def assess(
         now=now,
         begin=now + config.dead_time,
         state=reached,
-        measured_speed=measured_speed,
-        doubt=_off_the_path(here, on_path, config.plausibility.off_path),
+        measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
+        doubt=monitor.why or _off_the_path(here, on_path, config.plausibility.off_path),
         target=target,
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,

@@ -295,10 +295,6 @@ class Task:
         """The same on the way to a stop of which something else is known."""
         return self.on(replace(self.segment, stop=stop))
 
-    def without_stop(self) -> Task:
-        """The same on all of the segment, where it was on the way to a stop."""
-        return self if self.stop is None else self.on_whole()
-
     def for_arrival(self, arrival: Arrival | None, beyond: float | None = None) -> Task:
         """With an arrival planned, or none; `beyond`: so far past the goal [m], and back up into it."""
         task = replace(self, arrival=arrival)

@@ -78,7 +78,7 @@ class Workspaces:
         else:
             room = room_along(core.part, corridor, index, config)
         core.set_obstacles(corridor)
-        core.set_room(room if config.corridor_rows else None)
+        core.room = room if config.corridor_rows else None
         self._corridor, self._pace = corridor, pace_of(core.part, config, core.room)
 
     def core(self, s: ControllerState) -> RtiMpcc:

@@ -51,7 +51,6 @@ KEPT = np.array([X, Y, V, DELTA, THETA])
 """States that a stage hands on with slope 1 whatever it is linearised about."""
 DRIVEN = np.array([V, DELTA, THETA])
 """States that the controls change at the rate 1."""
-"""Entries of dF/du that vary."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +127,6 @@ class QpPattern:
     """Where everything stands in the QP.
 
     Attributes:
-        stages, discs, sides: N, discs per body, half-planes per disc (0 discs: no corridor rows).
         state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,): variables.
         dynamics_rows (N+1, 6), state_rows (N, 3), control_rows (N, 3), corridor_rows
             (N, discs, sides), slack_rows (N,): constraints.
@@ -138,9 +136,6 @@ class QpPattern:
         cost, constraints: the slots of P (upper triangle) and A.
     """
 
-    stages: int
-    discs: int
-    sides: int
     state_columns: Index
     control_columns: Index
     slack_columns: Index
@@ -192,9 +187,6 @@ def build_pattern(stages: int, discs: int, sides: int, settings: SolverSettings)
     a.add("half-planes", corridor_rows[..., None], pose_and_slack[:, None, None, :])
     a.add("slack bounds", slack_rows, slack_columns, 1.0)
     return QpPattern(
-        stages=stages,
-        discs=discs,
-        sides=sides,
         state_columns=state_columns,
         control_columns=control_columns,
         slack_columns=slack_columns,

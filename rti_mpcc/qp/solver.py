@@ -58,7 +58,6 @@ class QpSolution:
         primal: (n,), dual: (m,), in scaled units.
         status: OSQP's word.
         iterations: of OSQP.
-        refactorisations: by adaptive rho within the solve.
         residuals: (primal, dual) of OSQP, scaled; infinite where there is no solution.
         stopped: what ended the solve from outside, or None.
         seconds: of the solve.
@@ -69,7 +68,6 @@ class QpSolution:
     dual: Array
     status: str
     iterations: int
-    refactorisations: int
     residuals: tuple[float, float]
     stopped: Stop | None
     seconds: float
@@ -127,7 +125,7 @@ class QpSolver:
             return self.nothing(BAD_BOUNDS)
         self._osqp.update(l=values.lower, u=values.upper)
         self._osqp.warm_start(x=primal, y=dual)
-        settings, done, refactorised, seconds = self._settings, 0, 0, 0.0
+        settings, done, seconds = self._settings, 0, 0.0
         while True:
             word = ends(done) if ends is not None else ""
             if word:
@@ -137,7 +135,6 @@ class QpSolver:
             tolerance = min(settings.fine_tolerance, settings.tolerance) if first else settings.tolerance
             info, primal, dual = self._slice(min(most, self._most - done), tolerance)
             done += int(info.iter)
-            refactorised += int(info.rho_updates)
             seconds += float(info.run_time)
             finite = bool(np.isfinite(primal).all() and np.isfinite(dual).all())
             solved = info.status_val in GOOD
@@ -154,7 +151,6 @@ class QpSolver:
             dual=dual,
             status=SOLVED,
             iterations=done,
-            refactorisations=refactorised,
             residuals=(float(info.prim_res), float(info.dual_res)),
             stopped=None,
             seconds=seconds,
@@ -228,7 +224,6 @@ class QpSolver:
             dual=np.zeros(rows),
             status=status,
             iterations=iterations,
-            refactorisations=0,
             residuals=(np.inf, np.inf),
             stopped=None,
             seconds=seconds,

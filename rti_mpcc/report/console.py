@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -25,43 +25,32 @@ from rich.text import Text
 
 from rti_mpcc.report.table import summary_table
 
+Advance = Callable[[float, float], None]
+"""Given what is done and what there is in all."""
 _TABLE_WIDTH = 120
 _RATE_OVER = 300.0
 """The rate of many cases is that of so many seconds past [s]."""
 
 
-@contextmanager
-def progress_bar(name: str, done: str) -> Iterator[Callable[[float, float], None] | None]:
+def progress_bar(name: str, done: str) -> AbstractContextManager[Advance | None]:
     """On a terminal a bar, told by (done, in all), with `done` as its text; None elsewhere."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
-    columns = (TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda completed, total: bar.update(task, completed=completed, total=total)
+    return _bar(TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn(), refresh_per_second=4)
+
+
+def rate_bar(name: str, what: str) -> AbstractContextManager[Advance | None]:
+    """As `progress_bar`, for many cases: how many of `what` there are a minute, and the time that remains."""
+    columns = TextColumn(name), BarColumn(), MofNCompleteColumn(), _Rate(what), TimeElapsedColumn()
+    remaining = TextColumn("remaining"), TimeRemainingColumn()
+    return _bar(*columns, *remaining, refresh_per_second=2, speed_estimate_period=_RATE_OVER)
 
 
 @contextmanager
-def rate_bar(name: str, what: str) -> Iterator[Callable[[int, int], None] | None]:
-    """As `progress_bar`, for many cases: how many of `what` there are a minute, and the time that remains."""
+def _bar(*columns: ProgressColumn, **options: Any) -> Iterator[Advance | None]:
     console = Console(stderr=True)
     if not console.is_terminal:
         yield None
         return
-    columns = (
-        TextColumn(name),
-        BarColumn(),
-        MofNCompleteColumn(),
-        _Rate(what),
-        TimeElapsedColumn(),
-        TextColumn("remaining"),
-        TimeRemainingColumn(),
-    )
-    with Progress(
-        *columns, console=console, transient=True, refresh_per_second=2, speed_estimate_period=_RATE_OVER
-    ) as bar:
+    with Progress(*columns, console=console, transient=True, **options) as bar:
         task = bar.add_task("", total=None)
         yield lambda completed, total: bar.update(task, completed=completed, total=total)
 

@@ -40,12 +40,7 @@ def boundaries_of(corridor: Corridor, path: ReferencePath) -> list[Array]:
 
 def path_lines(path: ReferencePath) -> list[Array]:
     """One polyline (k, 2) [m] a part."""
-    lines = []
-    for part in path.parts:
-        count = max(2, int(np.ceil((part.end - part.start) / _PATH_SPACING)) + 1)
-        reference = part.reference(np.linspace(part.start, part.end, count))
-        lines.append(np.stack([reference.x, reference.y], axis=-1))
-    return lines
+    return [np.stack([at.x, at.y], axis=-1) for at in path.sample(_PATH_SPACING)]
 
 
 def _add_lines(axes: Axes, lines: Iterable[Array], *, color: str, label: str) -> None:

@@ -12,9 +12,10 @@ import numpy as np
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.safety.stopping import arc
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -45,7 +46,7 @@ def _distance_until_free(
     """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""
     least, reach = config.caution.hard_minimum, config.escape.reach
     ways = np.linspace(0.0, sign * reach, round(reach / config.escape.spacing) + 1)
-    bodies = body_polygons(_arc(state, ways, steering, config), config.vehicle)
+    bodies = body_polygons(arc(state, ways, steering, config.vehicle.wheelbase), config.vehicle)
     before = around.known.clearances(part, bodies[:1])[0]
     overlaps, rest = before < 0.0, np.minimum(before, least)
     for k in range(1, len(ways)):
@@ -56,18 +57,6 @@ def _distance_until_free(
             return abs(float(ways[k]))
         before, overlaps = now, overlaps & (now < 0.0)
     return np.inf
-
-
-def _arc(state: Array, ways: Array, steering: float, config: ControllerConfig) -> Array:
-    """States (n, 6) after `ways` (n,) [m] at one steering angle."""
-    half = 0.5 * ways * np.tan(steering) / config.vehicle.wheelbase
-    states = np.tile(state, (len(ways), 1))
-    chord = ways * np.sinc(half / np.pi)
-    states[:, X] += chord * np.cos(state[PHI] + half)
-    states[:, Y] += chord * np.sin(state[PHI] + half)
-    states[:, PHI] += 2.0 * half
-    states[:, DELTA] = steering
-    return states
 
 
 def _creep(state: Array, sign: float, angle: float, begin: float, config: ControllerConfig) -> Trajectory:
@@ -83,7 +72,7 @@ def _creep(state: Array, sign: float, angle: float, begin: float, config: Contro
     controls[0, DELTA_DOT] = np.clip(turn / config.cycle, -limits.steering_rate, limits.steering_rate)
     speeds = speed + config.cycle * np.append(0.0, np.cumsum(controls[:, A]))
     ways = config.cycle * np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1])))
-    states = _arc(state, ways, angle if turned else float(state[DELTA]), config)
+    states = arc(state, ways, angle if turned else float(state[DELTA]), config.vehicle.wheelbase)
     states[:, V], states[0] = speeds, state
     times += begin
     read_only(times, states, controls)

@@ -14,18 +14,6 @@ from rti_mpcc.safety.fallback import ControlInput, brake, braking
 from rti_mpcc.types import Array
 
 
-def saturate_command(
-    control: ControlInput,
-    state: Array,
-    measured: Array | None,
-    config: ControllerConfig,
-    disturbance: Disturbance = UNDISTURBED,
-) -> ControlInput:
-    """What is sent so that `control` acts from `state` (6,) on, (O4), within what `saturate` lets pass."""
-    sent = replace(control, acceleration=disturbance.commanded(control.acceleration))
-    return saturate(sent, disturbance.measured(state), measured, config, disturbance)
-
-
 def saturate(
     control: ControlInput,
     state: Array,
@@ -33,13 +21,15 @@ def saturate(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> ControlInput:
-    """The control, cut to what may be sent to a vehicle that will be in `state` (6,) when it begins to act,
-    and is `measured` (6,) now.
+    """What is sent so that `control` acts, (O4), from `state` (6,) on, cut to what may be sent to a vehicle
+    that is `measured` (6,) now.
 
     Inputs stay within their limits. Speed and steering are not led beyond theirs; where they are outside,
     they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
     All that is of what is sent and measured; `disturbance`: what is known to act beside.
     """
+    control = replace(control, acceleration=disturbance.commanded(control.acceleration))
+    state = disturbance.measured(state)
     if not (isfinite(control.acceleration) and isfinite(control.steering_rate)):
         control = brake(state, braking(config), config)
     limits, now = config.limits, np.full(STATES, np.nan) if measured is None else measured

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry import wrap
-from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.types import Array, Trajectory
 
@@ -15,15 +15,22 @@ def stopping_motion(state: Array, times: Array, deceleration: float, wheelbase: 
     speed, forward = abs(float(state[V])), float(np.sign(state[V]))
     elapsed = np.minimum(times - times[0], speed / deceleration)
     travelled = forward * (speed * elapsed - 0.5 * deceleration * elapsed**2)
-    half_turn = 0.5 * travelled * np.tan(state[DELTA]) / wheelbase
-    chord = travelled * np.sinc(half_turn / np.pi)
-    states = np.tile(state, (len(times), 1)).astype(np.float64).reshape(len(times), STATES)
-    states[:, X] += chord * np.cos(state[PHI] + half_turn)
-    states[:, Y] += chord * np.sin(state[PHI] + half_turn)
-    states[:, PHI] += 2.0 * half_turn
+    states = arc(state, travelled, float(state[DELTA]), wheelbase)
     states[:, V] = forward * (speed - deceleration * elapsed)
     states[:, THETA] += np.abs(travelled)
     return _with_controls(times, states)
+
+
+def arc(state: Array, ways: Array, steering: float, wheelbase: float) -> Array:
+    """States (n, 6) after `ways` (n,) [m] from `state` (6,) at one steering angle."""
+    half = 0.5 * ways * np.tan(steering) / wheelbase
+    states = np.tile(state, (len(ways), 1))
+    chord = ways * np.sinc(half / np.pi)
+    states[:, X] += chord * np.cos(state[PHI] + half)
+    states[:, Y] += chord * np.sin(state[PHI] + half)
+    states[:, PHI] += 2.0 * half
+    states[:, DELTA] = steering
+    return states
 
 
 def stopping_along(

@@ -20,7 +20,7 @@ from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.ending import LATCHED, STANDSTILL_SPEED, Ending
 from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
-from rti_mpcc.simulation.result import RunResult, inside_tolerance
+from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenery import Obstacles, Scenery
 from rti_mpcc.types import Command, VehicleState
@@ -269,7 +269,7 @@ def _docked(loop: _Loop) -> bool:
     if abs(plant.v) > STANDSTILL_SPEED:
         return False
     pose = Pose2(plant.x, plant.y, plant.phi)
-    return inside_tolerance(pose, loop.goal.pose, loop.scenario.goal.tolerance)
+    return pose.relative_to(loop.goal.pose).within(loop.scenario.goal.tolerance)
 
 
 def _stopped(loop: _Loop) -> bool:

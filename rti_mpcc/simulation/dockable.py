@@ -193,8 +193,7 @@ def _round(way: Array, ends: Array, room: Room, *, backs: bool) -> tuple[int, li
 
 def _arrives(at: Array, cusp: Pose2) -> bool:
     """Whether a pose with curvature (4,) is one to change direction at."""
-    error = Pose2(*at[:3]).relative_to(cusp)
-    return bool(np.all(np.abs([error.x, error.y, error.phi]) <= CUSP))
+    return Pose2(*at[:3]).relative_to(cusp).within(CUSP)
 
 
 def _free_at_cusp(before: Room, after: Room) -> Array:

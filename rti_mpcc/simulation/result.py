@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimation import GoalStatus, Judgement
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Corridor, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.scenario import Scenario
@@ -53,12 +53,10 @@ class Cycles:
         speed, steering: (m,) planned values for interfaces that take those [m/s], [rad].
         status, source, objective, reason: m of each.
         weights: (m, 4) lag, contouring, progress reward, goal position, as they act on the first stage.
-        time_to_go: (m,) [s]; NaN while contouring.
         iterations: (m,) of OSQP.
         solved: (m,) whether a QP was given to the solver.
         failed: (m,) whether its result was refused.
-        slack: (m,) largest corridor slack [m].
-        prepare_ms, feedback_ms, solve_ms: (m,) as the controller took them.
+        feedback_ms, solve_ms: (m,) as the controller took them.
         step_ms: (m,) wall time of all of step(), as the caller sees it.
         deadline_missed: (m,).
     """
@@ -73,12 +71,9 @@ class Cycles:
     objective: tuple[Objective, ...]
     reason: tuple[str, ...]
     weights: Array
-    time_to_go: Array
     iterations: NDArray[np.int64]
     solved: NDArray[np.bool_]
     failed: NDArray[np.bool_]
-    slack: Array
-    prepare_ms: Array
     feedback_ms: Array
     solve_ms: Array
     step_ms: Array
@@ -137,9 +132,3 @@ class RunResult:
         """What was run, in short: the scenario, its preset, and the method where it is another than usual."""
         methods = "" if self.method == Method.DYNAMIC.value else f"{self.method}, "
         return f"{self.scenario.name} ({methods}{self.preset})"
-
-
-def inside_tolerance(pose: Pose2, goal: Pose2, tolerance: tuple[float, float, float]) -> bool:
-    """Whether a pose is within longitudinal, lateral [m] and heading [rad] tolerance in the goal's frame."""
-    error = pose.relative_to(goal)
-    return abs(error.x) <= tolerance[0] and abs(error.y) <= tolerance[1] and abs(error.phi) <= tolerance[2]

@@ -110,7 +110,6 @@ def test_a_cruise_changes_at_the_comfort_acceleration_to_the_cruise_speed(
 NARROW = Room(
     theta=np.array([0.0, 8.0, 12.0, 16.0]),
     walls=np.full(4, 1.0),
-    room=np.full(4, 1.0),
     speed=np.array([2.0, 2.0, 0.5, 2.0]),
 )
 """Lets nobody through in the middle at more than 0.5 m/s."""

@@ -41,7 +41,8 @@ def assess(
     if not free:
         stop = PlannedStop(at=on.end, goal=None, obstacles=0, since=0.0)
         segment = segment.stopped(stop, CONFIG.behaviour.stop_tolerance)
-    return sensing.assess(reached, 1.0, float(reached[3]), segment, pace, target, CONFIG)
+    s = state(time=1.0, monitor=StateMonitor(state=reached), segments=(segment,))
+    return sensing.context_of(s, reached, pace, target, CONFIG)
 
 
 def test_the_state_is_rolled_over_the_queued_commands() -> None:

@@ -8,7 +8,7 @@ import pytest
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.safety.limiter import saturate, saturate_command
+from rti_mpcc.safety.limiter import saturate
 from rti_mpcc.types import Array, Source
 
 CONFIG = ControllerConfig()
@@ -105,7 +105,7 @@ def test_what_is_sent_is_within_the_limits_whatever_is_estimated(
     known = Disturbance(acceleration=d, steering=o)
     for a, rate in ((5.0, 1.0), (-5.0, -1.0), (0.0, 0.0)):
         wanted = ControlInput(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
-        control = saturate_command(wanted, known.effective(state(v, delta)), state(v, delta), CONFIG, known)
+        control = saturate(wanted, known.effective(state(v, delta)), state(v, delta), CONFIG, known)
         assert abs(control.acceleration) <= LIMITS.acceleration
         assert abs(delta + CONFIG.cycle * control.steering_rate) <= LIMITS.steering + 1e-12
         can = LIMITS.acceleration > abs(d)
@@ -115,7 +115,7 @@ def test_what_is_sent_is_within_the_limits_whatever_is_estimated(
 def test_a_command_takes_the_disturbance_up() -> None:
     known = Disturbance(acceleration=-0.3, steering=0.02)
     control = ControlInput(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
-    got = saturate_command(control, known.effective(state()), state(), CONFIG, known)
+    got = saturate(control, known.effective(state()), state(), CONFIG, known)
     assert got.acceleration == pytest.approx(0.5)
     assert got.steering_rate == 0.1
 
@@ -123,4 +123,4 @@ def test_a_command_takes_the_disturbance_up() -> None:
 def test_a_command_takes_the_gain_up() -> None:
     known = Disturbance(acceleration=-0.3, gain=1.25)
     control = ControlInput(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
-    assert saturate_command(control, state(), state(), CONFIG, known).acceleration == pytest.approx(0.4)
+    assert saturate(control, state(), state(), CONFIG, known).acceleration == pytest.approx(0.4)
