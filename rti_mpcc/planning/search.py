@@ -136,6 +136,7 @@ def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig
         iterate=search.iterate,
         least=max(begun.least - done, 1),
         most=max(begun.most - done, 1),
+        unsolved=max(begun.unsolved - search.unsolved, 1),
     )
 
 
@@ -165,7 +166,7 @@ def converge(
         corridor_infeasible = start.first and _corridor_infeasible(
             found, context.target, mpcc.config, arriving=s.task.arrival is not None
         )
-        out_of_time = found.stopped is not None and found.stopped.status == TIME_IS_UP
+        out_of_time = _was_cut(found)
         fits = len(solutions) >= start.least and not problem and not corridor_infeasible
         if out_of_time or unsolved >= start.unsolved or fits:
             break
@@ -175,6 +176,11 @@ def converge(
         corridor_infeasible=corridor_infeasible,
         out_of_time=out_of_time,
     )
+
+
+def _was_cut(solution: Solution) -> bool:
+    """Whether time ended its QP."""
+    return solution.stopped is not None and solution.stopped.status == TIME_IS_UP
 
 
 def _iterate(
@@ -221,12 +227,15 @@ def suspended(
     if before is not None and not attempt.solutions:
         return s
     solved = sum(solution.solved for solution in attempt.solutions)
+    cut = sum(map(_was_cut, attempt.solutions))
     search = SuspendedSearch(
         solution=attempt.solved or (before.solution if before else None),
         iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
         iterations=(before.iterations if before else done) + solved,
+        unsolved=(before.unsolved if before else 0) + len(attempt.solutions) - solved - cut,
         target=context.target,
         segment=s.task.segment,
+        obstacles=before.obstacles if before else s.area.standing,
         arrival=s.task.arrival,
         begin=context.begin,
     )

@@ -96,8 +96,6 @@ class Stall:
 class Obstruction:
     """What fills the way of a first guess.
 
-    Kept as it was found while a way past it is sought: that plan is checked against what is there then.
-
     Attributes:
         at: progress at which a body on the path meets it [m].
         detours: ways past it, for guesses, which were not tried in vain yet; the first one is being tried.
@@ -112,9 +110,11 @@ class SuspendedSearch:
     """A search for a first plan that goes on in the next cycle.
 
     Attributes:
-        solution: the last one, None if no QP was solved yet; iterations: so many were.
+        solution: the last one, None if no QP was solved yet; iterations: so many were; unsolved: so many
+            were not, in all the time that they have.
         iterate: how far the QP had come that was stopped, or None.
         target: what the plan is to end in; segment: what it is for, or the piece of it.
+        obstacles: those that stood when it was begun.
         arrival: what is planned, or None while contouring; begin: when the plan begins [s].
         reverse_failed: an arrival that backs up was looked for before, in vain.
         obstruction: what the guess that it began from goes past; None: nothing.
@@ -125,8 +125,10 @@ class SuspendedSearch:
     iterate: tuple[Array, Array] | None
     target: Target
     segment: Segment
+    obstacles: tuple[Obstacle, ...]
     arrival: Arrival | None
     begin: float
+    unsolved: int = 0
     reverse_failed: bool = False
     obstruction: Obstruction | None = None
 

@@ -31,6 +31,7 @@ from rti_mpcc.planning.state import (
 )
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Trajectory
+from tests.rti_mpcc.encounters import square
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 AREA = Surroundings.of(Corridor.from_offsets(PATH, left=5.0, right=-5.0), PATH, ControllerConfig())
@@ -93,6 +94,11 @@ def after_changes(count: int) -> Surroundings:
     return replace(AREA, changes=count)
 
 
+def with_box(x: float) -> Surroundings:
+    """What is around the vehicle where a box stands beside the path, that far along [m]."""
+    return AREA.updated([square(x, 3.0, 0.5)], NOW, ControllerConfig())
+
+
 def target_at(x: float) -> Target:
     """A goal pose `x` [m] along."""
     return Target(pose=Pose2(x, 0.0, 0.0), theta=x, theta_end=20.0, kind=TargetKind.POSE)
@@ -133,6 +139,7 @@ def stop_at(theta: float) -> PlannedStop:
 def begun_for(stop: PlannedStop | None, **values: Any) -> SuspendedSearch:
     """A search that ran out of time, for an arrival at a target 9 m along, at 12 s."""
     usual: dict[str, Any] = {"target": target_at(9.0), "arrival": arrival_at(12.0), "begin": 9.0}
+    usual["obstacles"] = ()
     return SuspendedSearch(
         **{
             "solution": None,

@@ -24,11 +24,8 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import rescheduled
 from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Stall
-from rti_mpcc.planning.surroundings import Surroundings
-from tests.rti_mpcc.encounters import square
 from tests.rti_mpcc.states import (
     AREA,
-    NOW,
     arrival_at,
     arriving,
     begun_for,
@@ -39,6 +36,7 @@ from tests.rti_mpcc.states import (
     some_plan,
     stop_at,
     target_at,
+    with_box,
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
@@ -270,11 +268,6 @@ TOLD = [(phase, row) for row in TRANSITIONS if not row.when for phase in row.sou
 
 def names(given: Phase | Transition) -> str:
     return given.name if isinstance(given, Phase) else given.event.name
-
-
-def with_box(x: float) -> Surroundings:
-    """What is around the vehicle where a box stands at that x [m]."""
-    return AREA.updated([square(x, 3.0, 0.5)], NOW, CONFIG)
 
 
 def planned(phase: Phase, **values: Any) -> ControllerState:
