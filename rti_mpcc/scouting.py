@@ -127,7 +127,7 @@ def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:
     if scouting.found is None:
         s = schedule.scheduled(scouting.s, context, w.config)
         begun = s.plans.suspended
-        if begun is None:  # the target has moved meanwhile, or what stands around has changed
+        if begun is None:  # the target has moved meanwhile
             scouting = _onward(scouting, w)
         else:
             nothing = SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False)

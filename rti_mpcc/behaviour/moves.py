@@ -100,12 +100,13 @@ def released(s: ControllerState) -> ControllerState:
 
 
 def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
-    """The planned goal is that of another dock: what is known of the last one is no longer meant.
-
-    Searches and stops are for a target: whoever goes on with them sees that it is elsewhere.
-    """
+    """The planned goal is that of another dock: what is known of the last one, or stands before it, is no
+    longer meant."""
+    if s.task.stop is not None:
+        s = transition_on(s, Event.GOAL_CHANGED)
     known = replace(
         s.goal,
+        dock=goal,
         planned=goal,
         pose=goal,
         estimate=None,
@@ -113,7 +114,8 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
         estimate_fit=None,
         followed=None,
     )
-    return replace(s, goal=known, task=replace(s.task, restarts=0, pulled_out=0))
+    task = s.task if s.task.stop is None else s.task.on_whole()
+    return replace(s, goal=known, task=replace(task, restarts=0, pulled_out=0))
 
 
 def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:

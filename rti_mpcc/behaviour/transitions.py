@@ -42,6 +42,7 @@ class Event(Enum):
     OVERLAP = "the body overlaps something"
     PLAN_LOST = "there is no plan that may be driven: it brakes"
     GOAL_LOST = "it stands before a goal that is not known well enough"
+    GOAL_CHANGED = "the goal of another dock is given, and the stop made for is not meant any more"
     FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
     SEGMENT_ENDED = "it stands at a cusp, a staging pose, or the end of a way back"
     PULLS_OUT = "it has to pull out, to come again"
@@ -56,7 +57,7 @@ def _tries_again(s: ControllerState, context: PlanningContext) -> Task:
     return replace(s.task, restarts=s.task.restarts + 1)
 
 
-def _succeeds(s: ControllerState, context: PlanningContext) -> Task:
+def _has_all_tries(s: ControllerState, context: PlanningContext) -> Task:
     return replace(s.task, restarts=0)
 
 
@@ -91,15 +92,15 @@ PLANNING = (STARTING, *DRIVING)
 TRANSITIONS = (
     # Looked for in every cycle: of the rows of a phase the first one that holds.
     Transition(DRIVING, Event.STOP_ENDS_INSIDE, SETTLING, conditions.stop_ends_inside),
-    Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside, _succeeds),
+    Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside, _has_all_tries),
     Transition(DRIVING, Event.NO_TRIES_LEFT, STALLED, conditions.no_tries_left, _remembers_why),
     Transition(DRIVING, Event.NO_PROGRESS, STARTING, conditions.no_progress, _tries_again),
     Transition((STARTING,), Event.INSIDE, HOLDING, conditions.stands_inside),
     Transition((SETTLING,), Event.MISSES, STARTING, conditions.will_stop_outside),
     Transition((SETTLING, HOLDING), Event.OUTSIDE, STARTING, conditions.stands_outside),
-    Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest, _succeeds),
+    Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest, _has_all_tries),
     Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved, _begins_anew),
-    Transition((STALLED,), Event.OBSTACLES_CHANGED, STARTING, conditions.obstacles_changed, _begins_anew),
+    Transition((STALLED,), Event.OBSTACLES_CHANGED, STARTING, conditions.obstacles_changed, _has_all_tries),
     # Reported by the code that finds it.
     Transition(PLANNING, Event.CRUISE_FOUND, CONTOURING),
     Transition(PLANNING, Event.ARRIVAL_FOUND, ARRIVING),
@@ -113,6 +114,7 @@ TRANSITIONS = (
     Transition((*PLANNING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
     Transition((STALLED,), Event.PULLS_OUT, STARTING),
     Transition(ANY, Event.OVERLAP, STARTING),
+    Transition(ANY, Event.GOAL_CHANGED, STARTING),
     Transition(ANY, Event.SEGMENT_ENDED, STARTING),
     Transition(ANY, Event.MISTAKE, STARTING),
 )

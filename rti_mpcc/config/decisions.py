@@ -86,7 +86,8 @@ class Retries(Settings):
             [s]: it may have to back off first.
         replan_interval: time between two looks whether the way is free again, or whether there is a plan [s].
         give_up_time: a vehicle that stands so long without a first plan [s] says that it failed, and looks
-            less often; on a way back it comes again from where it is.
+            less often; on a way back it comes again from where it is; stalled, it tries again where the
+            obstacles have changed.
         retreat_speed: of backing off, or up into the goal, against the direction of the segment [m/s];
             retreat_reach: so near the stop point that may be [m].
         pull_out: how far back along its segment a vehicle pulls out that has stalled, the first time, the

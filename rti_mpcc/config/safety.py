@@ -25,7 +25,8 @@ class Caution(Settings):
         clear_time: a vehicle that stops drives on after its way was clear for so long [s];
             clear_distance: and clear for so much more way than it needs to stop [m].
         moved: an obstacle whose middle has moved by more than this within `observation` moves [m];
-            observation: its speed is what it did in so long [s]. It stands again after `clear_time`.
+            observation: its speed is what it did in so long [s]. It stands again after `clear_time`. What
+            obstacles cover has changed for a stalled vehicle where it is elsewhere by more than `moved`.
         check_spacing: way between two bodies of a motion that are checked [m]; also left on top of the margin
             before a stop.
         overlap_growth: a plan that begins where the body seems to touch something may go so much deeper [m]:

@@ -67,9 +67,9 @@ def checked(
     return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=beside)
 
 
-def same_dock(known: Pose2 | None, goal: Pose2, config: ControllerConfig) -> bool:
-    """Whether a planned goal is that of the dock known, given a little differently: within the tolerance."""
-    return known is not None and goal.relative_to(known).within(config.goal_tolerance)
+def same_dock(dock: Pose2 | None, goal: Pose2, config: ControllerConfig) -> bool:
+    """Whether a planned goal is that of a dock as it was given first, within the tolerance."""
+    return dock is not None and goal.relative_to(dock).within(config.goal_tolerance)
 
 
 def checked_again(

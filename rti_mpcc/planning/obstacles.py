@@ -126,12 +126,11 @@ def observed(
 
 
 def changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
-    """Whether one has come, has gone, or is elsewhere by more than `least` [m]."""
-    if not (before and now):
-        return len(before) != len(now)
-    one, other = (np.array([each.seen[-1][1:] for each in known]) for known in (before, now))
-    apart = np.hypot(*(one[:, None] - other).transpose(2, 0, 1))
-    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) > least)
+    """Whether what they cover has changed: some point of it is elsewhere by more than `least` [m]."""
+    one, other = (shapely.union_all([each.shape for each in known]) for known in (before, now))
+    if one.is_empty or other.is_empty:
+        return bool(one.is_empty != other.is_empty)
+    return bool(shapely.hausdorff_distance(one, other) > least)
 
 
 def _nearest(

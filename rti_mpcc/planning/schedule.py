@@ -10,20 +10,18 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.arrival import time_to_go, within_reach
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.obstacles import changed
 from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
 
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Choose between contouring and a planned arrival, for a vehicle about to begin one.
 
-    A search that ran out of time goes on with what it was for, unless the target has moved since, or what
-    stands around has changed: on from a plan past what is gone, QPs may not be solved. While the vehicle
-    stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is left
-    may take longer than was thought: one that is far too short gets the time that it takes.
+    A search that ran out of time goes on with what it was for, unless the target has moved since. While the
+    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
+    left may take longer than was thought: one that is far too short gets the time that it takes.
     """
     begun, pose, timing = s.plans.suspended, context.target.pose, config.arrival_timing
-    if begun is not None and not _elsewhere(begun, s, pose, config):
+    if begun is not None and apart(begun.target.pose, pose) <= timing.target_moved:
         if s.is_stationary:
             begun = _later(begun, context.begin - begun.begin)
         elif begun.arrival is not None:
@@ -42,12 +40,6 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
         duration = max(duration, config.retries.retry_time)
     arrival = Arrival(at=context.begin + duration, timed_for=pose)
     return replace(s, task=replace(s.task.for_arrival(arrival), restarts=restarts))
-
-
-def _elsewhere(begun: SuspendedSearch, s: ControllerState, pose: Pose2, config: ControllerConfig) -> bool:
-    """Whether a search was for another target than `pose`, or among other obstacles."""
-    moved = apart(begun.target.pose, pose) > config.arrival_timing.target_moved
-    return moved or changed(begun.obstacles, s.area.standing, config.caution.moved)
 
 
 def scheduled_past_goal(

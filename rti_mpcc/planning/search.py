@@ -219,6 +219,9 @@ def suspended(
 ) -> ControllerState:
     """Keep a search that ran out of time, to go on with in the next cycle, and what it is for.
 
+    After a QP that was not solved it begins at the first guess again: on from a plan past something that is
+    gone meanwhile it may not come to an end.
+
     `done`: iterations before those of the attempt, where no search is known that it goes on with.
     """
     if not attempt.out_of_time:
@@ -228,14 +231,15 @@ def suspended(
         return s
     solved = sum(solution.solved for solution in attempt.solutions)
     cut = sum(map(_was_cut, attempt.solutions))
+    last = attempt.solutions[-1] if attempt.solutions else None
+    lost = last is not None and not (last.solved or _was_cut(last))
     search = SuspendedSearch(
-        solution=attempt.solved or (before.solution if before else None),
+        solution=None if lost else attempt.solved or (before.solution if before else None),
         iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
         iterations=(before.iterations if before else done) + solved,
         unsolved=(before.unsolved if before else 0) + len(attempt.solutions) - solved - cut,
         target=context.target,
         segment=s.task.segment,
-        obstacles=before.obstacles if before else s.area.standing,
         arrival=s.task.arrival,
         begin=context.begin,
     )

@@ -110,11 +110,10 @@ class SuspendedSearch:
     """A search for a first plan that goes on in the next cycle.
 
     Attributes:
-        solution: the last one, None if no QP was solved yet; iterations: so many were; unsolved: so many
-            were not, in all the time that they have.
+        solution: the last one, None if no QP was solved yet, or the last one was not.
+        iterations: so many QPs were solved; unsolved: so many were not, in all the time that they have.
         iterate: how far the QP had come that was stopped, or None.
         target: what the plan is to end in; segment: what it is for, or the piece of it.
-        obstacles: those that stood when it was begun.
         arrival: what is planned, or None while contouring; begin: when the plan begins [s].
         reverse_failed: an arrival that backs up was looked for before, in vain.
         obstruction: what the guess that it began from goes past; None: nothing.
@@ -125,7 +124,6 @@ class SuspendedSearch:
     iterate: tuple[Array, Array] | None
     target: Target
     segment: Segment
-    obstacles: tuple[Obstacle, ...]
     arrival: Arrival | None
     begin: float
     unsolved: int = 0
@@ -202,7 +200,7 @@ class GoalState:
     """What is known of the goal.
 
     Attributes:
-        planned: the user's goal pose, or None for the path's last pose.
+        planned: the user's goal pose, or None for the path's last pose; dock: the first one of the same dock.
         fit: what was found of it when it was new; given_fit: of the goal given last, taken or not; None: not
             looked yet.
         refusal: why the goal given last was not taken, or "".
@@ -213,6 +211,7 @@ class GoalState:
     """
 
     planned: Pose2 | None = None
+    dock: Pose2 | None = None
     fit: GoalFit | None = None
     given_fit: GoalFit | None = None
     refusal: str = ""
@@ -240,7 +239,7 @@ class Task:
         looked_at: when a vehicle that stands without a plan last looked for one [s], or None.
         restarts: how often the segment was begun again after a stop outside the tolerance.
         pulled_out: how often the vehicle has pulled out to come again.
-        stall: what it stalled before last, or None.
+        stall: what it stood before when it stalled last, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven, or the last halt was over [s].
     """

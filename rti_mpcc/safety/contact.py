@@ -234,7 +234,8 @@ def progress_of_contact(
     """Progress [m] at which a body on the path meets what a plan meets after so far [m].
 
     Stops are on the path, and a plan may be beside it: on the inside of a bend it is farther along by then.
-    Where the body on the path does not meet it, or later, it is the plan's own progress.
+    Where the body on the path does not meet it, or later, it is the plan's own progress; so it is where that
+    body meets it all along, which the plan passes.
     """
     state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
     begin, end = float(plan.states[0, THETA]), float(state[0, THETA])
@@ -246,7 +247,10 @@ def progress_of_contact(
     at = part.reference(theta)
     bodies = shapely.polygons(body_polygons(np.column_stack([at.x, at.y, at.phi]), config.vehicle))
     meets = shapely.intersects(bodies, shapely.union_all(met))
-    return float(theta[np.argmax(meets)]) if meets.any() else end
+    if not meets.any():
+        return end
+    clear = np.flatnonzero(~meets[: np.flatnonzero(meets)[-1]])
+    return float(theta[clear[-1] + 1]) if len(clear) else end
 
 
 def length(plan: Trajectory) -> float:

@@ -20,7 +20,7 @@ from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.safety.fallback import ControlInput, braking
 from rti_mpcc.safety.stopping import stopping_motion
-from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Status, Trajectory
+from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,10 +49,17 @@ def command(
         times = plan.times - s.clock.offset
         read_only(times)
         plan = replace(plan, times=times)
-    diagnostics = _diagnose(
-        decision, context.state, context.begin, context.target.pose, s, detections, remarks, clock
+    diagnostics = _diagnose(decision, context, s, detections, remarks, clock)
+    return _command(
+        decision.control,
+        context.state,
+        s.vehicle.monitor.state,
+        status,
+        plan,
+        diagnostics,
+        config,
+        s.vehicle.disturbance,
     )
-    return _command(decision.control, context.state, s, status, plan, diagnostics, config)
 
 
 def emergency(
@@ -68,23 +75,47 @@ def emergency(
     begin = s.now - s.clock.offset + config.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
     motion = stopping_motion(state, times, braking(config), config.vehicle.wheelbase)
-    decision = ControlDecision(control=control, verdict=verdict, trajectory=motion)
-    diagnostics = _diagnose(decision, state, begin, s.goal.pose or pose, s, (), (), clock)
+    diagnostics = Diagnostics(
+        theta=float(state[THETA]),
+        part=s.task.segment.index,
+        objective=Objective.CONTOURING,
+        weights=_first_weights(()),
+        time_to_go=None,
+        failed=True,
+        solver_status="",
+        iterations=0,
+        residuals=(0.0, 0.0),
+        retried=False,
+        slack=0.0,
+        reason=str(verdict),
+        cause=verdict.reason,
+        aim=s.goal.pose or pose,
+        goal=s.goal.estimate,
+        detections=(),
+        prepare_ms=0.0,
+        feedback_ms=0.0,
+        solve_ms=0.0,
+        step_ms=1e3 * clock.seconds,
+        deadline_missed=clock.late(),
+        disturbance=s.vehicle.disturbance.acceleration,
+        steering_offset=s.vehicle.disturbance.steering,
+    )
+    believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
     status = status_of(verdict, s.task)
-    return _command(control, state, s, status, motion, replace(diagnostics, failed=True), config)
+    return _command(control, state, believed, status, motion, diagnostics, config, known)
 
 
 def _command(
     control: ControlInput,
     state: Array,
-    s: ControllerState,
+    believed: Array | None,
     status: Status,
     plan: Trajectory,
     diagnostics: Diagnostics,
     config: ControllerConfig,
+    disturbance: Disturbance,
 ) -> Command:
-    """`control`, as it is sent, from the state (6,) that it begins to act in."""
-    believed, disturbance = s.vehicle.monitor.state, s.vehicle.disturbance
+    """`control`, as it is sent, from the state (6,) that it begins to act in; now `believed` (6,)."""
     d, o, gain = disturbance
     now = state if believed is None else believed
     speed = float(state[V]) + config.cycle * (gain * control.acceleration + d)
@@ -119,9 +150,7 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
 
 def _diagnose(
     decision: ControlDecision,
-    state: Array,
-    begin: float,
-    aim: Pose2,
+    context: PlanningContext,
     s: ControllerState,
     detections: tuple[Judgement, ...],
     remarks: tuple[str, ...],
@@ -130,11 +159,11 @@ def _diagnose(
     solutions = decision.attempt.solutions if decision.attempt else ()
     arrival = s.task.arrival
     return Diagnostics(
-        theta=float(state[THETA]),
+        theta=float(context.state[THETA]),
         part=s.task.segment.index,
         objective=s.task.objective.kind,
         weights=_first_weights(solutions),
-        time_to_go=None if arrival is None else arrival.at - begin,
+        time_to_go=None if arrival is None else arrival.at - context.begin,
         failed=decision.attempt is not None and bool(decision.attempt.problem),
         solver_status=solutions[-1].status if solutions else "",
         iterations=sum(each.iterations for each in solutions),
@@ -142,7 +171,7 @@ def _diagnose(
         retried=decision.attempt is not None and decision.attempt.retried,
         slack=float(solutions[-1].slack.max()) if solutions else 0.0,
         reason="; ".join(part for part in (str(decision.verdict), *remarks) if part),
-        aim=aim,
+        aim=context.target.pose,
         goal=s.goal.estimate,
         detections=detections,
         prepare_ms=1e3 * sum(each.prepare_seconds for each in solutions),

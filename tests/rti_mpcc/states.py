@@ -139,7 +139,6 @@ def stop_at(theta: float) -> PlannedStop:
 def begun_for(stop: PlannedStop | None, **values: Any) -> SuspendedSearch:
     """A search that ran out of time, for an arrival at a target 9 m along, at 12 s."""
     usual: dict[str, Any] = {"target": target_at(9.0), "arrival": arrival_at(12.0), "begin": 9.0}
-    usual["obstacles"] = ()
     return SuspendedSearch(
         **{
             "solution": None,

@@ -15,6 +15,7 @@ from rti_mpcc import ControllerConfig, DockingController, Vehicle
 from rti_mpcc.config import Fallback
 from rti_mpcc.planning import search, sensing
 from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.safety import decision
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
@@ -222,6 +223,18 @@ def test_a_vehicle_that_is_not_measured_stops_and_stays_and_goes_on_afterwards()
     first, last = stopped[0][0], stopped[-1][0]
     assert np.hypot(last.x - first.x, last.y - first.y) <= 0.01
     assert run[-1][1].docked
+
+
+def test_a_mistake_in_what_is_told_of_a_cycle_still_leaves_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What brakes the vehicle then needs nothing of a cycle's account."""
+
+    def wrong(*told: object) -> None:
+        raise ZeroDivisionError("made up")
+
+    monkeypatch.setattr(decision, "_diagnose", wrong)
+    (_, command), *_ = drive(short(), 0.1)
+    assert (command.status, command.source) == (Status.FAILED, Source.BRAKING)
+    assert "made up" in command.diagnostics.reason
 
 
 def test_a_mistake_in_the_program_brakes_and_the_next_cycle_goes_on(

@@ -96,6 +96,32 @@ def test_a_tracked_goal_that_jitters_beside_a_wall_is_never_in_it() -> None:
         assert planned is None or planned.y < 3.0 - BODY_HALF_WIDTH + 0.01
 
 
+def test_a_goal_that_turns_in_place_is_looked_for_anew_from_before_something_in_the_way() -> None:
+    """It is another dock, and the stop before what stands at the last one is not meant any more."""
+    dock, goals_given = controller(), [Pose2(LENGTH, 0.0, 0.0)] * 2 + [Pose2(LENGTH, 0.0, 0.3)] * 2
+    across = box(PATH.parts[0], 4.7, -2.0, 2.0, 1.0)
+    stops = []
+    for k, goal in enumerate(goals_given):
+        dock.step(START, now=0.05 * k, goal=goal, obstacles=[across])
+        stops.append(dock.state.task.stop)
+    before, *_, after = stops
+    assert before is not None
+    assert after is not None
+    assert before.goal == goals_given[0]
+    assert after.goal == goals_given[-1]
+
+
+def test_a_goal_that_creeps_becomes_another_dock_beyond_the_tolerance() -> None:
+    dock = controller()
+    for k in range(10):
+        dock.step(START, now=0.05 * k, goal=Pose2(11.0 + 0.02 * k, 0.0, 0.0))
+    known = dock.state.goal
+    assert known.dock is not None
+    assert known.planned == known.pose == Pose2(11.0 + 0.02 * 9, 0.0, 0.0)
+    assert 11.0 < known.dock.x
+    assert 11.18 - known.dock.x <= dock.config.goal_tolerance[0]
+
+
 def test_clearing_the_goal_clears_what_was_said_of_it() -> None:
     docking = controller()
     docking.step(START, now=0.0, goal=Pose2(500.0, 0.0, 0.0))

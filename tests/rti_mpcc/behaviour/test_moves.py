@@ -221,7 +221,16 @@ def test_another_goal_is_known_by_nothing_of_the_last_one() -> None:
     before = arriving(**known, refusal="why", waiting=True, suspended=begun_for(None))
     after = moves.with_goal(before, new)
     forgotten = {"estimate": None, "estimated_at": None, "followed": None}
-    assert after == put(before, planned=new, pose=new, **forgotten)
+    assert after == put(before, planned=new, dock=new, pose=new, **forgotten)
+
+
+@pytest.mark.parametrize("phase", list(Phase))
+def test_a_stop_is_not_meant_any_more_for_another_goal(phase: Phase) -> None:
+    s = moves.with_goal(planned(phase=phase, stop=stop_at(12.0)), None)
+    assert begins_afresh(s)
+    assert s.task.stop is None
+    free = moves.with_goal(planned(phase=phase), None)
+    assert (free.task.phase, free.plans.driven is None) == (phase, False)
 
 
 def test_a_dock_known_a_little_better_stays_the_same_dock() -> None:
@@ -288,6 +297,7 @@ def test_what_comes_again_to_a_segment_that_only_seeks_the_pose_does_so_again() 
 
 def test_what_begins_afresh_does_not_back_up() -> None:
     here = contexts()
+    goal = Pose2(1.0, 0.0, 0.0)
     for s in (
         moves.plan_lost(backing(), "why"),
         moves.overlapping(backing()),
@@ -300,6 +310,7 @@ def test_what_begins_afresh_does_not_back_up() -> None:
         moves.stop_before(backing(), here, CONFIG, 0.1, 7),
         moves.seeking(backing(), SEGMENTS[0]),
         moves.released(backing(phase=Phase.STARTING)),
+        moves.with_goal(backing(stop=stop_at(3.0)), goal),
         moves.next_segment(backing(segments=(BACK, *SEGMENTS))),
         moves.pulling_out(backing(phase=Phase.STALLED), contexts.standing(18.0), BACK),
         moves.coming_again(backing(segments=(BACK, *SEGMENTS)), contexts.standing(18.0)),

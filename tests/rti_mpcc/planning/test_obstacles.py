@@ -130,6 +130,8 @@ def test_obstacles_have_changed_where_one_has_come_gone_or_moved() -> None:
     assert not changed((), (), 0.1)
     assert not changed(boxes, boxes[::-1], 0.1)
     assert not changed(boxes, moved, 0.25)
-    for others in ((), boxes[1:], [*boxes, first_seen(3, square(5.0, 5.0, 1.0), 0.0)], moved):
+    shrunk = [first_seen(0, square(0.0, 0.0, 0.5), 0.0), *boxes[1:]]
+    assert not changed(boxes, [*shrunk, boxes[0]], 0.1)
+    for others in ((), boxes[1:], [*boxes, first_seen(3, square(5.0, 5.0, 1.0), 0.0)], moved, shrunk):
         assert changed(boxes, others, 0.1)
         assert changed(others, boxes, 0.1)

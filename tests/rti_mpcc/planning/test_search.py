@@ -20,7 +20,7 @@ from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.state import SuspendedSearch
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.types import Array, Trajectory
-from tests.rti_mpcc.states import AREA, arrival_at, arrives_at, begun_for, contexts, state, with_box
+from tests.rti_mpcc.states import arrival_at, arrives_at, begun_for, contexts, state
 
 CONFIG = ControllerConfig()
 SETTINGS = CONFIG.search
@@ -271,21 +271,13 @@ def test_a_search_for_a_target_that_has_moved_is_dropped(
     assert (arrives_at(after) == 15.0) == goes_on
 
 
-def test_a_search_among_other_obstacles_is_dropped(mpcc: RtiMpcc, solution: Solution) -> None:
-    begun = replace(suspended(solution, mpcc.target), obstacles=with_box(12.0).standing)
-    context = contexts(target=mpcc.target, begin=0.7)
-    for area, goes_on in ((with_box(12.03), True), (AREA, False), (with_box(13.0), False)):
-        after = schedule.scheduled(state(suspended=begun, area=area), context, mpcc.config)
-        assert (after.plans.suspended is not None) == goes_on
-
-
 def test_a_search_whose_qps_are_not_solved_ends_however_many_cycles_it_takes(
     mpcc: RtiMpcc, solution: Solution
 ) -> None:
     """What time has cut counts for nothing: it may be solved yet."""
     context, unsolved = contexts(target=mpcc.target, begin=0.2), replace(solution, solved=False)
     cut = replace(unsolved, stopped=Stop(TIME_IS_UP, 3))
-    s = state(area=with_box(12.0))
+    s = state()
     for cycle, answer in enumerate((unsolved, cut, unsolved)):
         core: Any = Answering(mpcc, answer)
         begun, guess = s.plans.suspended, solution.trajectory
@@ -293,9 +285,20 @@ def test_a_search_whose_qps_are_not_solved_ends_however_many_cycles_it_takes(
         attempt = search.converge(core, s, context, start, Granting(1))
         assert attempt.out_of_time == (cycle < 2)
         s = search.suspended(s, context, attempt)
-        if begun is not None and s.plans.suspended is not None:
-            assert s.plans.suspended.obstacles is begun.obstacles
     assert s.plans.suspended is None
+
+
+def test_after_a_qp_that_was_not_solved_a_search_begins_at_its_guess_again(
+    mpcc: RtiMpcc, solution: Solution
+) -> None:
+    """What it goes on from may lead past something that is gone."""
+    s, context = state(suspended=suspended(solution, mpcc.target)), contexts(target=mpcc.target, begin=0.2)
+    for status, stopped, kept in (("limit", None, None), (TIME_IS_UP, Stop(TIME_IS_UP, 3), solution)):
+        last = replace(solution, solved=False, status=status, stopped=stopped)
+        cut = search.SqpResult(solutions=(last,), problem="why", corridor_infeasible=False, out_of_time=True)
+        begun = search.suspended(s, context, cut).plans.suspended
+        assert begun is not None
+        assert begun.solution is kept
 
 
 def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) -> None:
