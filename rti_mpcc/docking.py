@@ -118,8 +118,8 @@ class DockingController:
             now: on any clock that runs on [s].
             goal: pose to end in; None keeps the last one. Without any it is the path's last pose. One that is
                 out of reach is not taken (`planning.goals`): the last one stays, and the reason says so. With
-                detections it is the planned goal, made for until they say better; one that is
-                beside the first by more than the tolerance is another dock, whose detections begin anew.
+                detections it is the planned goal, made for until they say better; one that is beside the
+                first by more than the tolerance is another dock, whose detections begin anew.
             measurements: detections of the goal that arrived since the last step, in any order.
             obstacles: polygons (m, 2) [m] to keep out of; None keeps the last ones.
             clock: decides what depends on time in this cycle; None: the wall clock and `config.deadline`. For

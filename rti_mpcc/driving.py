@@ -92,9 +92,9 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
-    s, meets = _meets(s, w)
-    if meets < inf or _wants_another_plan(s, context, w):
-        s, decision = _change_over(s, context, w, meets)
+    s, distance = _distance_on_driven(s, w)
+    if distance < inf or _wants_another_plan(s, context, w):
+        s, decision = _change_over(s, context, w, distance)
         if decision is not None:
             return Driven(s, decision)
     if schedule.final_due(s, context):
@@ -149,16 +149,16 @@ _BY_PHASE = {
 
 
 def _change_over(
-    s: ControllerState, context: PlanningContext, w: Workspace, meets: float
+    s: ControllerState, context: PlanningContext, w: Workspace, distance: float
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Turn from the present plan to the first one of another objective; None: not yet.
 
-    `meets`: progress [m] at which the present plan meets something, inf if nothing.
+    `distance`: of what the present plan meets, from its begin [m], inf if nothing.
     """
-    trial = sought(s, context, w, meets)
+    trial = sought(s, context, w, distance)
     found = first_plan(trial, context if trial is s else w.context(trial), w)
     attempt, stop = found.attempt, found.s.task.stop
-    if meets == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
+    if distance == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
         # No way past: the stop is needed, and the plan to it is as good as another one.
         return stops.confirmed(s), None
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
@@ -188,8 +188,8 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     return last or _give_up(s, context, w, attempt.problem, attempt)
 
 
-def _meets(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
-    """Progress [m] at which a change of the obstacles cuts the plan being driven, however far along, or inf.
+def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
+    """Distance [m], from its begin, at which a change of the obstacles cuts the plan being driven, or inf.
 
     Looked for in every cycle until a plan is driven that they leave free.
     """
@@ -197,9 +197,7 @@ def _meets(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
     if plan is None or s.plans.clear_of == s.area.changes:
         return s, inf
     distance = lookout.distance_to_contact(s, plan, w.config)
-    if distance == inf:
-        return stops.found_clear(s), inf
-    return s, lookout.progress_of_contact(s, plan, distance, w.config)
+    return (s if distance < inf else stops.found_clear(s)), distance
 
 
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:

@@ -75,27 +75,26 @@ def iterated(
     return s, attempt
 
 
-def sought(s: ControllerState, context: PlanningContext, w: Workspace, meets: float) -> ControllerState:
-    """The state by what another plan is to end in than the one being driven, which meets something at that
-    progress [m], inf: nothing.
+def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance: float) -> ControllerState:
+    """The state by what another plan is to end in than the one being driven, which meets something after that
+    `distance` from its begin [m], inf: nothing.
 
     A search for another end than the present plan's is first for a way past what is in the way. Where the
     plan is not free and there was no time for that, a stop comes first: it is found soon, and a way past can
     be looked for while it is made for.
     """
-    begun, left, config = s.plans.suspended, inf, w.config
-    if begun is not None and begun.segment.stop is None and meets < inf:
+    begun, left, config, driven = s.plans.suspended, inf, w.config, s.plans.driven
+    if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
         trial = replace(s, task=s.task.for_arrival(begun.arrival, begun.segment.beyond))
         guess = search.first_guess(w.mpcc, trial, context)
-        distance = lookout.distance_to_contact(s, guess, config)
-        if distance < inf:
-            meets = lookout.progress_of_contact(s, guess, distance, config)
-        left = meets - float(context.state[THETA]) - contact.stop_clearance(config)
+        on_guess = lookout.distance_to_contact(s, guess, config)
+        plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
+        left = _left_before(lookout.progress_of_contact(s, plan, way, config), context, w)
     if config.behaviour.near_stop < left < inf:
         s = moves.stop_before(s, context, config, left, None)
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
-    elif begun is None and s.task.stop and (meets < inf or stops.way_may_be_free(s, config)):
+    elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s, config)):
         s = moves.seeking(s, s.task.whole)
     return moves.released(s) if stops.way_may_be_free(s, config) else s
 
@@ -107,14 +106,15 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
     s, attempt, guess = _from_guess(s, context, w)
     obstruction = None
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
-        distance = _free_distance(s, attempt, guess, w)
+        plan = attempt.plan if attempt.fits else guess
+        distance = lookout.distance_to_contact(s, plan, w.config)
         if distance < inf and attempt.fits:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _further(s, attempt, context, w)
-            distance = _as_far_as_seen(s, attempt, _free_distance(s, attempt, guess, w), w)
-        if distance < inf and not _stands_at_a_wall(s, attempt, guess, distance, w):
-            meets = lookout.progress_of_contact(s, _plan_or_guess(attempt, guess), distance, w.config)
-            obstruction = _obstruction(s, context, meets, w)
+            plan = attempt.plan if attempt.fits else guess
+            distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config), w)
+        if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
+            obstruction = _obstruction(s, context, plan, distance, w)
     if obstruction is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
@@ -153,7 +153,7 @@ def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
     obstruction, found = scouting.obstruction, scouting.found
     if obstruction is None or found is None:
         return scouting
-    left = obstruction.at - float(scouting.context.state[THETA]) - contact.stop_clearance(w.config)
+    left = _left_before(obstruction.at, scouting.context, w)
     s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes)
     context = w.context(s)
     if s.task.phase is Phase.HOLDING:
@@ -219,9 +219,11 @@ def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     return Found(moves.plan_found(s), attempt, context)
 
 
-def _obstruction(s: ControllerState, context: PlanningContext, at: float, w: Workspace) -> Obstruction:
-    """What fills the way from the progress `at` on [m], and ways past it."""
-    here = float(context.state[THETA])
+def _obstruction(
+    s: ControllerState, context: PlanningContext, plan: Trajectory, distance: float, w: Workspace
+) -> Obstruction:
+    """What a plan meets after so far [m], and ways past it."""
+    here, at = float(context.state[THETA]), lookout.progress_of_contact(s, plan, distance, w.config)
     found = detours(w.mpcc.part, here, context.target.stop, s.area.corridor.obstacles, w.config)
     return Obstruction(at=at, detours=found)
 
@@ -244,6 +246,11 @@ def _further(
     return s, attempt if more.out_of_time else attempt.then(more)
 
 
+def _left_before(meets: float, context: PlanningContext, w: Workspace) -> float:
+    """Progress [m] from here to a stop before what is met at the progress `meets` [m]."""
+    return meets - float(context.state[THETA]) - contact.stop_clearance(w.config)
+
+
 def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) -> SqpResult:
     """From rest no plan is begun that gives way to a boundary: it would only come to a stop before it."""
     if attempt.problem or not attempt.corridor_infeasible or not s.is_stationary:
@@ -254,23 +261,10 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
     return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m")
 
 
-def _free_distance(s: ControllerState, attempt: SqpResult, guess: Trajectory, w: Workspace) -> float:
-    """Distance to what fills the way of the plan that was sought [m]; inf if nothing does."""
-    return lookout.distance_to_contact(s, _plan_or_guess(attempt, guess), w.config)
-
-
-def _plan_or_guess(attempt: SqpResult, guess: Trajectory) -> Trajectory:
-    """The plan that was sought, or where it is none, the guess that it was sought from."""
-    return attempt.plan if attempt.fits else guess
-
-
-def _stands_at_a_wall(
-    s: ControllerState, attempt: SqpResult, guess: Trajectory, distance: float, w: Workspace
-) -> bool:
+def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: Workspace) -> bool:
     """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
     if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
         return False
-    plan = _plan_or_guess(attempt, guess)
     return contact.distance_to_obstacle(plan, s.area.standing, w.config, inf) > distance
 
 

@@ -104,6 +104,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
     longer meant."""
     if s.task.stop is not None:
         s = transition_on(s, Event.GOAL_CHANGED)
+        s = replace(s, task=s.task.on_whole())
     known = replace(
         s.goal,
         dock=goal,
@@ -114,8 +115,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
         estimate_fit=None,
         followed=None,
     )
-    task = s.task if s.task.stop is None else s.task.on_whole()
-    return replace(s, goal=known, task=replace(task, restarts=0, pulled_out=0))
+    return replace(s, goal=known, task=replace(s.task, restarts=0, pulled_out=0))
 
 
 def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:

@@ -230,14 +230,13 @@ def suspended(
     if before is not None and not attempt.solutions:
         return s
     solved = sum(solution.solved for solution in attempt.solutions)
-    cut = sum(map(_was_cut, attempt.solutions))
-    last = attempt.solutions[-1] if attempt.solutions else None
-    lost = last is not None and not (last.solved or _was_cut(last))
+    failed = [not (solution.solved or _was_cut(solution)) for solution in attempt.solutions]
+    afresh = bool(failed) and failed[-1]
     search = SuspendedSearch(
-        solution=None if lost else attempt.solved or (before.solution if before else None),
+        solution=None if afresh else attempt.solved or (before.solution if before else None),
         iterate=attempt.solutions[-1].iterate if attempt.solutions else None,
         iterations=(before.iterations if before else done) + solved,
-        unsolved=(before.unsolved if before else 0) + len(attempt.solutions) - solved - cut,
+        unsolved=(before.unsolved if before else 0) + sum(failed),
         target=context.target,
         segment=s.task.segment,
         arrival=s.task.arrival,
