@@ -25,10 +25,10 @@ from benchmarks.yardstick import Problem, quiet, set_up
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
-from rti_mpcc.qp.pattern import CONTROL_UNITS, Index, build_pattern
+from rti_mpcc.qp.pattern import CONTROL_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.simulation import load_scenario, simulate, summary
-from rti_mpcc.types import Array, Command
+from rti_mpcc.types import Array, Command, Index
 
 REFERENCE = 1e-9
 SAMPLED = 100

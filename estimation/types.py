@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry import Pose2
-
-Array = NDArray[np.float64]
+from geometry.arrays import Array as Array
 
 
 class GoalStatus(Enum):

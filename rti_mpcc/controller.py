@@ -27,7 +27,6 @@ from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, StageWeights
 from rti_mpcc.ocp.room import Room
-from rti_mpcc.ocp.separating_planes import Index
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
@@ -44,7 +43,7 @@ from rti_mpcc.qp.filling import (
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
 from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
-from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.types import Array, Index, Trajectory
 
 
 class RtiMpcc:

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-from numpy.typing import NDArray
-
 from estimation import GoalEstimate, Judgement
 from geometry import Pose2
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from geometry.arrays import Array as Array
+from geometry.arrays import Complex as Complex
+from geometry.arrays import Index as Index
 
 
 @dataclass(frozen=True, slots=True)

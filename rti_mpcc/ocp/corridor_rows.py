@@ -28,8 +28,8 @@ from rti_mpcc.config import BoundRelaxation, Footprint, NarrowPassage
 from rti_mpcc.model.footprint import Discs
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.room import between
-from rti_mpcc.ocp.separating_planes import Index, SeparatingPlanes, separating_planes
-from rti_mpcc.types import Array
+from rti_mpcc.ocp.separating_planes import SeparatingPlanes, separating_planes
+from rti_mpcc.types import Array, Index
 
 LOOSE = -100.0
 """Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation. Its slopes

@@ -18,16 +18,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry import HalfPlanes, ReflexVertices
 from rti_mpcc.config import Footprint
 from rti_mpcc.model.footprint import Discs, Reach
 from rti_mpcc.model.layout import PHI
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Complex, Index
 
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
 _TINY = 1e-9  # what rounding may leave of a product that is 0
 
 

@@ -21,14 +21,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from rti_mpcc.config import SolverSettings
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, A, V, X, Y
-from rti_mpcc.types import Array
-
-Index = NDArray[np.int64]
+from rti_mpcc.types import Array, Index
 
 STATE_UNITS = np.array([1.0, 1.0, 0.3, 1.0, 0.3, 1.0])
 """What one scaled unit of x, y, phi, v, delta, theta is."""

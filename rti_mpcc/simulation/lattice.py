@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry import PathPart, wrap
-from rti_mpcc.simulation.passages import SPACING, Index, Room
-from rti_mpcc.types import Array
+from rti_mpcc.simulation.passages import SPACING, Room
+from rti_mpcc.types import Array, Index
 
 STEP = 0.5
 """Length of a step [m]."""

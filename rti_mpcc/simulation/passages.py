@@ -12,7 +12,7 @@ from geometry import Corridor, PathPart, wrap
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.quintics import driven, quintics
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Index
 
 CURVATURE_SHARE = 0.95
 """Of the vehicle's largest curvature, what the motion may take."""
@@ -28,8 +28,6 @@ _ASIDE = 0.8  # cosine of the angle between the way to the end and the headings 
 _SHAPE = np.linspace(0.0, 1.0, 41)  # u at which a curve is looked at first
 _COARSE = slice(None, None, 4)  # of these, where its body is
 _BLOCK = 5000  # curves at a time
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,12 +13,9 @@ Points are complex numbers x + iy.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry import lift
-from rti_mpcc.types import Array
-
-Complex = NDArray[np.complex128]
+from rti_mpcc.types import Array, Complex
 
 
 def quintics(direction: int, begins: Array, ends: Array, speeds: Array) -> Complex:

@@ -18,8 +18,8 @@ import numpy as np
 
 from geometry import wrap
 from rti_mpcc.simulation.lattice import LEVELS, STEP, Rank, Tree
-from rti_mpcc.simulation.passages import Index, Room, among
-from rti_mpcc.types import Array
+from rti_mpcc.simulation.passages import Room, among
+from rti_mpcc.types import Array, Index
 
 SLOPE = 1.0
 """Largest |dkappa/ds| [1/m²]: the default vehicle steers so fast below 0.34 m/s."""
