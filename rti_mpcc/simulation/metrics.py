@@ -19,6 +19,8 @@ from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import RunResult, Truth
 from rti_mpcc.types import Array, Source, Status
 
+TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
+"""Figures of `summary` that are not the same the next time."""
 TURNING_TRAVEL = 0.05
 """A change of direction counts after so much travel in the new one [m]."""
 _ROUNDING = 1e-9

@@ -18,13 +18,10 @@ import numpy as np
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.batch import Outcome
+from rti_mpcc.simulation.metrics import TIMED
 from rti_mpcc.simulation.result import Cycles, RunResult
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Source, Status
-
-TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
-"""Figures of a run that are not the same the next time."""
-
 
 DIGITS = 6
 """Of what is reckoned from the rounded numbers of a course."""

@@ -15,13 +15,13 @@ from rti_mpcc.simulation import RunResult, Scenario, changed, load_scenario, sce
 from rti_mpcc.simulation.batch import Case, Outcome, drive
 from rti_mpcc.simulation.campaign import CaseOutcome
 from rti_mpcc.simulation.campaign.row import (
-    TIMED,
     course_figures,
     disturbance_figures,
     failures_driven,
     outcome_of,
     row_of,
 )
+from rti_mpcc.simulation.metrics import TIMED
 from rti_mpcc.types import Source, Status
 
 COURSE: dict[str, Any] = {
