@@ -1,7 +1,9 @@
 """The one door to OSQP.
 
-What OSQP does not tell is checked here: it keeps the old problem when an update is refused, and an
-unsolved QP may leave finite garbage behind. Only a status on the list of good ones gives a solution.
+It is OSQP's extension that is called: its Python class does not pass on what an update was answered. An
+update that is refused leaves a problem that is neither the old one nor the new one, which OSQP then calls
+solved. An unsolved QP may leave finite garbage behind, too. Only a status on the list of good ones gives a
+solution, and only of a problem that was taken whole.
 """
 
 from __future__ import annotations
@@ -34,6 +36,10 @@ UNFINISHED = frozenset(
 )
 """What a QP is called that has had its iterations and not come to an end."""
 
+
+_EXTENSION: Any = osqp.OSQP().ext
+_INFINITY = float(_EXTENSION.OSQP_INFTY)
+"""What OSQP takes for infinite."""
 
 BAD_BOUNDS = "bounds that are no numbers, or a lower one above its upper one"
 
@@ -80,6 +86,7 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
+        self._told: Any = None
         self._steps = settings.warm
         self._most = settings.max_iterations
         self._sliced = (settings.slice_iterations, settings.tolerance)
@@ -92,18 +99,24 @@ class QpSolver:
 
     def _step_so(self) -> None:
         if self._osqp is not None:
-            self._osqp.update_settings(rho=self._steps.rho, alpha=self._steps.over_relaxation)
+            self._osqp.update_rho(self._steps.rho)
+            self._tell(alpha=self._steps.over_relaxation)
 
     def update(self, values: QpValues) -> str:
-        """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused."""
+        """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused.
+
+        After numbers that OSQP refuses it is set up anew with the next ones.
+        """
         problem = self._complaint(values)
         if problem:
             return problem
         if self._osqp is None:
-            self._set_up(values)
-        else:
-            self._osqp.update(Px=values.cost.copy(), Ax=values.constraints.copy(), q=values.gradient)
-        return ""
+            return self._set_up(values)
+        error = self._osqp.update_data_vec(q=values.gradient, l=None, u=None)
+        error = error or self._osqp.update_data_mat(
+            P_x=values.cost, P_i=None, A_x=values.constraints, A_i=None
+        )
+        return self._refused(error) if error else ""
 
     def solve(
         self,
@@ -123,8 +136,11 @@ class QpSolver:
             return self.nothing("not prepared")
         if not _ordered(values):
             return self.nothing(BAD_BOUNDS)
-        self._osqp.update(l=values.lower, u=values.upper)
-        self._osqp.warm_start(x=primal, y=dual)
+        lower, upper = np.maximum(values.lower, -_INFINITY), np.minimum(values.upper, _INFINITY)
+        error = self._osqp.update_data_vec(q=None, l=lower, u=upper)
+        if error:
+            return self.nothing(self._refused(error))
+        self._osqp.warm_start(primal, dual)
         settings, done, seconds = self._settings, 0, 0.0
         while True:
             word = ends(done) if ends is not None else ""
@@ -159,10 +175,11 @@ class QpSolver:
     def _slice(self, iterations: int, tolerance: float) -> tuple[Any, Array, Array]:
         """So many iterations more: OSQP's account of them, and the iterate (n,), (m,)."""
         if (iterations, tolerance) != self._sliced:
-            self._osqp.update_settings(max_iter=iterations, eps_abs=tolerance, eps_rel=tolerance)
+            self._tell(max_iter=iterations, eps_abs=tolerance, eps_rel=tolerance)
             self._sliced = iterations, tolerance
-        result = self._osqp.solve(raise_error=False)
-        return result.info, np.array(result.x), np.array(result.y)
+        self._osqp.solve()
+        solution = self._osqp.solution
+        return self._osqp.info, np.array(solution.x), np.array(solution.y)
 
     def _stopped(self, stop: Stop, primal: Array, dual: Array, seconds: float) -> QpSolution:
         """A QP that was not let come to an end; its iterate is a guess for another try."""
@@ -177,19 +194,15 @@ class QpSolver:
         """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
         if self._osqp is not None:
             rows, columns = self._pattern.constraints.shape
-            self._osqp.warm_start(x=np.zeros(columns), y=np.zeros(rows))
+            self._osqp.warm_start(np.zeros(columns), np.zeros(rows))
             self._step_so()
 
-    def _set_up(self, values: QpValues) -> None:
-        settings = self._settings
-        self._osqp = osqp.OSQP()
+    def _set_up(self, values: QpValues) -> str:
+        settings, (rows, columns) = self._settings, self._pattern.constraints.shape
         self._sliced = settings.slice_iterations, settings.tolerance
-        self._osqp.setup(
-            P=self._pattern.cost.matrix(values.cost.copy()),
-            q=values.gradient.copy(),
-            A=self._pattern.constraints.matrix(values.constraints.copy()),
-            l=values.lower.copy(),
-            u=values.upper.copy(),
+        self._told = _EXTENSION.OSQPSettings()
+        _EXTENSION.osqp_set_default_settings(self._told)
+        self._tell(
             rho=self._steps.rho,
             alpha=self._steps.over_relaxation,
             adaptive_rho_interval=settings.slice_iterations,
@@ -203,6 +216,31 @@ class QpSolver:
             warm_starting=True,
             verbose=False,
         )
+        try:
+            self._osqp = _EXTENSION.OSQPSolver(
+                _EXTENSION.CSC(self._pattern.cost.matrix(values.cost)),
+                values.gradient,
+                _EXTENSION.CSC(self._pattern.constraints.matrix(values.constraints)),
+                np.maximum(values.lower, -_INFINITY),
+                np.minimum(values.upper, _INFINITY),
+                rows,
+                columns,
+                self._told,
+            )
+        except ValueError as error:
+            return self._refused(str(error))
+        return ""
+
+    def _tell(self, **settings: float) -> None:
+        """OSQP's settings by name, those that it does not have yet with its set-up."""
+        for name, value in settings.items():
+            setattr(self._told, name, value)
+        if self._osqp is not None:
+            self._osqp.update_settings(self._told)
+
+    def _refused(self, error: int | str) -> str:
+        self._osqp = None
+        return f"refused by OSQP, error {error}"
 
     def _complaint(self, values: QpValues) -> str:
         rows, columns = self._pattern.constraints.shape

@@ -176,6 +176,20 @@ def test_what_is_not_a_number_is_refused(pattern: QpPattern, name: str, fresh: b
     good(solve(solver, values), values, pattern)
 
 
+@pytest.mark.parametrize("fresh", [True, False])
+def test_a_cost_that_is_not_convex_is_refused_and_the_next_qp_solves(pattern: QpPattern, fresh: bool) -> None:
+    """OSQP keeps half of such numbers, and calls what it makes of them solved."""
+    solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
+    if not fresh:
+        assert solver.update(values) == ""
+    concave = replace(values, cost=values.cost.copy())
+    concave.cost[pattern.cost.groups["controls"]] = -1e3
+    assert "refused by OSQP" in solver.update(concave)
+    nothing(solve(solver, concave))
+    assert solver.update(values) == ""
+    good(solve(solver, values), values, pattern)
+
+
 def test_a_lower_bound_above_the_upper_one_is_refused(pattern: QpPattern) -> None:
     solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
     crossed = spoilt(values, "lower", 9.0)
