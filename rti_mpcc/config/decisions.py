@@ -144,10 +144,10 @@ class ArrivalTiming(Settings):
     target_moved: NonNegative = 0.1
     lost_cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 2.5
     kept_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
-    path_spacing: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
+    path_spacing: Annotated[float, Field(ge=0.01, le=10.0)] = 0.25
     least_pieces: Annotated[int, Field(ge=2, le=100_000)] = 64
     most_pieces: Annotated[int, Field(ge=2, le=100_000)] = 400
-    steering_distance: NonNegative = 4.0
+    steering_distance: Annotated[float, Field(ge=0.0, le=1000.0)] = 4.0
     slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     cruise_step: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
 
@@ -229,7 +229,7 @@ class Guesses(Settings):
     fade_curvature: Positive = 0.1
     fade_heading: Annotated[float, Field(gt=0.0, le=1.5)] = 1.05
     astray: NonNegative = 0.05
-    least_stretch: Positive = 0.2
+    least_stretch: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
     detour_clearance: NonNegative = 0.3
     longest_swing: Positive = 10.0
     shortest_swing: Positive = 1.0

@@ -161,7 +161,7 @@ class NarrowPassage(Settings):
     strip: NonNegative = 0.03
     speed: Positive = 0.3
     reaction_time: Positive = 0.1
-    spacing: Positive = 0.5
+    spacing: Annotated[float, Field(ge=0.01, le=100.0)] = 0.5
     obstacle_reach: Positive = 8.0
 
 

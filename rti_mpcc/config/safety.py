@@ -43,7 +43,7 @@ class Caution(Settings):
     clear_distance: NonNegative = 0.5
     moved: Positive = 0.05
     observation: Positive = 0.3
-    check_spacing: Positive = 0.2
+    check_spacing: Annotated[float, Field(ge=0.01, le=10.0)] = 0.2
     overlap_growth: NonNegative = 0.01
     authority_reserve: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
 
@@ -90,7 +90,7 @@ class Escape(Settings):
         rise_time: time constant with which the speed is set [s].
     """
 
-    spacing: Positive = 0.04
+    spacing: Annotated[float, Field(ge=0.001, le=1.0)] = 0.04
     reach: Positive = 2.0
     steering_shares: Shares = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)
     steering_tolerance: Positive = 0.02

@@ -106,13 +106,13 @@ def free_response(states: Array, lengths: Array, wheelbase: float, span: float) 
                       + (s_k dphi + s_k²/2 ddelta (1 + tan²delta)/L) (-sin phi_k, cos phi_k)
 
     with s_k the way driven by then, negative in reverse, and delta the steering that the plan begins with.
-    The n stages are those that end within the `span`.
+    The n stages are those that end within the `span`, and the first one whenever it ends.
 
     Args:
         states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m]; span: [s].
     """
     elapsed = np.add.accumulate(lengths)
-    n = int(elapsed.searchsorted(span))
+    n = max(int(elapsed.searchsorted(span)), 1)
     elapsed, phi = elapsed[:n], states[1 : n + 1, PHI]
     c, s = np.cos(phi), np.sin(phi)
     travelled = np.add.accumulate(lengths[:n] * states[:n, V])

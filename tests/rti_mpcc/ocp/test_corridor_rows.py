@@ -301,6 +301,13 @@ def test_a_plan_begun_beside_another_drifts_as_the_vehicle_does(speed: float, st
         np.testing.assert_allclose(by[..., column], wanted[..., column], atol=off * largest)
 
 
+def test_the_first_stage_drifts_however_soon_the_margin_is_to_be_back() -> None:
+    states = rollout(
+        np.array([0.3, -0.2, 0.7, 1.5, 0.1, 0.0]), np.zeros((3, CONTROLS)), np.full(3, 0.05), 2.9
+    )
+    assert free_response(states, np.full(3, 0.05), 2.9, 1e-9).shape == (1, POSE, MEASURED)
+
+
 def test_what_trails_may_swing_out_until_it_is_back(corridor: Corridor, states: Array) -> None:
     rows = rows_about(states, planes_of(corridor, states), near=1e3)
     lower = np.full_like(rows.lower, -9.0)
