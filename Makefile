@@ -27,7 +27,8 @@ help:
 	@echo "make reproduce   drive the paper's experiments again beside the published figures: runs/reproduce"
 	@echo "make figures     measure what the pages of docs quote, but computing times, and write it there (about an hour)"
 	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
-	@echo "make bench       time the cycles of all scenarios against a yardstick; figures: runs/bench.json"
+	@echo "make bench       time the cycles of all scenarios against a yardstick (figures: runs/bench.json),"
+	@echo "                 and of some against the commit before, in turn (BASE=COMMIT: another one)"
 	@echo "make clean       remove $(VENV), builds and caches (runs/ stays)"
 
 test: lint types unit
@@ -73,6 +74,7 @@ soak: $(TEST)
 
 # One after the other and alone: other work on the machine shows in the figures.
 bench: $(TEST)
+	$(PY) -m benchmarks.compare_speed $(BASE)
 	$(PY) -m benchmarks.measure_speed $(BENCH)
 
 clean:
