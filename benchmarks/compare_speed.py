@@ -2,9 +2,9 @@
 
     python -m benchmarks.compare_speed [COMMIT] [--rounds 5] [--scenarios NAME ...]
 
-Drives the scenarios in closed loop, in turn with the files as they are here and with those of COMMIT (default:
-the one before HEAD), each time in a process of its own. A ratio is of two drives that follow one another;
-below 1 this is faster. Nothing is written.
+Drives the scenarios in closed loop, in turn with the files as they are here and with those of COMMIT (by
+default the one before HEAD), each time in a process of its own. A ratio is of two drives that follow one
+another; below 1 this is faster. Nothing is written.
 """
 
 from __future__ import annotations
