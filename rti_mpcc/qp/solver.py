@@ -98,9 +98,11 @@ class QpSolver:
             self._step_so()
 
     def _step_so(self) -> None:
-        if self._osqp is not None:
-            self._osqp.update_rho(self._steps.rho)
-            self._tell(alpha=self._steps.over_relaxation)
+        if self._osqp is None:
+            return
+        self._tell(alpha=self._steps.over_relaxation)
+        if self._osqp.update_rho(self._steps.rho):
+            self._osqp = None
 
     def update(self, values: QpValues) -> str:
         """Preparation: hand over all but the bounds (factorises). Returns "" or why that was refused.
@@ -149,7 +151,11 @@ class QpSolver:
             first = self._steps.fine and done == 0
             most = settings.fine_iterations if first else settings.slice_iterations
             tolerance = min(settings.fine_tolerance, settings.tolerance) if first else settings.tolerance
-            info, primal, dual = self._slice(min(most, self._most - done), tolerance)
+            error = self._slice(min(most, self._most - done), tolerance)
+            if error:
+                return self.nothing(self._refused(error), iterations=done, seconds=seconds)
+            info, solution = self._osqp.info, self._osqp.solution
+            primal, dual = np.array(solution.x), np.array(solution.y)
             done += int(info.iter)
             seconds += float(info.run_time)
             finite = bool(np.isfinite(primal).all() and np.isfinite(dual).all())
@@ -172,14 +178,12 @@ class QpSolver:
             seconds=seconds,
         )
 
-    def _slice(self, iterations: int, tolerance: float) -> tuple[Any, Array, Array]:
-        """So many iterations more: OSQP's account of them, and the iterate (n,), (m,)."""
+    def _slice(self, iterations: int, tolerance: float) -> int:
+        """So many iterations more: OSQP's error number, or 0. After an error its solution is an old one."""
         if (iterations, tolerance) != self._sliced:
             self._tell(max_iter=iterations, eps_abs=tolerance, eps_rel=tolerance)
             self._sliced = iterations, tolerance
-        self._osqp.solve()
-        solution = self._osqp.solution
-        return self._osqp.info, np.array(solution.x), np.array(solution.y)
+        return int(self._osqp.solve())
 
     def _stopped(self, stop: Stop, primal: Array, dual: Array, seconds: float) -> QpSolution:
         """A QP that was not let come to an end; its iterate is a guess for another try."""

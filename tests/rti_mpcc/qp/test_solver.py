@@ -190,6 +190,20 @@ def test_a_cost_that_is_not_convex_is_refused_and_the_next_qp_solves(pattern: Qp
     good(solve(solver, values), values, pattern)
 
 
+def test_a_solve_that_ends_in_an_error_gives_nothing(
+    pattern: QpPattern, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when OSQP can't factorise for the step size that it turns to: its solution is the last QP's then."""
+    solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
+    assert solver.update(values) == ""
+    good(solve(solver, values), values, pattern)
+    monkeypatch.setattr(solver, "_slice", lambda iterations, tolerance: 1)
+    nothing(solve(solver, values))
+    monkeypatch.undo()
+    assert solver.update(values) == ""
+    good(solve(solver, values), values, pattern)
+
+
 def test_a_lower_bound_above_the_upper_one_is_refused(pattern: QpPattern) -> None:
     solver, values = QpSolver(pattern, SETTINGS), problem(pattern, 1)
     crossed = spoilt(values, "lower", 9.0)
@@ -267,7 +281,7 @@ def test_slices_are_one_solve(pattern: QpPattern) -> None:
     fresh = QpSolver(pattern, settings)
     fresh.set_steps(SETTINGS.cold)
     fresh.update(values)
-    info, primal, dual = fresh._slice(settings.max_iterations, settings.tolerance)
-    assert info.iter == sliced.iterations
-    np.testing.assert_array_equal(primal, sliced.primal)
-    np.testing.assert_array_equal(dual, sliced.dual)
+    assert fresh._slice(settings.max_iterations, settings.tolerance) == 0
+    assert fresh._osqp.info.iter == sliced.iterations
+    np.testing.assert_array_equal(fresh._osqp.solution.x, sliced.primal)
+    np.testing.assert_array_equal(fresh._osqp.solution.y, sliced.dual)
