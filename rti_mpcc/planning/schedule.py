@@ -64,7 +64,8 @@ def scheduled_past_goal(
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
 
-    A vehicle that halts, or lost cycles, gets the time again that its way takes.
+    A vehicle that halts, lost cycles, or has fallen far behind its time gets the time again that its way takes:
+    to catch up it would have to leave all comfort behind.
     """
     arrival = s.task.arrival
     if s.task.phase is not Phase.ARRIVING:
@@ -73,7 +74,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
     moved = apart(arrival.timed_for, pose) > timing.target_moved
     lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
-    if moved or lost or s.task.halt is not None:
+    if moved or lost or s.task.halt is not None or _falls_behind(arrival, context, config):
         due = begin + _duration(context, config)
         # One that backs up may be past its goal, and has no way left but time to take.
         at = due if moved and not s.task.segment.reverses_into_goal else max(due, arrival.at)
@@ -135,6 +136,17 @@ def _duration(context: PlanningContext, config: ControllerConfig, beyond: float 
     highest = context.pace.ahead(float(context.state[THETA]), distance, config)
     least = config.arrival_timing.least_time
     return time_to_go(distance, context.speed, config.arrival_acceleration, least, highest)
+
+
+def _falls_behind(arrival: Arrival, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a vehicle that drives has far less time left than its way takes, by (T1) already.
+
+    One that is slow for its way, too, may not get on at all: its arrival is to be overdue some time.
+    """
+    timing = config.arrival_timing
+    needed = time_to_go(context.distance, context.speed, config.arrival_acceleration, timing.least_time)
+    drives = context.speed * needed >= timing.kept_share * context.distance
+    return drives and arrival.at - context.begin < timing.kept_share * needed
 
 
 def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

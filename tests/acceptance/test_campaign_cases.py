@@ -39,6 +39,14 @@ def test_a_narrow_bend_on_the_way_is_known_to_the_first_guess(level: Level) -> N
     assert row.outcome is CaseOutcome.DOCKED
 
 
+def test_an_arrival_that_was_slowed_on_its_way_does_not_catch_up_at_any_price() -> None:
+    """Behind an obstacle two seconds were left for 5 m: it drove them at 4.4 m/s and 5 m/s²."""
+    row = drive_case(CampaignCase(seed=3301, level=Level.NOMINAL, index=15))
+    assert row.outcome is CaseOutcome.DOCKED
+    assert row.figures is not None
+    assert row.figures["peak"]["acceleration"] < 4.0 * row.figures["comfort"]["acceleration"]
+
+
 @pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))

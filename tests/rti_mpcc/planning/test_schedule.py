@@ -86,9 +86,21 @@ def test_an_arrival_with_time_to_go_is_not_overdue() -> None:
 def test_an_arrival_that_lost_cycles_gets_its_time_back() -> None:
     gap = (QueuedCommand(10.2 - 5.0, 0.0, 0.0),)
     full = 10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST)
-    assert due(arriving(at=12.0, queue=gap), contexts()) == pytest.approx(full)
+    assert due(arriving(at=16.0, queue=gap), contexts()) == pytest.approx(full)
     none = (QueuedCommand(10.2 - CONFIG.cycle, 0.0, 0.0),)
-    assert due(arriving(at=12.0, queue=none), contexts()) == 12.0
+    assert due(arriving(at=16.0, queue=none), contexts()) == 16.0
+
+
+def test_an_arrival_that_has_fallen_far_behind_gets_the_time_that_its_way_takes() -> None:
+    """As behind something that slowed it: to catch up it would have to leave all comfort behind."""
+    needed = time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST)
+    some, little = (10.2 + share * needed for share in (0.51, 0.49))
+    assert due(arriving(at=some), contexts()) == some
+    assert due(arriving(at=little), contexts()) == pytest.approx(10.2 + needed)
+
+
+def test_an_arrival_that_hardly_drives_keeps_its_time_so_that_it_is_overdue_one_day() -> None:
+    assert due(arriving(at=12.0), contexts(speed=0.05)) == 12.0
 
 
 def test_an_arrival_that_halts_gets_its_time_back() -> None:
