@@ -64,8 +64,8 @@ def scheduled_past_goal(
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
 
-    A vehicle that halts, lost cycles, or has fallen far behind its time gets the time again that its way takes:
-    to catch up it would have to leave all comfort behind.
+    A vehicle that halts, lost cycles, or has fallen far behind gets the time again that its way takes: to
+    catch up it would have to leave all comfort behind.
     """
     arrival = s.task.arrival
     if s.task.phase is not Phase.ARRIVING:
