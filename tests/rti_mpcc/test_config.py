@@ -67,7 +67,7 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Retries, "restarts", -1, "greater than or equal to 0"),
     (Retries, "reverse_time", 0.0, "greater than 0"),
     (ArrivalTiming, "least_time", 0.0, "greater than 0"),
-    (ArrivalTiming, "path_spacing", 0.0, "greater than 0"),
+    (ArrivalTiming, "path_spacing", 0.0, "greater than or equal to 0.01"),
     (ArrivalTiming, "slowest", 1.5, "less than or equal to 1"),
     (Search, "iterations", 0, "greater than or equal to 1"),
     (Search, "damping", -1e-4, "greater than or equal to 0"),
