@@ -86,10 +86,9 @@ class QpSolver:
         self._pattern = pattern
         self._settings = settings
         self._osqp: Any = None
-        self._told: Any = None
+        self._osqp_settings: Any = None
         self._steps = settings.warm
         self._most = settings.max_iterations
-        self._sliced = (settings.slice_iterations, settings.tolerance)
 
     def set_steps(self, steps: AdmmSettings) -> None:
         """Step so from now on. Others than the last begin with their own step-size parameter."""
@@ -100,7 +99,7 @@ class QpSolver:
     def _step_so(self) -> None:
         if self._osqp is None:
             return
-        self._tell(alpha=self._steps.over_relaxation)
+        self._set(alpha=self._steps.over_relaxation)
         if self._osqp.update_rho(self._steps.rho):
             self._osqp = None
 
@@ -138,7 +137,7 @@ class QpSolver:
             return self.nothing("not prepared")
         if not _ordered(values):
             return self.nothing(BAD_BOUNDS)
-        lower, upper = np.maximum(values.lower, -_INFINITY), np.minimum(values.upper, _INFINITY)
+        lower, upper = _bounds(values)
         error = self._osqp.update_data_vec(q=None, l=lower, u=upper)
         if error:
             return self.nothing(self._refused(error))
@@ -180,9 +179,8 @@ class QpSolver:
 
     def _slice(self, iterations: int, tolerance: float) -> int:
         """So many iterations more: OSQP's error number, or 0. After an error its solution is an old one."""
-        if (iterations, tolerance) != self._sliced:
-            self._tell(max_iter=iterations, eps_abs=tolerance, eps_rel=tolerance)
-            self._sliced = iterations, tolerance
+        if (iterations, tolerance) != (self._osqp_settings.max_iter, self._osqp_settings.eps_abs):
+            self._set(max_iter=iterations, eps_abs=tolerance, eps_rel=tolerance)
         return int(self._osqp.solve())
 
     def _stopped(self, stop: Stop, primal: Array, dual: Array, seconds: float) -> QpSolution:
@@ -203,10 +201,9 @@ class QpSolver:
 
     def _set_up(self, values: QpValues) -> str:
         settings, (rows, columns) = self._settings, self._pattern.constraints.shape
-        self._sliced = settings.slice_iterations, settings.tolerance
-        self._told = _EXTENSION.OSQPSettings()
-        _EXTENSION.osqp_set_default_settings(self._told)
-        self._tell(
+        self._osqp_settings = _EXTENSION.OSQPSettings()
+        _EXTENSION.osqp_set_default_settings(self._osqp_settings)
+        self._set(
             rho=self._steps.rho,
             alpha=self._steps.over_relaxation,
             adaptive_rho_interval=settings.slice_iterations,
@@ -225,24 +222,24 @@ class QpSolver:
                 _EXTENSION.CSC(self._pattern.cost.matrix(values.cost)),
                 values.gradient,
                 _EXTENSION.CSC(self._pattern.constraints.matrix(values.constraints)),
-                np.maximum(values.lower, -_INFINITY),
-                np.minimum(values.upper, _INFINITY),
+                *_bounds(values),
                 rows,
                 columns,
-                self._told,
+                self._osqp_settings,
             )
         except ValueError as error:
             return self._refused(str(error))
         return ""
 
-    def _tell(self, **settings: float) -> None:
-        """OSQP's settings by name, those that it does not have yet with its set-up."""
+    def _set(self, **settings: float) -> None:
+        """Change OSQP's settings, by name; before its set-up they are what it is set up with."""
         for name, value in settings.items():
-            setattr(self._told, name, value)
+            setattr(self._osqp_settings, name, value)
         if self._osqp is not None:
-            self._osqp.update_settings(self._told)
+            self._osqp.update_settings(self._osqp_settings)
 
     def _refused(self, error: int | str) -> str:
+        """The word for what OSQP answered; it is set up anew with the next numbers."""
         self._osqp = None
         return f"refused by OSQP, error {error}"
 
@@ -270,6 +267,11 @@ class QpSolver:
             stopped=None,
             seconds=seconds,
         )
+
+
+def _bounds(values: QpValues) -> tuple[Array, Array]:
+    """Lower and upper ones (m,), infinite as OSQP writes it."""
+    return np.maximum(values.lower, -_INFINITY), np.minimum(values.upper, _INFINITY)
 
 
 def _ordered(values: QpValues) -> bool:
