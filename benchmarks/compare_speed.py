@@ -23,12 +23,12 @@ import numpy as np
 
 from benchmarks.tables import ROOT, table
 from rti_mpcc.simulation import builtin_names
+from rti_mpcc.simulation.batch import THREADS
 from rti_mpcc.types import Array
 
 PERCENTILES = (50, 95, 99)
 SCENARIOS = ("docking_behind", "docking_full_course", "docking_moving_goal")
 DRIVE = Path(__file__).with_name("timed_drive.py")
-ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def parsed() -> argparse.Namespace:
@@ -56,7 +56,7 @@ def files_of(commit: str) -> Iterator[Path]:
 def percentiles(tree: Path, scenarios: Sequence[str]) -> Array:
     """Of the time of a cycle with the files of a tree [ms]."""
     drive = [sys.executable, "-P", str(DRIVE), *scenarios]
-    environment = {**os.environ, **ALONE, "PYTHONPATH": str(tree)}
+    environment = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(tree)}
     done = subprocess.run(drive, cwd=tree, env=environment, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{tree}: {done.stderr.strip().splitlines()[-1]}")

@@ -16,7 +16,7 @@ from benchmarks.tables import ROOT, number, origin, replace_block, table, told, 
 from rti_mpcc import ControllerConfig
 from rti_mpcc.config import AdmmSettings
 from rti_mpcc.simulation import builtin_names, load_scenario, simulate, summary
-from rti_mpcc.simulation.metrics import TIMED
+from rti_mpcc.simulation.metrics import untimed
 
 COMMAND = "python -m benchmarks.measure_results"
 
@@ -35,8 +35,7 @@ def measure(scenario: str, preset: str) -> dict[str, Any]:
     """The summary of a run but for what is timed, and how many cycles had which status."""
     result = simulate(load_scenario(scenario), preset=preset)
     statuses = Counter(status.value for status in result.cycles.status)
-    figures = {name: figure for name, figure in summary(result).items() if name not in TIMED}
-    return {**figures, "cycles_by_status": dict(statuses)}
+    return {**untimed(summary(result)), "cycles_by_status": dict(statuses)}
 
 
 def result_rows(runs: list[dict[str, Any]]) -> list[list[str]]:

@@ -26,7 +26,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
             begun = _later(begun, context.begin - begun.begin)
         elif begun.arrival is not None:
             duration = _duration(context, config)
-            if begun.arrival.at - context.begin < timing.kept_share * duration:
+            if _too_short(begun.arrival, duration, context, config):
                 begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
         arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
         return replace(s.suspending(begun), task=s.task.for_arrival(arrival, begun.segment.beyond))
@@ -146,7 +146,12 @@ def _falls_behind(arrival: Arrival, context: PlanningContext, config: Controller
     timing = config.arrival_timing
     needed = time_to_go(context.distance, context.speed, config.arrival_acceleration, timing.least_time)
     drives = context.speed * needed >= timing.kept_share * context.distance
-    return drives and arrival.at - context.begin < timing.kept_share * needed
+    return drives and _too_short(arrival, needed, context, config)
+
+
+def _too_short(arrival: Arrival, needed: float, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether far less time is left to an arrival than is `needed` [s]."""
+    return arrival.at - context.begin < config.arrival_timing.kept_share * needed
 
 
 def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -148,6 +148,11 @@ def energy(truth: Truth, until: float | None) -> dict[str, float]:
         "acceleration": float(steps @ truth.acceleration[:-1] ** 2),
         "lateral_acceleration": _square_integral(truth.times, truth.lateral_acceleration, until),
     }
+
+
+def untimed(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of `summary` that are the same each time."""
+    return {name: value for name, value in figures.items() if name not in TIMED}
 
 
 def peak(truth: Truth, until: float | None) -> dict[str, float]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.batch import Outcome
-from rti_mpcc.simulation.metrics import TIMED
+from rti_mpcc.simulation.metrics import untimed
 from rti_mpcc.simulation.result import Cycles, RunResult
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Source, Status
@@ -128,7 +128,7 @@ class CampaignRow:
 def row_of(index: int, outcome: Outcome) -> CampaignRow:
     """The row of a case that was driven."""
     result = outcome.result
-    figures = {name: value for name, value in outcome.figures.items() if name not in TIMED}
+    figures = untimed(outcome.figures)
     figures["cycles_by_status"] = dict(
         sorted(Counter(status.value for status in result.cycles.status).items())
     )
