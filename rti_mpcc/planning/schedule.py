@@ -139,13 +139,17 @@ def _duration(context: PlanningContext, config: ControllerConfig, beyond: float 
 
 
 def _falls_behind(arrival: Arrival, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a vehicle that drives has far less time left than its way takes, by (T1) already.
+    """Whether a vehicle that drives far from its target has far less time left than its way takes, by (T1)
+    already.
 
-    One that is slow for its way, too, may not get on at all: its arrival is to be overdue some time.
+    One that is slow for its way, too, may not get on at all, and one that is near may be beside its target:
+    their arrivals are to be overdue some time, and they try again.
     """
-    timing = config.arrival_timing
-    needed = time_to_go(context.distance, context.speed, config.arrival_acceleration, timing.least_time)
-    drives = context.speed * needed >= timing.kept_share * context.distance
+    distance, timing = context.distance, config.arrival_timing
+    if distance <= config.retries.retreat_reach:
+        return False
+    needed = time_to_go(distance, context.speed, config.arrival_acceleration, timing.least_time)
+    drives = context.speed * needed >= timing.kept_share * distance
     return drives and _too_short(arrival, needed, context, config)
 
 

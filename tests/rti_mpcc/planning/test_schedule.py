@@ -99,6 +99,16 @@ def test_an_arrival_that_has_fallen_far_behind_gets_the_time_that_its_way_takes(
     assert due(arriving(at=little), contexts()) == pytest.approx(10.2 + needed)
 
 
+def test_near_its_target_a_late_arrival_keeps_its_time_and_may_try_again() -> None:
+    near = RETRIES.retreat_reach
+    for distance, waits in ((0.9 * near, False), (1.1 * near, True)):
+        needed = time_to_go(distance, 1.0, CONFIG.arrival_acceleration, LEAST)
+        at = 10.2 + 0.49 * needed
+        context = contexts(distance=distance)
+        assert at >= context.begin + LEAST
+        assert (due(arriving(at=at), context) > at) == waits
+
+
 def test_an_arrival_that_hardly_drives_keeps_its_time_so_that_it_is_overdue_one_day() -> None:
     assert due(arriving(at=12.0), contexts(speed=0.05)) == 12.0
 
