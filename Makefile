@@ -40,8 +40,9 @@ lint: $(TEST)
 types: $(TEST)
 	$(PY) -m mypy $(TYPED)
 
-# A file's tests share what they drive.
+# A file's tests share what they drive. The workers load what is compiled once, before them.
 unit: $(TEST)
+	$(VENV)/bin/rti-mpcc warm
 	$(PY) -m pytest -q -n $(WORKERS) --dist loadfile --ignore tests/acceptance
 
 demo: $(RUNTIME)

@@ -37,7 +37,7 @@ SHORT = {"simulation.duration": 60.0}
 CURVATURE = "rti_mpcc.controller.fill_curvature"
 
 
-BLENDING = "rti_mpcc.ocp.stage_cost._blending"
+BLENDING = "rti_mpcc.ocp.stage_cost._add_slopes"
 RELAXED = SolverSettings(
     max_iterations=1000, warm=AdmmSettings(rho=0.1, over_relaxation=1.6, fine=True, rows_scaled=True)
 )
@@ -53,11 +53,6 @@ def _nothing(*_: object) -> None:
 def _as_they_are(rows: CorridorRows, *_: object, **__: object) -> Array:
     """In place of what relaxes the bounds of rows."""
     return rows.lower
-
-
-def _none(*_: object) -> float:
-    """In place of a function whose value is added."""
-    return 0.0
 
 
 VARIATIONS = (
@@ -152,7 +147,7 @@ VARIATIONS = (
         for scenario in ("docking_inside", "docking_behind")
         for what, patches in (
             ("as it is", {}),
-            ("weights that do not know how they change", {BLENDING: _none}),
+            ("weights that do not know how they change", {BLENDING: _nothing}),
         )
     ),
     *(

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
+from geometry.compiled import Array1, Out2, kernel
 from geometry.errors import InputError
 from geometry.pose import Pose2
 from geometry.projection import FEW, closest_on_few, closest_on_pieces
@@ -93,21 +94,10 @@ class PathPart:
 
         Equations (1), (2) of this module.
         """
-        theta = np.asarray(theta, dtype=np.float64).reshape(-1)
-        i, knots, direction = self._piece(theta), self.knots, self.direction
-        inside = np.minimum(np.maximum(theta, knots[0]), knots[-1])
-        s, begin, slope = inside - knots[i], self.phi[i], direction * self.curvatures[i]
-        half = 0.5 * slope * s
-        # s sin(h)/h, s where h is 0
-        chord = direction * s * np.divide(np.sin(half), half, out=np.ones_like(half), where=half != 0.0)
-        middle = begin + half
-        x, y = self.x[i] + chord * np.cos(middle), self.y[i] + chord * np.sin(middle)
-        phi = begin + 2.0 * half
-        beyond = theta - inside
-        if beyond.any():
-            x += direction * beyond * np.cos(phi)
-            y += direction * beyond * np.sin(phi)
-            slope[beyond != 0.0] = 0.0
+        theta = np.ascontiguousarray(theta, dtype=np.float64).reshape(-1)
+        found = np.empty((4, theta.size))
+        _reference(self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction), theta, found)
+        x, y, phi, slope = found
         return PathReference(x=x, y=y, phi=phi, slope=slope)
 
     def curvature(self, theta: ArrayLike) -> Array:
@@ -218,3 +208,36 @@ class PathPart:
     def _piece(self, theta: Array) -> NDArray[np.intp]:
         """Index (n,) of the piece that speaks at theta (n,)."""
         return np.searchsorted(self.knots[1:-1], theta, side="right")
+
+
+@kernel
+def _reference(
+    knots: Array1,
+    curvatures: Array1,
+    x: Array1,
+    y: Array1,
+    phi: Array1,
+    direction: float,
+    theta: Array1,
+    found: Out2,
+) -> None:
+    """Equations (1), (2); rows of `found`: x, y, phi, slope."""
+    pieces = len(curvatures)
+    for j in range(len(theta)):
+        first, last = 0, pieces - 1  # the last piece that begins at theta or before
+        while first < last:
+            middle = (first + last + 1) // 2
+            if knots[middle] <= theta[j]:
+                first = middle
+            else:
+                last = middle - 1
+        i = first
+        inside = min(max(theta[j], knots[0]), knots[pieces])
+        s, slope, beyond = inside - knots[i], direction * curvatures[i], theta[j] - inside
+        half = 0.5 * slope * s
+        chord = direction * s * (sin(half) / half if half != 0.0 else 1.0)
+        heading = phi[i] + 2.0 * half
+        found[0, j] = x[i] + chord * cos(phi[i] + half) + direction * beyond * cos(heading)
+        found[1, j] = y[i] + chord * sin(phi[i] + half) + direction * beyond * sin(heading)
+        found[2, j] = heading
+        found[3, j] = slope if beyond == 0.0 else 0.0

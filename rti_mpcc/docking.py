@@ -24,6 +24,7 @@ from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, 
 from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
+from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
@@ -46,6 +47,8 @@ _log = logging.getLogger(__name__)
 class DockingController:
     """Drives a vehicle along a route and into its goal pose.
 
+    The first one on a machine compiles the kernels, in some seconds (`rti-mpcc warm` does it before).
+
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
         segments: of the manoeuvre along it; None: `segments_of` the path.
@@ -67,6 +70,7 @@ class DockingController:
         *,
         segments: Manoeuvre | None = None,
     ) -> None:
+        make_ready()
         self.path = path
         self.config = config or ControllerConfig()
         self.segments = None if segments is None else checked(segments, path)

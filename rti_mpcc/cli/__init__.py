@@ -1,4 +1,4 @@
-"""The command `rti-mpcc`: scenarios, run, compare, campaigns, replay, watch (contract 3.2)."""
+"""The command `rti-mpcc`: scenarios, run, compare, campaigns, replay, watch (contract 3.2), warm."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, replay, run, watch
+from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, replay, run, warm, watch
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.report.console import warnings_on_stderr
@@ -60,6 +60,7 @@ def _parser() -> argparse.ArgumentParser:
     campaign_report.add_to(commands)
     replay.add_to(commands)
     watch.add_to(commands)
+    warm.add_to(commands)
     return parser
 
 

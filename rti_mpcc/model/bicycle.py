@@ -13,17 +13,15 @@ the classical Runge-Kutta step of length h comes down to
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from types import ModuleType
-from typing import NamedTuple, TypeVar
+from math import cos, sin, tan
+from typing import NamedTuple
 
 import numpy as np
 
+from geometry.compiled import Array1, Array2, Out2, Out3, inner, kernel
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.types import Array
-
-Real = TypeVar("Real", float, Array)
 
 
 class Step(NamedTuple):
@@ -55,141 +53,167 @@ class Step(NamedTuple):
         return by
 
 
-def pose_rates(states: Array, wheelbase: float) -> Array:
-    """Time derivative (n, 3) of x, y, phi in states (n, 6): the part of Eq. (M1) that no control enters."""
-    phi, v = states[:, PHI], states[:, V]
-    out = np.empty((len(states), POSE))
-    np.multiply(v, np.cos(phi), out=out[:, X])
-    np.multiply(v, np.sin(phi), out=out[:, Y])
-    np.multiply(v / wheelbase, np.tan(states[:, DELTA]), out=out[:, PHI])
-    return out
-
-
 def rates(states: Array, controls: Array, wheelbase: float) -> Array:
     """Time derivative (n, 6) of states (n, 6) under controls (n, 3), Eq. (M1)."""
-    out = np.empty_like(states)
-    out[:, :POSE] = pose_rates(states, wheelbase)
-    out[:, V] = controls[:, A]
-    out[:, DELTA] = controls[:, DELTA_DOT]
-    out[:, THETA] = controls[:, THETA_DOT]
-    return out
+    phi, v = states[:, PHI], states[:, V]
+    turn = v * np.tan(states[:, DELTA]) / wheelbase
+    return np.column_stack([v * np.cos(phi), v * np.sin(phi), turn, controls])
 
 
 def step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
     """States (n, 6) reached from `states` (n, 6) under `controls` (n, 3) after `lengths` (n,) [s]."""
-    phi, v, delta = states[:, PHI], states[:, V], states[:, DELTA]
-    a, rate = controls[:, A], controls[:, DELTA_DOT]
-    dx, dy, turn = _change(np, phi, v, delta, a, rate, lengths, wheelbase)
-    reached = states.copy()
-    reached[:, X] += dx
-    reached[:, Y] += dy
-    reached[:, PHI] += turn
-    reached[:, V] += lengths * a
-    reached[:, DELTA] += lengths * rate
-    reached[:, THETA] += lengths * controls[:, THETA_DOT]
+    reached = np.empty((len(lengths), STATES))
+    _step(states, controls, lengths, wheelbase, reached)
     return reached
 
 
 def rollout(state: Array, controls: Array, lengths: Array, wheelbase: float) -> Array:
-    """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s].
-
-    Speed, steering and progress are sums of the controls, the heading is one of what these turn it, and the
-    position one of what all of them move it: three sums instead of n steps.
-    """
-    states = np.tile(state, (len(lengths) + 1, 1)).astype(np.float64)
-    for quantity, control in ((V, A), (DELTA, DELTA_DOT), (THETA, THETA_DOT)):
-        states[1:, quantity] += np.cumsum(lengths * controls[:, control])
-    for pose in ([PHI], [X, Y]):
-        moved = step(states[:-1], controls, lengths, wheelbase) - states[:-1]
-        states[1:, pose] = states[0, pose] + np.cumsum(moved[:, pose], axis=0)
+    """The states (n+1, 6) that `controls` (n, 3) lead to from `state` (6,), each held for its length [s]."""
+    states = np.empty((len(lengths) + 1, STATES))
+    states[0] = state
+    _rollout(controls, lengths, wheelbase, states)
     return states
 
 
 def step_one(
     state: Sequence[float], control: tuple[float, float, float], seconds: float, wheelbase: float
 ) -> tuple[float, ...]:
-    """`step` of a single state (6,) under a control (3,), in plain floats: many times as fast for one."""
+    """`step` of a single state (6,) under a control (3,), in plain floats."""
     x, y, phi, v, delta, theta = state
     a, rate, progress = control
-    dx, dy, turn = _change(math, phi, v, delta, a, rate, seconds, wheelbase)
-    return (x + dx, y + dy, phi + turn, v + seconds * a, delta + seconds * rate, theta + seconds * progress)
+    return _step_one(x, y, phi, v, delta, theta, a, rate, progress, seconds, wheelbase)
 
 
+@inner
 def _change(
-    trig: ModuleType, phi: Real, v: Real, delta: Real, a: Real, rate: Real, h: Real, wheelbase: float
-) -> tuple[Real, Real, Real]:
-    """What a step of length h adds to x, y and phi, Eq. (M2), (M3); `trig`: `math` for floats, `numpy`."""
+    phi: float, v: float, delta: float, a: float, rate: float, h: float, wheelbase: float
+) -> tuple[float, float, float]:
+    """What a step of length h adds to x, y and phi, Eq. (M2), (M3)."""
     half, sixth = 0.5 * h, h / 6.0
     v_m, v_1 = v + half * a, v + h * a
-    w = v * trig.tan(delta) / wheelbase
-    w_m = v_m * trig.tan(delta + half * rate) / wheelbase
-    w_1 = v_1 * trig.tan(delta + h * rate) / wheelbase
+    w = v * tan(delta) / wheelbase
+    w_m = v_m * tan(delta + half * rate) / wheelbase
+    w_1 = v_1 * tan(delta + h * rate) / wheelbase
     phi_b, phi_c, phi_d = phi + half * w, phi + half * w_m, phi + h * w_m
     twice = 2.0 * v_m
-    x = sixth * (v * trig.cos(phi) + twice * (trig.cos(phi_b) + trig.cos(phi_c)) + v_1 * trig.cos(phi_d))
-    y = sixth * (v * trig.sin(phi) + twice * (trig.sin(phi_b) + trig.sin(phi_c)) + v_1 * trig.sin(phi_d))
+    x = sixth * (v * cos(phi) + twice * (cos(phi_b) + cos(phi_c)) + v_1 * cos(phi_d))
+    y = sixth * (v * sin(phi) + twice * (sin(phi_b) + sin(phi_c)) + v_1 * sin(phi_d))
     return x, y, sixth * (w + 4.0 * w_m + w_1)
 
 
-# Of the times 0, h/2, h in a step, and of the four parts of its way (M3).
-_TIMES = np.array([0.0, 0.5, 1.0])[:, None]
-_SIMPSON = np.array([1.0, 4.0, 1.0])[:, None] / 6.0
-_PARTS = np.array([1.0, 2.0, 2.0, 1.0])[:, None] / 6.0
-_TURNED_FOR = np.array([0.0, 0.5, 0.5, 1.0])[:, None]
-_TURNED_AT = np.array([0, 0, 1, 1])
-_DRIVEN_AT = np.array([0, 1, 1, 2])
+@kernel
+def _step_one(
+    x: float, y: float, phi: float, v: float, delta: float, theta: float,
+    a: float, rate: float, progress: float, h: float, wheelbase: float,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    dx, dy, turn = _change(phi, v, delta, a, rate, h, wheelbase)
+    return x + dx, y + dy, phi + turn, v + h * a, delta + h * rate, theta + h * progress
+
+
+@inner
+def _advance(state: Array, control: Array, h: float, wheelbase: float, reached: Array) -> None:
+    a, rate = control[A], control[DELTA_DOT]
+    dx, dy, turn = _change(state[PHI], state[V], state[DELTA], a, rate, h, wheelbase)
+    reached[X] = state[X] + dx
+    reached[Y] = state[Y] + dy
+    reached[PHI] = state[PHI] + turn
+    reached[V] = state[V] + h * a
+    reached[DELTA] = state[DELTA] + h * rate
+    reached[THETA] = state[THETA] + h * control[THETA_DOT]
+
+
+@kernel
+def _step(states: Array2, controls: Array2, lengths: Array1, wheelbase: float, reached: Out2) -> None:
+    for k in range(len(lengths)):
+        _advance(states[k], controls[k], lengths[k], wheelbase, reached[k])
+
+
+@kernel
+def _rollout(controls: Array2, lengths: Array1, wheelbase: float, states: Out2) -> None:
+    for k in range(len(lengths)):
+        _advance(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
+
+
+_TIMES = (0.0, 0.5, 1.0)
+_TURNS = (1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0)
+"""Of a step's turn, Eq. (M2): the times at which its rate is taken, and what each weighs."""
+_WAYS = (1.0 / 6.0, 2.0 / 6.0, 2.0 / 6.0, 1.0 / 6.0)
+_DRIVEN_AT = (0, 1, 1, 2)
+_TURNED_AT = (0, 0, 1, 1)
+_TURNED_FOR = (0.0, 0.5, 0.5, 1.0)
+"""Of the four parts of its way, Eq. (M3): what they weigh, at which of the times their speed is taken and the
+rate at which the heading has been turning, and for how long it has."""
 
 
 def linearised_step(states: Array, controls: Array, lengths: Array, wheelbase: float) -> Step:
     """One Runge-Kutta step per stage with exact sensitivities, Eq. (M2), (M3).
 
-    With x + iy for the position, and e_j = g_j exp(i phi_j) with the weights g_j = h/6 (1, 2, 2, 1) of (M3),
+    With g_j = h/6 (1, 2, 2, 1) of (M3),
 
-    (M4)  d(x_1 + i y_1) = sum_j e_j (dv_j + i v_j dphi_j),   dv_j = dv + t_j da,
-          dphi_b = dphi + h/2 dw_0,  dphi_c = dphi + h/2 dw_m,  dphi_d = dphi + h dw_m;   dphi_1 by (M2),
+    (M4)  dx_1 = sum_j g_j (cos phi_j dv_j - v_j sin phi_j dphi_j),   dv_j = dv + t_j da,
+          dy_1 = sum_j g_j (sin phi_j dv_j + v_j cos phi_j dphi_j);   dphi_1 by (M2),
+          dphi_b = dphi + h/2 dw_0,  dphi_c = dphi + h/2 dw_m,  dphi_d = dphi + h dw_m,
           dw(t) = tan(delta)/L (dv + t da) + v (1 + tan²)/L (ddelta + t ddelta_dot)
 
     Args:
         states: (n, 6); controls: (n, 3), constant over the step; lengths: (n,) [s]; wheelbase: [m].
     """
-    h, count = lengths, len(lengths)
-    # v and delta along axis 0, the three times along axis 1.
-    t = h * _TIMES
-    motion = states[:, V : DELTA + 1].T[:, None] + controls[:, A : DELTA_DOT + 1].T[:, None] * t
-    v, tangent = motion[0], np.tan(motion[1])
-    by = np.empty((2, 3, count))  # slopes of phi' to v and delta
-    np.divide(tangent, wheelbase, out=by[0])
-    np.multiply(by[0] * tangent + 1.0 / wheelbase, v, out=by[1])
-    w = v * by[0]
+    reached, pose_by = np.empty_like(states), np.zeros((len(lengths), POSE, 5))
+    _linearised_step(states, controls, lengths, wheelbase, reached, pose_by)
+    return Step(reached, pose_by, lengths)
 
-    heading = states[:, PHI] + h * _TURNED_FOR * w[_TURNED_AT]
-    e = np.empty((4, count), dtype=np.complex128)
-    np.cos(heading, out=e.real)
-    np.sin(heading, out=e.imag)
-    e *= h * _PARTS
-    distance = e * v[_DRIVEN_AT]
-    moved = distance.sum(axis=0)
 
-    # The slopes of position and heading to phi, v, delta, a, delta_dot along axis 0.
-    by_w = 1j * distance * (h * _TURNED_FOR)
-    by_w0, by_wm = by_w[1], by_w[2] + by_w[3]
-    position = np.empty((5, count), dtype=np.complex128)
-    position[0] = 1j * moved
-    later = by_wm * by[:, 1]
-    position[1:3] = by_w0 * by[:, 0] + later
-    position[1] += e.sum(axis=0)
-    position[3:5] = later * t[1]
-    position[3] += (e * t[_DRIVEN_AT]).sum(axis=0)
-    simpson = h * _SIMPSON
-    pose_by = np.empty((POSE, 5, count))
-    pose_by[X], pose_by[Y] = position.real, position.imag
-    pose_by[PHI, 0] = 1.0
-    pose_by[PHI, 1:3] = (simpson * by).sum(axis=1)
-    pose_by[PHI, 3:5] = (simpson * t * by).sum(axis=1)
+@kernel
+def _linearised_step(
+    states: Array2, controls: Array2, lengths: Array1, wheelbase: float, reached: Out2, pose_by: Out3
+) -> None:
+    """Equations (M2) to (M4). Columns of `pose_by`: phi, v, delta, a, delta_dot."""
+    w, w_by_v, w_by_delta = np.empty(3), np.empty(3), np.empty(3)
+    for k in range(len(lengths)):
+        h, phi, v_0, a = lengths[k], states[k, PHI], states[k, V], controls[k, A]
+        turn = 0.0
+        pose_by[k, PHI, 0] = 1.0
+        for i in range(3):
+            t, g = h * _TIMES[i], h * _TURNS[i]
+            v, tangent = v_0 + t * a, tan(states[k, DELTA] + t * controls[k, DELTA_DOT])
+            w[i], w_by_v[i] = v * tangent / wheelbase, tangent / wheelbase
+            w_by_delta[i] = v * (1.0 + tangent * tangent) / wheelbase
+            turn += g * w[i]
+            pose_by[k, PHI, 1] += g * w_by_v[i]
+            pose_by[k, PHI, 2] += g * w_by_delta[i]
+            pose_by[k, PHI, 3] += g * w_by_v[i] * t
+            pose_by[k, PHI, 4] += g * w_by_delta[i] * t
+        x = y = 0.0
+        for j in range(4):
+            at = _TURNED_AT[j]
+            g, t, s, span = h * _WAYS[j], h * _TIMES[_DRIVEN_AT[j]], h * _TIMES[at], h * _TURNED_FOR[j]
+            v, heading = v_0 + t * a, phi + span * w[at]
+            by_v, by_delta = span * w_by_v[at], span * w_by_delta[at]
+            # Along the heading, and what a turn moves it aside.
+            ahead_x, ahead_y = g * cos(heading), g * sin(heading)
+            aside_x, aside_y = -v * ahead_y, v * ahead_x
+            x += v * ahead_x
+            y += v * ahead_y
+            pose_by[k, X, 0] += aside_x
+            pose_by[k, X, 1] += ahead_x + aside_x * by_v
+            pose_by[k, X, 2] += aside_x * by_delta
+            pose_by[k, X, 3] += ahead_x * t + aside_x * by_v * s
+            pose_by[k, X, 4] += aside_x * by_delta * s
+            pose_by[k, Y, 0] += aside_y
+            pose_by[k, Y, 1] += ahead_y + aside_y * by_v
+            pose_by[k, Y, 2] += aside_y * by_delta
+            pose_by[k, Y, 3] += ahead_y * t + aside_y * by_v * s
+            pose_by[k, Y, 4] += aside_y * by_delta * s
+        reached[k, X] = states[k, X] + x
+        reached[k, Y] = states[k, Y] + y
+        reached[k, PHI] = phi + turn
+        reached[k, V] = v_0 + h * a
+        reached[k, DELTA] = states[k, DELTA] + h * controls[k, DELTA_DOT]
+        reached[k, THETA] = states[k, THETA] + h * controls[k, THETA_DOT]
 
-    reached = states.copy()
-    reached[:, : Y + 1].view(np.complex128)[:, 0] += moved
-    reached[:, PHI] += (simpson * w).sum(axis=0)
-    reached[:, V : DELTA + 1] = motion[:, 2].T
-    reached[:, THETA] += h * controls[:, THETA_DOT]
-    return Step(reached, pose_by.transpose(2, 0, 1), lengths)
+
+@inner
+def pose_rate(state: Array, wheelbase: float) -> tuple[float, float, float]:
+    """Time derivative of x, y, phi in one state, Eq. (M1)."""
+    v, phi = state[V], state[PHI]
+    return v * cos(phi), v * sin(phi), v * tan(state[DELTA]) / wheelbase

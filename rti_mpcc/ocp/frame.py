@@ -8,7 +8,8 @@ from math import cos, sin
 import numpy as np
 
 from geometry import HalfPlanes, PathReference, Pose2, ReflexVertices
-from rti_mpcc.model.layout import PHI, X, Y
+from geometry.compiled import Array2, Out2, kernel
+from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array
 
 
@@ -31,27 +32,22 @@ class LocalFrame:
 
     def states_in(self, states: Array) -> Array:
         """World states (..., >= 3) in this frame."""
-        out = states.copy()
-        place = out[..., : Y + 1].view(np.complex128)
-        place -= complex(self.x, self.y)
-        place *= self._turn.conjugate()
-        out[..., PHI] -= self.phi
+        out = np.empty(states.shape)
+        _poses_in(_rows(states), self.x, self.y, self.phi, _rows(out))
         return out
 
     def states_out(self, states: Array) -> Array:
         """Local states (..., >= 3) in the world."""
-        out = states.copy()
-        place = out[..., : Y + 1].view(np.complex128)
-        place *= self._turn
-        place += complex(self.x, self.y)
-        out[..., PHI] += self.phi
+        out = np.empty(states.shape)
+        _poses_out(_rows(states), self.x, self.y, self.phi, _rows(out))
         return out
 
     def reference_in(self, reference: PathReference) -> PathReference:
         """References in this frame."""
-        place = (reference.x - self.x) + 1j * (reference.y - self.y)
-        place *= self._turn.conjugate()
-        return PathReference(x=place.real, y=place.imag, phi=reference.phi - self.phi, slope=reference.slope)
+        poses = np.column_stack((reference.x, reference.y, reference.phi))
+        _poses_in(poses, self.x, self.y, self.phi, poses)
+        x, y, phi = poses.T
+        return PathReference(x=x, y=y, phi=phi, slope=reference.slope)
 
     def pose_in(self, pose: Pose2) -> Pose2:
         """A pose in this frame, heading not wrapped."""
@@ -69,3 +65,31 @@ class LocalFrame:
             return None
         back = self._turn.conjugate()
         return juts._replace(before=juts.before * back, after=juts.after * back)
+
+
+def _rows(states: Array) -> Array:
+    return states.reshape(-1, states.shape[-1])
+
+
+@kernel
+def _poses_in(poses: Array2, x: float, y: float, phi: float, turned: Out2) -> None:
+    c, s = cos(phi), sin(phi)
+    for k in range(len(poses)):
+        dx, dy = poses[k, X] - x, poses[k, Y] - y
+        turned[k, X] = c * dx + s * dy
+        turned[k, Y] = c * dy - s * dx
+        turned[k, PHI] = poses[k, PHI] - phi
+        for j in range(POSE, poses.shape[1]):
+            turned[k, j] = poses[k, j]
+
+
+@kernel
+def _poses_out(poses: Array2, x: float, y: float, phi: float, turned: Out2) -> None:
+    c, s = cos(phi), sin(phi)
+    for k in range(len(poses)):
+        dx, dy = poses[k, X], poses[k, Y]
+        turned[k, X] = x + (c * dx - s * dy)
+        turned[k, Y] = y + (s * dx + c * dy)
+        turned[k, PHI] = poses[k, PHI] + phi
+        for j in range(POSE, poses.shape[1]):
+            turned[k, j] = poses[k, j]

@@ -12,15 +12,19 @@ with phi_r' = dphi_r/dtheta = d kappa. They are valid Frenet coordinates only ne
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from math import cos, sin
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from geometry import PathReference
+from geometry.compiled import Array1, Array2, Out2, Out3, kernel
 from rti_mpcc.model.layout import PHI, STATES, THETA, X, Y
 from rti_mpcc.types import Array
 
-LAG, CONTOURING, HEADING = range(3)
+LAG: Final = 0
+CONTOURING: Final = 1
+HEADING: Final = 2
 """Where each error stands in `FrenetErrors`."""
 
 
@@ -55,18 +59,34 @@ def frenet_errors(
         turns: whether the slopes know that the reference turns with theta; False takes phi_r' for 0 in (F2).
     """
     values, slopes = np.empty((len(states), 3)), np.zeros((len(states), 3, STATES))
-    c, s = np.cos(reference.phi), np.sin(reference.phi)
-    dx, dy = states[:, X] - reference.x, states[:, Y] - reference.y
-    values[:, LAG] = c * dx + s * dy
-    values[:, CONTOURING] = c * dy - s * dx
-    values[:, HEADING] = states[:, PHI] - reference.phi
-    slopes[:, LAG, X] = slopes[:, CONTOURING, Y] = c
-    slopes[:, LAG, Y] = s
-    slopes[:, CONTOURING, X] = -s
-    slopes[:, HEADING, PHI] = 1.0
-    slopes[:, LAG, THETA] = -direction
-    if turns and reference.slope.any():
-        slopes[:, LAG, THETA] += values[:, CONTOURING] * reference.slope
-        slopes[:, CONTOURING, THETA] = -values[:, LAG] * reference.slope
-        slopes[:, HEADING, THETA] = -reference.slope
+    x, y, phi = (np.ascontiguousarray(each) for each in (reference.x, reference.y, reference.phi))
+    turning = reference.slope if turns else np.zeros_like(reference.slope)
+    _frenet_errors(states, x, y, phi, turning, float(direction), values, slopes)
     return FrenetErrors(values, slopes)
+
+
+@kernel
+def _frenet_errors(
+    states: Array2,
+    x: Array1,
+    y: Array1,
+    phi: Array1,
+    turning: Array1,
+    direction: float,
+    values: Out2,
+    slopes: Out3,
+) -> None:
+    """Equations (F1), (F2), `turning` being phi_r'."""
+    for k in range(len(states)):
+        c, s = cos(phi[k]), sin(phi[k])
+        dx, dy = states[k, X] - x[k], states[k, Y] - y[k]
+        values[k, LAG] = c * dx + s * dy
+        values[k, CONTOURING] = c * dy - s * dx
+        values[k, HEADING] = states[k, PHI] - phi[k]
+        slopes[k, LAG, X] = slopes[k, CONTOURING, Y] = c
+        slopes[k, LAG, Y] = s
+        slopes[k, CONTOURING, X] = -s
+        slopes[k, HEADING, PHI] = 1.0
+        slopes[k, LAG, THETA] = -direction + values[k, CONTOURING] * turning[k]
+        slopes[k, CONTOURING, THETA] = -values[k, LAG] * turning[k]
+        slopes[k, HEADING, THETA] = -turning[k]

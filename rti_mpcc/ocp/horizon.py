@@ -7,14 +7,13 @@ geometrically, fine where the vehicle is about to be and coarse far ahead.
 
 from __future__ import annotations
 
-from math import expm1, log1p
-from typing import NamedTuple
+from math import cos, expm1, log1p, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rti_mpcc.model.bicycle import pose_rates
-from rti_mpcc.model.layout import PHI, POSE, THETA, THETA_DOT, V, X, Y
+from geometry.compiled import Array1, Array2, Out2, inner, kernel
+from rti_mpcc.model.bicycle import pose_rate
+from rti_mpcc.model.layout import CONTROLS, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.types import Array, Trajectory
 
 MOST_STEPS = 100
@@ -65,27 +64,6 @@ def stage_times(begin: float, lengths: Array) -> Array:
     return times
 
 
-class Marks(NamedTuple):
-    """Where times (n,) lie in a plan: stage (n,), share of it that is over (n,), and time after its end."""
-
-    stage: NDArray[np.int64]
-    share: Array
-    lengths: Array  # (N,) of the plan's stages [s]
-    beyond: Array | None  # (n,) [s]; None: at no time
-
-    @classmethod
-    def of(cls, plan: Trajectory, times: Array) -> Marks:
-        """Marks of `times`; before its begin and behind its end a plan is held where it is."""
-        own = plan.times
-        late = times[-1] > own[-1] or times[0] < own[0]
-        inside = np.minimum(np.maximum(times, own[0]), own[-1]) if late else times
-        stage = own[1:-1].searchsorted(inside, side="right")
-        lengths = own[1:] - own[:-1]
-        share = (inside - own[stage]) / lengths[stage]
-        beyond = np.maximum(times - own[-1], 0.0) if times[-1] > own[-1] else None
-        return cls(stage, share, lengths, beyond)
-
-
 def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
     """States (n, 6) of a plan at `times` (n,), which do not fall.
 
@@ -93,51 +71,79 @@ def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:
     the cubic that has the rates of both ends. Behind the plan's end it keeps its last speed and
     heading; before its begin it is held.
     """
-    return _states(plan, Marks.of(plan, times), wheelbase)
-
-
-def _states(plan: Trajectory, marks: Marks, wheelbase: float) -> Array:
-    k, s = marks.stage, marks.share[:, None]
-    rise = (plan.states[1:] - plan.states[:-1])[k]
-    states: Array = plan.states[k] + s * rise
-    # Hermite's cubic: what it has beyond the straight line.
-    slopes, h = pose_rates(plan.states, wheelbase), marks.lengths[:, None]
-    left, right = slopes[:-1] * h, slopes[1:] * h
-    pose = rise[:, :POSE]
-    states[:, :POSE] += s * (1.0 - s) * ((1.0 - s) * (left[k] - pose) - s * (right[k] - pose))
-    if marks.beyond is not None:
-        states[:, X] += marks.beyond * states[:, V] * np.cos(states[:, PHI])
-        states[:, Y] += marks.beyond * states[:, V] * np.sin(states[:, PHI])
-        states[:, THETA] += marks.beyond * plan.controls[-1, THETA_DOT]
+    states = np.empty((len(times), STATES))
+    _states_at(plan.times, plan.states, plan.controls, times, wheelbase, states)
     return states
 
 
 def controls_over(plan: Trajectory, times: Array) -> Array:
-    """Mean controls (n, 3) of a plan over the n stages between `times` (n+1,).
+    """Mean controls (n, 3) of a plan over the n stages between `times` (n+1,), which rise.
 
     The means keep the integrals, so that speed, steering and progress agree with `states_at`.
     Outside the plan a and delta_dot are 0; theta_dot is held behind the end.
     """
-    return _controls(plan, Marks.of(plan, times), times)
-
-
-def _controls(plan: Trajectory, marks: Marks, times: Array) -> Array:
-    gains = plan.controls * marks.lengths[:, None]
-    sums = np.add.accumulate(gains, axis=0)
-    sums -= gains
-    grown = sums[marks.stage] + marks.share[:, None] * gains[marks.stage]
-    if marks.beyond is not None:
-        grown[:, THETA_DOT] += marks.beyond * plan.controls[-1, THETA_DOT]
-    controls: Array = (grown[1:] - grown[:-1]) / (times[1:] - times[:-1])[:, None]
+    controls = np.empty((len(times) - 1, CONTROLS))
+    _controls_over(plan.times, plan.controls, times, controls)
     return controls
 
 
 def resample(plan: Trajectory, times: Array, wheelbase: float) -> Trajectory:
     """The same motion on another grid `times` (n+1,); the shift of the real-time iteration."""
-    marks = Marks.of(plan, times)
     return Trajectory(
-        times=times, states=_states(plan, marks, wheelbase), controls=_controls(plan, marks, times)
+        times=times, states=states_at(plan, times, wheelbase), controls=controls_over(plan, times)
     )
+
+
+@inner
+def _share(own: Array, k: int, time: float) -> float:
+    """How much of stage k of a plan with the times `own` is over at `time`, 0 and 1 outside of it."""
+    share: float = (time - own[k]) / (own[k + 1] - own[k])
+    return min(max(share, 0.0), 1.0)
+
+
+@kernel
+def _states_at(
+    own: Array1, states: Array2, controls: Array2, times: Array1, wheelbase: float, found: Out2
+) -> None:
+    last = len(own) - 1
+    k = 0
+    for i in range(len(times)):
+        while k < last - 1 and own[k + 1] <= times[i]:
+            k += 1
+        h, s = own[k + 1] - own[k], _share(own, k, times[i])
+        for j in range(STATES):
+            found[i, j] = states[k, j] + s * (states[k + 1, j] - states[k, j])
+        # Hermite's cubic: what it has beyond the straight line.
+        begin, end = pose_rate(states[k], wheelbase), pose_rate(states[k + 1], wheelbase)
+        for j in range(POSE):
+            rise = states[k + 1, j] - states[k, j]
+            found[i, j] += s * (1.0 - s) * ((1.0 - s) * (h * begin[j] - rise) - s * (h * end[j] - rise))
+        beyond = times[i] - own[last]
+        if beyond > 0.0:
+            found[i, X] += beyond * found[i, V] * cos(found[i, PHI])
+            found[i, Y] += beyond * found[i, V] * sin(found[i, PHI])
+            found[i, THETA] += beyond * controls[last - 1, THETA_DOT]
+
+
+@kernel
+def _controls_over(own: Array1, controls: Array2, times: Array1, mean: Out2) -> None:
+    last = len(own) - 1
+    gone = np.zeros(CONTROLS)  # integrals up to stage k, up to the time before and up to this one
+    before, here = np.zeros(CONTROLS), np.zeros(CONTROLS)
+    k = 0
+    for i in range(len(times)):
+        while k < last - 1 and own[k + 1] <= times[i]:
+            for j in range(CONTROLS):
+                gone[j] += (own[k + 1] - own[k]) * controls[k, j]
+            k += 1
+        s = _share(own, k, times[i])
+        for j in range(CONTROLS):
+            here[j] = gone[j] + s * (own[k + 1] - own[k]) * controls[k, j]
+        here[THETA_DOT] += max(times[i] - own[last], 0.0) * controls[last - 1, THETA_DOT]
+        for j in range(CONTROLS):
+            if i > 0:
+                mean[i - 1, j] = (here[j] - before[j]) / (times[i] - times[i - 1])
+            before[j] = here[j]
 
 
 def read_only(*arrays: Array) -> None:

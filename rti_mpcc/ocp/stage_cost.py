@@ -12,25 +12,21 @@ them; their slopes are in the gradient.
 
 from __future__ import annotations
 
-from math import hypot
+from math import exp, hypot, log1p, tan
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import expit
 
 from geometry import HalfPlanes, Pose2
+from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort, Weights
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.frenet import FrenetErrors
-from rti_mpcc.ocp.objectives import StageWeights, WeightSlopes
+from rti_mpcc.ocp.frenet import CONTOURING, HEADING, FrenetErrors
+from rti_mpcc.ocp.objectives import StageWeights
 from rti_mpcc.types import Array
 
 NOTHING_LEFT = -6.0
 """So many c of (C4) below comfort its residual is a quarter of a percent of c, and left out."""
-
-
-Residual = tuple[Array, Array, Array]
-"""Weights (n,), values (n,) and slopes (n, ...) of one squared term."""
 
 
 class QuadraticCost(NamedTuple):
@@ -63,86 +59,179 @@ def quadratic_cost(
     """
     hessian = np.zeros((len(states), STATES, STATES))
     gradient = np.zeros((len(states), STATES))
+    control_hessian, control_gradient = np.empty((2, len(controls), CONTROLS))
+    ease, clip, beyond = settings.comfort_ease, settings.comfort_clip, weights.comfort
     if errors is not None:
-        frenet = np.stack((weights.lag, weights.contouring, weights.heading), axis=1)
-        _add_squares(hessian, gradient, frenet, errors.values, errors.slopes)
-    rows = _lateral(states, weights, wheelbase, comfort.lateral_acceleration, settings)
+        on_errors = np.stack((weights.lag, weights.contouring, weights.heading))
+        _add_errors(errors.values, errors.slopes, on_errors, hessian, gradient)
+    lateral = weights.lateral_acceleration, beyond.lateral_acceleration, comfort.lateral_acceleration
+    _add_lateral(states, *lateral, ease, clip, wheelbase, hessian, gradient)
+    reaches = settings.bound_distance_reach, settings.bound_speed_reach
     if walls is not None:
-        for side in range(2):
-            rows += _soft_walls(states, walls, side, weights, settings)
-    if rows:
-        columns = ([row[i] for row in rows] for i in range(3))
-        _add_squares(hessian, gradient, *(np.stack(column, axis=1) for column in columns))
-    if weights.by_progress is not None and errors is not None:
-        gradient[:, THETA] += _blending(weights.by_progress, controls, errors, walls, settings)
+        on_walls = weights.bound_distance, weights.bound_speed
+        _add_walls(states, walls.distance, walls.normal, *on_walls, *reaches, hessian, gradient)
+    slopes = weights.by_progress
+    if slopes is not None and errors is not None:
+        _add_slopes(
+            errors.values, controls, slopes.contouring, slopes.heading, slopes.progress_reward, gradient
+        )
+        if walls is not None:
+            _add_wall_slopes(walls.distance, slopes.bound_distance, reaches[0], gradient)
     _add_goal(hessian, gradient, states[-1], weights, goal, settings.goal_clip)
-    return QuadraticCost(hessian, gradient, *_control_cost(controls, weights, comfort, settings))
+    on_controls = np.stack((weights.acceleration, weights.steering_rate, weights.virtual_speed))
+    _control_cost(controls, on_controls, weights.progress_reward, control_hessian, control_gradient)
+    for column, most, on_excess in (
+        (A, comfort.acceleration, beyond.acceleration),
+        (DELTA_DOT, comfort.steering_rate, beyond.steering_rate),
+    ):
+        _add_discomfort(controls, column, on_excess, most, ease, clip, control_hessian, control_gradient)
+    return QuadraticCost(hessian, gradient, control_hessian, control_gradient)
 
 
-def _blending(
-    slopes: WeightSlopes, controls: Array, errors: FrenetErrors, walls: HalfPlanes | None, settings: Weights
-) -> Array:
-    """What the cost of each stage (N+1,) gains by progress as its weights change with it."""
-    gain: Array = slopes.contouring * errors.contouring**2 + slopes.heading * errors.heading**2
-    if walls is not None:
-        near = np.maximum(settings.bound_distance_reach - walls.distance[:, :2], 0.0)
-        gain += slopes.bound_distance * (near**2).sum(axis=1)
-    gain[:-1] -= slopes.progress_reward[:-1] * controls[:, THETA_DOT]
-    return gain
+@inner
+def _add_square(
+    hessian: Array, gradient: Array, k: int, weight: float, residual: float, slopes: Array
+) -> None:
+    """Add w e² of stage k, `slopes` (6,) being those of e."""
+    for i in range(STATES):
+        if slopes[i] == 0.0:
+            continue
+        gradient[k, i] += 2.0 * weight * residual * slopes[i]
+        for j in range(STATES):
+            hessian[k, i, j] += 2.0 * weight * slopes[i] * slopes[j]
 
 
-def _add_squares(hessian: Array, gradient: Array, weights: Array, residuals: Array, slopes: Array) -> None:
-    """Add w e² for each of r residuals: weights and residuals (N+1, r), slopes (N+1, r, 6)."""
-    weighted = 2.0 * weights[:, :, None] * slopes
-    hessian += np.matmul(weighted.transpose(0, 2, 1), slopes)
-    gradient += np.matmul(residuals[:, None, :], weighted)[:, 0]
+@kernel
+def _add_errors(values: Array2, slopes: Array3, weights: Array2, hessian: Out3, gradient: Out2) -> None:
+    """The Frenet errors of (C1), `weights` (3, N+1)."""
+    for k in range(len(values)):
+        for error in range(3):
+            _add_square(hessian, gradient, k, weights[error, k], values[k, error], slopes[k, error])
 
 
-def _lateral(
-    states: Array, weights: StageWeights, wheelbase: float, most: float, settings: Weights
-) -> list[Residual]:
-    """Residuals of the lateral acceleration and of its excess over `most`, as far as they count."""
-    weighs, comfortable = weights.lateral_acceleration.any(), weights.comfort.lateral_acceleration
-    v, tangent = states[:, V], np.tan(states[:, DELTA])
-    lateral = v * v * tangent / wheelbase
-    excess = _discomfort(lateral, most, comfortable, settings)
-    if not weighs and excess is None:
-        return []
-    by = np.zeros((len(states), STATES))
-    by[:, V] = 2.0 * v * tangent / wheelbase
-    by[:, DELTA] = v**2 * (1.0 + tangent**2) / wheelbase
-    rows = [(weights.lateral_acceleration, lateral, by)] if weighs else []
-    if excess is not None:
-        rows.append((excess[0], excess[1], excess[2][:, None] * by))
-    return rows
+@inner
+def _discomfort(
+    value: float, weight: float, most: float, ease: float, clip: float
+) -> tuple[float, float, float]:
+    """Weight, residual and its slope of (C4); a weight that falls off beyond the clip makes the square linear
+    there."""
+    rounding = ease * most
+    beyond = (abs(value) - most) / rounding
+    if beyond <= NOTHING_LEFT:
+        return 0.0, 0.0, 0.0
+    decayed = exp(-abs(beyond))
+    excess = rounding * (max(beyond, 0.0) + log1p(decayed))
+    slope = (1.0 if beyond >= 0.0 else decayed) / (1.0 + decayed)
+    return weight * clip / max(excess, clip), excess, slope if value > 0.0 else -slope
 
 
-def _discomfort(values: Array, most: float, weights: Array, settings: Weights) -> Residual | None:
-    """Weights, residuals and their slopes of (C4) at `values` (n,); weights that fall off beyond the clip
-    make its square linear there. None if nothing comes near `most`."""
-    ease, clip = settings.comfort_ease * most, settings.comfort_clip
-    size = np.abs(values)
-    if float(size.max(initial=0.0)) <= most + NOTHING_LEFT * ease:
-        return None
-    beyond = (size - most) / ease
-    excess = ease * np.logaddexp(0.0, beyond)
-    acting = weights * (beyond > NOTHING_LEFT) * clip / np.maximum(excess, clip)
-    return (acting, excess, np.sign(values) * expit(beyond)) if acting.any() else None
+@kernel
+def _add_lateral(
+    states: Array2,
+    weights: Array1,
+    on_excess: Array1,
+    most: float,
+    ease: float,
+    clip: float,
+    wheelbase: float,
+    hessian: Out3,
+    gradient: Out2,
+) -> None:
+    """The lateral acceleration of (C1), and its excess (C4)."""
+    slopes = np.zeros(STATES)
+    for k in range(len(states)):
+        v, tangent = states[k, V], tan(states[k, DELTA])
+        lateral = v * v * tangent / wheelbase
+        by_v, by_delta = 2.0 * v * tangent / wheelbase, v * v * (1.0 + tangent * tangent) / wheelbase
+        slopes[V], slopes[DELTA] = by_v, by_delta
+        _add_square(hessian, gradient, k, weights[k], lateral, slopes)
+        weight, excess, slope = _discomfort(lateral, on_excess[k], most, ease, clip)
+        slopes[V], slopes[DELTA] = slope * by_v, slope * by_delta
+        _add_square(hessian, gradient, k, weight, excess, slopes)
 
 
-def _soft_walls(
-    states: Array, walls: HalfPlanes, side: int, weights: StageWeights, settings: Weights
-) -> list[Residual]:
-    """Residuals max(0, reach - distance) and v max(0, reach - distance) of the rear axle to one side."""
-    distance, normal = walls.distance[:, side], walls.normal[:, side]
-    near = np.maximum(settings.bound_distance_reach - distance, 0.0)
-    slow = np.maximum(settings.bound_speed_reach - distance, 0.0)
-    near_by, slow_by = np.zeros((2, len(states), STATES))
-    near_by[:, [X, Y]] = -normal * (near > 0.0)[:, None]
-    slow_by[:, [X, Y]] = -normal * (states[:, V] * (slow > 0.0))[:, None]
-    slow_by[:, V] = slow
-    rows = [(weights.bound_distance, near, near_by), (weights.bound_speed, states[:, V] * slow, slow_by)]
-    return [row for row in rows if row[0].any()]
+@kernel
+def _add_walls(
+    states: Array2,
+    distances: Array2,
+    normals: Array3,
+    on_distance: Array1,
+    on_speed: Array1,
+    reach: float,
+    speed_reach: float,
+    hessian: Out3,
+    gradient: Out2,
+) -> None:
+    """max(0, reach - distance) and v max(0, reach - distance) of the rear axle to the left and the right."""
+    slopes = np.zeros(STATES)
+    for k in range(len(states)):
+        for side in range(2):
+            v = states[k, V]
+            near = max(reach - distances[k, side], 0.0)
+            slow = max(speed_reach - distances[k, side], 0.0)
+            slopes[:] = 0.0
+            if near > 0.0:
+                slopes[X], slopes[Y] = -normals[k, side, X], -normals[k, side, Y]
+                _add_square(hessian, gradient, k, on_distance[k], near, slopes)
+            if slow > 0.0:
+                slopes[X], slopes[Y] = -normals[k, side, X] * v, -normals[k, side, Y] * v
+                slopes[V] = slow
+                _add_square(hessian, gradient, k, on_speed[k], v * slow, slopes)
+
+
+@kernel
+def _add_slopes(
+    errors: Array2,
+    controls: Array2,
+    contouring: Array1,
+    heading: Array1,
+    progress_reward: Array1,
+    gradient: Out2,
+) -> None:
+    """What the cost of each stage gains by progress as its weights change with it."""
+    for k in range(len(errors)):
+        gain = contouring[k] * errors[k, CONTOURING] ** 2 + heading[k] * errors[k, HEADING] ** 2
+        if k < len(controls):
+            gain -= progress_reward[k] * controls[k, THETA_DOT]
+        gradient[k, THETA] += gain
+
+
+@kernel
+def _add_wall_slopes(distances: Array2, bound_distance: Array1, reach: float, gradient: Out2) -> None:
+    """The same of the soft distance to the walls."""
+    for k in range(len(distances)):
+        for side in range(2):
+            gradient[k, THETA] += bound_distance[k] * max(reach - distances[k, side], 0.0) ** 2
+
+
+@kernel
+def _control_cost(
+    controls: Array2, weights: Array2, progress_reward: Array1, hessian: Out2, gradient: Out2
+) -> None:
+    """Equation (C2), `weights` (3, N)."""
+    for k in range(len(controls)):
+        for j in range(CONTROLS):
+            hessian[k, j] = 2.0 * weights[j, k]
+            gradient[k, j] = 2.0 * weights[j, k] * controls[k, j]
+        gradient[k, THETA_DOT] -= progress_reward[k]
+
+
+@kernel
+def _add_discomfort(
+    controls: Array2,
+    column: int,
+    weights: Array1,
+    most: float,
+    ease: float,
+    clip: float,
+    hessian: Out2,
+    gradient: Out2,
+) -> None:
+    """What goes beyond comfort of one control, (C4)."""
+    for k in range(len(controls)):
+        weight, excess, slope = _discomfort(controls[k, column], weights[k], most, ease, clip)
+        gradient[k, column] += 2.0 * weight * excess * slope
+        hessian[k, column] += 2.0 * weight * slope**2
 
 
 def _add_goal(
@@ -164,24 +253,3 @@ def _add_goal(
     ):
         hessian[-1, i, i] += 2.0 * weight
         gradient[-1, i] += 2.0 * weight * error
-
-
-def _control_cost(
-    controls: Array, weights: StageWeights, comfort: Comfort, settings: Weights
-) -> tuple[Array, Array]:
-    squares = np.empty((len(controls), CONTROLS))
-    squares[:, A] = weights.acceleration
-    squares[:, DELTA_DOT] = weights.steering_rate
-    squares[:, THETA_DOT] = weights.virtual_speed
-    gradient = 2.0 * squares * controls
-    gradient[:, THETA_DOT] -= weights.progress_reward
-    for column, most, on_excess in (
-        (A, comfort.acceleration, weights.comfort.acceleration),
-        (DELTA_DOT, comfort.steering_rate, weights.comfort.steering_rate),
-    ):
-        residual = _discomfort(controls[:, column], most, on_excess, settings)
-        if residual is not None:
-            weight, excess, slope = residual
-            gradient[:, column] += 2.0 * weight * excess * slope
-            squares[:, column] += weight * slope**2
-    return 2.0 * squares, gradient

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rti_mpcc.config import Limits, SolverSettings
+from geometry.compiled import Array1, Array2, Array3, Index1, Index2, Index3, Out1, Out2, inner, kernel
+from rti_mpcc.config import Limits
 from rti_mpcc.model.bicycle import Step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
@@ -20,6 +21,7 @@ from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.pattern import (
     BOUNDED,
     HESSIAN_PAIRS,
+    SLACK_UNIT,
     STATE_UNITS,
     QpPattern,
     block,
@@ -29,6 +31,7 @@ from rti_mpcc.types import Array
 _DIAGONAL = (HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]).astype(np.float64)
 _DAMPED = _DIAGONAL * np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
 _IDLE = _DIAGONAL * (HESSIAN_PAIRS[:, 0] == THETA)
+_ALL_CONTROLS = np.arange(CONTROLS)
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
 
@@ -88,15 +91,46 @@ def fill_cost(
     if not cost.state_hessian[:, THETA, THETA].any():
         on_states += settings.idle_weight * _IDLE
         on_controls[THETA_DOT] += settings.idle_weight
-    states = cost.state_hessian[:, HESSIAN_PAIRS[:, 0], HESSIAN_PAIRS[:, 1]]
-    slots.write(values.cost, "states", scale * states, on_states)
-    slots.write(values.cost, "controls", scale * cost.control_hessian, on_controls)
+    groups, scales = slots.groups, slots.scales
+    _fill_hessian(
+        cost.state_hessian, HESSIAN_PAIRS, scale, on_states, groups["states"], scales["states"], values.cost
+    )
+    _fill_diagonal(
+        cost.control_hessian, scale, on_controls, groups["controls"], scales["controls"], values.cost
+    )
     for columns, gradient in (
         (pattern.state_columns, cost.state_gradient),
         (pattern.control_columns, cost.control_gradient),
-        (pattern.slack_columns, slack),
     ):
-        block(values.gradient, columns)[...] = scale * gradient * block(units, columns)
+        _scale(gradient, scale, block(units, columns), block(values.gradient, columns))
+    block(values.gradient, pattern.slack_columns)[...] = scale * slack * SLACK_UNIT
+
+
+@kernel
+def _fill_hessian(
+    hessian: Array3, pairs: Index2, scale: float, plus: Array1, slots: Index2, scales: Array2, data: Out1
+) -> None:
+    """The entries `pairs` of each stage's Hessian, times `scale`, and `plus` in scaled units on top."""
+    for k in range(len(slots)):
+        for i in range(len(pairs)):
+            value = scale * hessian[k, pairs[i, 0], pairs[i, 1]]
+            data[slots[k, i]] = value * scales[k, i] + plus[i]
+
+
+@kernel
+def _fill_diagonal(
+    diagonal: Array2, scale: float, plus: Array1, slots: Index2, scales: Array2, data: Out1
+) -> None:
+    for k in range(len(slots)):
+        for i in range(slots.shape[1]):
+            data[slots[k, i]] = scale * diagonal[k, i] * scales[k, i] + plus[i]
+
+
+@kernel
+def _scale(values: Array2, scale: float, units: Array2, scaled: Out2) -> None:
+    for k in range(len(values)):
+        for i in range(values.shape[1]):
+            scaled[k, i] = scale * values[k, i] * units[k, i]
 
 
 def fill_curvature(
@@ -118,21 +152,51 @@ def fill_curvature(
         scale: cost scale of this QP over that of the last.
     """
     force = block(dual, pattern.dynamics_rows[1:])
-    bulge = force[:, X] * (states[:, X] - reached[:, X]) / STATE_UNITS[X]
-    bulge += force[:, Y] * (states[:, Y] - reached[:, Y]) / STATE_UNITS[Y]
-    slots = pattern.cost.groups["states"][:-1, _HEADING]
-    values.cost[slots] += scale * STATE_UNITS[PHI] ** 2 * np.maximum(bulge, 0.0)
+    slots = pattern.cost.groups["states"]
+    _fill_curvature(states, reached, force, scale, STATE_UNITS, slots, _HEADING, values.cost)
+
+
+@kernel
+def _fill_curvature(
+    states: Array2,
+    reached: Array2,
+    force: Array2,
+    scale: float,
+    units: Array1,
+    slots: Index2,
+    heading: int,
+    data: Out1,
+) -> None:
+    """Equation (Q1), into the column `heading` of the slots."""
+    for k in range(len(reached)):
+        bulge = force[k, X] * (states[k, X] - reached[k, X]) / units[X]
+        bulge += force[k, Y] * (states[k, Y] - reached[k, Y]) / units[Y]
+        data[slots[k, heading]] += scale * units[PHI] ** 2 * max(bulge, 0.0)
 
 
 def fill_dynamics(values: QpValues, pattern: QpPattern, step: Step, states: Array) -> None:
     """dF/dz, dF/du and the defects of `states` (N+1, 6)."""
-    slots = pattern.constraints
-    slots.write(values.constraints, "pose", step.pose_by)
-    slots.write(values.constraints, "driven", step.lengths[:, None])
+    groups, scales = pattern.constraints.groups, pattern.constraints.scales
+    count = len(step.lengths)
+    _write(step.pose_by.reshape(count, -1), groups["pose"], scales["pose"], values.constraints)
+    _write(step.lengths.reshape(count, 1), groups["driven"], scales["driven"], values.constraints)
     rows = pattern.dynamics_rows[1:]
-    defects = (states[1:] - step.state) / STATE_UNITS
-    block(values.lower, rows)[...] = defects
-    block(values.upper, rows)[...] = defects
+    _fill_defects(states, step.state, STATE_UNITS, block(values.lower, rows), block(values.upper, rows))
+
+
+@kernel
+def _write(values: Array2, slots: Index2, scales: Array2, data: Out1) -> None:
+    """Physical values into their slots; one value of a stage stands for all of its slots."""
+    for k in range(len(slots)):
+        for i in range(slots.shape[1]):
+            data[slots[k, i]] = values[k, i if values.shape[1] > 1 else 0] * scales[k, i]
+
+
+@kernel
+def _fill_defects(states: Array2, reached: Array2, units: Array1, lower: Out2, upper: Out2) -> None:
+    for k in range(len(reached)):
+        for i in range(STATES):
+            lower[k, i] = upper[k, i] = (states[k + 1, i] - reached[k, i]) / units[i]
 
 
 def fill_bounds(
@@ -149,21 +213,55 @@ def fill_bounds(
     Args:
         rows_scaled: bounds that are far off count less, see `SolverSettings.row_scaling_from`.
     """
-    # Rows on states and on controls follow each other: both in one go, along axis 0.
-    rows = pattern.bound_rows
-    scaled = np.empty((2, 2, *rows.shape[1:]))
-    for kind, (limits, about) in enumerate(
-        ((bounds.states, states[1:, BOUNDED]), (bounds.controls, controls))
+    settings, slots = pattern.settings, pattern.constraints.groups["bounds"]
+    scaling = (settings.row_scaling_from, settings.row_scaling_most if rows_scaled else 1.0)
+    for kind, (limits, about, columns) in enumerate(
+        ((bounds.states, states[1:], BOUNDED), (bounds.controls, controls, _ALL_CONTROLS))
     ):
-        np.subtract(limits.transpose(1, 0, 2), about, out=scaled[:, kind])
-    scaled /= block(pattern.row_units, rows)
-    lower, upper = scaled
-    row_scaling = _row_scaling(np.minimum(upper, -lower), rows_scaled, pattern.settings)
-    scaled /= row_scaling
-    pattern.constraints.write(values.constraints, "bounds", 1.0 / row_scaling)
-    block(values.row_scaling, rows)[...] = row_scaling
-    block(values.lower, rows)[...] = lower
-    block(values.upper, rows)[...] = upper
+        rows = pattern.bound_rows[kind]
+        _fill_bounds(
+            limits,
+            about,
+            columns,
+            block(pattern.row_units, rows),
+            *scaling,
+            slots[kind],
+            pattern.constraints.scales["bounds"][kind],
+            values.constraints,
+            block(values.row_scaling, rows),
+            block(values.lower, rows),
+            block(values.upper, rows),
+        )
+
+
+@kernel
+def _fill_bounds(
+    limits: Array3,
+    about: Array2,
+    columns: Index1,
+    units: Array2,
+    scaled_from: float,
+    most: float,
+    slots: Index2,
+    scales: Array2,
+    data: Out1,
+    row_scaling: Out2,
+    lower: Out2,
+    upper: Out2,
+) -> None:
+    for k in range(len(slots)):
+        for i in range(slots.shape[1]):
+            here = about[k, columns[i]]
+            low, high = (limits[k, 0, i] - here) / units[k, i], (limits[k, 1, i] - here) / units[k, i]
+            by = _row_scaling(min(high, -low), scaled_from, most)
+            data[slots[k, i]] = scales[k, i] / by
+            row_scaling[k, i], lower[k, i], upper[k, i] = by, low / by, high / by
+
+
+@inner
+def _row_scaling(distance: float, scaled_from: float, most: float) -> float:
+    """Factor on the unit of a row whose bound is at `distance`, in this unit."""
+    return min(max(distance / scaled_from, 1.0), most)
 
 
 def fill_corridor(
@@ -177,41 +275,61 @@ def fill_corridor(
     acting = 0 if rows is None else rows.lower.shape[2]
     if acting < pattern.corridor_rows.shape[2]:
         _loosen(values, pattern, acting)
-    if rows is None:
-        return
-    row_scaling = _row_scaling(-rows.lower, rows_scaled, pattern.settings)
-    _write_half_planes(values, pattern, rows, row_scaling, slice(acting))
+    if rows is not None:
+        _write_half_planes(values, pattern, rows, 0, rows_scaled)
 
 
 def _loosen(values: QpValues, pattern: QpPattern, acting: int) -> None:
     """Of the sides behind the first `acting` ones no half-plane acts: no slopes, but still a relief, which
     keeps the pattern."""
-    sides = slice(acting, None)
-    shape = pattern.corridor_rows[:, :, sides].shape
+    stages, discs, sides = pattern.corridor_rows.shape
+    shape = (stages, discs, sides - acting)
     rows = CorridorRows(np.zeros((*shape, 3)), np.full(shape, LOOSE))
-    row_scaling = _row_scaling(-rows.lower, rows_scaled=True, settings=pattern.settings)
-    _write_half_planes(values, pattern, rows, row_scaling, sides)
+    _write_half_planes(values, pattern, rows, acting, rows_scaled=True)
 
 
 def _write_half_planes(
-    values: QpValues, pattern: QpPattern, rows: CorridorRows, row_scaling: Array, sides: slice
+    values: QpValues, pattern: QpPattern, rows: CorridorRows, first: int, rows_scaled: bool
 ) -> None:
-    """Rows and slack of these sides, each counting `row_scaling` times less."""
-    by = np.empty((*rows.lower.shape, 4))
-    np.divide(rows.slopes, row_scaling[..., None], out=by[..., :3])
-    np.divide(1.0, row_scaling, out=by[..., 3])
-    slots = pattern.constraints
-    groups, scales = slots.groups["half-planes"][:, :, sides], slots.scales["half-planes"][:, :, sides]
-    values.constraints[groups] = by * scales
-    block(values.row_scaling, pattern.corridor_rows)[:, :, sides] = row_scaling
-    block(values.lower, pattern.corridor_rows)[:, :, sides] = rows.lower / row_scaling
+    """Rows and slack of the sides from the `first` on, each counting `row_scaling` times less."""
+    settings, slots = pattern.settings, pattern.constraints
+    stages, discs, sides = pattern.corridor_rows.shape
+    shape, given = (stages * discs, sides), (stages * discs, rows.lower.shape[2])
+    _fill_half_planes(
+        np.ascontiguousarray(rows.slopes).reshape(*given, 3),
+        np.ascontiguousarray(rows.lower).reshape(given),
+        first,
+        settings.row_scaling_from,
+        settings.row_scaling_most if rows_scaled else 1.0,
+        slots.groups["half-planes"].reshape(*shape, 4),
+        slots.scales["half-planes"].reshape(*shape, 4),
+        values.constraints,
+        block(values.row_scaling, pattern.corridor_rows).reshape(shape),
+        block(values.lower, pattern.corridor_rows).reshape(shape),
+    )
 
 
-def _row_scaling(distance: Array, rows_scaled: bool, settings: SolverSettings) -> Array:
-    """Factor on the units of rows whose bounds are at `distance`, in these units."""
-    if not rows_scaled:
-        return np.ones_like(distance)
-    return np.minimum(np.maximum(distance / settings.row_scaling_from, 1.0), settings.row_scaling_most)
+@kernel
+def _fill_half_planes(
+    slopes: Array3,
+    bounds: Array2,
+    first: int,
+    scaled_from: float,
+    most: float,
+    slots: Index3,
+    scales: Array3,
+    data: Out1,
+    row_scaling: Out2,
+    lower: Out2,
+) -> None:
+    for row in range(len(slots)):
+        for side in range(bounds.shape[1]):
+            by = _row_scaling(-bounds[row, side], scaled_from, most)
+            at = first + side
+            for i in range(3):
+                data[slots[row, at, i]] = slopes[row, side, i] * scales[row, at, i] / by
+            data[slots[row, at, 3]] = scales[row, at, 3] / by
+            row_scaling[row, at], lower[row, at] = by, bounds[row, side] / by
 
 
 def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> None:

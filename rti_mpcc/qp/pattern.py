@@ -69,10 +69,6 @@ class Slots:
     scales: dict[str, Array]
     constant: Array
 
-    def write(self, data: Array, group: str, values: Array, plus: Array | float = 0.0) -> None:
-        """Write physical `values` of one group into CSC `data` (nnz,), and `plus` in scaled units on top."""
-        data[self.groups[group]] = values * self.scales[group] + plus
-
     def matrix(self, data: Array) -> sparse.csc_matrix:
         """The matrix with `data` (nnz,), explicit zeros kept."""
         return sparse.csc_matrix((data, self.indices, self.indptr), shape=self.shape)
@@ -176,7 +172,8 @@ def build_pattern(stages: int, discs: int, sides: int, settings: SolverSettings)
     a.add("same state", dynamics_rows[1:, KEPT], state_columns[:-1, KEPT], 1.0)
     a.add("next state", dynamics_rows[1:], state_columns[1:], -1.0)
     causes = np.hstack([state_columns[:-1, [PHI, V, DELTA]], control_columns[:, [A, DELTA_DOT]]])
-    a.add("pose", dynamics_rows[1:, [X, Y, PHI], None], causes[:, None, :])
+    pose = dynamics_rows[1:, [X, Y, PHI]]
+    a.add("pose", pose.repeat(causes.shape[1], axis=1), np.tile(causes, pose.shape[1]))
     a.add("driven", dynamics_rows[1:, DRIVEN], control_columns)
     bounded = np.stack([state_columns[1:, BOUNDED], control_columns])
     a.add("bounds", bound_rows, bounded, 1.0)

@@ -45,7 +45,7 @@ MODULES: dict[str, dict[str, str]] = {
     "model/layout.py": {
         TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",
     },
-    "model/bicycle.py": {RULE: "_TIMES _SIMPSON _PARTS _TURNED_FOR", TABLE: "_TURNED_AT _DRIVEN_AT"},
+    "model/bicycle.py": {RULE: "_TIMES _TURNS _WAYS _TURNED_FOR", TABLE: "_TURNED_AT _DRIVEN_AT"},
     "model/disturbance.py": {NEUTRAL: "acceleration steering gain"},
     "ocp/frenet.py": {TABLE: "LAG CONTOURING HEADING"},
     "ocp/corridor_rows.py": {

@@ -32,7 +32,7 @@ LAYERS = (
     "cli",
 )
 # Every layer may import these; they import geometry and one another only.
-FOUNDATION = ("config", "types", "errors", "_shadow")
+FOUNDATION = ("config", "types", "errors", "kernels", "_shadow")
 RANK = (
     {"geometry": 0}
     | dict.fromkeys(FOUNDATION, 1)

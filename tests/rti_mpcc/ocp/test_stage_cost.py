@@ -62,7 +62,7 @@ TERMS["all"] = replace(
     TERMS["clipped goal"],
     lag=W,
     contouring=2.0 * W,
-    heading=W[::-1],
+    heading=W[::-1].copy(),
     lateral_acceleration=W,
     bound_distance=W,
     bound_speed=W,

@@ -1,0 +1,29 @@
+"""`rti-mpcc warm`: compile the kernels before they are needed."""
+
+from __future__ import annotations
+
+import argparse
+
+from rich.console import Console
+
+from geometry import compiled
+from rti_mpcc.cli.arguments import DOCKED, Commands
+from rti_mpcc.kernels import make_ready
+
+
+def add_to(commands: Commands) -> None:
+    """Add the command."""
+    warm = commands.add_parser(
+        "warm",
+        help="compile the kernels now",
+        description="Compile the kernels that this machine has not compiled yet. The first controller of a "
+        "process does it otherwise, before its first cycle.",
+    )
+    warm.set_defaults(command=_warm)
+
+
+def _warm(arguments: argparse.Namespace) -> int:
+    compiled_now = make_ready()
+    said = f"compiled {compiled_now} kernels" if compiled_now else "all kernels are ready"
+    Console(highlight=False).print(f"{said}: {compiled.directory()}", markup=False, soft_wrap=True)
+    return DOCKED

@@ -1,0 +1,89 @@
+"""All kernels are ready before the first cycle, which is told once, and compute what they do uncompiled."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core import config
+
+from geometry import compiled
+from rti_mpcc.cli import main
+from rti_mpcc.kernels import make_ready
+
+ROOT = Path(__file__).parents[2]
+SECONDS = 1.5
+DRIVE = f"""
+import json, sys
+from rti_mpcc.simulation import changed, load_scenario, simulate
+result = simulate(changed(load_scenario(sys.argv[1]), {{"simulation.duration": {SECONDS}}}))
+cycles = result.cycles
+print(json.dumps([*cycles.speed, *cycles.steering, *map(float, cycles.iterations)]))
+"""
+
+
+def driven(scenario: str, **environment: str) -> list[float]:
+    """Commands and iterations of the cycles of the first seconds."""
+    done = subprocess.run(
+        [sys.executable, "-c", DRIVE, scenario],
+        env=os.environ | environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    found: list[float] = json.loads(done.stdout)
+    return found
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="there is nothing compiled")
+@pytest.mark.parametrize("scenario", ["docking_behind", "docking_inside"])
+def test_a_vehicle_is_driven_alike_uncompiled(scenario: str) -> None:
+    uncompiled = driven(scenario, NUMBA_DISABLE_JIT="1")
+    assert len(uncompiled) > 3 * SECONDS / 0.1
+    np.testing.assert_allclose(driven(scenario), uncompiled, rtol=1e-6, atol=1e-6)
+
+
+@pytest.fixture
+def missing(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Kernels that are not on disk, of which nothing is compiled in truth."""
+    names = ["one", "two", "three"]
+
+    def build() -> Iterator[str]:
+        while names:
+            yield names.pop()
+
+    monkeypatch.setattr(compiled, "load", lambda: len(names))
+    monkeypatch.setattr(compiled, "build", build)
+    return names
+
+
+def test_compiling_is_told_once(missing: list[str], caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING):
+        assert make_ready() == 3
+        assert make_ready() == 0
+    (told,) = caplog.messages
+    assert told.startswith("compiling 3 kernels, once on this machine")
+    assert str(compiled.directory()) in told
+
+
+def test_on_a_terminal_a_bar_shows_how_far_it_is(
+    missing: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert make_ready() == 3
+    assert capsys.readouterr().out == ""
+
+
+def test_the_command_tells_what_it_compiled(missing: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["warm"]) == 0
+    assert capsys.readouterr().out.startswith("compiled 3 kernels: ")
+    assert main(["warm"]) == 0
+    assert capsys.readouterr().out.startswith("all kernels are ready: ")
