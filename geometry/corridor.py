@@ -20,8 +20,8 @@ from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.reflex_vertices import ReflexVertices, reflex_vertices
-from geometry.sampling import as_complex
-from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, marks_of, with_tables
+from geometry.shape_grid import Body
+from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, with_tables
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
@@ -186,19 +186,6 @@ class Corridor:
         """
         return reflex_vertices(self._sides(part), planes, among)
 
-    def lower_bound(self, part: int, points: Array, planes: HalfPlanes) -> Array:
-        """Return how far points (m, 2) are from all boundaries and obstacles at least (m,) [m].
-
-        They are where the first m points of `planes` have moved to. A distance changes by no more than its
-        point moves: where this is positive, nothing is on a straight way there either. It is 0 at most where
-        that does not tell: the point was on a forbidden side, or the planes are of another corridor.
-        """
-        seen, sides = planes.seen, self._sides(part)
-        if seen is None or seen.marks != marks_of(sides):
-            return np.zeros(len(points))
-        apart: Array = seen.lower_bound(as_complex(points)).min(axis=1, initial=inf)
-        return apart
-
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
         """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
 
@@ -207,14 +194,6 @@ class Corridor:
         Exact and slow. Raises as `half_planes`.
         """
         return bodies_against.clearance(self._part(part), self.kept_out, bodies)
-
-    def clearances(self, part: int, bodies: ArrayLike) -> Array:
-        """Return `clearance` for each thing by itself (n, 1 + k): the boundaries, and k obstacles."""
-        no_walls, nothing = PartWalls.none(), Obstacles.from_polygons(())
-        single = (Obstacles.from_polygons([outline]) for outline in self.kept_out.to_polygons())
-        apart = [bodies_against.clearance(self._part(part), nothing, bodies)]
-        apart += [bodies_against.clearance(no_walls, one, bodies) for one in single]
-        return np.stack(apart, axis=-1)
 
     def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
@@ -229,12 +208,26 @@ class Corridor:
         """
         return bodies_against.collides(self._part(part), self.kept_out, bodies, margin)
 
-    def touches(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
-        """Return (n,) whether body polygons (n, m, 2) [m] come within `margin` [m] of a boundary or obstacle.
+    def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
+        """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
 
-        Raises as `collides`.
+        Negative where they overlap: the least way out. +inf without anything nearer than `within` [m]. On the
+        far side of a boundary they are positive again, see `beyond`.
+
+        Raises:
+            InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        return bodies_against.touches(self._part(part), self.kept_out, bodies, margin)
+        walls = self._part(part).grid.signed_distances(body, poses, within)
+        if not self.kept_out.corners:
+            return walls
+        return np.concatenate((walls, self.kept_out.grid.signed_distances(body, poses, within)), axis=1)
+
+    def beyond(self, part: int, points: Array) -> Array:
+        """Return how far points (n, 2) are beyond the nearest boundary (n,) [m]; 0 where they may be.
+
+        So it is farther than BEHIND beyond one with open ends: that is on another way.
+        """
+        return self._part(part).beyond(np.ascontiguousarray(points, dtype=np.float64))
 
     def near_obstacles(self, points: Array, within: float) -> Index:
         """Return which of points (n, 2) are nearer than `within` to an obstacle's outline [m]."""

@@ -40,6 +40,18 @@ def checked_polygon(corners: ArrayLike, name: str) -> shapely.Polygon:
     return shape
 
 
+def convex_pieces(shape: shapely.Polygon) -> list[Array]:
+    """Return convex pieces (m_i, 2), counter-clockwise, that make up a polygon [m]: itself, or triangles."""
+    ring: Array = shapely.get_coordinates(shape)[:-1]
+    way = np.diff(ring, axis=0, append=ring[:1])
+    before = np.roll(way, 1, axis=0)
+    if (before[:, 0] * way[:, 1] - before[:, 1] * way[:, 0] >= 0.0).all():
+        return [ring]
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
+    turned = shapely.orient_polygons(triangles)
+    return [shapely.get_coordinates(triangle)[:-1] for triangle in turned]
+
+
 def path_line(part: PathPart, spacing: float) -> shapely.LineString:
     """Return the part as a polyline with points at its knots and at most `spacing` [m] apart."""
     counts = np.maximum(np.ceil(np.diff(part.knots) / spacing).astype(np.int64), 1)

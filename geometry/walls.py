@@ -16,8 +16,9 @@ from geometry.boundary import Boundary
 from geometry.errors import InputError
 from geometry.lines import PartLines
 from geometry.nearest import Last, Nearest, keep, nearest
-from geometry.outline import checked_polygon
+from geometry.outline import checked_polygon, convex_pieces
 from geometry.sampling import as_complex, as_pairs
+from geometry.shape_grid import ShapeGrid
 
 TABLED = 50_000  # samples of all walls up to which more is kept of each, for speed: 1.2 km of both sides
 _NO_LINES = shapely.MultiLineString()
@@ -78,12 +79,14 @@ class PartWalls:
     Attributes:
         left, right: None without any.
         narrowest: smallest width [m] and its theta [m].
+        grid: the segments of both.
         every: both as lines, if these are kept.
     """
 
     left: Boundary | None
     right: Boundary | None
     narrowest: tuple[float, float]
+    grid: ShapeGrid
     every: shapely.MultiLineString | None = None
 
     @classmethod
@@ -108,12 +111,13 @@ class PartWalls:
             left=Boundary.from_polylines(left, leads=_leads(right[0]) if joined else None),
             right=Boundary.from_polylines(right, leads=_leads(left[0]) if joined else None),
             narrowest=narrowest,
+            grid=ShapeGrid.of_lines([*left, *right]),
         )
 
     @classmethod
     def none(cls) -> PartWalls:
         """Return no boundaries at all."""
-        return cls(left=None, right=None, narrowest=(inf, 0.0), every=_NO_LINES)
+        return cls(left=None, right=None, narrowest=(inf, 0.0), grid=ShapeGrid.of_lines([]), every=_NO_LINES)
 
     def with_tables(self) -> PartWalls:
         """Return the same walls with more kept of them, so that looking at them is faster."""
@@ -132,6 +136,11 @@ class PartWalls:
         """Polylines (k, 2) of the left and the right boundary, with their allowed side on the left [m]."""
         left, right = (() if side is None else side.polylines for side in (self.left, self.right))
         return left, right
+
+    def beyond(self, points: Array) -> Array:
+        """How far points (n, 2) are beyond the nearest boundary [m]; 0 within all, and farther than BEHIND
+        beyond one with open ends."""
+        return self.grid.beyond(points, BEHIND if any(side.is_open for side in self.sides) else inf)
 
     def near(self, middle: complex, radius: float) -> shapely.MultiLineString:
         """The boundaries, at least what of them is within `radius` of a place [m]."""
@@ -152,11 +161,13 @@ class PartWalls:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Obstacles:
-    """Polygons to be kept out of: corners (m, 2) each [m], their sampled outlines, their shapes."""
+    """Polygons to be kept out of: corners (m, 2) each [m], their sampled outlines, their shapes, and a grid
+    of the convex pieces of each."""
 
     corners: tuple[Array, ...]
     boundary: Boundary | None
     shapes: NDArray[np.object_]
+    grid: ShapeGrid
 
     @classmethod
     def from_polygons(cls, polygons: Sequence[ArrayLike]) -> Obstacles:
@@ -173,12 +184,18 @@ class Obstacles:
         for ring in corners:
             ring.setflags(write=False)
         boundary = Boundary.from_polylines(rings, closed=True)
+        pieces = [convex_pieces(shape) for shape in shapes]
         if boundary is not None and boundary.vertex.size <= TABLED:
             boundary = boundary.with_table()
         return cls(
             corners=corners,
             boundary=boundary,
             shapes=np.array(shapes, dtype=np.object_),
+            grid=ShapeGrid.of_shapes(
+                [piece for each in pieces for piece in each],
+                np.repeat(np.arange(len(shapes)), [len(each) for each in pieces]),
+                len(shapes),
+            ),
         )
 
     def to_polygons(self) -> tuple[Array, ...]:

@@ -277,10 +277,9 @@ def _follow_plan(
     `problem`: why it is not this cycle's own; `anywhere`: however far ahead that is.
     """
     config = w.config
-    planes = attempt.solutions[-1].planes if attempt and source is Source.SOLUTION else None
     need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
     later = 0.0 if s.task.halt is None else config.caution.clear_time
-    distance = lookout.clear_distance_on(s, plan, config, need + config.caution.clear_distance, planes, later)
+    distance = lookout.clear_distance_on(s, plan, config, need + config.caution.clear_distance, later)
     if s.area.moving:
         slowing = lookout.slowing(context, plan, config)
         distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.shape_grid import Body
 from rti_mpcc.config import Footprint, Vehicle
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.types import Array
@@ -85,6 +86,13 @@ def disc_centres(states: Array, discs: Discs) -> Array:
     axis = np.stack([np.cos(states[:, PHI]), np.sin(states[:, PHI])], axis=-1)
     centres: Array = states[:, None, [X, Y]] + discs.offsets[None, :, None] * axis[:, None, :]
     return centres
+
+
+def body_of(vehicle: Vehicle) -> Body:
+    """The body, in the vehicle's frame."""
+    half = 0.5 * vehicle.width
+    low, high = -vehicle.rear, vehicle.front
+    return Body.of([(low, -half), (high, -half), (high, half), (low, half)])
 
 
 def body_polygons(states: Array, vehicle: Vehicle) -> Array:

@@ -11,10 +11,10 @@ from itertools import product
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.safety import contact
 from rti_mpcc.safety.stopping import arc
 from rti_mpcc.types import Array, Trajectory
 
@@ -46,15 +46,15 @@ def _distance_until_free(
     """Way [m] after which the body is free on an arc; inf if it is not, or the overlap does not fall."""
     least, reach = config.caution.hard_minimum, config.escape.reach
     ways = np.linspace(0.0, sign * reach, round(reach / config.escape.spacing) + 1)
-    bodies = body_polygons(arc(state, ways, steering, config.vehicle.wheelbase), config.vehicle)
-    before = around.known.clearances(part, bodies[:1])[0]
+    states = arc(state, ways, steering, config.vehicle.wheelbase)
+    apart = contact.clearances(states, around.known, part, config)
+    before = apart[0]
     overlaps, rest = before < 0.0, np.minimum(before, least)
-    for k in range(1, len(ways)):
-        now = around.known.clearances(part, bodies[k : k + 1])[0]
+    for way, now in zip(ways[1:].tolist(), apart[1:], strict=True):
         if (now[overlaps] <= np.minimum(before[overlaps], 0.0)).any() or (now < rest)[~overlaps].any():
             return np.inf
         if (now >= 0.0).all():
-            return abs(float(ways[k]))
+            return float(abs(way))
         before, overlaps = now, overlaps & (now < 0.0)
     return np.inf
 

@@ -6,7 +6,6 @@ from math import inf
 
 import numpy as np
 
-from geometry import HalfPlanes
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -27,9 +26,6 @@ def overlap(s: ControllerState, context: PlanningContext, config: ControllerConf
     half = s.now + 0.5 * config.dead_time
     middle = by_commands(believed, s.queue, s.now, half, config, s.vehicle.disturbance)
     states = np.stack((believed, middle, context.state))
-    planes = None if s.plans.solution is None else s.plans.solution.planes
-    if not s.area.moving and contact.bodies_surely_clear(states, planes, s.area.corridor, part, config):
-        return None
     return contact.overlap(states, s.area, part, config)
 
 
@@ -38,20 +34,15 @@ def distance_to_contact(
     plan: Trajectory,
     config: ControllerConfig,
     reach: float = inf,
-    planes: HalfPlanes | None = None,
     least: float = 0.0,
 ) -> float:
     """Distance along a plan to where it is nearer than `least` to what stands [m], or inf.
 
     Far ahead stages are long: a plan that is sought has to touch nothing, one that is driven to be clear.
-
-    `planes`: of its solution, if it is one's.
     """
-    corridor, part = s.area.corridor, s.task.segment.index
-    if contact.surely_clear(plan, planes, corridor, part, config, reach, least=least):
-        return inf
-    free = planes is not None
-    return contact.distance_to_contact(plan, corridor, part, config, reach, least=least, begins_free=free)
+    return contact.distance_to_contact(
+        plan, s.area.corridor, s.task.segment.index, config, reach, least=least
+    )
 
 
 def progress_of_contact(
@@ -74,14 +65,13 @@ def clear_distance_on(
     plan: Trajectory,
     config: ControllerConfig,
     reach: float = inf,
-    planes: HalfPlanes | None = None,
     later: float = 0.0,
 ) -> float:
     """Distance along a plan to where it is not clear of what stands or moves [m], or inf."""
     least = config.caution.hard_minimum
     return min(
         distance_to_moving(s, plan, config, reach, later),
-        distance_to_contact(s, plan, config, reach, planes, least),
+        distance_to_contact(s, plan, config, reach, least),
     )
 
 

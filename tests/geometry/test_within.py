@@ -155,21 +155,6 @@ def test_round_an_open_end_what_is_beyond_the_wall_is_seen_in_time() -> None:
     assert planes.distance[0, 0] == pytest.approx(-1.5)
 
 
-def test_points_are_so_far_from_all_at_least() -> None:
-    for case, corridor in enumerate(corridors()):
-        first, *_, last = walk(case)
-        planes = corridor.half_planes(0, first)
-        bound = corridor.lower_bound(0, last, planes)
-        exact = corridor.half_planes(0, last).distance.min(axis=1)
-        sure = bound > 0.0
-        assert sure.sum() > 20
-        assert (bound[sure] <= np.abs(exact[sure]) + 2e-3).all()
-        # Some of the points only, and the planes of another corridor.
-        np.testing.assert_array_equal(corridor.lower_bound(0, last[:7], planes), bound[:7])
-        other = corridor.with_obstacles([np.array(BLOCK) + 100.0])
-        np.testing.assert_array_equal(other.lower_bound(0, last, planes), 0.0)
-
-
 def test_nothing_to_hit_is_infinitely_far() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.5, 4.0 * pi)])
     corridor = Corridor.from_offsets(path, left=3.0, right=-3.0)

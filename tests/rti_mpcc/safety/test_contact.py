@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Footprint
 from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
 from rti_mpcc.model.layout import THETA
@@ -143,7 +143,6 @@ def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
     rows = corridor_rows(plan.states[1:], planes, discs, footprint, no_corners)
     assert rows is not None
     assert rows.lower[-1].max() <= 0.0
-    assert not contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf, least=LEAST)
     assert way(plan, inside) < np.inf
 
 
@@ -289,90 +288,9 @@ def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
 DISCS = cover(CONFIG.vehicle, CONFIG.footprint)
 
 
-def planes_of(plan: Trajectory, inside: Corridor) -> HalfPlanes:
-    return inside.half_planes(0, disc_centres(plan.states[1:], DISCS).reshape(-1, 2))
-
-
-def wavy(seed: int, n: int = 20) -> Trajectory:
-    """A plan that turns and goes about between walls; its states jump a little from what they should be."""
-    random = np.random.default_rng(seed)
-    times = np.linspace(0.0, 10.0, n + 1)
-    states = np.zeros((n + 1, 6))
-    speed, steering = random.uniform(0.5, 3.0), np.cumsum(random.normal(0.0, 0.1, n + 1)).clip(-0.5, 0.5)
-    for k in range(n):
-        h, rate = times[k + 1] - times[k], speed * np.tan(steering[k]) / CONFIG.vehicle.wheelbase
-        x, y, phi = states[k, :3]
-        middle = phi + 0.5 * h * rate
-        states[k + 1, :3] = x + h * speed * np.cos(middle), y + h * speed * np.sin(middle), phi + h * rate
-    states[:, :2] += random.normal(0.0, 0.02, (n + 1, 2))
-    states[:, 3], states[:, 4] = speed, steering
-    return Trajectory(times=times, states=states, controls=np.zeros((n, 3)))
-
-
-def moved(plan: Trajectory, by: float, seed: int) -> Trajectory:
-    shift = np.random.default_rng(seed).normal(0.0, by, (len(plan.states), 6)) * (1, 1, 0.3, 0, 0, 0)
-    return Trajectory(times=plan.times, states=plan.states + shift, controls=plan.controls)
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_what_is_surely_clear_makes_no_contact(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    around = [corridor(width=width) for width in (3.0, 5.0, 9.0)]
-    plan = wavy(seed)
-    for inside in around:
-        for by in (0.0, 0.1, 0.4):
-            solved = moved(plan, by, seed)
-            reach = float(random.choice([0.0, 3.0, 8.0, np.inf]))
-            if contact.surely_clear(solved, planes_of(plan, inside), inside, 0, CONFIG, reach, least=LEAST):
-                assert way(solved, inside, reach) == np.inf
-
-
-def test_what_is_well_clear_surely_is() -> None:
-    inside, plan = corridor(), straight_on(2.0, 8.0)
-    planes = planes_of(plan, inside)
-    assert contact.surely_clear(plan, planes, inside, 0, CONFIG, np.inf, least=LEAST)
-    assert contact.surely_clear(moved(plan, 0.05, 0), planes, inside, 0, CONFIG, np.inf, least=LEAST)
-    # Known from the cycles before, and not looked up again.
-    again = inside.half_planes(
-        0, disc_centres(plan.states[1:], DISCS).reshape(-1, 2) + 0.1, planes, within=1.5
-    )
-    assert not again.normal.any()
-    assert contact.surely_clear(plan, again, inside, 0, CONFIG, np.inf, least=LEAST)
-
-
-def test_what_is_not_known_to_be_clear_is_not_surely() -> None:
-    inside, plan = corridor(), straight_on(2.0, 8.0)
-    planes = planes_of(plan, inside)
-    onto_the_wall = straight_on(2.0, 30.0, n=60)
-    assert not contact.surely_clear(plan, None, inside, 0, CONFIG, np.inf, least=LEAST)
-    assert not contact.surely_clear(
-        straight_on(2.0, 8.0, n=21), planes, inside, 0, CONFIG, np.inf, least=LEAST
-    )
-    assert not contact.surely_clear(plan, planes, corridor(wall_at=6.0), 0, CONFIG, np.inf, least=LEAST)
-    assert not contact.surely_clear(
-        straight_on(2.0, 8.0, y=1.9), planes, inside, 0, CONFIG, np.inf, least=LEAST
-    )
-    on = planes_of(onto_the_wall, inside)
-    assert not contact.surely_clear(onto_the_wall, on, inside, 0, CONFIG, np.inf, least=LEAST)
-    assert contact.surely_clear(onto_the_wall, on, inside, 0, CONFIG, 5.0, least=LEAST)
-
-
 def test_between_coarse_stages_nothing_is_missed() -> None:
     """Both ends of a stage are clear, the obstacle between them is met."""
     inside = corridor(width=9.0).with_obstacles([[(9.0, -1.5), (9.3, -1.5), (9.3, 1.5), (9.0, 1.5)]])
     plan = straight_on(0.0, 16.0, n=1)
     assert not inside.collides(0, body_polygons(plan.states, CONFIG.vehicle)).any()
     assert way(plan, inside) < np.inf
-    assert not contact.surely_clear(plan, planes_of(plan, inside), inside, 0, CONFIG, np.inf, least=LEAST)
-
-
-def test_bodies_are_surely_clear_near_where_the_plan_is() -> None:
-    inside, plan = corridor(), straight_on(2.0, 8.0)
-    planes, first = planes_of(plan, inside), plan.states[:1]
-    assert contact.bodies_surely_clear(first, planes, inside, 0, CONFIG)
-    assert not contact.bodies_surely_clear(first, None, inside, 0, CONFIG)
-    assert not contact.bodies_surely_clear(first, planes, corridor(wall_at=6.0), 0, CONFIG)
-    for y in np.linspace(-3.0, 3.0, 25):
-        states = straight_on(2.0, 8.0, y=float(y)).states[:1]
-        if contact.bodies_surely_clear(states, planes, inside, 0, CONFIG):
-            assert contact.overlap(states, around(inside), 0, CONFIG) is None

@@ -1,0 +1,112 @@
+"""The signed distance between two convex shapes, with where it is and which way.
+
+A shape is its corners in counter-clockwise order; one corner is a point, two are a segment. The distance of
+shapes A and B is the least |a - b| of points of theirs where they are apart, and minus the least way by which
+one is to be moved to be apart where they overlap. Either way it is n·(a - b) for the witness points a, b and
+a unit normal n from B to A. As A moves by (dx, dy) and turns by dphi about its point r, it changes by
+
+(D1)  n_x dx + n_y dy + ((a_x - r_x) n_y - (a_y - r_y) n_x) dphi
+
+wherever one pair of features alone is nearest (a corner and an edge, or two corners).
+
+Where shapes overlap, the least way out is along the normal of an edge of one of them: these are the edges of
+the Minkowski difference B - A that the origin is in. So the distance is the largest separation along any.
+"""
+
+from __future__ import annotations
+
+from math import hypot, inf
+from typing import Final
+
+from geometry.arrays import Array
+from geometry.compiled import Array2, Out1, inner, kernel
+
+VALUE: Final = 0
+NORMAL_X: Final = 1
+NORMAL_Y: Final = 2
+ON_A_X: Final = 3
+ON_A_Y: Final = 4
+ON_B_X: Final = 5
+ON_B_Y: Final = 6
+WITNESS: Final = 7
+"""What `signed_distance` finds: the distance [m], the normal, and a witness point on each shape [m]."""
+
+
+@kernel
+def signed_distance(a: Array2, b: Array2, found: Out1) -> None:
+    """Find the signed distance between the convex shapes `a` (k, 2) and `b` (m, 2) [m]: `found` (7,)."""
+    distance_between(a, 0, len(a), b, 0, len(b), found)
+
+
+@inner
+def distance_between(
+    a: Array, a_first: int, a_stop: int, b: Array, b_first: int, b_stop: int, found: Array
+) -> None:
+    """The same for the corners `a_first` to `a_stop` of `a` and `b_first` to `b_stop` of `b`."""
+    found[VALUE] = -inf
+    _separate(a, a_first, a_stop, b, b_first, b_stop, -1.0, found)
+    _separate(b, b_first, b_stop, a, a_first, a_stop, 1.0, found)
+    if -inf < found[VALUE] <= 0.0:
+        return
+    found[VALUE] = inf
+    for i in range(a_first, a_stop):
+        _approach(a[i, 0], a[i, 1], b, b_first, b_stop, 1.0, found)
+    for i in range(b_first, b_stop):
+        _approach(b[i, 0], b[i, 1], a, a_first, a_stop, -1.0, found)
+
+
+@inner
+def _separate(
+    p: Array, p_first: int, p_stop: int, q: Array, q_first: int, q_stop: int, sign: float, found: Array
+) -> None:
+    """Keep the largest separation along the outward normals of the edges of p; `sign` is 1 where A is q."""
+    count = p_stop - p_first
+    if count == 1:
+        return
+    for i in range(p_first, p_stop):
+        j = i + 1 if i + 1 < p_stop else p_first
+        edge_x, edge_y = p[j, 0] - p[i, 0], p[j, 1] - p[i, 1]
+        length = hypot(edge_x, edge_y)
+        if length == 0.0:
+            continue
+        normal_x, normal_y = edge_y / length, -edge_x / length
+        # The corner of q that is deepest behind the edge; relative to the edge's begin, as all is.
+        least, at = inf, q_first
+        for k in range(q_first, q_stop):
+            beyond = normal_x * (q[k, 0] - p[i, 0]) + normal_y * (q[k, 1] - p[i, 1])
+            if beyond < least:
+                least, at = beyond, k
+        if least > found[VALUE]:
+            found[VALUE] = least
+            found[NORMAL_X], found[NORMAL_Y] = sign * normal_x, sign * normal_y
+            x, y = q[at, 0], q[at, 1]
+            on_p_x, on_p_y = x - least * normal_x, y - least * normal_y
+            if sign > 0.0:
+                found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = x, y, on_p_x, on_p_y
+            else:
+                found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = on_p_x, on_p_y, x, y
+
+
+@inner
+def _approach(x: float, y: float, q: Array, first: int, stop: int, sign: float, found: Array) -> None:
+    """Keep the least distance of a corner (x, y) to the edges of q; `sign` is 1 where the corner is of A."""
+    for i in range(first, stop):
+        j = i + 1 if i + 1 < stop else first
+        edge_x, edge_y = q[j, 0] - q[i, 0], q[j, 1] - q[i, 1]
+        to_x, to_y = x - q[i, 0], y - q[i, 1]
+        square = edge_x * edge_x + edge_y * edge_y
+        along = 0.0
+        if square > 0.0:
+            along = min(max((to_x * edge_x + to_y * edge_y) / square, 0.0), 1.0)
+        apart_x, apart_y = to_x - along * edge_x, to_y - along * edge_y
+        distance = hypot(apart_x, apart_y)
+        if distance < found[VALUE]:
+            found[VALUE] = distance
+            if distance > 0.0:
+                found[NORMAL_X], found[NORMAL_Y] = sign * apart_x / distance, sign * apart_y / distance
+            if sign > 0.0:
+                found[ON_A_X], found[ON_A_Y] = x, y
+                found[ON_B_X], found[ON_B_Y] = x - apart_x, y - apart_y
+            else:
+                found[ON_A_X], found[ON_A_Y] = x - apart_x, y - apart_y
+                found[ON_B_X], found[ON_B_Y] = x, y

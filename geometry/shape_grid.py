@@ -1,0 +1,366 @@
+"""Many convex shapes in a uniform grid, and the signed distances of bodies to them.
+
+Each cell names the shapes that reach into it. A body asks the cells around it only, and of these shapes only
+those whose bounding circle is near enough to the body's bounding box to be nearer than what was found before.
+All is computed in the frame of the body: numbers stay small wherever in the world it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, hypot, inf, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from geometry.arrays import Array, Index
+from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel
+from geometry.convex import VALUE, WITNESS, distance_between
+from geometry.errors import InputError
+
+_CELLS = 4  # for each shape, and some more
+_SAME = 1e-9  # of a distance, by which two are told from one another
+_LONG = 16.0  # mean lengths of a shape that a cell is long
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Body:
+    """A rigid body of convex pieces, in its own frame: at pose (0, 0, 0).
+
+    Attributes:
+        corners: (k, 2) of all pieces [m]; starts: (pieces + 1,) where each begins.
+        middle, half: (2,) of its bounding box [m].
+    """
+
+    corners: Array
+    starts: Index
+    middle: Array
+    half: Array
+
+    @classmethod
+    def of(cls, *pieces: ArrayLike) -> Body:
+        """Build from convex pieces (m_i, 2), counter-clockwise [m]."""
+        rings = [np.array(piece, dtype=np.float64).reshape(-1, 2) for piece in pieces]
+        corners, starts = np.concatenate(rings), _starts(rings)
+        low, high = _box(rings)
+        return cls(corners=corners, starts=starts, middle=0.5 * (low + high), half=0.5 * (high - low))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShapeGrid:
+    """Convex shapes, each of one of several owners.
+
+    Attributes:
+        corners: (k, 2) of all shapes [m]; starts: (shapes + 1,) where each begins.
+        owner: (shapes,) whose each is; owners: so many there are.
+        circles: (shapes, 3) bounding circles x, y, radius [m].
+        origin: (2,) of the grid [m]; cell: length of its cells [m]; counts: (2,) of them along x and y.
+        begins: (cells + 1,) where the shapes of each cell begin in `members`.
+    """
+
+    corners: Array
+    starts: Index
+    owner: Index
+    owners: int
+    circles: Array
+    origin: Array
+    cell: float
+    counts: Index
+    begins: Index
+    members: Index
+
+    @classmethod
+    def of_shapes(cls, shapes: Sequence[Array], owner: ArrayLike, owners: int) -> ShapeGrid:
+        """Build from convex shapes (m_i, 2), see geometry.convex [m], and whose each is, below `owners`."""
+        corners = np.concatenate([np.zeros((0, 2)), *shapes])
+        return cls._of(corners, _starts(shapes), np.array(owner, dtype=np.int64), owners)
+
+    @classmethod
+    def of_lines(cls, lines: Sequence[Array]) -> ShapeGrid:
+        """Build from polylines (m_i, 2), m_i >= 1 [m], all of one owner; their segments are the shapes."""
+        longer = [line if len(line) > 1 else np.repeat(line, 2, axis=0) for line in lines]
+        ends = [np.stack((line[:-1], line[1:]), axis=1).reshape(-1, 2) for line in longer]
+        corners = np.concatenate([np.zeros((0, 2)), *ends])
+        starts = 2 * np.arange(len(corners) // 2 + 1)
+        return cls._of(corners, starts, np.zeros(len(starts) - 1, dtype=np.int64), 1)
+
+    @classmethod
+    def _of(cls, corners: Array, starts: Index, owner: Index, owners: int) -> ShapeGrid:
+        circles = np.empty((len(owner), 3))
+        _bound(corners, starts, circles)
+        low, high = _box([corners])
+        size, most = high - low, _CELLS * len(owner) + 64
+        mean = 2.0 * float(circles[:, 2].mean()) if len(owner) else 0.0
+        cell = max(_LONG * mean, float(np.sqrt(size[0] * size[1] / most)), float(size.max()) / most) or 1.0
+        counts = (size / cell).astype(np.int64) + 1
+        inside = np.zeros(int(counts[0] * counts[1]), dtype=np.int64)
+        _enter(corners, starts, low, cell, counts, inside, np.zeros(0, dtype=np.int64))
+        begins = np.concatenate(([0], np.cumsum(inside)))
+        members = np.empty(begins[-1], dtype=np.int64)
+        _enter(corners, starts, low, cell, counts, begins[:-1].copy(), members)
+        for each in (corners, starts, owner, circles, low, counts, begins, members):
+            each.setflags(write=False)
+        return cls(
+            corners=corners,
+            starts=starts,
+            owner=owner,
+            owners=owners,
+            circles=circles,
+            origin=low,
+            cell=cell,
+            counts=counts,
+            begins=begins,
+            members=members,
+        )
+
+    def beyond(self, points: Array, within: float = inf) -> Array:
+        """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
+
+        Of a grid of lines. 0 as well where none is `within` [m], and beyond an open end.
+        """
+        found = np.zeros(len(points))
+        _beyond(
+            points, self.corners, self.circles,
+            self.origin, self.cell, self.counts, self.begins, self.members, within, found,
+        )  # fmt: skip
+        return found
+
+    def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
+        """Return the signed distances (n, owners) [m] of a body at `poses` (n, 3) to what each owner has.
+
+        The least of those of its shapes and the body's pieces; +inf without any nearer than `within` [m].
+
+        Raises:
+            InputError: wrong shape, or poses that are not finite.
+        """
+        poses = np.ascontiguousarray(poses, dtype=np.float64)
+        if poses.ndim != 2 or poses.shape[1] != 3:
+            raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
+        if not np.isfinite(poses).all():
+            raise InputError("poses must be finite numbers.")
+        found = np.full((len(poses), self.owners), within)
+        _signed_distances(
+            body.corners, body.starts, body.middle, body.half, poses,
+            self.corners, self.starts, self.owner, self.circles,
+            self.origin, self.cell, self.counts, self.begins, self.members, within, found,
+        )  # fmt: skip
+        found[found >= within] = inf
+        return found
+
+
+def _starts(rings: Sequence[Array]) -> Index:
+    return np.concatenate(([0], np.cumsum([len(ring) for ring in rings]))).astype(np.int64)
+
+
+def _box(rings: Sequence[Array]) -> tuple[Array, Array]:
+    """The corners (2,), (2,) of the box around all of these."""
+    points = np.concatenate(rings)
+    points = points if len(points) else np.zeros((1, 2))
+    return points.min(axis=0), points.max(axis=0)
+
+
+@kernel
+def _bound(corners: Array2, starts: Index1, circles: Out2) -> None:
+    """Circles (x, y, radius) around the boxes of shapes."""
+    for i in range(len(circles)):
+        first, stop = starts[i], starts[i + 1]
+        low_x, high_x = corners[first, 0], corners[first, 0]
+        low_y, high_y = corners[first, 1], corners[first, 1]
+        for k in range(first + 1, stop):
+            low_x, high_x = min(low_x, corners[k, 0]), max(high_x, corners[k, 0])
+            low_y, high_y = min(low_y, corners[k, 1]), max(high_y, corners[k, 1])
+        x, y, radius = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y), 0.0
+        for k in range(first, stop):
+            radius = max(radius, hypot(corners[k, 0] - x, corners[k, 1] - y))
+        circles[i, 0], circles[i, 1], circles[i, 2] = x, y, radius
+
+
+@kernel
+def _enter(
+    corners: Array2,
+    starts: Index1,
+    origin: Array1,
+    cell: float,
+    counts: Index1,
+    begins: IndexOut1,
+    members: IndexOut1,
+) -> None:
+    """Enter each shape into the cells it reaches into, at `begins`, which moves on; without any `members`
+    only count them there."""
+    for i in range(len(starts) - 1):
+        first, stop = starts[i], starts[i + 1]
+        low, high = corners[first, 1], corners[first, 1]
+        for k in range(first + 1, stop):
+            low, high = min(low, corners[k, 1]), max(high, corners[k, 1])
+        for row in range(
+            _cell_at(low, origin[1], cell, counts[1]), _cell_at(high, origin[1], cell, counts[1]) + 1
+        ):
+            left, right = _span(corners, first, stop, origin[1] + row * cell, cell)
+            for column in range(
+                _cell_at(left, origin[0], cell, counts[0]), _cell_at(right, origin[0], cell, counts[0]) + 1
+            ):
+                at = row * counts[0] + column
+                if len(members) > 0:
+                    members[begins[at]] = i
+                begins[at] += 1
+
+
+@inner
+def _cell_at(x: float, origin: float, cell: float, count: int) -> int:
+    """The cell along one axis that x is in, or the nearest one."""
+    return int(min(max((x - origin) / cell, 0.0), count - 0.5))
+
+
+@inner
+def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> tuple[float, float]:
+    """From where to where along x the edges of a shape are in the row of cells above `bottom`, and a little
+    more against rounding."""
+    slack = 1e-6 * cell
+    low, high = bottom - slack, bottom + cell + slack
+    left, right = inf, -inf
+    for k in range(first, stop):
+        j = k + 1 if k + 1 < stop else first
+        x_0, y_0, x_1, y_1 = corners[k, 0], corners[k, 1], corners[j, 0], corners[j, 1]
+        if max(y_0, y_1) < low or min(y_0, y_1) > high:
+            continue
+        begin, end = 0.0, 1.0
+        rise = y_1 - y_0
+        if abs(rise) > slack:
+            a, b = (low - y_0) / rise, (high - y_0) / rise
+            begin, end = max(min(a, b), 0.0), min(max(a, b), 1.0)
+        x_a, x_b = x_0 + begin * (x_1 - x_0), x_0 + end * (x_1 - x_0)
+        left, right = min(left, min(x_a, x_b) - slack), max(right, max(x_a, x_b) + slack)
+    return left, right
+
+
+@kernel
+def _signed_distances(
+    body: Array2,
+    pieces: Index1,
+    middle: Array1,
+    half: Array1,
+    poses: Array2,
+    corners: Array2,
+    starts: Index1,
+    owner: Index1,
+    circles: Array2,
+    origin: Array1,
+    cell: float,
+    counts: Index1,
+    begins: Index1,
+    members: Index1,
+    within: float,
+    found: Out2,
+) -> None:
+    most = 0
+    for i in range(len(circles)):
+        most = max(most, starts[i + 1] - starts[i])
+    shape, witness = np.empty((most, 2)), np.empty(WITNESS)
+    asked_for = np.full(len(circles), -1)
+    reach = hypot(half[0], half[1]) + within
+    for n in range(len(poses)):
+        x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
+        at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
+        first_row = _cell_at(at_y - reach, origin[1], cell, counts[1])
+        last_row = _cell_at(at_y + reach, origin[1], cell, counts[1])
+        first_column = _cell_at(at_x - reach, origin[0], cell, counts[0])
+        last_column = _cell_at(at_x + reach, origin[0], cell, counts[0])
+        for row in range(first_row, last_row + 1):
+            for column in range(first_column, last_column + 1):
+                at = row * counts[0] + column
+                for k in range(begins[at], begins[at + 1]):
+                    i = members[k]
+                    if asked_for[i] == n:
+                        continue
+                    asked_for[i] = n
+                    dx, dy = circles[i, 0] - x, circles[i, 1] - y
+                    apart = _to_box(c * dx + s * dy - middle[0], c * dy - s * dx - middle[1], half)
+                    if apart - circles[i, 2] >= found[n, owner[i]]:
+                        continue
+                    for j in range(starts[i], starts[i + 1]):
+                        dx, dy = corners[j, 0] - x, corners[j, 1] - y
+                        shape[j - starts[i], 0], shape[j - starts[i], 1] = c * dx + s * dy, c * dy - s * dx
+                    for piece in range(len(pieces) - 1):
+                        distance_between(
+                            body,
+                            pieces[piece],
+                            pieces[piece + 1],
+                            shape,
+                            0,
+                            starts[i + 1] - starts[i],
+                            witness,
+                        )
+                        found[n, owner[i]] = min(found[n, owner[i]], witness[VALUE])
+
+
+@inner
+def _to_box(x: float, y: float, half: Array) -> float:
+    """Signed distance of a point to the box of half lengths `half` around (0, 0)."""
+    dx, dy = abs(x) - half[0], abs(y) - half[1]
+    distance: float = hypot(max(dx, 0.0), max(dy, 0.0)) + min(max(dx, dy), 0.0)
+    return distance
+
+
+@kernel
+def _beyond(
+    points: Array2,
+    corners: Array2,
+    circles: Array2,
+    origin: Array1,
+    cell: float,
+    counts: Index1,
+    begins: Index1,
+    members: Index1,
+    within: float,
+    found: Out1,
+) -> None:
+    if len(circles) == 0:
+        return
+    asked_for = np.full(len(circles), -1)
+    size = cell * (counts[0] + counts[1])
+    for n in range(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        outside_x = max(origin[0] - x, x - origin[0] - cell * counts[0], 0.0)
+        outside_y = max(origin[1] - y, y - origin[1] - cell * counts[1], 0.0)
+        reach = max(outside_x, outside_y) + cell
+        searched, least, side, ties, ends = 0, inf, 0.0, 0, 0
+        # Within more and more of the cells, until nothing outside of them can be nearer.
+        while least > reach and reach < 2.0 * (within + size + outside_x + outside_y):
+            reach = 2.0 * reach if searched > 0 else reach
+            searched += 1
+            for row in range(
+                _cell_at(y - reach, origin[1], cell, counts[1]),
+                _cell_at(y + reach, origin[1], cell, counts[1]) + 1,
+            ):
+                for column in range(
+                    _cell_at(x - reach, origin[0], cell, counts[0]),
+                    _cell_at(x + reach, origin[0], cell, counts[0]) + 1,
+                ):
+                    at = row * counts[0] + column
+                    for k in range(begins[at], begins[at + 1]):
+                        i = members[k]
+                        if asked_for[i] == n:
+                            continue
+                        asked_for[i] = n
+                        if hypot(circles[i, 0] - x, circles[i, 1] - y) - circles[i, 2] > least:
+                            continue
+                        edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]
+                        edge_y = corners[2 * i + 1, 1] - corners[2 * i, 1]
+                        to_x, to_y = x - corners[2 * i, 0], y - corners[2 * i, 1]
+                        length = hypot(edge_x, edge_y)
+                        if length == 0.0:
+                            continue
+                        along = (to_x * edge_x + to_y * edge_y) / length
+                        left = (edge_x * to_y - edge_y * to_x) / length
+                        over = max(-along, along - length, 0.0)
+                        distance = hypot(over, left)
+                        if distance < least * (1.0 - _SAME):
+                            least, side, ties, ends = distance, 0.0, 0, 0
+                        if distance <= least * (1.0 + _SAME):
+                            # At a vertex both its segments tell, at an open end there is only one.
+                            side += left
+                            ties += 1
+                            ends += over > 0.0
+        if least <= within and side < 0.0 and not (ties == 1 and ends == 1):
+            found[n] = least

@@ -1,0 +1,44 @@
+"""Convex shapes drawn at random, and what another library says of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from geometry.arrays import Array
+
+
+def counter_clockwise(points: Array) -> Array:
+    """The corners (m, 2) of the convex hull of points (n >= 3, 2)."""
+    hull = shapely.convex_hull(shapely.multipoints(points))
+    ring: Array = shapely.get_coordinates(shapely.orient_polygons(hull))[:-1]
+    return np.ascontiguousarray(ring)
+
+
+def drawn(random: np.random.Generator, corners: int, size: float, away: float) -> Array:
+    """A point, a segment, or the hull of `corners` points, about `size` large and `away` from (0, 0)."""
+    points = size * random.normal(size=(corners, 2)) * random.uniform(0.2, 1.0, 2) + away * random.normal(
+        size=2
+    )
+    return points if corners < 3 else counter_clockwise(points)
+
+
+def as_geometry(shape: Array) -> shapely.Geometry:
+    if len(shape) == 1:
+        return shapely.Point(shape[0])
+    return shapely.LineString(shape) if len(shape) == 2 else shapely.Polygon(shape)
+
+
+def exact(a: Array, b: Array) -> float:
+    """The signed distance by shapely; of those that overlap by the depth in their Minkowski difference."""
+    apart = float(shapely.distance(as_geometry(a), as_geometry(b)))
+    if apart > 0.0:
+        return apart
+    difference = shapely.convex_hull(shapely.multipoints((b[None] - a[:, None]).reshape(-1, 2)))
+    return -float(shapely.distance(difference.exterior, shapely.Point(0.0, 0.0)))
+
+
+def placed(shape: Array, pose: Array) -> Array:
+    """A shape (m, 2) at a pose x, y, phi."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    return np.ascontiguousarray(shape @ np.array([[c, s], [-s, c]]) + pose[:2])

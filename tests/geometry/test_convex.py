@@ -1,0 +1,141 @@
+"""The signed distance of two convex shapes, beside shapely's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geometry.arrays import Array
+from geometry.convex import (
+    NORMAL_X,
+    NORMAL_Y,
+    ON_A_X,
+    ON_A_Y,
+    ON_B_X,
+    ON_B_Y,
+    VALUE,
+    WITNESS,
+    signed_distance,
+)
+from tests.geometry.convex_shapes import as_geometry, counter_clockwise, drawn, exact, placed
+
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+NORMAL, ON_A, ON_B = [NORMAL_X, NORMAL_Y], [ON_A_X, ON_A_Y], [ON_B_X, ON_B_Y]
+
+
+def between(a: Array, b: Array) -> Array:
+    found = np.empty(WITNESS)
+    signed_distance(a, b, found)
+    return found
+
+
+def pairs(count: int, seed: int) -> list[tuple[Array, Array]]:
+    """Shapes of one to nine corners, A with an area; a third of them overlap."""
+    random = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        size = 10.0 ** random.uniform(-1.0, 1.0, 2)
+        a = drawn(random, int(random.integers(3, 10)), size[0], 1.0)
+        found.append((a, drawn(random, int(random.integers(1, 10)), size[1], 2.5)))
+    return found
+
+
+def check(a: Array, b: Array) -> None:
+    found, value = between(a, b), exact(a, b)
+    assert found[VALUE] == pytest.approx(value, abs=1e-9)
+    assert np.hypot(*found[NORMAL]) == pytest.approx(1.0, abs=1e-12)
+    # Moved apart by the distance along the normal they just touch.
+    assert found[NORMAL] @ (found[ON_A] - found[ON_B]) == pytest.approx(value, abs=1e-9)
+    touching = between(a - value * found[NORMAL], b)
+    assert touching[VALUE] == pytest.approx(0.0, abs=1e-9)
+    if value > 0.0:
+        for shape, at in ((a, found[ON_A]), (b, found[ON_B])):
+            assert as_geometry(shape).distance(as_geometry(at[None])) < 1e-9
+
+
+def test_the_distance_is_that_of_another_library() -> None:
+    values = []
+    for a, b in pairs(2000, seed=1):
+        check(a, b)
+        values.append(exact(a, b))
+    assert 0.2 < np.mean(np.array(values) < 0.0) < 0.8
+
+
+@pytest.mark.acceptance
+@pytest.mark.parametrize("seed", range(10))
+def test_the_distances_of_100000_pairs_are_those_of_another_library(seed: int) -> None:
+    for a, b in pairs(10_000, seed=100 + seed):
+        check(a, b)
+
+
+def test_it_is_symmetric() -> None:
+    for a, b in pairs(500, seed=2):
+        one, other = between(a, b), between(b, a)
+        assert one[VALUE] == pytest.approx(other[VALUE], abs=1e-12)
+        if one[VALUE] > 1e-9:
+            np.testing.assert_allclose(one[NORMAL], -other[NORMAL], atol=1e-6)
+
+
+def test_it_does_not_change_where_both_are_moved_and_turned() -> None:
+    random = np.random.default_rng(3)
+    for a, b in pairs(500, seed=3):
+        pose = np.array([*random.normal(0.0, 100.0, 2), random.uniform(-4.0, 4.0)])
+        assert between(placed(a, pose), placed(b, pose))[VALUE] == pytest.approx(
+            between(a, b)[VALUE], abs=1e-11
+        )
+
+
+def test_the_gradient_is_the_slope_of_the_distance() -> None:
+    """Equation (D1), but where two pairs of features are about equally near, or the features change."""
+    random, step, checked = np.random.default_rng(4), 1e-6, 0
+    for a, b in pairs(1000, seed=4):
+        at = np.array([*random.normal(size=2), random.uniform(-3.0, 3.0)])
+        found = between(placed(a, at), b)
+        arm, normal = found[ON_A] - at[:2], found[NORMAL]
+        gradient = np.array([*normal, arm[0] * normal[1] - arm[1] * normal[0]])
+        slopes, bends = np.empty(3), np.empty(3)
+        for i in range(3):
+            ahead, behind = (between(placed(a, at + h * np.eye(3)[i]), b) for h in (step, -step))
+            slopes[i] = (ahead[VALUE] - behind[VALUE]) / (2.0 * step)
+            bends[i] = abs(ahead[VALUE] + behind[VALUE] - 2.0 * found[VALUE]) / step
+        if bends.max() < 1e-3:  # at a tie the slopes of both sides differ
+            np.testing.assert_allclose(gradient, slopes, atol=2e-4)
+            checked += 1
+    assert checked > 900
+
+
+@pytest.mark.parametrize(
+    ("other", "value", "normal"),
+    [
+        ([[3.0, 0.5]], 2.0, (-1.0, 0.0)),
+        ([[4.0, 5.0]], 5.0, (-0.6, -0.8)),
+        ([[0.9, 0.2]], -0.1, (-1.0, 0.0)),
+        ([[1.0, 0.3]], 0.0, (-1.0, 0.0)),
+        ([[-5.0, 3.0], [5.0, 3.0]], 2.0, (0.0, -1.0)),
+        ([[-5.0, 0.5], [5.0, 0.5]], -0.5, (0.0, -1.0)),
+        ([[0.5, -5.0], [0.5, 5.0]], -0.5, (-1.0, 0.0)),
+        ([[-5.0, 1.0], [5.0, 1.0]], 0.0, (0.0, -1.0)),
+        ([[0.8, 0.0], [0.9, 0.0]], -0.2, (-1.0, 0.0)),
+        ([[0.2, -9.0], [9.0, -9.0], [9.0, 9.0], [0.2, 9.0]], -0.8, (-1.0, 0.0)),
+    ],
+)
+def test_a_square_against_what_is_known(
+    other: list[list[float]], value: float, normal: tuple[float, float]
+) -> None:
+    found = between(SQUARE, np.array(other))
+    assert found[VALUE] == pytest.approx(value, abs=1e-15)
+    np.testing.assert_allclose(found[NORMAL], normal, atol=1e-15)
+
+
+def test_corners_that_coincide_and_segments_of_no_length_do_no_harm() -> None:
+    doubled = np.repeat(SQUARE, 2, axis=0)
+    for other, value in (([[3.0, 0.5], [3.0, 0.5]], 2.0), ([[0.9, 0.2], [0.9, 0.2]], -0.1)):
+        assert between(doubled, np.array(other))[VALUE] == pytest.approx(value, abs=1e-15)
+    found = between(np.zeros((2, 2)), np.array([[3.0, 4.0]]))
+    assert found[VALUE] == 5.0
+    np.testing.assert_allclose(found[NORMAL], (-0.6, -0.8))
+
+
+def test_it_is_exact_beside_long_thin_shapes() -> None:
+    needle = counter_clockwise(np.array([[0.0, 0.0], [1e4, 1e-3], [1e4, -1e-3]]))
+    assert between(SQUARE + np.array([5000.0, 2.0]), needle)[VALUE] == pytest.approx(1.0 - 5.001e-4, abs=2e-7)
