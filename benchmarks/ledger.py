@@ -144,9 +144,9 @@ def kind_of(time_to_go: float | None) -> int:
 
 def _first_control(problem: QpProblem, config: ControllerConfig) -> Index:
     """Columns of a and delta_dot of the first stage. Raises LookupError if the QP has another pattern."""
-    discs = config.footprint.discs if config.corridor_rows else 0
+    pieces = config.footprint.pieces if config.corridor_rows else 0
     for sides in (2, 3):
-        pattern = build_pattern(config.stages, discs, sides, config.solver)
+        pattern = build_pattern(config.stages, pieces, sides, config.solver)
         if pattern.constraints.shape == problem.constraints.shape:
             columns: Index = pattern.control_columns[0, :2]
             return columns

@@ -43,7 +43,7 @@ PHASES: tuple[tuple[str, tuple[str, ...]], ...] = (
         ),
     ),
     ("linearisation", ("rti_mpcc.controller:linearised_step",)),
-    ("corridor", ("geometry.corridor:Corridor.half_planes", "rti_mpcc.controller:corridor_rows")),
+    ("corridor", ("geometry.corridor:Corridor.contacts", "rti_mpcc.controller:corridor_rows")),
     (
         "filling",
         tuple(

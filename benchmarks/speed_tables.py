@@ -17,7 +17,7 @@ from rti_mpcc.types import Array
 
 PERCENTILES = ["p50", "p95", "p99", "max", "count"]
 RATIOS = ["p50 / yardstick", "p95 / yardstick", "p99 / yardstick"]
-SERIES = ("stages", "discs", "path length", "boundary points")
+SERIES = ("stages", "pieces", "path length", "boundary points")
 
 
 def blocks(found: Measured) -> dict[str, str]:

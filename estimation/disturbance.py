@@ -20,14 +20,15 @@ nothing about d: for `held_time` nothing is learnt from that.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import cos, tan
-from typing import Any, Final
+from math import cos, sqrt, tan
+from typing import Final
 
 import numpy as np
 
 from estimation.settings import DisturbanceFilterConfig
 from estimation.types import Array
 from geometry import lift
+from geometry.compiled import Array1, Array2, Out1, Out2, kernel
 
 V: Final = 0
 """speed [m/s]."""
@@ -43,7 +44,6 @@ C: Final = 5
 """share by which the vehicle turns too tightly."""
 STATES: Final = 6
 
-_MEASURED: Final = np.eye(STATES)[[V, PHI]]
 _OFFSETS: Final = (D, G, O, C)
 
 REST = 0.03
@@ -101,7 +101,7 @@ class DisturbanceEstimate:
 
 def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
     """What is known before the first measurement."""
-    return _frozen(np.zeros(STATES), np.diag(_first_variances(config)))
+    return _frozen(np.zeros(STATES), np.diag(first_variances(config)))
 
 
 def unseated(estimate: DisturbanceEstimate) -> DisturbanceEstimate:
@@ -170,12 +170,13 @@ def _predicted(
     carried[V, D], carried[V, G] = seconds, seconds * acceleration
     carried[PHI, O] = distance * (1.0 + x[C]) / cos(angle) ** 2
     carried[PHI, C] = distance * tan(angle)
-    predict, _ = _kalman()
-    _, covariance = predict(x, estimate.covariance, F=carried, Q=_walk(seconds, config))
+    covariance = np.empty((STATES, STATES))
+    _carry(estimate.covariance, carried, _walk(seconds, config), covariance)
     mean = x.copy()
     mean[V] += gained
     mean[PHI] += distance * (1.0 + x[C]) * tan(angle)
-    return mean, _capped(covariance, config)
+    _cap(covariance, first_variances(config))
+    return mean, covariance
 
 
 def _walk(seconds: float, config: DisturbanceFilterConfig) -> Array:
@@ -190,15 +191,44 @@ def _walk(seconds: float, config: DisturbanceFilterConfig) -> Array:
     return walk
 
 
-def _capped(covariance: Array, config: DisturbanceFilterConfig) -> Array:
+@kernel
+def _carry(covariance: Array2, carried: Array2, walk: Array2, found: Out2) -> None:
+    """F P F' + Q."""
+    half = np.empty((STATES, STATES))
+    for i in range(STATES):
+        for j in range(STATES):
+            half[i, j] = 0.0
+            for k in range(STATES):
+                half[i, j] += carried[i, k] * covariance[k, j]
+    for i in range(STATES):
+        for j in range(STATES):
+            found[i, j] = walk[i, j]
+            for k in range(STATES):
+                found[i, j] += half[i, k] * carried[j, k]
+
+
+@kernel
+def _cap(covariance: Out2, most: Array1) -> None:
     """Of no offset is less known than in the beginning."""
-    share = np.ones(STATES)
-    variances = np.diagonal(covariance)
-    for quantity in _OFFSETS:
-        most = _first_variances(config)[quantity]
-        if variances[quantity] > most:
-            share[quantity] = (most / variances[quantity]) ** 0.5
-    return covariance * share * share[:, None]
+    for i in _OFFSETS:
+        if covariance[i, i] > most[i]:
+            share = sqrt(most[i] / covariance[i, i])
+            for j in range(STATES):
+                covariance[i, j] *= share
+                covariance[j, i] *= share
+
+
+@kernel
+def _measure(mean: Out1, covariance: Out2, i: int, value: float, variance: float) -> None:
+    """Kalman's update by a measurement of the i-th state alone."""
+    gain = np.empty(STATES)
+    for j in range(STATES):
+        gain[j] = covariance[j, i] / (covariance[i, i] + variance)
+    row, innovation = covariance[i].copy(), value - mean[i]
+    for j in range(STATES):
+        mean[j] += gain[j] * innovation
+        for k in range(STATES):
+            covariance[j, k] -= gain[j] * row[k]
 
 
 def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
@@ -223,10 +253,10 @@ def _corrected(
     mean: Array, covariance: Array, motion: Motion, config: DisturbanceFilterConfig
 ) -> tuple[Array, Array]:
     """After a measurement that is taken in."""
-    _, update = _kalman()
-    measured = np.array([motion.v, lift(motion.phi, float(mean[PHI]))])
-    noise = np.diag([config.speed_std**2, config.heading_std**2])
-    mean, covariance = update(mean, covariance, measured, R=noise, H=_MEASURED)
+    mean, covariance = mean.copy(), covariance.copy()
+    # Their noises are independent, so one may be taken in after the other.
+    _measure(mean, covariance, V, motion.v, config.speed_std**2)
+    _measure(mean, covariance, PHI, lift(motion.phi, float(mean[PHI])), config.heading_std**2)
     for quantity, most in (
         (D, config.most_acceleration),
         (G, config.most_drive_share),
@@ -236,26 +266,19 @@ def _corrected(
     return mean, 0.5 * (covariance + covariance.T)
 
 
-def _first_variances(config: DisturbanceFilterConfig) -> Array:
-    stds = np.empty(STATES)
-    stds[[V, PHI]] = config.speed_std, config.heading_std
-    stds[[D, O]] = config.first_acceleration_std, config.first_steering_std
-    stds[[G, C]] = config.drive_share_std, config.turn_share_std
-    return stds**2
+def first_variances(config: DisturbanceFilterConfig) -> Array:
+    """Variances (6,) before the first measurement."""
+    stds = (
+        config.speed_std,
+        config.first_acceleration_std,
+        config.drive_share_std,
+        config.heading_std,
+        config.first_steering_std,
+        config.turn_share_std,
+    )
+    return np.array(stds) ** 2
 
 
 def _frozen(mean: Array, covariance: Array) -> DisturbanceEstimate:
     mean.flags.writeable = covariance.flags.writeable = False
     return DisturbanceEstimate(mean=mean, covariance=covariance)
-
-
-def load_library() -> None:
-    """Have the filter's library loaded now, rather than with the second measurement: it takes its time."""
-    _kalman()
-
-
-def _kalman() -> tuple[Any, Any]:
-    """The library's functions `predict` and `update`: only who filters pays for loading it."""
-    from filterpy.kalman import predict, update
-
-    return predict, update

@@ -9,14 +9,11 @@ from geometry.lines import CorridorLines, PartLines
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
 from geometry.pose import Pose2
-from geometry.reflex_vertices import ReflexVertices
-from geometry.walls import HalfPlanes
 
 __all__ = [
     "Corridor",
     "CorridorError",
     "CorridorLines",
-    "HalfPlanes",
     "InputError",
     "Narrowing",
     "PartLines",
@@ -25,7 +22,6 @@ __all__ = [
     "PathReference",
     "Pose2",
     "ReferencePath",
-    "ReflexVertices",
     "RtiMpccError",
     "lift",
     "wrap",

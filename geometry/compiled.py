@@ -40,6 +40,7 @@ from geometry.arrays import Array, Index
 Array1: TypeAlias = Array
 Array2: TypeAlias = Array
 Array3: TypeAlias = Array
+Array4: TypeAlias = Array
 """Numbers that a kernel reads, with so many axes, contiguous."""
 Index1: TypeAlias = Index
 Index2: TypeAlias = Index
@@ -48,6 +49,7 @@ Index3: TypeAlias = Index
 Out1: TypeAlias = Array
 Out2: TypeAlias = Array
 Out3: TypeAlias = Array
+Out4: TypeAlias = Array
 """Arrays that a kernel writes into."""
 IndexOut1: TypeAlias = Index
 IndexOut2: TypeAlias = Index
@@ -69,8 +71,8 @@ _TYPES: dict[str, types.Type] = {
     "int": types.int64,
     "bool": types.boolean,
     **{f"tuple[{', '.join(['float'] * n)}]": types.UniTuple(types.float64, n) for n in range(2, 7)},
-    **{f"Array{n}": _array(types.float64, n) for n in (1, 2, 3)},
-    **{f"Out{n}": _array(types.float64, n, written=True) for n in (1, 2, 3)},
+    **{f"Array{n}": _array(types.float64, n) for n in (1, 2, 3, 4)},
+    **{f"Out{n}": _array(types.float64, n, written=True) for n in (1, 2, 3, 4)},
     **{f"Index{n}": _array(types.int64, n) for n in (1, 2, 3)},
     **{f"IndexOut{n}": _array(types.int64, n, written=True) for n in (1, 2)},
 }

@@ -5,7 +5,7 @@ shapes A and B is the least |a - b| of points of theirs where they are apart, an
 one is to be moved to be apart where they overlap. Either way it is n·(a - b) for the witness points a, b and
 a unit normal n from B to A. As A moves by (dx, dy) and turns by dphi about its point r, it changes by
 
-(D1)  n_x dx + n_y dy + ((a_x - r_x) n_y - (a_y - r_y) n_x) dphi
+(S2)  n_x dx + n_y dy + ((a_x - r_x) n_y - (a_y - r_y) n_x) dphi
 
 wherever one pair of features alone is nearest (a corner and an edge, or two corners).
 
@@ -15,7 +15,7 @@ the Minkowski difference B - A that the origin is in. So the distance is the lar
 
 from __future__ import annotations
 
-from math import hypot, inf
+from math import inf, sqrt
 from typing import Final
 
 from geometry.arrays import Array
@@ -35,24 +35,29 @@ WITNESS: Final = 7
 @kernel
 def signed_distance(a: Array2, b: Array2, found: Out1) -> None:
     """Find the signed distance between the convex shapes `a` (k, 2) and `b` (m, 2) [m]: `found` (7,)."""
-    distance_between(a, 0, len(a), b, 0, len(b), found)
+    distance_between(a, 0, len(a), b, 0, len(b), inf, found)
 
 
 @inner
 def distance_between(
-    a: Array, a_first: int, a_stop: int, b: Array, b_first: int, b_stop: int, found: Array
+    a: Array, a_first: int, a_stop: int, b: Array, b_first: int, b_stop: int, most: float, found: Array
 ) -> None:
-    """The same for the corners `a_first` to `a_stop` of `a` and `b_first` to `b_stop` of `b`."""
+    """The same for the corners `a_first` to `a_stop` of `a` and `b_first` to `b_stop` of `b`.
+
+    A distance of `most` or more may be told too small, but as `most` at least.
+    """
     found[VALUE] = -inf
     _separate(a, a_first, a_stop, b, b_first, b_stop, -1.0, found)
     _separate(b, b_first, b_stop, a, a_first, a_stop, 1.0, found)
-    if -inf < found[VALUE] <= 0.0:
+    if -inf < found[VALUE] <= 0.0 or found[VALUE] >= most:
         return
     found[VALUE] = inf
-    for i in range(a_first, a_stop):
-        _approach(a[i, 0], a[i, 1], b, b_first, b_stop, 1.0, found)
-    for i in range(b_first, b_stop):
-        _approach(b[i, 0], b[i, 1], a, a_first, a_stop, -1.0, found)
+    _approach(a, a_first, a_stop, b, b_first, b_stop, 1.0, found)
+    _approach(b, b_first, b_stop, a, a_first, a_stop, -1.0, found)
+    found[VALUE] = sqrt(found[VALUE])
+    if found[VALUE] > 0.0:
+        found[NORMAL_X] = (found[ON_A_X] - found[ON_B_X]) / found[VALUE]
+        found[NORMAL_Y] = (found[ON_A_Y] - found[ON_B_Y]) / found[VALUE]
 
 
 @inner
@@ -66,7 +71,7 @@ def _separate(
     for i in range(p_first, p_stop):
         j = i + 1 if i + 1 < p_stop else p_first
         edge_x, edge_y = p[j, 0] - p[i, 0], p[j, 1] - p[i, 1]
-        length = hypot(edge_x, edge_y)
+        length = sqrt(edge_x * edge_x + edge_y * edge_y)
         if length == 0.0:
             continue
         normal_x, normal_y = edge_y / length, -edge_x / length
@@ -88,25 +93,27 @@ def _separate(
 
 
 @inner
-def _approach(x: float, y: float, q: Array, first: int, stop: int, sign: float, found: Array) -> None:
-    """Keep the least distance of a corner (x, y) to the edges of q; `sign` is 1 where the corner is of A."""
-    for i in range(first, stop):
-        j = i + 1 if i + 1 < stop else first
+def _approach(
+    p: Array, p_first: int, p_stop: int, q: Array, q_first: int, q_stop: int, sign: float, found: Array
+) -> None:
+    """Keep the least square of the distance of a corner of p to an edge of q; `sign` is 1 where p is A."""
+    least = found[VALUE]
+    edges = 1 if q_stop - q_first <= 2 else q_stop - q_first
+    for i in range(q_first, q_first + edges):
+        j = i + 1 if i + 1 < q_stop else q_first
         edge_x, edge_y = q[j, 0] - q[i, 0], q[j, 1] - q[i, 1]
-        to_x, to_y = x - q[i, 0], y - q[i, 1]
         square = edge_x * edge_x + edge_y * edge_y
-        along = 0.0
-        if square > 0.0:
-            along = min(max((to_x * edge_x + to_y * edge_y) / square, 0.0), 1.0)
-        apart_x, apart_y = to_x - along * edge_x, to_y - along * edge_y
-        distance = hypot(apart_x, apart_y)
-        if distance < found[VALUE]:
-            found[VALUE] = distance
-            if distance > 0.0:
-                found[NORMAL_X], found[NORMAL_Y] = sign * apart_x / distance, sign * apart_y / distance
-            if sign > 0.0:
-                found[ON_A_X], found[ON_A_Y] = x, y
-                found[ON_B_X], found[ON_B_Y] = x - apart_x, y - apart_y
-            else:
-                found[ON_A_X], found[ON_A_Y] = x - apart_x, y - apart_y
-                found[ON_B_X], found[ON_B_Y] = x, y
+        over = 1.0 / square if square > 0.0 else 0.0
+        for k in range(p_first, p_stop):
+            to_x, to_y = p[k, 0] - q[i, 0], p[k, 1] - q[i, 1]
+            along = min(max((to_x * edge_x + to_y * edge_y) * over, 0.0), 1.0)
+            apart_x, apart_y = to_x - along * edge_x, to_y - along * edge_y
+            distance = apart_x * apart_x + apart_y * apart_y
+            if distance < least:
+                least = distance
+                on_x, on_y = p[k, 0] - apart_x, p[k, 1] - apart_y
+                if sign > 0.0:
+                    found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = p[k, 0], p[k, 1], on_x, on_y
+                else:
+                    found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = on_x, on_y, p[k, 0], p[k, 1]
+    found[VALUE] = least

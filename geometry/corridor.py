@@ -13,15 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from geometry import clearance as bodies_against
 from geometry.arrays import Array, Index
 from geometry.boundary import Boundary
+from geometry.contacts import Contacts, contacts
 from geometry.errors import CorridorError, InputError
 from geometry.lines import CorridorLines
 from geometry.offsets import sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.reflex_vertices import ReflexVertices, reflex_vertices
-from geometry.shape_grid import Body
-from geometry.walls import HalfPlanes, Obstacles, PartWalls, half_planes, with_tables
+from geometry.shape_grid import Body, checked_poses
+from geometry.walls import Obstacles, PartWalls, with_tables
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
@@ -149,43 +149,6 @@ class Corridor:
         """Corners (m, 2) of the obstacle polygons, counter-clockwise [m]."""
         return self.kept_out.corners
 
-    def half_planes(
-        self,
-        part: int,
-        points: Array,
-        previous: HalfPlanes | None = None,
-        *,
-        hysteresis: float = 0.05,
-        within: float = inf,
-    ) -> HalfPlanes:
-        """Return half-planes at the nearest boundary points of points (n, 2) [m].
-
-        Sides: 0 left, 1 right and, only if the corridor has obstacles, 2 the nearest obstacle.
-
-        Args:
-            part: index of the active part of the route.
-            points: (n, 2) [m].
-            previous: the result of the last call for as many points: each keeps its boundary feature (a
-                smooth run between corners) unless another is nearer by more than `hysteresis` [m].
-            within: boundaries that are farther than this are of no interest [m]. What by `previous` cannot
-                have come as near is not looked up: its distance is a lower bound, which is more than
-                `within`, and its normal 0.
-
-        Raises:
-            InputError: a part that does not exist, wrong shapes, numbers that are not finite.
-        """
-        return half_planes(self._sides(part), points, previous, hysteresis, within)
-
-    def reflex_vertices(self, part: int, planes: HalfPlanes, among: Index) -> ReflexVertices | None:
-        """Return which of some half-planes are of corners that jut out, or of open ends; None if none is.
-
-        Args:
-            part: index of the part of the route that the planes are of.
-            planes: of this corridor.
-            among: (k,) those that are asked for, point * sides + side.
-        """
-        return reflex_vertices(self._sides(part), planes, among)
-
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
         """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
 
@@ -217,10 +180,40 @@ class Corridor:
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        walls = self._part(part).grid.signed_distances(body, poses, within)
+        sides = self._part(part).grid.signed_distances(body, poses, within)
+        walls: Array = sides.min(axis=1, keepdims=True)
         if not self.kept_out.corners:
             return walls
         return np.concatenate((walls, self.kept_out.grid.signed_distances(body, poses, within)), axis=1)
+
+    def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
+        """Return where the pieces of a body at `poses` (n, 3) are nearest to each side.
+
+        Sides: 0 left, 1 right and, only if the corridor has obstacles, 2 the nearest obstacle.
+
+        Args:
+            part: index of the active part of the route.
+            within: what is farther away is left out [m]. A piece so far beyond a boundary is left alone, too:
+                it is taken to be on another way, behind it.
+            outward: see geometry.contacts.
+
+        Raises:
+            InputError: a part that does not exist, a wrong shape, numbers that are not finite.
+        """
+        poses = checked_poses(poses)
+        grid = self._part(part).smooth
+        found = contacts(
+            body, poses, grid, owner=grid.owner, owners=2, lines=True, within=within, outward=outward
+        )
+        if self.kept_out.corners:
+            grid = self.kept_out.grid
+            one = np.zeros_like(grid.owner)
+            nearest = contacts(
+                body, poses, grid, owner=one, owners=1, lines=False, within=within, outward=outward
+            )
+            found = np.concatenate((found, nearest), axis=2)
+        found.setflags(write=False)
+        return Contacts(values=found)
 
     def beyond(self, part: int, points: Array) -> Array:
         """Return how far points (n, 2) are beyond the nearest boundary (n,) [m]; 0 where they may be.

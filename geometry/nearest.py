@@ -72,21 +72,6 @@ class Samples(NamedTuple):
         return cls(segments[0], segments[1:3], lengths, features[:2], features[2] != 0)
 
 
-class Last(NamedTuple):
-    """Points c (n,) [m] of a boundary and the features and samples (n,) they were on, -1 where on none."""
-
-    boundary: Boundary
-    c: Complex
-    feature: Index
-    sample: Index
-
-    def is_known(self, rows: Index) -> Mask:
-        """Whether the boundary has the features and samples of some points: they may be another one's."""
-        feature, sample = self.feature[rows], self.sample[rows]
-        known = feature < self.boundary.first.size
-        return known & (sample >= 0) & (sample < self.boundary.vertex.size)
-
-
 class _Foot(NamedTuple):
     """Where beside its sample the nearest point of each of n points is.
 
@@ -118,57 +103,6 @@ def is_allowed(sides: Sequence[Boundary], c: Complex) -> Mask:
     r = np.concatenate([c] * len(sides)) - samples.vertex
     allowed = _foot(r, samples, samples.lengths).side >= 0.0
     return np.asarray(allowed.reshape(len(sides), -1).all(axis=0))
-
-
-def keep(best: Nearest, last: Sequence[Last], hysteresis: float) -> None:
-    """Put points back onto the features they were on last where these are as near but for hysteresis.
-
-    Args:
-        best: what `nearest` found for these boundaries and points, changed in place.
-        hysteresis: [m].
-    """
-    feature, sample = (np.concatenate([each[i] for each in last]) for i in (2, 3))
-    same = best.feature == feature
-    away = np.flatnonzero((feature >= 0) & ~(same & (np.abs(best.sample - sample) <= WINDOW)))
-    if away.size == 0:
-        return
-    ends = np.cumsum([each.c.size for each in last])
-    cuts = np.searchsorted(away, ends)
-    asked, found = [], []
-    for each, end, rows in zip(last, ends, np.split(away, cuts[:-1]), strict=True):
-        rows = rows[each.is_known(rows - (end - each.c.size))]
-        if rows.size:
-            asked.append(rows)
-            found.append(_on_last(each, rows - (end - each.c.size)))
-    if not asked:
-        return
-    ask = np.concatenate(asked)
-    c = np.concatenate([each.c for each in last])[ask]
-    at, lost = (np.concatenate([each[i] for each in found]) for i in (1, 2))
-    samples = Samples.of([(boundary, its) for boundary, its, _ in found])
-    kept = _on_segments(c, at, samples, only=feature[ask])
-    stays = np.abs(kept.distance) <= np.abs(best.distance[ask]) + hysteresis
-    stays &= ~(lost & same[ask])
-    to = ask[stays]
-    for values, others in zip(best.arrays(), kept.arrays(), strict=True):
-        values[to] = others[stays]
-
-
-def _on_last(last: Last, rows: Index) -> tuple[Boundary, Index, Mask]:
-    """The boundary and its samples nearest to some points on their last features, near their last samples;
-    whether lost there.
-
-    Lost is a search at the rim of its window: it has not arrived. The nearest point overall has, if it is on
-    the same feature.
-    """
-    boundary, feature, sample = last.boundary, last.feature[rows], last.sample[rows]
-    low, high = boundary.first[feature], boundary.last[feature]
-    window = np.minimum(np.maximum(sample[:, None] + _WINDOW, low[:, None]), high[:, None])
-    r = boundary.vertex[window] - last.c[rows][:, None]
-    at = window[np.arange(rows.size), np.argmin(r.real**2 + r.imag**2, axis=1)]
-    lost = ((at == sample - WINDOW) & (at > low)) | ((at == sample + WINDOW) & (at < high))
-    lost |= boundary.is_loop[feature] & ((at == low) | (at == high))
-    return boundary, at, lost
 
 
 def _on_segments(c: Complex, at: Index, samples: Samples, only: Index | None = None) -> Nearest:

@@ -26,7 +26,7 @@ from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, kernel
 from geometry.errors import InputError
 from geometry.pose import Pose2
-from geometry.projection import FEW, closest_on_few, closest_on_pieces
+from geometry.projection import closest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -176,34 +176,14 @@ class PathPart:
                 raise InputError(f"{name} = {value}: a projection needs finite numbers.")
         if reach < 0.0:
             raise InputError(f"reach = {reach}: must be >= 0 m.")
-        low, high = self.start, self.end
+        start, end = self.start, self.end
+        low, high = start, end
         if near is not None:
-            low, high = (min(max(edge, self.start), self.end) for edge in (near - reach, near + reach))
-        first = max(int(np.searchsorted(self.knots, low, side="right")) - 1, 0)
-        first = min(first, self.curvatures.size - 1)
-        stop = max(int(np.searchsorted(self.knots, high, side="left")), first + 1)
-        pieces = slice(first, stop)
-        if stop - first <= FEW:
-            return closest_on_few(
-                (x - self.x[pieces]).tolist(),
-                (y - self.y[pieces]).tolist(),
-                heading=self.phi[pieces].tolist(),
-                slope=(self.direction * self.curvatures[pieces]).tolist(),
-                direction=self.direction,
-                knots=self.knots[first : stop + 1].tolist(),
-                window=(low, high),
-                wanted=heading,
-            )
-        return closest_on_pieces(
-            x - self.x[pieces],
-            y - self.y[pieces],
-            heading=self.phi[pieces],
-            slope=self.direction * self.curvatures[pieces],
-            direction=self.direction,
-            knots=self.knots[first : stop + 1],
-            window=(low, high),
-            wanted=heading,
-        )
+            low, high = min(max(near - reach, start), end), min(max(near + reach, start), end)
+        return closest(
+            float(x), float(y), self.knots, self.curvatures, self.x, self.y, self.phi,
+            float(self.direction), low, high, heading is not None, 0.0 if heading is None else float(heading),
+        )  # fmt: skip
 
     def _piece(self, theta: Array) -> NDArray[np.intp]:
         """Index (n,) of the piece that speaks at theta (n,)."""

@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from math import atan2, ceil, cos, inf, pi, sin
+from typing import Final
 
-import numpy as np
-
-from geometry.arrays import Array
+from geometry.compiled import Array1, inner, kernel
 
 # 90 deg are met up to rounding: a candidate put exactly on that limit has to pass.
-_HEADING_LIMIT = 0.5 * pi + 1e-9
-FEW = 6
-"""So many pieces are searched faster one by one than by arrays."""
+_HEADING_LIMIT: Final = 0.5 * pi + 1e-9
 
 
-def closest_on_pieces(
-    dx: Array,
-    dy: Array,
-    *,
-    heading: Array,
-    slope: Array,
-    direction: int,
-    knots: Array,
-    window: tuple[float, float],
-    wanted: float | None,
+@kernel
+def closest(
+    x: float,
+    y: float,
+    knots: Array1,
+    curvatures: Array1,
+    begin_x: Array1,
+    begin_y: Array1,
+    heading: Array1,
+    direction: float,
+    lowest: float,
+    highest: float,
+    wants: bool,
+    wanted: float,
 ) -> float:
-    """Return the theta of the point closest to a given one on m consecutive pieces [m].
+    """Return the theta in [lowest, highest] of the point of a part that is closest to (x, y) [m].
 
     In the frame of a piece's first pose (u along the travel, w to its left) an arc of slope k = dphi/dtheta
     is nearest or farthest where
@@ -38,90 +38,63 @@ def closest_on_pieces(
     wins.
 
     Args:
-        dx, dy: (m,) the point minus the first position of each piece [m].
-        heading, slope: (m,) heading of the vehicle at the first pose [rad], dphi/dtheta [rad/m].
-        direction: +1 or -1.
-        knots: (m+1,) theta at the ends of the pieces [m].
-        window: lowest and highest theta allowed [m].
-        wanted: heading that the path must have within 90 deg, ignored if it has it nowhere [rad].
+        knots, curvatures, begin_x, begin_y, heading, direction: of a `PathPart`.
+        wants: whether the path must have a heading within 90 deg of the `wanted` one [rad]; ignored if it has
+            that nowhere.
     """
-    c, s = direction * np.cos(heading), direction * np.sin(heading)
-    u, w = c * dx + s * dy, c * dy - s * dx
-    low = np.maximum(knots[:-1], window[0]) - knots[:-1]
-    high = np.maximum(np.minimum(knots[1:], window[1]) - knots[:-1], low)
-    straight = slope == 0.0
-    k = np.where(straight, 1.0, slope)
-    period = np.where(straight, np.inf, 2.0 * pi / np.abs(k))
-    stationary = np.where(straight, u, np.arctan2(slope * u, 1.0 - slope * w) / k)
-    candidates = [stationary]
-    if wanted is not None:
-        candidates += [
-            np.where(straight, low, (wanted + side - heading) / k) for side in (-0.5 * pi, 0.5 * pi)
-        ]
-    local = np.stack([_into(candidate, low, high, period) for candidate in candidates] + [low, high])
-
-    half = 0.5 * slope * local
-    chord = local * np.sinc(half / pi)
-    squared = (u - chord * np.cos(half)) ** 2 + (w - chord * np.sin(half)) ** 2
-    if wanted is not None:
-        off = heading + slope * local - wanted
-        allowed = np.abs(off - 2.0 * pi * np.round(off / (2.0 * pi))) <= _HEADING_LIMIT
-        if allowed.any():
-            squared = np.where(allowed, squared, np.inf)
-    theta = local + knots[:-1]
-    best = squared == squared.min()
-    return float(min(max(theta[best].min(), window[0]), window[1]))
-
-
-def _into(value: Array, low: Array, high: Array, period: Array) -> Array:
-    """The first value + j period that is >= low, cut at high; without a period just clipped."""
-    finite = np.isfinite(period)
-    turns = np.where(finite, np.ceil((low - value) / np.where(finite, period, 1.0)), 0.0)
-    shifted = value + turns * np.where(finite, period, 0.0)
-    return np.asarray(np.minimum(np.maximum(shifted, low), high), dtype=np.float64)
-
-
-def closest_on_few(
-    dx: Sequence[float],
-    dy: Sequence[float],
-    *,
-    heading: Sequence[float],
-    slope: Sequence[float],
-    direction: int,
-    knots: Sequence[float],
-    window: tuple[float, float],
-    wanted: float | None,
-) -> float:
-    """Do what `closest_on_pieces` does, piece by piece."""
-    best = anywhere = (inf, inf)
-    for i, (phi, k) in enumerate(zip(heading, slope, strict=True)):
+    best_square, best_theta, any_square, any_theta = inf, lowest, inf, lowest
+    for i in range(_piece_at(knots, lowest), len(curvatures)):
+        if knots[i] > highest:
+            break
+        phi, k = heading[i], direction * curvatures[i]
         c, s = direction * cos(phi), direction * sin(phi)
-        u, w = c * dx[i] + s * dy[i], c * dy[i] - s * dx[i]
-        low = max(knots[i], window[0]) - knots[i]
-        high = max(min(knots[i + 1], window[1]) - knots[i], low)
-        for local in _candidates(u, w, k, low, high, None if wanted is None else wanted - phi):
+        dx, dy = x - begin_x[i], y - begin_y[i]
+        u, w = c * dx + s * dy, c * dy - s * dx
+        low = max(knots[i], lowest) - knots[i]
+        high = max(min(knots[i + 1], highest) - knots[i], low)
+        for candidate in range(5 if wants and k != 0.0 else 3):
+            if candidate == 0:
+                local = low
+            elif candidate == 1:
+                local = high
+            elif k == 0.0:
+                local = min(max(u, low), high)
+            elif candidate == 2:
+                local = _into(atan2(k * u, 1.0 - k * w) / k, k, low, high)
+            else:
+                side = -0.5 * pi if candidate == 3 else 0.5 * pi
+                local = _into((wanted - phi + side) / k, k, low, high)
             half = 0.5 * k * local
             chord = local * (sin(half) / half if half != 0.0 else 1.0)
-            found = ((u - chord * cos(half)) ** 2 + (w - chord * sin(half)) ** 2, local + knots[i])
-            anywhere = min(anywhere, found)
-            if wanted is not None:
+            square = (u - chord * cos(half)) ** 2 + (w - chord * sin(half)) ** 2
+            theta = local + knots[i]
+            if square < any_square or (square == any_square and theta < any_theta):
+                any_square, any_theta = square, theta
+            if wants:
                 off = phi + k * local - wanted
-                if abs(off - 2.0 * pi * round(off / (2.0 * pi))) <= _HEADING_LIMIT:
-                    best = min(best, found)
-    theta = (anywhere if best[0] == inf else best)[1]
-    return min(max(theta, window[0]), window[1])
+                if abs(off - 2.0 * pi * round(off / (2.0 * pi))) > _HEADING_LIMIT:
+                    continue
+                if square < best_square or (square == best_square and theta < best_theta):
+                    best_square, best_theta = square, theta
+    found = best_theta if best_square < inf else any_theta
+    return min(max(found, lowest), highest)
 
 
-def _candidates(u: float, w: float, k: float, low: float, high: float, turn: float | None) -> Iterator[float]:
-    """Where a piece may be closest [m]; `turn`: from its first heading to the one that is wanted [rad]."""
-    yield low
-    yield high
-    if k == 0.0:
-        yield min(max(u, low), high)
-        return
+@inner
+def _piece_at(knots: Array1, theta: float) -> int:
+    """The last piece that begins at theta or before."""
+    first, last = 0, len(knots) - 2
+    while first < last:
+        middle = (first + last + 1) // 2
+        if knots[middle] <= theta:
+            first = middle
+        else:
+            last = middle - 1
+    return first
+
+
+@inner
+def _into(value: float, k: float, low: float, high: float) -> float:
+    """The first value + j 2 pi/|k| that is >= low, cut at high."""
     period = 2.0 * pi / abs(k)
-    inner = [atan2(k * u, 1.0 - k * w) / k]
-    if turn is not None:
-        inner += [(turn - 0.5 * pi) / k, (turn + 0.5 * pi) / k]
-    for value in inner:
-        yield min(max(value + ceil((low - value) / period) * period, low), high)
+    return min(max(value + ceil((low - value) / period) * period, low), high)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import cos, hypot, inf, sin
 
 import numpy as np
@@ -37,6 +38,11 @@ class Body:
     starts: Index
     middle: Array
     half: Array
+
+    @property
+    def middles(self) -> Array:
+        """Means (pieces, 2) of the corners of each piece [m]."""
+        return np.array([self.corners[a:b].mean(axis=0) for a, b in pairwise(self.starts.tolist())])
 
     @classmethod
     def of(cls, *pieces: ArrayLike) -> Body:
@@ -77,13 +83,15 @@ class ShapeGrid:
         return cls._of(corners, _starts(shapes), np.array(owner, dtype=np.int64), owners)
 
     @classmethod
-    def of_lines(cls, lines: Sequence[Array]) -> ShapeGrid:
-        """Build from polylines (m_i, 2), m_i >= 1 [m], all of one owner; their segments are the shapes."""
+    def of_lines(cls, *owned: Sequence[Array]) -> ShapeGrid:
+        """Build from the polylines (m_i, 2), m_i >= 1 [m], of each owner; their segments are the shapes."""
+        lines = [line for each in owned for line in each]
         longer = [line if len(line) > 1 else np.repeat(line, 2, axis=0) for line in lines]
         ends = [np.stack((line[:-1], line[1:]), axis=1).reshape(-1, 2) for line in longer]
         corners = np.concatenate([np.zeros((0, 2)), *ends])
         starts = 2 * np.arange(len(corners) // 2 + 1)
-        return cls._of(corners, starts, np.zeros(len(starts) - 1, dtype=np.int64), 1)
+        owner = np.repeat(np.arange(len(owned)), [len(each) for each in owned])
+        return cls._of(corners, starts, np.repeat(owner, [len(line) - 1 for line in longer]), len(owned))
 
     @classmethod
     def _of(cls, corners: Array, starts: Index, owner: Index, owners: int) -> ShapeGrid:
@@ -134,11 +142,7 @@ class ShapeGrid:
         Raises:
             InputError: wrong shape, or poses that are not finite.
         """
-        poses = np.ascontiguousarray(poses, dtype=np.float64)
-        if poses.ndim != 2 or poses.shape[1] != 3:
-            raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
-        if not np.isfinite(poses).all():
-            raise InputError("poses must be finite numbers.")
+        poses = checked_poses(poses)
         found = np.full((len(poses), self.owners), within)
         _signed_distances(
             body.corners, body.starts, body.middle, body.half, poses,
@@ -147,6 +151,20 @@ class ShapeGrid:
         )  # fmt: skip
         found[found >= within] = inf
         return found
+
+
+def checked_poses(poses: Array) -> Array:
+    """Return poses (n, 3) as a kernel takes them.
+
+    Raises:
+        InputError: wrong shape, or numbers that are not finite.
+    """
+    poses = np.ascontiguousarray(poses, dtype=np.float64)
+    if poses.ndim != 2 or poses.shape[1] != 3:
+        raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
+    if not np.isfinite(poses).all():
+        raise InputError("poses must be finite numbers.")
+    return poses
 
 
 def _starts(rings: Sequence[Array]) -> Index:
@@ -194,11 +212,11 @@ def _enter(
         for k in range(first + 1, stop):
             low, high = min(low, corners[k, 1]), max(high, corners[k, 1])
         for row in range(
-            _cell_at(low, origin[1], cell, counts[1]), _cell_at(high, origin[1], cell, counts[1]) + 1
+            cell_at(low, origin[1], cell, counts[1]), cell_at(high, origin[1], cell, counts[1]) + 1
         ):
             left, right = _span(corners, first, stop, origin[1] + row * cell, cell)
             for column in range(
-                _cell_at(left, origin[0], cell, counts[0]), _cell_at(right, origin[0], cell, counts[0]) + 1
+                cell_at(left, origin[0], cell, counts[0]), cell_at(right, origin[0], cell, counts[0]) + 1
             ):
                 at = row * counts[0] + column
                 if len(members) > 0:
@@ -207,7 +225,7 @@ def _enter(
 
 
 @inner
-def _cell_at(x: float, origin: float, cell: float, count: int) -> int:
+def cell_at(x: float, origin: float, cell: float, count: int) -> int:
     """The cell along one axis that x is in, or the nearest one."""
     return int(min(max((x - origin) / cell, 0.0), count - 0.5))
 
@@ -262,10 +280,10 @@ def _signed_distances(
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
         at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
-        first_row = _cell_at(at_y - reach, origin[1], cell, counts[1])
-        last_row = _cell_at(at_y + reach, origin[1], cell, counts[1])
-        first_column = _cell_at(at_x - reach, origin[0], cell, counts[0])
-        last_column = _cell_at(at_x + reach, origin[0], cell, counts[0])
+        first_row = cell_at(at_y - reach, origin[1], cell, counts[1])
+        last_row = cell_at(at_y + reach, origin[1], cell, counts[1])
+        first_column = cell_at(at_x - reach, origin[0], cell, counts[0])
+        last_column = cell_at(at_x + reach, origin[0], cell, counts[0])
         for row in range(first_row, last_row + 1):
             for column in range(first_column, last_column + 1):
                 at = row * counts[0] + column
@@ -275,7 +293,7 @@ def _signed_distances(
                         continue
                     asked_for[i] = n
                     dx, dy = circles[i, 0] - x, circles[i, 1] - y
-                    apart = _to_box(c * dx + s * dy - middle[0], c * dy - s * dx - middle[1], half)
+                    apart = to_box(c * dx + s * dy - middle[0], c * dy - s * dx - middle[1], half)
                     if apart - circles[i, 2] >= found[n, owner[i]]:
                         continue
                     for j in range(starts[i], starts[i + 1]):
@@ -289,13 +307,14 @@ def _signed_distances(
                             shape,
                             0,
                             starts[i + 1] - starts[i],
+                            found[n, owner[i]],
                             witness,
                         )
                         found[n, owner[i]] = min(found[n, owner[i]], witness[VALUE])
 
 
 @inner
-def _to_box(x: float, y: float, half: Array) -> float:
+def to_box(x: float, y: float, half: Array) -> float:
     """Signed distance of a point to the box of half lengths `half` around (0, 0)."""
     dx, dy = abs(x) - half[0], abs(y) - half[1]
     distance: float = hypot(max(dx, 0.0), max(dy, 0.0)) + min(max(dx, dy), 0.0)
@@ -330,12 +349,12 @@ def _beyond(
             reach = 2.0 * reach if searched > 0 else reach
             searched += 1
             for row in range(
-                _cell_at(y - reach, origin[1], cell, counts[1]),
-                _cell_at(y + reach, origin[1], cell, counts[1]) + 1,
+                cell_at(y - reach, origin[1], cell, counts[1]),
+                cell_at(y + reach, origin[1], cell, counts[1]) + 1,
             ):
                 for column in range(
-                    _cell_at(x - reach, origin[0], cell, counts[0]),
-                    _cell_at(x + reach, origin[0], cell, counts[0]) + 1,
+                    cell_at(x - reach, origin[0], cell, counts[0]),
+                    cell_at(x + reach, origin[0], cell, counts[0]) + 1,
                 ):
                     at = row * counts[0] + column
                     for k in range(begins[at], begins[at + 1]):

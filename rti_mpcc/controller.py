@@ -6,13 +6,13 @@ from time import perf_counter
 
 import numpy as np
 
-from geometry import Corridor, HalfPlanes, InputError, PathPart, Pose2, ReflexVertices, lift
+from geometry import Corridor, InputError, PathPart, Pose2, lift
 from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import PHI, THETA, V, X, Y
+from rti_mpcc.model.footprint import AXLE, body_of
+from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -27,7 +27,7 @@ from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, StageWeights
 from rti_mpcc.ocp.room import Room
-from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.ocp.stage_cost import SoftWalls, quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
     empty_values,
@@ -43,7 +43,7 @@ from rti_mpcc.qp.filling import (
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
 from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
-from rti_mpcc.types import Array, Index, Trajectory
+from rti_mpcc.types import Array, Trajectory
 
 
 class RtiMpcc:
@@ -67,7 +67,7 @@ class RtiMpcc:
         self.index = index
         self.config = config
         self._corridor = corridor
-        self._discs = cover(config.vehicle, config.footprint)
+        self._body = body_of(config.vehicle, config.footprint.pieces)
         self._last: Solution | None = None
         self.room: Room | None = None
         self.target = path_end(part)
@@ -76,7 +76,7 @@ class RtiMpcc:
     def _allocate(self) -> None:
         """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
         config = self.config
-        count = config.footprint.discs if config.corridor_rows else 0
+        count = config.footprint.pieces if config.corridor_rows else 0
         sides = 3 if self._corridor.obstacles else 2
         self._pattern = build_pattern(config.stages, count, sides, config.solver)
         self._values = empty_values(self._pattern)
@@ -153,7 +153,7 @@ class RtiMpcc:
         if weights.follows_path:
             reference = frame.reference_in(self.part.reference(theta))
             errors = frenet_errors(states, reference, self.part.direction, turns=config.reference_turns)
-        walls = self._walls(shifted.states, frame, weights)
+        walls = self._walls(shifted.states, states, weights)
         goal = frame.pose_in(target.pose)
         cost = quadratic_cost(
             states, controls, weights, errors, walls, goal, wheelbase, config.comfort, config.weights
@@ -182,8 +182,7 @@ class RtiMpcc:
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls, rows_scaled=steps.rows_scaled)
-        planes = self._planes(shifted.states, last) if along_path else None
-        rows = None if planes is None else self._rows(states, planes, frame)
+        rows = self._rows(shifted.states, states) if along_path else None
         span = config.bound_relaxation.margin_time
         drift = None if rows is None else free_response(states, lengths, wheelbase, span)
         fill_corridor(values, pattern, rows, rows_scaled=steps.rows_scaled)
@@ -194,7 +193,6 @@ class RtiMpcc:
             states=states,
             lengths=lengths,
             weights=weights,
-            planes=planes,
             rows=rows,
             drift=drift,
             bounds=np.array([bounds.states[:, 0, :2].max(axis=0), bounds.states[:, 1, :2].min(axis=0)]).T,
@@ -249,37 +247,29 @@ class RtiMpcc:
         elapsed, speed = plan.times[1:] - plan.times[0], abs(float(plan.states[0, V]))
         return self.room.bounds(plan.states[1:, THETA], elapsed, speed, self.config)
 
-    def _walls(self, states: Array, frame: LocalFrame, weights: StageWeights) -> HalfPlanes | None:
+    def _walls(self, states: Array, local: Array, weights: StageWeights) -> SoftWalls | None:
         """Boundaries nearest to the rear axle, where the published code's soft distance acts."""
         if not (weights.bound_distance.any() or weights.bound_speed.any()):
             return None
-        return frame.planes_in(self._corridor.half_planes(self.index, states[:, :2]))
+        reach = max(self.config.weights.bound_distance_reach, self.config.weights.bound_speed_reach)
+        found = self._corridor.contacts(self.index, AXLE, states[:, :POSE], within=reach, outward=0.0)
+        normal = found.normal[:, 0, :2] * np.exp(1j * local[:, PHI])[:, None]
+        return SoftWalls(
+            distance=np.ascontiguousarray(found.apart[:, 0, :2]),
+            normal=normal.view(np.float64).reshape(*normal.shape, 2),
+        )
 
-    def _planes(self, states: Array, last: Solution | None) -> HalfPlanes | None:
+    def _rows(self, states: Array, local: Array) -> CorridorRows | None:
+        """Corridor rows of stages 1..N at `states` (N+1, 6), which are `local` (N+1, 6) in the QP's frame."""
+        config, footprint = self.config, self.config.footprint
         if not self._pattern.corridor_rows.size:
             return None
-        centres = disc_centres(states[1:], self._discs).reshape(-1, 2)
-        footprint = self.config.footprint
-        within = self._discs.radius + footprint.margin + footprint.near
-        previous = last.planes if last else None
-        return self._corridor.half_planes(self.index, centres, previous, within=within)
-
-    def _rows(self, states: Array, planes: HalfPlanes, frame: LocalFrame) -> CorridorRows | None:
-        """Corridor rows about local states (N+1, 6) with the half-planes of stages 1..N in the world."""
-
-        def reflex_vertices(among: Index) -> ReflexVertices | None:
-            return frame.reflex_vertices_in(self._corridor.reflex_vertices(self.index, planes, among))
-
-        config = self.config
-        return corridor_rows(
-            states[1:],
-            frame.planes_in(planes),
-            self._discs,
-            config.footprint,
-            reflex_vertices,
-            config.narrow_passage,
-            config.caution.hard_minimum,
+        within = footprint.margin + footprint.near
+        found = self._corridor.contacts(
+            self.index, self._body, states[1:, :POSE], within=within, outward=footprint.outward
         )
+        least = config.caution.hard_minimum
+        return corridor_rows(local[1:, PHI].copy(), found, footprint, config.narrow_passage, least)
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.
@@ -311,7 +301,7 @@ class RtiMpcc:
             missing,
             np.add.accumulate(linear.lengths),
             np.cumsum(np.hypot(np.diff(states[:, X]), np.diff(states[:, Y]))),
-            np.maximum(-direction * self._discs.offsets, 0.0),
+            np.maximum(-direction * self._body.middles[:, X], 0.0),
             margin=margin,
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,
@@ -355,7 +345,6 @@ class RtiMpcc:
             trajectory=Trajectory(times=shifted.times, states=states, controls=controls),
             slack=np.maximum(block(change, pattern.slack_columns), 0.0),
             weights=linear.weights,
-            planes=linear.planes,
             dual=dual,
             status=result.status,
             iterations=result.iterations,

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
-from estimation.disturbance import load_library
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
@@ -79,8 +78,6 @@ class DockingController:
         self._workspaces = Workspaces(path, corridor, self.config, task.segment)
         tracking = self.config.goal_tracking
         self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
-        if self.config.disturbance.enabled:
-            load_library()
 
     @property
     def corridor(self) -> Corridor:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from geometry import HalfPlanes
 from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.objectives import StageWeights
@@ -19,8 +18,8 @@ class Linearisation:
     Attributes:
         trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
         lengths: (N,) of the stages [s].
-        weights: effective weights; planes: half-planes of all discs of stages 1..N, or None; rows: of them,
-            None where none acts; drift: see `free_response`, None without rows.
+        weights: effective weights; rows: of the corridor at stages 1..N, None where none acts; drift: see
+            `free_response`, None without rows.
         bounds: (2, 2) what v and delta may be at every stage, lower and upper.
         refused: "" or why the solver refused the numbers.
         seconds: time that the preparation took.
@@ -31,7 +30,6 @@ class Linearisation:
     states: Array
     lengths: Array
     weights: StageWeights
-    planes: HalfPlanes | None
     rows: CorridorRows | None
     drift: Array | None
     bounds: Array
@@ -47,7 +45,7 @@ class Solution:
         solved: the QP was solved; otherwise `trajectory` is the one linearised about.
         trajectory: the plan in the world, headings on the route's branch.
         slack: (N,) corridor slack of stages 1..N [m].
-        weights: that acted; planes: that acted, memory of their features.
+        weights: that acted.
         dual: multipliers in scaled units of rows that are not scaled down, the next QP's guess.
         status, iterations, residuals: of OSQP, see `QpSolution`.
         stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
@@ -58,7 +56,6 @@ class Solution:
     trajectory: Trajectory
     slack: Array
     weights: StageWeights
-    planes: HalfPlanes | None
     dual: Array
     status: str
     iterations: int

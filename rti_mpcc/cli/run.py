@@ -39,7 +39,7 @@ def add_to(commands: Commands) -> None:
         # SCENARIO first: after --animate it would be taken for its file.
         usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N]\n"
         "                    [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE] [--no-plots]\n"
-        "                    [--discs] [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
+        "                    [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
         epilog="Exit status: 0 docked, 1 not docked or a boundary was crossed, 2 bad input.",
     )
     run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
@@ -67,9 +67,6 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         "detection as it is, or the truth; default: %(default)s",
     )
     parser.add_argument("--no-plots", action="store_true", help="write no pictures")
-    parser.add_argument(
-        "--discs", action="store_true", help="draw the discs that cover the body in the overview"
-    )
     parser.add_argument(
         "--animate",
         nargs="?",
@@ -105,7 +102,7 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
         make_writable(place)
     result, observed = simulated(scenario, arguments)
     figures = summary(result)
-    written = write_files(result, figures, folder, plots=not arguments.no_plots, discs=arguments.discs)
+    written = write_files(result, figures, folder, plots=not arguments.no_plots)
     for file in animation:
         _animate(result, observed, file)
     if arguments.record is not None:

@@ -119,26 +119,21 @@ class Progress(Settings):
 
 
 class Footprint(Settings):
-    """How the corridor rows cover the body.
+    """How the corridor rows keep the body from what stands.
 
     Attributes:
-        discs: number of discs along the body axis.
-        margin: distance kept between discs and boundaries [m].
-        near: boundaries farther from a disc's rim than this act on it in no way [m].
-        rounding: e of (H6), a sine: its price is so much of the half width, 0.05 m, where a wall is exactly
-            ahead (docs/decisions, 10).
-        corner_near: a piece of the body that is farther from the half-plane of its disc than this is not held
-            by one of a corner, (H7) [m].
-        corner_gain: what the corner itself has to be farther away than that half-plane for another one to be
-            worth it [m].
+        pieces: boxes of equal length that the body is cut into, each with a half-plane for each side.
+        margin: distance kept all round the body [m].
+        near: what is farther from a piece than the margin and this acts on it in no way [m].
+        outward: of the points of a piece that are about equally near to a side the one farther out along the
+            body counts, by so much of how much farther out it is: a turn that brings nearer which of them is
+            nearer, in rad (docs/decisions, 8).
     """
 
-    discs: Annotated[int, Field(ge=1, le=20)] = 5
+    pieces: Annotated[int, Field(ge=1, le=20)] = 2
     margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
-    near: Positive = 1.5
-    rounding: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05
-    corner_near: NonNegative = 0.6
-    corner_gain: NonNegative = 0.01
+    near: Positive = 0.5
+    outward: Annotated[float, Field(ge=0.0, le=0.5)] = 0.02
 
 
 class NarrowPassage(Settings):

@@ -29,6 +29,7 @@ class Caution(Settings):
             obstacles cover has changed for a stalled vehicle where it is elsewhere by more than `moved`.
         check_spacing: way between two bodies of a motion that are checked [m]; also left on top of the margin
             before a stop.
+        swing_room: share of the body's width that is left besides, to swing out past what fills the way.
         overlap_growth: a plan that begins where the body seems to touch something may go so much deeper [m]:
             rounding.
         authority_reserve: share of a limit that must be left to drive with, beyond what it takes to hold the
@@ -44,6 +45,7 @@ class Caution(Settings):
     moved: Positive = 0.05
     observation: Positive = 0.3
     check_spacing: Annotated[float, Field(ge=0.01, le=10.0)] = 0.2
+    swing_room: NonNegative = 0.33
     overlap_growth: NonNegative = 0.01
     authority_reserve: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
 

@@ -1,35 +1,33 @@
-"""Half-plane rows that keep every disc of the body inside the corridor.
+"""Half-plane rows that keep every piece of the body inside the corridor.
 
-(H1)  n · (c - b) >= h + margin,   c = (x, y) + o (cos phi, sin phi)
-(H2)  n_x dx + n_y dy + (o (n_y cos phi - n_x sin phi) - dh/dphi) dphi + slack >= h + margin - n · (c - b)
+With d the signed distance of a piece to a side, n the normal from there to the nearest point of the piece,
+and o where that point is from the rear axle, all in the frame of the states (geometry.contacts),
 
-with h how far the disc, or the piece of the body in it, reaches towards the wall, (H6) of
-rti_mpcc.model.footprint, and at corners half-planes of (H7), rti_mpcc.ocp.separating_planes.
+(H1)  d >= margin
+(H2)  n_x dx + n_y dy + (o_x n_y - o_y n_x) dphi + slack >= margin - d
 
-Between two walls that face each other the margin is at most what they leave to the body as it stands at
-that stage, less a strip to steer in, but no less than the body's hard minimum:
+Between two sides that face each other the margin is at most what they leave to the body as it stands at that
+stage, less a strip to steer in, but no less than the body's hard minimum:
 
-(H8)  margin' = max(min(margin, (g + g')/2 - strip), d_min - (h - h_body)),   g = min n · (c - b) - h
+(H8)  margin' = max(min(margin, (d + d')/2 - strip), d_min)
 
-over all discs, h_body being how far the body itself reaches, its half width beside it, and `strip` that of
-`NarrowPassage`. A slack that nothing can make smaller would cost by the time spent in it: the narrower the
-lane, the more it would pay to hurry.
+over all pieces, `strip` being that of `NarrowPassage`. A slack that nothing can make smaller would cost by
+the time spent in it: the narrower the lane, the more it would pay to hurry.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from math import cos, inf, sin
 from typing import NamedTuple
 
 import numpy as np
 
-from geometry import HalfPlanes, ReflexVertices
+from geometry.compiled import Array1, Array4, Out3, Out4, kernel
+from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from rti_mpcc.config import BoundRelaxation, Footprint, NarrowPassage
-from rti_mpcc.model.footprint import Discs
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
 from rti_mpcc.ocp.room import between
-from rti_mpcc.ocp.separating_planes import SeparatingPlanes, separating_planes
-from rti_mpcc.types import Array, Index
+from rti_mpcc.types import Array
 
 LOOSE = -100.0
 """Lower bound of a row that must not act [m]; finite, so that the solver keeps its factorisation. Its slopes
@@ -39,63 +37,66 @@ MEASURED = DELTA + 1
 
 
 class CorridorRows(NamedTuple):
-    """Slopes (N, discs, sides, 3) to x, y, phi of stages 1..N and lower bounds (N, discs, sides) of (H2)."""
+    """Slopes (N, pieces, sides, 3) to x, y, phi of stages 1..N, lower bounds (N, pieces, sides) of (H2)."""
 
     slopes: Array
     lower: Array
 
 
 def corridor_rows(
-    states: Array,
-    planes: HalfPlanes,
-    discs: Discs,
+    headings: Array,
+    contacts: Contacts,
     footprint: Footprint,
-    reflex_vertices: Callable[[Index], ReflexVertices | None],
     passage: NarrowPassage | None = None,
     least: float = 0.0,
 ) -> CorridorRows | None:
-    """Rows (H2) about `states` (N, 6) with `planes` of their N * discs centres (stage by stage); None if none
-    acts.
+    """Rows (H2) of N stages with these `headings` (N,) [rad] and `contacts`; None if none acts.
 
     Args:
-        footprint: whose margin is kept between disc, or piece of the body, and boundary.
-        reflex_vertices: which of some of the half-planes are of points that jut out, see `separating_planes`.
         passage: for (H8), with d_min = `least` [m]; None: the margin is kept whatever is left.
     """
-    margin, near = footprint.margin, footprint.near
-    acts = (planes.distance.reshape(-1) < discs.radius + margin + near).nonzero()[0]
-    if acts.size == 0:
-        return None
-    shape = (len(states), len(discs.offsets), planes.distance.shape[1])
-    faced = separating_planes(states, planes, acts, discs, footprint, reflex_vertices)
-    slopes, lower = np.zeros((*shape, 3)), np.full(shape, LOOSE)
-    rows = slopes.reshape(-1, 3)
-    rows[acts, X], rows[acts, Y] = faced.normal.real, faced.normal.imag
-    offset = discs.offsets[acts // shape[2] % shape[1]]
-    rows[acts, PHI] = offset * faced.across - faced.reach.slope
-    kept = margin if passage is None else _margins(faced, acts, shape, discs, margin, passage, least)
-    lower.reshape(-1)[acts] = kept - faced.gap
-    return CorridorRows(slopes, lower)
+    shape = contacts.values.shape[:3]
+    slopes, lower = np.zeros((*shape, POSE)), np.full(shape, LOOSE)
+    facing, strip = (-inf, 0.0) if passage is None else (passage.facing, passage.strip)
+    acting = _corridor_rows(
+        headings, contacts.values, footprint.margin, footprint.near, facing, strip, least, slopes, lower
+    )
+    return CorridorRows(slopes, lower) if acting else None
 
 
-def _margins(
-    faced: SeparatingPlanes,
-    acts: Index,
-    shape: tuple[int, int, int],
-    discs: Discs,
+@kernel
+def _corridor_rows(
+    headings: Array1,
+    contacts: Array4,
     margin: float,
-    passage: NarrowPassage,
+    near: float,
+    facing: float,
+    strip: float,
     least: float,
-) -> Array:
-    """Equation (H8): the margin (k,) of each half-plane that acts [m]."""
-    gaps, normals = np.full(shape, np.inf), np.zeros(shape, dtype=np.complex128)
-    gaps.reshape(-1)[acts], normals.reshape(-1)[acts] = faced.gap, faced.normal
-    room = between(gaps, normals, passage.facing) - passage.strip
-    if float(room.min()) >= margin:
-        return np.full(acts.size, margin)
-    spare = np.where(faced.reach.value < discs.radius, 0.0, discs.radius - discs.half_width)
-    left = room[acts // (shape[1] * shape[2]), acts % shape[2]]
-    return np.maximum(np.minimum(left, margin), least - spare)
+    slopes: Out4,
+    lower: Out3,
+) -> bool:
+    """Equations (H2), (H8). Returns whether any row acts."""
+    acting = False
+    stages, pieces, sides = lower.shape
+    for k in range(stages):
+        c, s = cos(headings[k]), sin(headings[k])
+        for side in range(sides):
+            left = between(contacts, k, side, facing) - strip
+            kept = min(margin, max(left, least))
+            for piece in range(pieces):
+                apart = contacts[k, piece, side, APART]
+                if apart >= margin + near:
+                    continue
+                acting = True
+                along, across = contacts[k, piece, side, ALONG], contacts[k, piece, side, ACROSS]
+                slopes[k, piece, side, X] = c * along - s * across
+                slopes[k, piece, side, Y] = s * along + c * across
+                slopes[k, piece, side, PHI] = (
+                    contacts[k, piece, side, AT_X] * across - contacts[k, piece, side, AT_Y] * along
+                )
+                lower[k, piece, side] = kept - apart
+    return acting
 
 
 def free_response(states: Array, lengths: Array, wheelbase: float, span: float) -> Array:
@@ -127,7 +128,7 @@ def free_response(states: Array, lengths: Array, wheelbase: float, span: float) 
 
 
 def margin_deficit(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
-    """What of the corridor and its margin is missing at the first n stages (n, discs, sides) [m], or None if
+    """What of the corridor and its margin is missing at the first n stages (n, pieces, sides) [m], or None if
     nothing is.
 
     Args:
@@ -151,14 +152,14 @@ def relaxed_bounds(
     far: float,
     relaxation: BoundRelaxation,
 ) -> Array:
-    """Lower bounds (N, discs, sides) that give back step by step what is missing.
+    """Lower bounds (N, pieces, sides) that give back step by step what is missing.
 
     What is `missing` of the margin a moment ahead (see `margin_deficit`) is out of reach by then: the
     exact penalty would answer each centimetre of measurement noise beside a boundary with all the steering
     there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back,
     and of a slow vehicle with the cube of its way.
-    To get a disc aside by m over the way S the body turns by 3m/2S, what trails it by l swings out by l times
-    that, and is back about 2 l later: on a circle of radius R it goes out by l s/R - s²/2R.
+    To get a piece aside by m over the way S the body turns by 3m/2S, what trails it by l swings out by l
+    times that, and is back about 2 l later: on a circle of radius R it goes out by l s/R - s²/2R.
 
     A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
     one that turns away swings its other end out before. A slack that nothing can make smaller would
@@ -169,16 +170,16 @@ def relaxed_bounds(
 
     (H4)  lower - r - (1 - (s - 2 far) / W) (over + min(over, margin - r)),
           r_i = min(margin, max(1 - (t / T)³, 1 - (s / S)³) m_i
-                            + (1 - (s / (S + 2 l_i))³) max over discs j of 3 max(0, l_i - l_j) / 2S max m_j),
+                            + (1 - (s / (S + 2 l_i))³) max over pieces j of 3 max(0, l_i - l_j) / 2S max m_j),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
     T, S and W being `margin_time`, `margin_distance` and `boundary_distance` of `BoundRelaxation`, each share
     0 to 1, m_i beyond the stages that it is known for that of the last of them, and max m_j the most that is
-    missing of that side at disc j at any stage.
+    missing of that side at piece j at any stage.
 
     Args:
-        missing: (n, discs, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
-        travelled: (N,) distance s driven by then [m]; trails: (discs,) l, 0 for discs that lead [m].
+        missing: (n, pieces, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
+        travelled: (N,) distance s driven by then [m]; trails: (pieces,) l, 0 for pieces that lead [m].
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
     time, margin_distance, boundary_distance = (

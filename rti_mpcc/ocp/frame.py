@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
 
-from geometry import HalfPlanes, PathReference, Pose2, ReflexVertices
+from geometry import PathReference, Pose2
 from geometry.compiled import Array2, Out2, kernel
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array
@@ -53,18 +53,6 @@ class LocalFrame:
         """A pose in this frame, heading not wrapped."""
         place = complex(pose.x - self.x, pose.y - self.y) * self._turn.conjugate()
         return Pose2(place.real, place.imag, pose.phi - self.phi)
-
-    def planes_in(self, planes: HalfPlanes) -> HalfPlanes:
-        """Half-planes with normals turned into this frame (points stay in the world, nothing reads them)."""
-        normal = planes.normal.view(np.complex128) * self._turn.conjugate()
-        return replace(planes, normal=normal.view(np.float64))
-
-    def reflex_vertices_in(self, juts: ReflexVertices | None) -> ReflexVertices | None:
-        """Corners of boundaries with tangents turned into this frame."""
-        if juts is None:
-            return None
-        back = self._turn.conjugate()
-        return juts._replace(before=juts.before * back, after=juts.after * back)
 
 
 def _rows(states: Array) -> Array:

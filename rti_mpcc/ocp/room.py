@@ -10,33 +10,53 @@ path, or not at all: the room counts as the margin.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import combinations
+from math import inf
 
 import numpy as np
 
 from geometry import Corridor, PathPart
+from geometry.compiled import Array4, Out1, inner, kernel
+from geometry.contacts import ACROSS, ALONG, APART
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.types import Array, Complex
+from rti_mpcc.model.footprint import body_of
+from rti_mpcc.types import Array
 
 
-def between(gaps: Array, normals: Complex, facing: float) -> Array:
-    """Half of what each side (n, s) and the nearest one that faces it leave to the body [m]; inf without one.
+@inner
+def between(contacts: Array, n: int, side: int, facing: float) -> float:
+    """Half of what one side and the nearest one that faces it leave to the n-th body [m]; inf without one.
 
     Args:
-        gaps: (n, d, s) of the pieces of the body to the sides [m]; normals: (n, d, s), complex.
+        contacts: (n, pieces, sides, 5), see geometry.contacts.
         facing: see `NarrowPassage`.
     """
-    nearest = gaps.argmin(axis=1)[:, None]
-    gap = np.take_along_axis(gaps, nearest, axis=1)[:, 0]
-    normal = np.take_along_axis(normals, nearest, axis=1)[:, 0]
-    room = np.full(gap.shape, np.inf)
-    for one, other in combinations(range(gap.shape[1]), 2):
-        both = 0.5 * (gap[:, one] + gap[:, other])
-        face = (normal[:, one] * normal[:, other].conj()).real < facing
-        for side in (one, other):
-            np.minimum(room[:, side], both, out=room[:, side], where=face)
+    room = inf
+    here = _nearest(contacts, n, side)
+    for other in range(contacts.shape[2]):
+        there = _nearest(contacts, n, other)
+        cosine = contacts[n, here, side, ALONG] * contacts[n, there, other, ALONG]
+        cosine += contacts[n, here, side, ACROSS] * contacts[n, there, other, ACROSS]
+        if other != side and cosine < facing:
+            room = min(room, 0.5 * (contacts[n, here, side, APART] + contacts[n, there, other, APART]))
     return room
+
+
+@inner
+def _nearest(contacts: Array, n: int, side: int) -> int:
+    """The piece that is nearest to a side."""
+    nearest = 0
+    for piece in range(1, contacts.shape[1]):
+        if contacts[n, piece, side, APART] < contacts[n, nearest, side, APART]:
+            nearest = piece
+    return nearest
+
+
+@kernel
+def _least_room(contacts: Array4, facing: float, room: Out1) -> None:
+    for n in range(len(contacts)):
+        room[n] = inf
+        for side in range(contacts.shape[2]):
+            room[n] = min(room[n], between(contacts, n, side, facing))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,24 +116,17 @@ def with_obstacles(
 
 def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: ControllerConfig) -> Array:
     """Room (n,) beside bodies that stand on the path at `theta` (n,) [m]."""
-    discs, at = cover(config.vehicle, config.footprint), part.reference(theta)
+    at, passage = part.reference(theta), config.narrow_passage
     poses = np.column_stack([at.x, at.y, at.phi])
-    planes = corridor.half_planes(index, disc_centres(poses, discs).reshape(-1, 2))
-    shape = (len(theta), len(discs.offsets), planes.distance.shape[1])
-    normals = planes.normal.view(np.complex128).reshape(shape)
-    seen = normals * np.exp(-1j * at.phi)[:, None, None]
-    along, across = np.abs(seen.real), np.abs(seen.imag)
-    distance = planes.distance.reshape(shape)
-    gaps = distance - discs.half_length * along - discs.half_width * across
-    juts = corridor.reflex_vertices(index, planes, np.arange(gaps.size))
-    if juts is not None:  # there the wall ends or turns away, and it is the point that counts
-        to, u, v = (each.reshape(-1)[juts.at] for each in (distance, along, across))
-        ahead, beside = (
-            np.maximum(to * u - discs.half_length, 0.0),
-            np.maximum(to * v - discs.half_width, 0.0),
-        )
-        gaps.reshape(-1)[juts.at] = np.maximum(gaps.reshape(-1)[juts.at], np.hypot(ahead, beside))
-    room: Array = between(gaps, normals, config.narrow_passage.facing).min(axis=1)
+    # On either side what could slow the vehicle down.
+    most = config.caution.hard_minimum + passage.reaction_time * config.limits.speed
+    body = body_of(config.vehicle, config.footprint.pieces)
+    outward = config.footprint.outward
+    found = corridor.contacts(
+        index, body, poses, within=2.0 * max(most, config.footprint.margin), outward=outward
+    )
+    room = np.empty(len(poses))
+    _least_room(found.values, passage.facing, room)
     return room
 
 

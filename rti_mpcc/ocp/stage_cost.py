@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry import HalfPlanes, Pose2
+from geometry import Pose2
 from geometry.compiled import Array1, Array2, Array3, Out2, Out3, inner, kernel
 from rti_mpcc.config import Comfort, Weights
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
@@ -27,6 +27,13 @@ from rti_mpcc.types import Array
 
 NOTHING_LEFT = -6.0
 """So many c of (C4) below comfort its residual is a quarter of a percent of c, and left out."""
+
+
+class SoftWalls(NamedTuple):
+    """Signed distances (N+1, 2) of the rear axle to the left and the right [m], normals (N+1, 2, 2)."""
+
+    distance: Array
+    normal: Array
 
 
 class QuadraticCost(NamedTuple):
@@ -43,7 +50,7 @@ def quadratic_cost(
     controls: Array,
     weights: StageWeights,
     errors: FrenetErrors | None,
-    walls: HalfPlanes | None,
+    walls: SoftWalls | None,
     goal: Pose2,
     wheelbase: float,
     comfort: Comfort,
@@ -53,7 +60,7 @@ def quadratic_cost(
 
     Args:
         errors: at `states`; None where no weight is on them.
-        walls: nearest boundaries of the rear axle (N+1 points), where the soft distance acts.
+        walls: of the rear axle, where the soft distance acts.
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
         settings: from where on terms act, and where they are clipped; what they weigh is in `weights`.
     """

@@ -13,7 +13,6 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.footprint import cover
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.targets import Target
@@ -318,8 +317,8 @@ def rejection_reason(
 
 
 def _most_slack(solution: Solution, config: ControllerConfig) -> float:
-    """Slack [m] with which a disc's centre lies on a boundary, on top of what the vehicle begins with."""
-    return cover(config.vehicle, config.footprint).radius + config.footprint.margin + float(solution.slack[0])
+    """Slack [m] with which the body's axis lies on a boundary, on top of what the vehicle begins with."""
+    return 0.5 * config.vehicle.width + config.footprint.margin + float(solution.slack[0])
 
 
 def defect(plan: Trajectory, config: ControllerConfig) -> tuple[float, float]:

@@ -267,7 +267,7 @@ def _row_scaling(distance: float, scaled_from: float, most: float) -> float:
 def fill_corridor(
     values: QpValues, pattern: QpPattern, rows: CorridorRows | None, *, rows_scaled: bool = True
 ) -> None:
-    """The half-planes of all discs; those of sides that the corridor no longer has, or all, are loose.
+    """The half-planes of all pieces; those of sides that the corridor no longer has, or all, are loose.
 
     Args:
         rows_scaled: as in `fill_bounds`.
@@ -282,8 +282,8 @@ def fill_corridor(
 def _loosen(values: QpValues, pattern: QpPattern, acting: int) -> None:
     """Of the sides behind the first `acting` ones no half-plane acts: no slopes, but still a relief, which
     keeps the pattern."""
-    stages, discs, sides = pattern.corridor_rows.shape
-    shape = (stages, discs, sides - acting)
+    stages, pieces, sides = pattern.corridor_rows.shape
+    shape = (stages, pieces, sides - acting)
     rows = CorridorRows(np.zeros((*shape, 3)), np.full(shape, LOOSE))
     _write_half_planes(values, pattern, rows, acting, rows_scaled=True)
 
@@ -293,8 +293,8 @@ def _write_half_planes(
 ) -> None:
     """Rows and slack of the sides from the `first` on, each counting `row_scaling` times less."""
     settings, slots = pattern.settings, pattern.constraints
-    stages, discs, sides = pattern.corridor_rows.shape
-    shape, given = (stages * discs, sides), (stages * discs, rows.lower.shape[2])
+    stages, pieces, sides = pattern.corridor_rows.shape
+    shape, given = (stages * pieces, sides), (stages * pieces, rows.lower.shape[2])
     _fill_half_planes(
         np.ascontiguousarray(rows.slopes).reshape(*given, 3),
         np.ascontiguousarray(rows.lower).reshape(given),
@@ -333,7 +333,7 @@ def _fill_half_planes(
 
 
 def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> None:
-    """Feedback phase: other lower bounds (N, discs, sides) [m] of the half-planes that were filled last."""
+    """Feedback phase: other lower bounds (N, pieces, sides) [m] of the half-planes that were filled last."""
     sides = lower.shape[2]
     row_scaling = block(values.row_scaling, pattern.corridor_rows)[:, :, :sides]
     block(values.lower, pattern.corridor_rows)[:, :, :sides] = lower / row_scaling

@@ -9,7 +9,7 @@ Rows, in this order:
     dynamics   dz_0 = measured - linearised;  F_z dz_k + F_u du_k - dz_{k+1} = z_{k+1} - F(z_k, u_k)
     states     bounds on v, delta, theta of stages 1..N
     controls   bounds on a, delta_dot, theta_dot
-    corridor   half-planes of every disc of stages 1..N (ocp/corridor_rows.py, Eq. H2)
+    corridor   half-planes of every piece of stages 1..N (ocp/corridor_rows.py, Eq. H2)
     slack      >= 0
 
 Everything is in scaled units: a variable counts in its `UNITS`, a row in the unit of what it bounds,
@@ -122,7 +122,7 @@ class QpPattern:
     Attributes:
         state_columns (N+1, 6), control_columns (N, 3), slack_columns (N,): variables.
         dynamics_rows (N+1, 6), state_rows (N, 3), control_rows (N, 3), corridor_rows
-            (N, discs, sides), slack_rows (N,): constraints.
+            (N, pieces, sides), slack_rows (N,): constraints.
         bound_rows: (2, N, 3), state_rows and control_rows.
         column_units, row_units: what one scaled unit is.
         settings: of the weights on the change and the scaling of rows.
@@ -145,14 +145,14 @@ class QpPattern:
     constraints: Slots
 
 
-def build_pattern(stages: int, discs: int, sides: int, settings: SolverSettings) -> QpPattern:
-    """The pattern for N stages and `sides` half-planes on each of `discs` discs."""
+def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings) -> QpPattern:
+    """The pattern for N stages and `sides` half-planes on each of `pieces` pieces."""
     columns = _Counter()
     state_columns, control_columns = columns.take(stages + 1, STATES), columns.take(stages, CONTROLS)
     slack_columns = columns.take(stages)
     rows = _Counter()
     dynamics_rows, bound_rows = rows.take(stages + 1, STATES), rows.take(2, stages, CONTROLS)
-    (state_rows, control_rows), corridor_rows = bound_rows, rows.take(stages, discs, sides)
+    (state_rows, control_rows), corridor_rows = bound_rows, rows.take(stages, pieces, sides)
     slack_rows = rows.take(stages)
 
     column_units = np.empty(columns.count)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-PACKAGES = ("rti-mpcc", "numpy", "scipy", "osqp", "shapely", "filterpy")
+PACKAGES = ("rti-mpcc", "numpy", "scipy", "osqp", "shapely", "filterpy", "numba")
 """Those whose version counts."""
 
 _CPUINFO = Path("/proc/cpuinfo")

@@ -16,12 +16,12 @@ TRAJECTORY_COLUMNS = ("t", "x", "y", "phi", "v", "delta", "theta", "a", "delta_d
 
 
 def write_files(
-    result: RunResult, summary: dict[str, Any], folder: Path, *, plots: bool = True, discs: bool = False
+    result: RunResult, summary: dict[str, Any], folder: Path, *, plots: bool = True
 ) -> tuple[Path, ...]:
     """Write the files of a run into an existing folder and return their paths. Raises OSError.
 
     Args:
-        plots: the pictures too; discs: the overview with the discs that cover the body.
+        plots: the pictures too.
     """
     written = [folder / "summary.json", folder / "trajectory.csv"]
     write_json(summary, written[0])
@@ -32,7 +32,7 @@ def write_files(
         from rti_mpcc.report.timeline import timeline_figure
 
         figures = {
-            "overview": overview_figure(result, discs=discs),
+            "overview": overview_figure(result),
             "timeline": timeline_figure(result, summary),
         }
         for name, figure in figures.items():

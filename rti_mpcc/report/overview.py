@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PatchCollection, PolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
-from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
+from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
 from rti_mpcc.report.ground import draw_boundaries, draw_path
@@ -25,8 +24,8 @@ _MARGINS = {"left": 0.9, "right": 2.3, "bottom": 0.6, "top": 0.5}
 """Room beside the axes for labels and legend [inch]."""
 
 
-def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
-    """Path, corridor, obstacles, body each second and at the end, goals; on request the covering discs.
+def overview_figure(result: RunResult) -> Figure:
+    """Path, corridor, obstacles, body each second and at the end, goals.
 
     The true goal is drawn where it was at the end, and before it moved; where it was known from detections,
     the planned goal and the detected ones (dots where they put the rear axle) are drawn too. Axes are equal,
@@ -39,8 +38,6 @@ def overview_figure(result: RunResult, *, discs: bool = False) -> Figure:
     poses = _poses_drawn(result)
     _draw_bodies(axes, result, poses)
     _draw_goals(axes, result)
-    if discs:
-        _draw_discs(axes, result, poses)
     plane(axes)
     axes.set_anchor("NW")
     axes.margins(0.05)
@@ -151,12 +148,3 @@ def _draw_detections(axes: Axes, result: RunResult) -> None:
         if len(known):
             x, y = known.T
             axes.scatter(x, y, s=_DOT, color=color, marker=marker, linewidths=0.8, label=name, zorder=3)
-
-
-def _draw_discs(axes: Axes, result: RunResult, poses: Array) -> None:
-    discs = cover(result.config.vehicle, result.config.footprint)
-    centres = disc_centres(poses, discs).reshape(-1, 2)
-    circles = [Circle((x, y), discs.radius) for x, y in centres.tolist()]
-    axes.add_collection(
-        PatchCollection(circles, facecolors="none", edgecolors=style.GREEN, linewidths=0.3, label="discs")
-    )

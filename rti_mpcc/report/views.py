@@ -14,10 +14,10 @@ from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.footprint import cover, disc_centres
+from rti_mpcc.model.footprint import body_of
+from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.ocp.objectives import StageWeights
-from rti_mpcc.ocp.separating_planes import separating_planes
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import Controller
 from rti_mpcc.types import Array, Command, Source, VehicleState
@@ -169,33 +169,26 @@ def view_of(
 def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> tuple[ActivePlanes, Array]:
     """Active half-planes of a plan, and what its stages 1..N lack of the margin (N,) [m].
 
-    Of each disc of each stage the nearest point of every boundary gives a half-plane, as in the QP. It is
-    active if the disc, or the piece of the body in it (H6), is nearer to it than margin + `TIGHT` where the
-    plan has it; what the plan lacks of the margin is its exact slack. A motion that is no solution of a QP
-    (braking, standing) has none active.
+    Each piece of the body has one for each side at each stage, as in the QP. It is active if the piece is
+    nearer to it than margin + `TIGHT` where the plan has it; what the plan lacks of the margin is its exact
+    slack. A motion that is no solution of a QP (braking, standing) has none active.
     """
     states = command.trajectory.states[1:]
     if not config.corridor_rows or command.source not in _FROM_QP or not np.isfinite(states).all():
         return _planes(np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(len(states))
-    discs, margin = cover(config.vehicle, config.footprint), config.footprint.margin
-    centres = disc_centres(states, discs).reshape(-1, 2)
-    part = command.diagnostics.part
-    planes = corridor.half_planes(part, centres)
-    every = np.arange(planes.distance.size)
-    faced = separating_planes(
-        states,
-        planes,
-        every,
-        discs,
-        config.footprint,
-        lambda among: corridor.reflex_vertices(part, planes, among),
+    footprint, body = config.footprint, body_of(config.vehicle, config.footprint.pieces)
+    within = footprint.margin + footprint.near
+    found = corridor.contacts(
+        command.diagnostics.part, body, states[:, :POSE], within=within, outward=footprint.outward
     )
-    gap = faced.gap.reshape(planes.distance.shape)
-    active = gap < margin + TIGHT
-    lack = np.maximum(margin - gap, 0.0).reshape(len(states), -1).max(axis=1)
+    active = found.apart < footprint.margin + TIGHT
+    lack = np.maximum(footprint.margin - found.apart, 0.0).reshape(len(states), -1).max(axis=1)
     read_only(lack)
-    normal = faced.normal[active.reshape(-1)].view(np.float64).reshape(-1, 2)
-    return _planes(planes.point[active], normal), lack
+    turn = np.exp(1j * states[:, PHI])[:, None, None]
+    place = (states[:, X] + 1j * states[:, Y])[:, None, None]
+    normal = (found.normal * turn)[active]
+    point = (place + found.at * turn)[active] - found.apart[active] * normal
+    return _planes(point.view(np.float64).reshape(-1, 2), normal.view(np.float64).reshape(-1, 2)), lack
 
 
 def _planes(points: Array, normals: Array) -> ActivePlanes:

@@ -16,14 +16,16 @@ the leading edge of the body is, it may turn into any direction while the vehicl
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from geometry import Corridor, PathPart
+from geometry.compiled import Array1, Array2, Out1, inner, kernel
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import body_of, body_polygons, cover
+from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning.obstacles import Obstacle
@@ -182,40 +184,55 @@ def progress_of_contact(
 
 def length(plan: Trajectory) -> float:
     """Way that the plan drives [m]."""
-    return float(_steps(plan).sum())
-
-
-def _steps(plan: Trajectory) -> Array:
-    """Way (N,) of each stage [m]."""
-    steps: Array = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
-    return steps
+    return _length(plan.states)
 
 
 def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
     """Ways along the plan (n,) [m] up to `reach`, and the states (n, 6) there."""
     end = min(reach, length(plan))
-    marks = np.linspace(0.0, end, max(int(np.ceil(end / config.caution.check_spacing)) + 1, 2))
+    count = max(int(np.ceil(end / config.caution.check_spacing)), 1)
+    marks = np.arange(count + 1.0) * (end / count)
     return marks, states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
 
 
 def _times(plan: Trajectory, marks: Array) -> Array:
-    """When (n,) [s] the plan has driven the ways `marks` (n,) [m]."""
-    steps = _steps(plan)
-    travelled = np.append(0.0, np.cumsum(steps))
-    moving = np.append(True, steps > 1e-9)
-    times: Array = np.interp(marks, travelled[moving], plan.times[moving])
+    """When (n,) [s] the plan has driven the ways `marks` (n,) [m], which do not fall."""
+    times = np.empty(len(marks))
+    _when_driven(plan.times, plan.states, marks, times)
     return times
 
 
-def stop_clearance(config: ControllerConfig) -> float:
-    """Distance that a planned stop keeps from something that fills the way [m].
+@inner
+def _step_length(states: Array, k: int) -> float:
+    return hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
 
-    Corridor rows let plans come nearer to what is ahead, (H6). The room is kept to swing out past it: what is
-    not ahead counts by the discs, which reach beyond the ends of the body.
-    """
-    vehicle, footprint = config.vehicle, config.footprint
-    overhang = cover(vehicle, footprint).radius - 0.5 * (vehicle.front + vehicle.rear) / footprint.discs
-    return overhang + footprint.margin + config.caution.check_spacing
+
+@kernel
+def _length(states: Array2) -> float:
+    total = 0.0
+    for k in range(len(states) - 1):
+        total += _step_length(states, k)
+    return total
+
+
+@kernel
+def _when_driven(times: Array1, states: Array2, marks: Array1, found: Out1) -> None:
+    """Linear within a stage; where the plan stands still the time at which it comes to."""
+    k, before, step = 0, 0.0, _step_length(states, 0)
+    for i in range(len(marks)):
+        while k < len(states) - 2 and (marks[i] > before + step):
+            before += step
+            k += 1
+            step = _step_length(states, k)
+        share = min(max((marks[i] - before) / step, 0.0), 1.0) if step > 1e-9 else 0.0
+        found[i] = times[k] + share * (times[k + 1] - times[k])
+
+
+def stop_clearance(config: ControllerConfig) -> float:
+    """Distance that a planned stop keeps from something that fills the way [m], with room to swing out past
+    it."""
+    caution = config.caution
+    return caution.swing_room * config.vehicle.width + config.footprint.margin + caution.check_spacing
 
 
 def stopping_distance(speed: float, config: ControllerConfig) -> float:

@@ -121,27 +121,6 @@ def test_bodies_far_and_near_against_all_lines(tabled: int, monkeypatch: pytest.
             assert not touching[free & (exact > margin)].any()
 
 
-def test_long_corridors_answer_as_short_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    """To the last bit, whether tables are kept or not."""
-    corridors = []
-    for tabled in (50_000, 0):
-        monkeypatch.setattr(geometry.walls, "TABLED", tabled)
-        corridors.append(
-            Corridor.from_offsets(
-                LONG, left=5.0, right=-5.0, obstacles=[[(3.0, 1.0), (4.0, 1.0), (4.0, 2.0)]]
-            )
-        )
-    points = np.random.default_rng(5).uniform((-10.0, -10.0), (60.0, 40.0), (400, 2))
-    short, long = (corridor.half_planes(0, points) for corridor in corridors)
-    for moved in (points, points + 0.3, points + 0.6):
-        short, long = (
-            corridor.half_planes(0, moved, planes, within=4.0)
-            for corridor, planes in zip(corridors, (short, long), strict=True)
-        )
-        for field in ("point", "normal", "distance", "feature", "sample"):
-            np.testing.assert_array_equal(getattr(short, field), getattr(long, field))
-
-
 def test_dense_polylines_are_not_copied() -> None:
     line = np.column_stack([np.linspace(0.0, 10.0, 401), np.zeros(401)])
     boundary = Boundary.from_polylines([line])

@@ -86,7 +86,7 @@ def test_it_does_not_change_where_both_are_moved_and_turned() -> None:
 
 
 def test_the_gradient_is_the_slope_of_the_distance() -> None:
-    """Equation (D1), but where two pairs of features are about equally near, or the features change."""
+    """Equation (S2), but where two pairs of features are about equally near, or the features change."""
     random, step, checked = np.random.default_rng(4), 1e-6, 0
     for a, b in pairs(1000, seed=4):
         at = np.array([*random.normal(size=2), random.uniform(-3.0, 3.0)])

@@ -9,6 +9,7 @@ import shapely
 from numpy.typing import NDArray
 
 from geometry import Corridor, Narrowing, Pose2, ReferencePath, offsets
+from tests.geometry.sides import sides_of
 
 SEGMENTS = {
     "reversing": (
@@ -62,7 +63,7 @@ def test_inside_of_an_arc_collapses_to_its_centre() -> None:
     corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
     (left,), _ = corridor.lines(0)
     np.testing.assert_allclose(left, [[0.0, 5.0]], atol=1e-9)
-    planes = corridor.half_planes(0, np.array([[0.0, 0.0], [1.0, 3.0]]))
+    planes = sides_of(corridor, 0, np.array([[0.0, 0.0], [1.0, 3.0]]))
     np.testing.assert_allclose(planes.distance[:, 0], [5.0, np.hypot(1.0, 2.0)])
     np.testing.assert_allclose(planes.normal[0, 0], [0.0, -1.0], atol=1e-9)
 
@@ -136,7 +137,7 @@ def test_lanes_that_touch_have_no_wall_between_them() -> None:
     # With a strip of 20 cm between them there are two.
     corridor = Corridor.from_offsets(route("hairpin"), left=1.9, right=-1.9)
     assert len(corridor.lines(0)[1]) == 1
-    planes = corridor.half_planes(0, np.array([[5.0, -1.0], [5.0, -2.0], [5.0, -3.0]]))
+    planes = sides_of(corridor, 0, np.array([[5.0, -1.0], [5.0, -2.0], [5.0, -3.0]]))
     np.testing.assert_allclose(planes.distance[:, 1], [0.9, -0.1, 0.9], atol=1e-9)
 
 
@@ -173,7 +174,7 @@ def test_narrowings_have_transverse_edges(docking_behind: Corridor, reversing: R
         pose = part.pose(theta).compose(Pose2(0.0, lateral, 0.0))
         assert shapely.LineString(line).distance(shapely.Point(pose.x, pose.y)) < 1e-4
         inner = part.pose(theta).compose(Pose2(0.0, 0.97 * lateral, 0.0))
-        assert docking_behind.half_planes(0, np.array([[inner.x, inner.y]])).distance.min() > 0.0
+        assert sides_of(docking_behind, 0, np.array([[inner.x, inner.y]])).distance.min() > 0.0
 
 
 def test_narrowing_may_begin_or_end_with_the_route_and_span_a_cusp(full_course: ReferencePath) -> None:
@@ -192,7 +193,7 @@ def test_narrowing_may_begin_or_end_with_the_route_and_span_a_cusp(full_course: 
         (1, 59.0, 1.2, 0),
     ):
         pose = full_course.parts[part].pose(theta)
-        planes = corridor.half_planes(part, np.array([[pose.x, pose.y]]))
+        planes = sides_of(corridor, part, np.array([[pose.x, pose.y]]))
         assert planes.distance[0, side] == pytest.approx(abs(lateral), abs=1e-3)
 
 
@@ -201,7 +202,7 @@ def test_of_overlapping_narrowings_the_tightest_holds() -> None:
     narrowings = [Narrowing(2.0, 6.0, left=1.0), Narrowing(4.0, 8.0, left=2.0, right=-1.0)]
     corridor = Corridor.from_offsets(path, left=5.0, right=-5.0, narrowings=narrowings)
     points = np.array([[3.0, 0.0], [5.0, 0.0], [7.0, 0.0]])
-    distance = corridor.half_planes(0, points).distance
+    distance = sides_of(corridor, 0, points).distance
     np.testing.assert_allclose(distance, [[1.0, np.hypot(1.0, 1.0)], [1.0, 1.0], [np.hypot(1.0, 1.0), 1.0]])
     assert corridor.narrowest() == (2.0, 4.0)
 
@@ -211,16 +212,14 @@ def test_a_step_inside_a_fold_leaves_no_gap() -> None:
     corridor = Corridor.from_offsets(path, left=6.0, right=-6.0, narrowings=[Narrowing(12.0, 26.0, left=1.5)])
     left, _ = corridor.lines(0)
     assert len(left) == 1
-    assert corridor.half_planes(0, np.array([[9.0, 7.0], [5.0, 6.5]])).distance[:, 0].max() < 0.0
+    assert sides_of(corridor, 0, np.array([[9.0, 7.0], [5.0, 6.5]])).distance[:, 0].max() < 0.0
 
 
 def test_boundaries_of_a_part_do_not_act_on_another(full_course: ReferencePath) -> None:
     corridor = Corridor.from_offsets(full_course, left=5.0, right=-5.0)
     alone = Corridor.from_offsets(ReferencePath(parts=full_course.parts[1:]), left=5.0, right=-5.0)
     points = np.random.default_rng(0).uniform(-30.0, 20.0, (200, 2))
-    np.testing.assert_array_equal(
-        corridor.half_planes(1, points).distance, alone.half_planes(0, points).distance
-    )
+    np.testing.assert_array_equal(sides_of(corridor, 1, points).distance, sides_of(alone, 0, points).distance)
 
 
 def test_mirror_and_rigid_motion_symmetry() -> None:
@@ -230,7 +229,7 @@ def test_mirror_and_rigid_motion_symmetry() -> None:
         ReferencePath.from_segments(start, segments), left=5.0, right=-4.0, narrowings=narrowings
     )
     points = np.random.default_rng(3).uniform((-8.0, -22.0), (20.0, 4.0), (300, 2))
-    planes = corridor.half_planes(0, points)
+    planes = sides_of(corridor, 0, points)
 
     mirrored = Corridor.from_offsets(
         ReferencePath.from_segments(Pose2(0.0, 0.0, -pi / 2), [(d, -k, s) for d, k, s in segments]),
@@ -238,9 +237,11 @@ def test_mirror_and_rigid_motion_symmetry() -> None:
         right=-5.0,
         narrowings=[Narrowing(22.0, 23.0, right=-1.3), Narrowing(27.5, 28.4, left=1.0)],
     )
-    other = mirrored.half_planes(0, points * [1.0, -1.0])
-    np.testing.assert_allclose(other.distance[:, ::-1], planes.distance, atol=1e-9)
-    np.testing.assert_allclose(other.point[:, ::-1] * [1.0, -1.0], planes.point, atol=1e-6)
+    other = sides_of(mirrored, 0, points * [1.0, -1.0])
+    free = (planes.distance > 0.0) & (other.distance[:, ::-1] > 0.0)
+    assert free.mean() > 0.3
+    # Curved walls are simplified to within a millimetre, each in its own sense.
+    np.testing.assert_allclose(other.distance[:, ::-1][free], planes.distance[free], atol=3e-3)
 
     motion = Pose2(5000.0, -3000.0, 2.3)
     rotation = np.array([[np.cos(2.3), -np.sin(2.3)], [np.sin(2.3), np.cos(2.3)]])
@@ -250,9 +251,11 @@ def test_mirror_and_rigid_motion_symmetry() -> None:
         right=-4.0,
         narrowings=narrowings,
     )
-    other = moved.half_planes(0, points @ rotation.T + [5000.0, -3000.0])
-    np.testing.assert_allclose(other.distance, planes.distance, atol=1e-8)
-    np.testing.assert_allclose(other.normal, planes.normal @ rotation.T, atol=1e-5)
+    other = sides_of(moved, 0, points @ rotation.T + [5000.0, -3000.0])
+    free = (planes.distance > 0.0) & (other.distance > 0.0)
+    np.testing.assert_allclose(other.distance[free], planes.distance[free], atol=3e-3)
+    turned = np.linalg.norm(other.normal - planes.normal @ rotation.T, axis=2)[free]
+    assert np.mean(turned < 0.02) > 0.97
 
 
 @pytest.mark.parametrize("seed", range(8))

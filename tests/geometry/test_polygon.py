@@ -7,6 +7,7 @@ import pytest
 import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
+from tests.geometry.sides import sides_of
 
 STRAIGHT = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(1, 0.0, 16.0)])
 BOX = [(0.0, -3.0), (20.0, -3.0), (20.0, 2.0), (0.0, 2.0)]
@@ -17,22 +18,22 @@ def test_a_box_is_split_where_the_tangents_meet_its_caps() -> None:
     (left,), (right,) = corridor.lines(0)
     np.testing.assert_allclose(left, [(20.0, 0.0), (20.0, 2.0), (0.0, 2.0), (0.0, 0.0)])
     np.testing.assert_allclose(right, [(0.0, 0.0), (0.0, -3.0), (20.0, -3.0), (20.0, 0.0)])
-    planes = corridor.half_planes(0, np.array([[10.0, 0.5], [19.0, -1.0], [19.0, 1.5]]))
+    planes = sides_of(corridor, 0, np.array([[10.0, 0.5], [19.0, -1.0], [19.0, 1.5]]))
     np.testing.assert_allclose(planes.distance, [[1.5, 3.5], [np.sqrt(2.0), 1.0], [0.5, np.hypot(1.0, 1.5)]])
     np.testing.assert_allclose(corridor.narrowest(), (5.0, 0.0))
 
 
 def test_either_sense_and_a_closed_list_are_the_same() -> None:
     points = np.random.default_rng(0).uniform((-2.0, -5.0), (22.0, 4.0), (100, 2))
-    expected = Corridor.from_polygon(STRAIGHT, BOX).half_planes(0, points).distance
+    expected = sides_of(Corridor.from_polygon(STRAIGHT, BOX), 0, points).distance
     for outline in (BOX[::-1], [*BOX, BOX[0]], BOX[2:] + BOX[:2]):
-        planes = Corridor.from_polygon(STRAIGHT, outline).half_planes(0, points)
+        planes = sides_of(Corridor.from_polygon(STRAIGHT, outline), 0, points)
         np.testing.assert_allclose(planes.distance, expected, atol=1e-12)
 
 
 def test_left_is_left_of_the_vehicle_in_reverse_too() -> None:
     path = ReferencePath.from_segments(Pose2(18.0, 0.0, 0.0), [(-1, 0.0, 16.0)])
-    planes = Corridor.from_polygon(path, BOX).half_planes(0, np.array([[10.0, 0.5]]))
+    planes = sides_of(Corridor.from_polygon(path, BOX), 0, np.array([[10.0, 0.5]]))
     np.testing.assert_allclose(planes.distance, [[1.5, 3.5]])
 
 

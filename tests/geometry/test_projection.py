@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from geometry import InputError, Pose2, ReferencePath
-from geometry.projection import closest_on_few, closest_on_pieces
 
 LOOP = [(1, 0.0, 10.0), (1, 0.5, 4.0 * pi), (1, 0.0, 10.0)]  # a full circle of radius 2 m, then straight on
 HAIRPIN = [(1, 0.0, 20.0), (1, 0.5, 2.0 * pi), (1, 0.0, 20.0)]  # two lanes 4 m apart
@@ -130,34 +129,27 @@ def test_bad_numbers_are_refused(name: str, values: dict[str, float], reversing:
         reversing.parts[0].project(**{"x": 0.0, "y": 0.0} | values)
 
 
-def test_few_pieces_one_by_one_give_what_arrays_give() -> None:
+def test_the_closest_of_many_points_is_no_closer() -> None:
+    """Routes, windows and headings drawn at random, against a point each centimetre."""
     random = np.random.default_rng(3)
-    for _ in range(300):
-        n = int(random.integers(1, 7))
-        slope = random.choice([0.0, 1.0, 1.0], n) * random.uniform(-1.0, 1.0, n)
-        knots = np.concatenate(([5.0], 5.0 + np.cumsum(random.uniform(0.5, 8.0, n))))
-        window = tuple(np.sort(random.uniform(knots[0], knots[-1], 2)).tolist())
-        wanted = None if random.uniform() < 0.5 else float(random.uniform(-7.0, 7.0))
+    for _ in range(200):
         direction = int(random.choice([-1, 1]))
-        dx, dy, heading = random.uniform(-10.0, 10.0, (3, n))
-        one = closest_on_few(
-            dx.tolist(),
-            dy.tolist(),
-            heading=heading.tolist(),
-            slope=slope.tolist(),
-            direction=direction,
-            knots=knots.tolist(),
-            window=(window[0], window[1]),
-            wanted=wanted,
-        )
-        all_at_once = closest_on_pieces(
-            dx,
-            dy,
-            heading=heading,
-            slope=slope,
-            direction=direction,
-            knots=knots,
-            window=(window[0], window[1]),
-            wanted=wanted,
-        )
-        assert one == pytest.approx(all_at_once, abs=1e-9)
+        count = int(random.integers(1, 7))
+        segments = [
+            (direction, float(random.choice([0.0, 1.0, 1.0]) * random.uniform(-1.0, 1.0)), float(length))
+            for length in random.uniform(0.5, 8.0, count)
+        ]
+        part = ReferencePath.from_segments(Pose2(*random.uniform(-5.0, 5.0, 3)), segments).parts[0]
+        x, y = random.uniform(-10.0, 10.0, 2)
+        near, reach = random.uniform(part.start, part.end), random.uniform(0.1, 10.0)
+        wanted = None if random.uniform() < 0.5 else float(random.uniform(-7.0, 7.0))
+        found = part.project(x, y, near=near, reach=reach, heading=wanted)
+        low, high = max(near - reach, part.start), min(near + reach, part.end)
+        assert low <= found <= high
+        theta = np.append(np.linspace(low, high, int(100.0 * (high - low)) + 2), found)
+        at = part.reference(theta)
+        apart = np.hypot(at.x - x, at.y - y)
+        if wanted is not None:
+            fits = np.cos(at.phi - wanted) >= -1e-9
+            apart[~fits] = np.inf if fits.any() else apart[~fits]
+        assert apart[-1] <= apart.min() + 1e-9

@@ -1,7 +1,7 @@
 """Optimal control problems frozen out of runs, and the real-time iteration repeated on them.
 
 A cycle's problem moves with every cycle: the horizon shifts, weights follow the plan, half-planes follow
-the discs. Here all of that stands still as it was in one cycle, so that repeated steps solve one nonlinear
+the body. Here all of that stands still as it was in one cycle, so that repeated steps solve one nonlinear
 program, which `nonlinear_program.py` writes down independently.
 """
 
@@ -13,21 +13,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from geometry import Corridor, HalfPlanes, PathPart, PathReference, lift
+from geometry import Corridor, PathPart, PathReference, lift
+from geometry.contacts import Contacts
 from rti_mpcc.config import ControllerConfig, SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
-from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import DELTA, PHI, THETA, V
+from rti_mpcc.model.footprint import AXLE, body_of
+from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.objectives import StageWeights
-from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.ocp.stage_cost import SoftWalls, quadratic_cost
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import workspace
 from rti_mpcc.qp.filling import (
@@ -43,11 +43,10 @@ from rti_mpcc.qp.filling import (
 from rti_mpcc.qp.pattern import BOUNDED, QpPattern, build_pattern
 from rti_mpcc.qp.solver import QpSolution, QpSolver
 from rti_mpcc.simulation import Scenario, changed, simulate
-from rti_mpcc.types import Array
-from tests.rti_mpcc.corners import no_corners
+from rti_mpcc.types import Array, Complex
 
 TIGHT = SolverSettings(tolerance=1e-8, max_iterations=500_000, check_interval=25, polish=True)
-"""OSQP at 1e-8 needs up to 1e5 iterations where several discs touch one corner of a boundary."""
+"""OSQP at 1e-8 needs up to 1e5 iterations where several pieces of the body touch one corner of a boundary."""
 
 AT_REST = 1e-5
 """Steps below this have come to rest, in scaled units."""
@@ -57,34 +56,42 @@ NOISE = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrozenPlanes:
-    """Half-planes normal . c >= offset that stay where they are; those that do not act have normal 0."""
+    """Half-planes normal . (p + R(phi) o) >= offset that stay where they are, each for one point o of the
+    body, p and phi being the vehicle's pose; those that do not act have normal 0."""
 
     normal: Array
-    """(n, s, 2) unit, in the problem's frame."""
+    """(n, pieces, s, 2) unit, in the problem's frame."""
     offset: Array
-    """(n, s) [m]."""
+    """(n, pieces, s) [m]."""
+    point: Array
+    """(n, pieces, s, 2) o, in the vehicle's frame [m]."""
 
     @classmethod
-    def of(
-        cls, planes: HalfPlanes, points: Array, frame: LocalFrame, acts: NDArray[np.bool_]
-    ) -> FrozenPlanes:
-        """From world half-planes of world points (n, 2); those that do not act (n, s) are dropped."""
-        normal = frame.planes_in(planes).normal * acts[..., None]
-        local = frame.states_in(np.column_stack([points, np.zeros(len(points))]))[:, :2]
-        distance = np.where(acts, planes.distance, 0.0)
-        return cls(normal=normal, offset=np.einsum("nsj,nj->ns", normal, local) - distance)
+    def of(cls, contacts: Contacts, states: Array) -> FrozenPlanes:
+        """From contacts at `states` (n, 6) in the problem's frame; those that are far away are dropped."""
+        acts = np.isfinite(contacts.apart)
+        turn = np.exp(1j * states[:, PHI])[:, None, None]
+        normal = contacts.normal * turn * acts
+        place = (states[:, X] + 1j * states[:, Y])[:, None, None] + contacts.at * turn
+        offset = _dot(normal, place) - np.where(acts, contacts.apart, 0.0)
+        return cls(normal=_pairs(normal), offset=offset, point=_pairs(contacts.at))
 
-    def at(self, points: Array) -> HalfPlanes:
-        """What the package's functions take, for points (n, 2) in the problem's frame."""
-        distance = np.einsum("nsj,nj->ns", self.normal, points) - self.offset
-        none = np.full(distance.shape, -1)
-        return HalfPlanes(
-            point=np.zeros_like(self.normal),
-            normal=self.normal,
-            distance=np.where(self.normal.any(axis=-1), distance, np.inf),
-            feature=none,
-            sample=none,
-        )
+    def at(self, states: Array) -> Contacts:
+        """What the package's functions take, for `states` (n, 6) in the problem's frame."""
+        turn = np.exp(1j * states[:, PHI])[:, None, None]
+        normal, point = (each[..., 0] + 1j * each[..., 1] for each in (self.normal, self.point))
+        place = (states[:, X] + 1j * states[:, Y])[:, None, None] + point * turn
+        apart = np.where(np.abs(normal) > 0.0, _dot(normal, place) - self.offset, np.inf)
+        seen = normal / turn
+        return Contacts(values=np.stack((apart, seen.real, seen.imag, point.real, point.imag), axis=-1))
+
+
+def _dot(one: Complex, other: Complex) -> Array:
+    return np.asarray(one.real * other.real + one.imag * other.imag)
+
+
+def _pairs(points: Complex) -> Array:
+    return np.stack((points.real, points.imag), axis=-1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,8 +138,8 @@ class FrozenProblem:
         name: which run and time it is from.
         states (N+1, 6), controls (N, 3): the plan that the cycle linearised about.
         measured: (6,) state at the horizon's begin.
-        lengths: (N,) [s]; weights, bounds (widened as the measured state needs), planes of the discs of
-            stages 1..N, walls of the rear axle at stages 0..N: as they were in the cycle.
+        lengths: (N,) [s]; weights, bounds (widened as the measured state needs), planes of the body's pieces
+            at stages 1..N, walls of the rear axle at stages 0..N: as they were in the cycle.
         nearing: (N+1,) what the cost gains by progress as the weights change with it [1/m]; `weights` itself
             does not change.
         path: the piece of each stage; damping: of the cycle's step; it moves no fixed point.
@@ -157,23 +164,16 @@ class FrozenProblem:
     damping: float
     solution: Solution
 
-    @property
-    def sides(self) -> int:
-        return 0 if self.planes is None else self.planes.normal.shape[1]
-
-    @property
-    def discs(self) -> int:
-        return 0 if self.planes is None else self.config.footprint.discs
-
     def build_pattern(self) -> QpPattern:
-        return build_pattern(len(self.lengths), self.discs, self.sides, self.config.solver)
+        pieces, sides = (0, 0) if self.planes is None else self.planes.offset.shape[1:]
+        return build_pattern(len(self.lengths), pieces, sides, self.config.solver)
 
     def fill(self, values: QpValues, pattern: QpPattern, states: Array, controls: Array, dual: Array) -> None:
         """The QP about states (N+1, 6), controls (N, 3) and multipliers (m,), as the package fills it."""
         config, part, wheelbase = self.config, self.part, self.config.vehicle.wheelbase
         reference = self.path.reference(states[:, THETA])
         errors = frenet_errors(states, reference, part.direction)
-        walls = self.walls.at(states[:, :2]) if self.walls is not None else None
+        walls = soft_walls(self.walls, states)
         goal = self.frame.pose_in(self.target.pose)
         cost = quadratic_cost(
             states, controls, self.weights, errors, walls, goal, wheelbase, config.comfort, config.weights
@@ -185,10 +185,9 @@ class FrozenProblem:
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, self.bounds, states, controls)
         if self.planes is not None:
-            discs = cover(config.vehicle, config.footprint)
-            planes = self.planes.at(disc_centres(states[1:], discs).reshape(-1, 2))
             footprint = config.footprint.model_copy(update={"near": 1e12})
-            fill_corridor(values, pattern, corridor_rows(states[1:], planes, discs, footprint, no_corners))
+            rows = corridor_rows(states[1:, PHI].copy(), self.planes.at(states[1:]), footprint)
+            fill_corridor(values, pattern, rows)
         fill_initial(values, pattern, self.measured - states[0])
 
 
@@ -331,15 +330,16 @@ def _freeze(
     theta = linear.states[:, THETA]
     bounds = stage_bounds(config, target, mpcc.part.direction, theta, retreat=options.get("retreat", 0.0))
     planes, walls = None, None
-    if linear.planes is not None:
-        discs = cover(config.vehicle, config.footprint)
-        centres = disc_centres(linear.trajectory.states[1:], discs).reshape(-1, 2)
-        acts = linear.planes.distance - discs.radius - config.footprint.margin < config.footprint.near
-        planes = FrozenPlanes.of(linear.planes, centres, frame, acts)
+    world = linear.trajectory.states
+    if linear.rows is not None:
+        footprint, body = config.footprint, body_of(config.vehicle, config.footprint.pieces)
+        within = footprint.margin + footprint.near
+        near = corridor.contacts(mpcc.index, body, world[1:, :POSE], within=within, outward=footprint.outward)
+        planes = FrozenPlanes.of(near, linear.states[1:])
     if linear.weights.bound_distance.any() or linear.weights.bound_speed.any():
-        points = linear.trajectory.states[:, :2]
-        near = corridor.half_planes(mpcc.index, points)
-        walls = FrozenPlanes.of(near, points, frame, np.isfinite(near.distance))
+        reach = max(config.weights.bound_distance_reach, config.weights.bound_speed_reach)
+        near = corridor.contacts(mpcc.index, AXLE, world[:, :POSE], within=reach, outward=0.0)
+        walls = FrozenPlanes.of(near, linear.states)
     return FrozenProblem(
         name=name,
         config=config,
@@ -361,12 +361,21 @@ def _freeze(
     )
 
 
+def soft_walls(walls: FrozenPlanes | None, states: Array) -> SoftWalls | None:
+    """The half-planes of the rear axle at `states` (n, 6) as the cost takes them."""
+    if walls is None:
+        return None
+    near = walls.at(states)
+    distance = np.ascontiguousarray(near.apart[:, 0, :2])
+    return SoftWalls(distance=distance, normal=np.ascontiguousarray(walls.normal[:, 0, :2]))
+
+
 def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -> Array:
     """The gradient of the cycle's cost in theta, less that of weights that do not change."""
     states, controls = linear.states, linear.trajectory.controls
     reference = linear.frame.reference_in(mpcc.part.reference(states[:, THETA]))
     errors = frenet_errors(states, reference, mpcc.part.direction)
-    near = walls.at(states[:, :2]) if walls is not None else None
+    near = soft_walls(walls, states)
     config, goal = mpcc.config, linear.frame.pose_in(mpcc.target.pose)
     wheelbase = config.vehicle.wheelbase
     gradients = [

@@ -1,7 +1,7 @@
 """A frozen problem as one nonlinear program in casadi, written from the equations alone, for IPOPT.
 
 Nothing but numbers is taken from the package: the path by its arcs, the dynamics Eq. (M1) under
-a textbook Runge-Kutta step, the cost Eq. (C1)-(C3) with Huber's goal term, half-planes Eq. (H1), (H6).
+a textbook Runge-Kutta step, the cost Eq. (C1)-(C3) with Huber's goal term, half-planes Eq. (H1).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import casadi as ca
 import numpy as np
 
 from rti_mpcc.config import Weights
-from rti_mpcc.model.footprint import Discs, cover
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.qp.pattern import BOUNDED
 from rti_mpcc.types import Array
@@ -166,7 +165,7 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
             total += w.lag[k] * (ca.cos(phi_r) * dx + ca.sin(phi_r) * dy) ** 2
             total += w.contouring[k] * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
             total += w.heading[k] * (z[PHI, k] - phi_r) ** 2
-        for normal, offset in _acting(problem.walls, k):
+        for normal, offset, _ in _acting(problem.walls, k)[:2]:
             distance = normal[0] * z[X, k] + normal[1] * z[Y, k] - offset
             total += w.bound_distance[k] * ca.fmax(settings.bound_distance_reach - distance, 0) ** 2
             total += w.bound_speed[k] * (v * ca.fmax(settings.bound_speed_reach - distance, 0)) ** 2
@@ -202,40 +201,29 @@ def _huber(square: Any, clip: float) -> Any:
     return ca.if_else(square <= clip**2, square, 2 * clip * ca.sqrt(ca.fmax(square, clip**2)) - clip**2)
 
 
-def _acting(planes: FrozenPlanes | None, point: int) -> list[tuple[Array, float]]:
+def _acting(planes: FrozenPlanes | None, k: int) -> list[tuple[Array, float, Array]]:
+    """Normal, offset and point of the body of the half-planes of the k-th stage that there are."""
     if planes is None:
         return []
-    pairs = zip(planes.normal[point], planes.offset[point], strict=True)
-    return [(normal, float(offset)) for normal, offset in pairs if normal.any()]
+    normals, points = (each[k].reshape(-1, 2) for each in (planes.normal, planes.point))
+    every = zip(normals, planes.offset[k].reshape(-1), points, strict=True)
+    return [(normal, float(offset), point) for normal, offset, point in every if normal.any()]
 
 
 def _rows(problem: FrozenProblem, z: Any, u: Any, s: Any) -> tuple[Any, Array, Array]:
     """Dynamics = 0, and acting half-planes with their slack >= 0."""
     config, stages = problem.config, len(problem.lengths)
     equal, above = [], []
-    discs = cover(config.vehicle, config.footprint)
     for k in range(stages):
         equal.append(z[:, k + 1] - _step(z[:, k], u[:, k], problem.lengths[k], config.vehicle.wheelbase))
-        for i in range(problem.discs):
-            x = z[X, k + 1] + discs.offsets[i] * ca.cos(z[PHI, k + 1])
-            y = z[Y, k + 1] + discs.offsets[i] * ca.sin(z[PHI, k + 1])
-            for normal, offset in _acting(problem.planes, k * problem.discs + i):
-                reach = _reach(normal, z[PHI, k + 1], discs)
-                gap = normal[0] * x + normal[1] * y - offset - reach - config.footprint.margin
-                above.append(gap + s[k])
+        c, sine = ca.cos(z[PHI, k + 1]), ca.sin(z[PHI, k + 1])
+        for normal, offset, point in _acting(problem.planes, k):
+            x = z[X, k + 1] + c * point[0] - sine * point[1]
+            y = z[Y, k + 1] + sine * point[0] + c * point[1]
+            above.append(normal[0] * x + normal[1] * y - offset - config.footprint.margin + s[k])
     zeros = np.zeros(STATES * stages + len(above))
     upper = np.concatenate([np.zeros(STATES * stages), np.full(len(above), np.inf)])
     return ca.vertcat(*equal, *above), zeros, upper
-
-
-def _reach(normal: Array, phi: Any, discs: Discs) -> Any:
-    """How far a piece a long and b wide to each side of its centre reaches towards a wall, Eq. (H6)."""
-    a, b = discs.half_length, discs.half_width
-    radius = float(np.sqrt(a**2 + b**2))
-    along = ca.fabs(normal[0] * ca.cos(phi) + normal[1] * ca.sin(phi))
-    across = normal[1] * ca.cos(phi) - normal[0] * ca.sin(phi)
-    piece = a * along + b * ca.sqrt(across**2 + discs.rounding**2)
-    return ca.if_else(along >= a / radius, ca.fmin(radius, piece), radius)
 
 
 def _bounds(problem: FrozenProblem) -> tuple[Array, Array]:

@@ -132,19 +132,6 @@ def test_goal_source_without_detections_is_refused_before_anything_is_written(
     assert json.loads(Path("runs/short/summary.json").read_text())["goal"] is None
 
 
-@pytest.mark.parametrize("flags", [[], ["--discs"]])
-def test_discs_are_drawn_on_request(monkeypatch: pytest.MonkeyPatch, flags: list[str]) -> None:
-    asked = []
-
-    def written(*_: Any, plots: bool, discs: bool) -> tuple[Path, ...]:
-        asked.append((plots, discs))
-        return ()
-
-    monkeypatch.setattr(cli.run, "write_files", written)
-    main(["run", scenario_file(duration=0.2), *flags])
-    assert asked == [(True, bool(flags))]
-
-
 def test_run_that_does_not_dock_exits_1() -> None:
     assert main(["run", scenario_file(duration=0.5), "--no-plots"]) == 1
     written = json.loads(Path("runs/short/summary.json").read_text())

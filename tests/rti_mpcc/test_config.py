@@ -57,7 +57,7 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Limits, "steering_rate", -1.0, "greater than 0"),
     (Weights, "lag", -1.0, "greater than or equal to 0"),
     (Weights, "transition_slope", 0.0, "greater than 0"),
-    (Footprint, "discs", 0, "greater than or equal to 1"),
+    (Footprint, "pieces", 0, "greater than or equal to 1"),
     (SolverSettings, "tolerance", 0.0, "greater than 0"),
     (Behaviour, "standstill_time", -1.0, "greater than or equal to 0"),
     (Behaviour, "settle_share", 1.1, "less than or equal to 1"),

@@ -47,12 +47,12 @@ MODULES: dict[str, dict[str, str]] = {
     },
     "model/bicycle.py": {RULE: "_TIMES _TURNS _WAYS _TURNED_FOR", TABLE: "_TURNED_AT _DRIVEN_AT"},
     "model/disturbance.py": {NEUTRAL: "acceleration steering gain"},
+    "model/footprint.py": {"a point of the vehicle, not a number of its own": "AXLE"},
     "ocp/frenet.py": {TABLE: "LAG CONTOURING HEADING"},
     "ocp/corridor_rows.py": {
         TABLE: "MEASURED",
         "in the place of minus infinity, in a row without slopes": "LOOSE",
     },
-    "ocp/separating_planes.py": {ROUNDING: "_TINY"},
     "ocp/stage_cost.py": {
         "where a function has come down to a quarter of a percent of its scale": "NOTHING_LEFT"
     },

@@ -36,8 +36,8 @@ def test_repeated_iterations_solve_the_nonlinear_program(
 def test_a_plan_that_a_wall_ahead_holds_solves_the_nonlinear_program(
     offset: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """0.1 m is nearer than (H6) lets the body come, which the margin is kept from."""
-    scenario = before_a_wall(1, 0.1)
+    """A wall nearer to the goal than the margin."""
+    scenario = before_a_wall(1, 0.06)
     scenario = scenario.model_copy(update={"goal": scenario.goal.model_copy(update={"offset": offset})})
     (problem,) = take(scenario, "default", [12.18], monkeypatch)
     assert problem.solution.trajectory.states[-1, X] < LENGTH - 0.02

@@ -1,5 +1,4 @@
-"""A goal close to which corners of obstacles stand, in closed loop: half-planes of the points that discs are
-nearest to would keep the body away from there."""
+"""A goal close to which corners of obstacles stand, in closed loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A goal with a wall close ahead of the vehicle there, in closed loop: discs would reach beyond the wall."""
+"""A goal with a wall close ahead of the vehicle there, in closed loop."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.config import Footprint, Vehicle
-from rti_mpcc.model.footprint import cover
+from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import Scenario, simulate, summary
 from rti_mpcc.types import Status
 from tests.rti_mpcc.docking_runs import straight
@@ -27,11 +26,6 @@ def before_a_wall(direction: int, room: float, **simulation: Any) -> Scenario:
     return straight(direction, LENGTH, corridor={"obstacles": [outline]}, duration=40.0, **simulation)
 
 
-def test_the_discs_reach_farther_than_the_room_that_is_left() -> None:
-    shape = cover(Vehicle(), Footprint())
-    assert shape.radius - shape.half_length > 0.6
-
-
 @pytest.mark.parametrize("noise", [pytest.param(None, marks=pytest.mark.acceptance), NOISE])
 @pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
 def test_it_docks_before_a_wall(direction: int, noise: list[float] | None) -> None:
@@ -49,7 +43,7 @@ def test_it_docks_before_a_wall(direction: int, noise: list[float] | None) -> No
 @pytest.mark.acceptance
 @pytest.mark.parametrize("direction", [pytest.param(1, marks=pytest.mark.acceptance), -1])
 def test_it_docks_as_near_as_the_margin_lets_it(direction: int) -> None:
-    """0.1 m and what (H6) is rounded by, 0.05 m."""
-    figures = summary(simulate(before_a_wall(direction, 0.16)))
+    """0.1 m."""
+    figures = summary(simulate(before_a_wall(direction, 0.1)))
     assert figures["docked"]
-    assert figures["min_clearance_m"] > 0.14
+    assert figures["min_clearance_m"] > 0.08

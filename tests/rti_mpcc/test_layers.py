@@ -130,7 +130,7 @@ def test_osqp_is_imported_in_one_file_of_qp() -> None:
 
 
 def test_filterpy_is_imported_by_the_filters_of_estimation_only() -> None:
-    assert importers(ROOT, "filterpy") == ["estimation/disturbance.py", "estimation/goal_filter.py"]
+    assert importers(ROOT, "filterpy") == ["estimation/goal_filter.py"]
 
 
 def test_opencv_is_imported_in_one_file_and_got_from_there() -> None:

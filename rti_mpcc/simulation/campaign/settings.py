@@ -22,7 +22,7 @@ from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
 from rti_mpcc.simulation.scenario import PRESETS
 
 FILE = "campaign.json"
-LIBRARIES = ("rti-mpcc", "numpy", "scipy", "shapely", "osqp", "filterpy")
+LIBRARIES = ("rti-mpcc", "numpy", "scipy", "shapely", "osqp", "filterpy", "numba")
 """Those whose versions a row may depend on."""
 _PACKAGES = ("geometry", "estimation", "rti_mpcc")
 _ONLY_SHOWS = ("rti_mpcc/cli", "rti_mpcc/report")

@@ -1,15 +1,14 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from geometry import Corridor, HalfPlanes, Pose2, ReferencePath
-from rti_mpcc.config import BoundRelaxation, Footprint, Vehicle
+from geometry import Corridor, Pose2, ReferencePath
+from geometry.contacts import Contacts
+from rti_mpcc.config import BoundRelaxation, Footprint, NarrowPassage, Vehicle
 from rti_mpcc.model.bicycle import rollout
-from rti_mpcc.model.footprint import cover, disc_centres
-from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, V, X, Y
+from rti_mpcc.model.footprint import body_of
+from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, V
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     CorridorRows,
@@ -19,10 +18,11 @@ from rti_mpcc.ocp.corridor_rows import (
     relaxed_bounds,
 )
 from rti_mpcc.types import Array
-from tests.rti_mpcc.corners import no_corners
 from tests.rti_mpcc.differences import slopes
+from tests.rti_mpcc.frozen import FrozenPlanes
 
-DISCS = cover(Vehicle(), Footprint())
+PIECES = 5
+BODY = body_of(Vehicle(), PIECES)
 RELAXATION = BoundRelaxation()
 RETURN_TIME, RETURN_WAY, WAY_BACK = (
     RELAXATION.margin_time,
@@ -51,133 +51,92 @@ def states() -> Array:
     return out
 
 
-def planes_of(corridor: Corridor, states: Array) -> HalfPlanes:
-    return corridor.half_planes(0, disc_centres(states, DISCS).reshape(-1, 2))
+def contacts_of(corridor: Corridor, states: Array, near: float = 1e3) -> Contacts:
+    return corridor.contacts(0, BODY, states[:, :POSE], within=MARGIN + near, outward=0.0)
 
 
-def rows_about(states: Array, planes: HalfPlanes, near: float = 1e3) -> CorridorRows:
-    rows = corridor_rows(states, planes, DISCS, Footprint(margin=MARGIN, near=near), no_corners)
+def rows_about(states: Array, contacts: Contacts, near: float = 1e3) -> CorridorRows:
+    rows = corridor_rows(states[:, PHI].copy(), contacts, Footprint(margin=MARGIN, near=near))
     assert rows is not None
     return rows
 
 
-def gap(state: Array, planes: HalfPlanes, k: int) -> Array:
-    """n · (c - b) - h - margin, Eq. (H1), of all discs and sides of stage k with its planes held."""
-    c = disc_centres(state[None], DISCS)[0]
-    chosen = slice(k * 5, k * 5 + 5)
-    to, normal = c[:, None, :] - planes.point[chosen], planes.normal[chosen]
-    # With the body turned back to the x-axis, the normal's components are n·u and n·v.
-    angle = np.arctan2(normal[..., 1], normal[..., 0]) - state[PHI]
-    reach = DISCS.reach(np.cos(angle), np.sin(angle)).value
-    return np.asarray((normal * to).sum(axis=-1) - reach - MARGIN)
+def gap(states: Array, about: Array, contacts: Contacts) -> Array:
+    """d - margin, Eq. (H1), of all pieces and sides at `states` with the half-planes and points held."""
+    return FrozenPlanes.of(contacts, about).at(states).apart - MARGIN
 
 
 def test_rows_are_the_half_planes_and_their_slopes(corridor: Corridor, states: Array) -> None:
-    planes = planes_of(corridor, states)
-    rows = rows_about(states, planes, near=1e3)
-    assert rows.slopes.shape == (12, 5, 3, 3)
-    for k, state in enumerate(states):
-        np.testing.assert_allclose(-rows.lower[k], gap(state, planes, k), atol=1e-9)
-
-        def held(pose: Array, k: int = k) -> Array:
-            return gap(np.append(pose, np.zeros(3)), planes, k)
-
-        np.testing.assert_allclose(rows.slopes[k], slopes(held, state[:3]), atol=1e-7)
+    contacts = contacts_of(corridor, states)
+    rows = rows_about(states, contacts)
+    assert rows.slopes.shape == (12, PIECES, 3, 3)
+    np.testing.assert_allclose(-rows.lower, contacts.apart - MARGIN, atol=1e-12)
+    for column in range(POSE):
+        step = 1e-6 * np.eye(6)[column]
+        ahead, behind = (gap(states + h, states, contacts) for h in (step, -step))
+        np.testing.assert_allclose(rows.slopes[..., column], (ahead - behind) / 2e-6, atol=1e-7)
 
 
-def turned_walls(states: Array, seed: int = 2) -> HalfPlanes:
-    """Of each disc three walls at any angle, most of them ahead or behind, 0.4 m to 2 m from its centre."""
-    random = np.random.default_rng(seed)
-    centres = disc_centres(states, DISCS).reshape(-1, 2)
-    shape = (len(centres), 3)
-    heading = np.repeat(states[:, PHI], len(DISCS.offsets))[:, None]
-    angle = heading + random.choice([0.0, np.pi], shape) + random.normal(0.0, 0.6, shape)
-    normal, distance = np.stack([np.cos(angle), np.sin(angle)], axis=-1), random.uniform(0.4, 2.0, shape)
-    return HalfPlanes(
-        point=centres[:, None, :] - distance[..., None] * normal,
-        normal=normal,
-        distance=distance,
-        feature=np.zeros(shape, dtype=np.int64),
-        sample=np.zeros(shape, dtype=np.int64),
-    )
+def test_rows_are_mirrored_with_the_body(corridor: Corridor, states: Array) -> None:
+    rows = rows_about(states, contacts_of(corridor, states))
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, -0.4), [(1, -0.1, 15.0), (1, 0.1, 15.0)])
+    block = np.array([[4.0, -4.0], [5.0, -4.0], [5.0, -5.0]])
+    other = states * [1.0, -1.0, -1.0, 1.0, 1.0, 1.0]
+    there = Corridor.from_offsets(path, left=3.0, right=-3.0, obstacles=[block])
+    mirrored = rows_about(other, contacts_of(there, other))
+    sides = [1, 0, 2]
+    np.testing.assert_allclose(mirrored.lower[..., sides], rows.lower, atol=2e-3)  # walls are simplified
+    np.testing.assert_allclose(mirrored.slopes[..., sides, :], rows.slopes * [1.0, -1.0, -1.0], atol=0.1)
 
 
-def test_rows_of_walls_ahead_have_the_slopes_of_what_the_body_reaches() -> None:
-    states = np.zeros((12, 6))
-    states[:, :POSE] = np.random.default_rng(1).uniform(-3.0, 3.0, (12, POSE))
-    planes = turned_walls(states)
-    rows = rows_about(states, planes)
-    reach = rows.lower + planes.distance.reshape(rows.lower.shape) - MARGIN
-    ahead = reach < DISCS.radius - 1e-9
-    assert 0.5 < ahead.mean() < 1.0
-    for k, state in enumerate(states):
-        np.testing.assert_allclose(-rows.lower[k], gap(state, planes, k), atol=1e-9)
-
-        def held(pose: Array, k: int = k) -> Array:
-            return gap(np.append(pose, np.zeros(3)), planes, k)
-
-        np.testing.assert_allclose(rows.slopes[k], slopes(held, state[:POSE]), atol=1e-7)
-
-
-def test_rows_of_walls_ahead_are_mirrored_and_turned_with_the_body() -> None:
-    states = np.zeros((12, 6))
-    states[:, :POSE] = np.random.default_rng(1).uniform(-3.0, 3.0, (12, POSE))
-    planes = turned_walls(states)
-    rows = rows_about(states, planes)
-    other, flip = states.copy(), np.array([1.0, -1.0])
-    other[:, [Y, PHI]] *= -1.0
-    mirrored = rows_about(other, replace(planes, point=planes.point * flip, normal=planes.normal * flip))
-    np.testing.assert_allclose(mirrored.lower, rows.lower, atol=1e-12)
-    np.testing.assert_allclose(mirrored.slopes, rows.slopes * [1.0, -1.0, -1.0], atol=1e-12)
-
-
-def test_a_wall_exactly_ahead_may_be_as_near_as_the_margin_and_what_rounds() -> None:
-    vehicle = Vehicle()
-    nearest = vehicle.front + MARGIN + Footprint().rounding * DISCS.half_width
-    states = np.zeros((1, 6))
-    for far, lacks in ((nearest + 1e-6, False), (nearest - 1e-6, True)):
-        distance = far - disc_centres(states, DISCS)[0, :, X]
-        planes = HalfPlanes(
-            point=np.tile([far, 0.0], (5, 1, 1)),
-            normal=np.tile([-1.0, 0.0], (5, 1, 1)),
-            distance=distance[:, None],
-            feature=np.zeros((5, 1), dtype=np.int64),
-            sample=np.zeros((5, 1), dtype=np.int64),
-        )
-        assert (rows_about(states, planes).lower.max() > 0.0) == lacks
+@pytest.mark.parametrize("turned", [0.0, np.pi / 2, np.pi, -np.pi / 2])
+def test_the_margin_is_the_same_all_round_the_body(turned: float) -> None:
+    vehicle, wall = Vehicle(), 9.0
+    leading = {0.0: vehicle.front, np.pi: vehicle.rear}.get(turned, 0.5 * vehicle.width)
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 5.0)])
+    block = [(wall, -9.0), (wall + 1.0, -9.0), (wall + 1.0, 9.0), (wall, 9.0)]
+    corridor = Corridor.from_offsets(path, left=90.0, right=-90.0, obstacles=[block])
+    for room, lacks in ((MARGIN + 1e-6, False), (MARGIN - 1e-6, True)):
+        states = np.array([[wall - leading - room, 0.0, turned, 0.0, 0.0, 0.0]])
+        assert (rows_about(states, contacts_of(corridor, states)).lower.max() > 0.0) == lacks
 
 
 def test_a_move_that_a_row_allows_is_allowed_by_the_half_plane_to_second_order(
     corridor: Corridor, states: Array
 ) -> None:
-    planes = planes_of(corridor, states)
-    rows = rows_about(states, planes, near=1e3)
+    contacts = contacts_of(corridor, states)
+    rows = rows_about(states, contacts)
     for size, most in ((0.1, 0.07), (0.01, 0.0007)):
         move = size * np.array([0.5, -0.3, 1.0])
-        for k, state in enumerate(states):
-            linear = rows.slopes[k] @ move - rows.lower[k]
-            moved = state.copy()
-            moved[:3] += move
-            assert np.abs(gap(moved, planes, k) - linear).max() < most
+        linear = rows.slopes @ move - rows.lower
+        moved = states.copy()
+        moved[:, :POSE] += move
+        assert np.abs(gap(moved, states, contacts) - linear).max() < most
 
 
 def test_far_and_missing_boundaries_do_not_act(corridor: Corridor, states: Array) -> None:
-    planes = planes_of(corridor, states)
-    rows = rows_about(states, planes, near=0.5)
-    far = planes.distance.reshape(12, 5, 3) > DISCS.radius + MARGIN + 0.5
+    rows = rows_about(states, contacts_of(corridor, states), near=0.5)
+    far = contacts_of(corridor, states).apart > MARGIN + 0.5
     assert far.any()
     assert not far.all()
     np.testing.assert_array_equal(rows.slopes.any(axis=-1), ~far)
     assert (rows.lower[far] < -10.0).all()
     assert np.isfinite(rows.lower).all()
-    none = HalfPlanes(
-        point=np.zeros((60, 2, 2)),
-        normal=np.zeros((60, 2, 2)),
-        distance=np.full((60, 2), np.inf),
-        feature=np.full((60, 2), -1),
-        sample=np.full((60, 2), -1),
-    )
-    assert corridor_rows(states, none, DISCS, Footprint(margin=MARGIN, near=1e3), no_corners) is None
+    away = states + 1e4 * np.eye(6)[0]
+    none = contacts_of(corridor, away, near=0.5)
+    assert corridor_rows(away[:, PHI].copy(), none, Footprint(margin=MARGIN, near=0.5)) is None
+
+
+def test_between_walls_that_face_each_other_the_margin_is_what_they_leave() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
+    half, passage = 0.5 * Vehicle().width, NarrowPassage()
+    for room, kept in ((0.5, MARGIN), (0.11, 0.11 - passage.strip), (0.06, 0.05)):
+        corridor = Corridor.from_offsets(path, left=half + room, right=-half - room)
+        states = np.array([[10.0, 0.02, 0.0, 0.0, 0.0, 0.0]])
+        contacts = contacts_of(corridor, states)
+        rows = corridor_rows(np.zeros(1), contacts, Footprint(margin=MARGIN), passage, 0.05)
+        assert rows is not None
+        np.testing.assert_allclose((rows.lower + contacts.apart)[..., :2], kept, atol=1e-12)
 
 
 STAYS = np.tile(np.eye(POSE, MEASURED), (12, 1, 1))
@@ -211,7 +170,7 @@ def relieved(
 
 
 def test_without_a_lack_of_margin_nothing_is_admitted(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, planes_of(corridor, states), near=1e3)
+    rows = rows_about(states, contacts_of(corridor, states))
     free = rows.lower < 0.0
     assert free.any()
     elapsed = np.linspace(0.0, 3.0, len(states))
@@ -221,9 +180,9 @@ def test_without_a_lack_of_margin_nothing_is_admitted(corridor: Corridor, states
 def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin(
     corridor: Corridor, states: Array
 ) -> None:
-    rows = rows_about(states, planes_of(corridor, states), near=1e3)
+    rows = rows_about(states, contacts_of(corridor, states))
     elapsed = np.full(len(states), 1e-9)
-    aside = -0.05 * rows.slopes[4, 2, 0]  # straight into the half-plane of one disc
+    aside = -0.05 * rows.slopes[4, 2, 0]  # straight into the half-plane of one piece
     short = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
     missing = -float(rows.slopes[4, 2, 0] @ aside)
     at_once = relieved(short, aside, elapsed, margin=1.0)[4, 2, 0]
@@ -248,7 +207,7 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
 def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
     corridor: Corridor, states: Array
 ) -> None:
-    rows = rows_about(states, planes_of(corridor, states), near=1e3)
+    rows = rows_about(states, contacts_of(corridor, states))
     lower = np.full_like(rows.lower, -9.0)
     lower[0, 1, 0], lower[6, 2, 1], lower[7, 0, 0] = 0.5, 0.3, 0.9
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
@@ -270,7 +229,7 @@ def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
 
 
 def test_a_little_beyond_the_margin_changes_little(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, planes_of(corridor, states), near=1e3)
+    rows = rows_about(states, contacts_of(corridor, states))
     lower = np.full_like(rows.lower, -9.0)
     lower[0, 1, 0] = 0.1
     elapsed = np.linspace(0.05, 3.0, len(states))
@@ -309,9 +268,9 @@ def test_the_first_stage_drifts_however_soon_the_margin_is_to_be_back() -> None:
 
 
 def test_what_trails_may_swing_out_until_it_is_back(corridor: Corridor, states: Array) -> None:
-    rows = rows_about(states, planes_of(corridor, states), near=1e3)
+    rows = rows_about(states, contacts_of(corridor, states))
     lower = np.full_like(rows.lower, -9.0)
-    lower[0, 0, 1] = 0.02  # the leading disc lacks that
+    lower[0, 0, 1] = 0.02  # the leading piece lacks that
     short = CorridorRows(np.zeros_like(rows.slopes), lower)
     trails = np.array([0.0, 0.0, 0.5, 1.5, 3.0])
     late = np.full(len(states), 2.0 * RETURN_TIME)

@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Pose2, ReferencePath
 from rti_mpcc.model.layout import PHI
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
@@ -37,16 +37,3 @@ def test_frenet_errors_do_not_depend_on_the_frame() -> None:
     np.testing.assert_allclose(local.lag, world.lag, atol=1e-9)
     np.testing.assert_allclose(local.contouring, world.contouring, atol=1e-9)
     np.testing.assert_allclose(local.heading, world.heading, atol=1e-12)
-
-
-def test_half_planes_turn_with_the_frame() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.3), [(1, 0.1, 10.0)])
-    corridor = Corridor.from_offsets(path, left=2.0, right=-2.0)
-    points = np.array([[3.0, 1.0], [6.0, 3.0]])
-    world = corridor.half_planes(0, points)
-    frame = LocalFrame(x=1.0, y=2.0, phi=0.9)
-    shift = np.array([0.02, -0.03, 0.0])  # both tell the same gain in distance for a shift
-    local_shift = frame.states_in(shift + np.array([1.0, 2.0, 0.9]))[:2]
-    np.testing.assert_allclose(
-        frame.planes_in(world).normal @ local_shift, world.normal @ shift[:2], atol=1e-12
-    )

@@ -6,8 +6,10 @@ from math import exp, log, tan
 import numpy as np
 import pytest
 
-from geometry import Corridor, HalfPlanes, PathPart, Pose2, ReferencePath
+from geometry import Corridor, PathPart, Pose2, ReferencePath
+from geometry.contacts import ACROSS, ALONG
 from rti_mpcc.config import Comfort, Weights
+from rti_mpcc.model.footprint import AXLE
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.objectives import (
@@ -15,7 +17,7 @@ from rti_mpcc.ocp.objectives import (
     StageWeights,
     WeightSlopes,
 )
-from rti_mpcc.ocp.stage_cost import QuadraticCost, quadratic_cost
+from rti_mpcc.ocp.stage_cost import QuadraticCost, SoftWalls, quadratic_cost
 from rti_mpcc.types import Array
 from tests.rti_mpcc.differences import slopes
 
@@ -103,7 +105,11 @@ class Setting:
         self.states[:, THETA] = theta + random.uniform(-0.5, 0.5, N + 1)
         self.controls = random.uniform(-1.0, 1.0, (N, CONTROLS))
         corridor = Corridor.from_offsets(path, left=2.2, right=-2.4)
-        self.walls: HalfPlanes = corridor.half_planes(0, self.states[:, :2])
+        poses = np.column_stack([self.states[:, :2], np.zeros(N + 1)])
+        near = corridor.contacts(0, AXLE, poses, within=9.0, outward=0.0)
+        normal = near.values[:, 0, :, ALONG : ACROSS + 1].copy()
+        self.walls = SoftWalls(distance=near.apart[:, 0].copy(), normal=normal)
+        self.points = self.states[:, None, :2] - self.walls.distance[..., None] * normal
 
     def model(self, weights: StageWeights) -> QuadraticCost:
         reference = self.part.reference(self.states[:, THETA])
@@ -131,7 +137,7 @@ class Setting:
             total += w.lateral_acceleration[k] * lateral**2
             total += w.comfort.lateral_acceleration[k] * discomfort(lateral, COMFORT.lateral_acceleration)
             for side in range(2):
-                away = np.array([x, y]) - self.walls.point[k, side]
+                away = np.array([x, y]) - self.points[k, side]
                 distance = float(self.walls.normal[k, side] @ away)
                 total += w.bound_distance[k] * max(0.0, 2.0 - distance) ** 2
                 total += w.bound_speed[k] * v**2 * max(0.0, 2.5 - distance) ** 2

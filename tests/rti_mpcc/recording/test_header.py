@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Narrowing, PathPart, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, SolverSettings, SpeedProfile
+from rti_mpcc.config import ControllerConfig, SolverSettings, SpeedProfile, Vehicle
 from rti_mpcc.docking import DockingController
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.recording import Header
 from rti_mpcc.recording.codec import structured
 from rti_mpcc.recording.lines import from_line, to_line
@@ -75,11 +76,13 @@ def test_path(name: str, tmp_path: Path) -> None:
 )
 def test_corridor(path: ReferencePath, corridor: Corridor) -> None:
     again = Corridor.from_lines(back(header_of(path, corridor)).corridor)
-    points = np.random.default_rng(0).uniform(-5.0, 25.0, (200, 2))
+    poses = np.random.default_rng(0).uniform(-5.0, 25.0, (200, 3))
     for part in range(len(path.parts)):
-        one, two = (each.half_planes(part, points) for each in (corridor, again))
-        for field in ("point", "normal", "distance", "feature", "sample"):
-            assert getattr(one, field).tobytes() == getattr(two, field).tobytes()
+        one, two = (
+            each.contacts(part, body_of(Vehicle(), 2), poses, within=5.0, outward=0.02).values
+            for each in (corridor, again)
+        )
+        assert one.tobytes() == two.tobytes()
     assert again.narrowest() == corridor.narrowest()
     assert all(map(np.array_equal, again.obstacles, corridor.obstacles))
 

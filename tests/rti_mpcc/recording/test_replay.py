@@ -133,7 +133,7 @@ def test_a_clock_of_any_mood_replays_bit_for_bit(tmp_path: Path, seed: int) -> N
         return eventful(cycle, state) | {"clock": Moody(random)}
 
     file = tmp_path / "moody.jsonl"
-    precise = SolverSettings(tolerance=1e-6)  # so that QPs take several slices
+    precise = SolverSettings(tolerance=1e-8)  # so that QPs take several slices
     with Recorder(controller(solver=precise), file) as recorder:
         drive(recorder, range(60), given)
     decisions = [cycle.decisions for cycle in read_recording(file).cycles]

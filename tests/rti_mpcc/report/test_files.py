@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from rich.console import Console
 
-from rti_mpcc.report import overview
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.table import summary_table
 from rti_mpcc.simulation import RunResult
@@ -49,21 +47,6 @@ def test_pictures_are_written_unless_not_wanted(
     assert sorted(names) == sorted(file.name for file in tmp_path.iterdir())
     for file in written[2:]:
         assert file.read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize("discs", [True, False])
-def test_discs_reach_the_overview(
-    run: RunResult, figures: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, discs: bool
-) -> None:
-    asked = []
-
-    def figure(result: RunResult, *, discs: bool) -> Figure:
-        asked.append(discs)
-        return Figure()
-
-    monkeypatch.setattr(overview, "overview_figure", figure)
-    write_files(run, figures, tmp_path, discs=discs)
-    assert asked == [discs]
 
 
 def test_summary_with_infinity_is_not_written(

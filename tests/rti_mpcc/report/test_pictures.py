@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.collections import PatchCollection, PolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from estimation import Judgement, Outcome
@@ -30,7 +30,6 @@ def test_overview_shows_path_corridor_bodies_goal_and_obstacles(run: RunResult) 
     assert legend is not None
     labels = {text.get_text() for text in legend.get_texts()}
     assert {"path", "corridor", "obstacle", "goal", "body each second", "body at the end"} <= labels
-    assert "discs" not in labels
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [m]", "y [m]")
     assert axes.get_aspect() == 1.0
     # At 0, 1, 2, 3 s and at the end.
@@ -44,12 +43,6 @@ def test_goal_body_stands_at_the_goal(run: RunResult) -> None:
     x, y, phi = run.truth.goals[-1]
     ahead = 0.5 * (3.6775 - 0.8027)
     assert corners.mean(axis=0) == pytest.approx((x + ahead * np.cos(phi), y + ahead * np.sin(phi)), abs=1e-9)
-
-
-def test_overview_shows_discs_on_request(run: RunResult) -> None:
-    discs = collection(overview_figure(run, discs=True), "discs")
-    assert isinstance(discs, PatchCollection)
-    assert len(discs.get_paths()) == 5 * run.config.footprint.discs
 
 
 def goal_labels(figure: Figure) -> list[str]:

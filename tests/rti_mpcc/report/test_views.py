@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Footprint
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.views import TIGHT, ObservedCycle, Observer, held_by
 from rti_mpcc.simulation import RunResult, docking_controller
@@ -21,7 +21,7 @@ from tests.rti_mpcc.docking_runs import short
 REST = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
 CONFIG = ControllerConfig()
 MARGIN = CONFIG.footprint.margin
-RADIUS = 0.5 * float(np.hypot((3.6775 + 0.8027) / CONFIG.footprint.discs, 2.069))
+HALF_WIDTH = 0.5 * CONFIG.vehicle.width
 LEFT, RIGHT = 3.0, -4.0
 
 
@@ -93,38 +93,37 @@ def test_inside_is_that_of_the_cycles_own_qp(recorded: bool, tmp_path: Path) -> 
     ("room", "active", "lack"),
     [(MARGIN + 2.0 * TIGHT, False, 0.0), (MARGIN + 0.5 * TIGHT, True, 0.0), (MARGIN - 0.02, True, 0.02)],
 )
-def test_half_plane_is_active_where_a_disc_has_hardly_more_than_the_margin(
+def test_half_plane_is_active_where_the_body_has_hardly_more_than_the_margin(
     command: Command, room: float, active: bool, lack: float
 ) -> None:
-    planes, lacking = held_by(along(command, LEFT - RADIUS - room), straight(), CONFIG)
+    planes, lacking = held_by(along(command, LEFT - HALF_WIDTH - room), straight(), CONFIG)
     assert lacking == pytest.approx(np.full(CONFIG.stages, lack), abs=1e-6)
-    assert len(planes.points) == (CONFIG.stages * CONFIG.footprint.discs if active else 0)
+    assert len(planes.points) == (CONFIG.stages * CONFIG.footprint.pieces if active else 0)
     assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), LEFT), abs=1e-9)
     assert planes.normals == pytest.approx(np.tile([0.0, -1.0], (len(planes.points), 1)), abs=1e-6)
 
 
 def test_stages_are_told_apart(command: Command) -> None:
     sideways = np.zeros(CONFIG.stages + 1)
-    sideways[7] = RIGHT + RADIUS + MARGIN - 0.03
+    sideways[7] = RIGHT + HALF_WIDTH + MARGIN - 0.03
     planes, lacking = held_by(along(command, sideways), straight(), CONFIG)
     assert np.flatnonzero(lacking).tolist() == [6]
-    assert len(planes.points) == CONFIG.footprint.discs
-    assert planes.normals[:, 1] == pytest.approx(np.ones(CONFIG.footprint.discs))
+    assert len(planes.points) == CONFIG.footprint.pieces
+    assert planes.normals[:, 1] == pytest.approx(np.ones(CONFIG.footprint.pieces))
 
 
 def test_obstacles_hold_a_plan_too(command: Command) -> None:
-    block = np.array([[14.0, 1.2], [15.0, 1.2], [15.0, 2.0], [14.0, 2.0]])
+    block = np.array([[14.0, 1.1], [15.0, 1.1], [15.0, 2.0], [14.0, 2.0]])
     assert len(held_by(along(command, 0.0), straight(), CONFIG)[0].points) == 0
     planes, _ = held_by(along(command, 0.0), straight(obstacles=(block,)), CONFIG)
     assert len(planes.points) > 0
-    assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), 1.2), abs=1e-9)
+    assert planes.points[:, 1] == pytest.approx(np.full(len(planes.points), 1.1), abs=1e-9)
 
 
 def test_a_wall_ahead_holds_a_plan_where_the_body_comes_near_it(command: Command) -> None:
-    """The plan ends at 20 m; there the front disc, but not the body, reaches beyond the first wall."""
+    """The plan ends at 20 m."""
     vehicle = CONFIG.vehicle
-    body = Footprint().rounding * 0.5 * vehicle.width  # what (H6) adds to it
-    for room, lack in ((0.3, 0.0), (MARGIN + body - 0.04, 0.04)):
+    for room, lack in ((MARGIN + 0.01, 0.0), (MARGIN - 0.04, 0.04)):
         near = 20.0 + vehicle.front + room
         block = np.array([[near, -1.5], [near + 0.3, -1.5], [near + 0.3, 1.5], [near, 1.5]])
         planes, lacking = held_by(along(command, 0.0), straight(obstacles=(block,)), CONFIG)

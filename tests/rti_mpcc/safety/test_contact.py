@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Footprint
-from rti_mpcc.model.footprint import body_polygons, cover, disc_centres
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import THETA
-from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety import contact
 from rti_mpcc.types import Array, Trajectory
-from tests.rti_mpcc.corners import no_corners
 from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig()
@@ -117,33 +115,13 @@ def test_the_way_needed_is_that_of_stopping_in_comfort_a_share_more_and_room() -
     assert contact.stopping_distance(-2.0, CONFIG) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("discs", [1, 3, 5])
-def test_at_the_stop_clearance_the_discs_are_free(discs: int) -> None:
-    """Where the body stops so far before a wall, no corridor row is violated."""
-    config = ControllerConfig(footprint=Footprint(discs=discs))
-    stop = WALL_AT - config.vehicle.front - contact.stop_clearance(config)
-    shape = cover(config.vehicle, config.footprint)
-    centres = disc_centres(np.array([[stop, 0.0, 0.0, 0.0, 0.0, stop]]), shape)
-    gap = WALL_AT - centres[0, :, 0].max() - shape.radius
-    assert gap >= config.footprint.margin
-    assert gap == pytest.approx(config.footprint.margin + CONFIG.caution.check_spacing)
-
-
-def test_what_a_wall_ahead_hides_from_the_rows_is_found() -> None:
-    """(H6): a post at the body's corner, farther from the disc's centre than the wall ahead of it."""
-    vehicle, end, half = CONFIG.vehicle, 15.0, 0.5 * CONFIG.vehicle.width
-    front = end + vehicle.front
-    boxes = ((front + 0.2, front + 0.5, -1.5, 1.5), (front - 0.1, front + 0.1, half - 0.1, half + 0.5))
-    outlines = [np.array([[a, c], [b, c], [b, d], [a, d]]) for a, b, c, d in boxes]
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
-    inside = Corridor.from_offsets(path, left=3.0, right=-3.0, obstacles=outlines)
-    plan, discs = straight_on(10.0, end), cover(vehicle, CONFIG.footprint)
-    planes = inside.half_planes(0, disc_centres(plan.states[1:], discs).reshape(-1, 2))
-    footprint = CONFIG.footprint
-    rows = corridor_rows(plan.states[1:], planes, discs, footprint, no_corners)
-    assert rows is not None
-    assert rows.lower[-1].max() <= 0.0
-    assert way(plan, inside) < np.inf
+def test_at_the_stop_clearance_no_row_is_violated_and_there_is_room_to_swing_out() -> None:
+    vehicle = CONFIG.vehicle
+    room = contact.stop_clearance(CONFIG)
+    pose = np.array([[WALL_AT - vehicle.front - room, 0.0, 0.0]])
+    found = corridor().contacts(0, body_of(vehicle, 2), pose, within=9.0, outward=0.0)
+    assert found.apart[0, 1, 2] == pytest.approx(room)
+    assert room > CONFIG.footprint.margin + CONFIG.caution.check_spacing + 0.3 * vehicle.width
 
 
 # -- what the body overlaps ----------------------------------------------------------------------------------
@@ -283,9 +261,6 @@ def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
     plan, walker = straight_on(0.0, 4.0), walking(4.5, 4.4, 1.0, -0.5 * np.pi)
     assert contact.distance_to_moving(plan, [walker], 0.0, CONFIG, 1.0) == np.inf
     assert contact.distance_to_moving(plan, [walker], 0.9, CONFIG, 1.0) < np.inf
-
-
-DISCS = cover(CONFIG.vehicle, CONFIG.footprint)
 
 
 def test_between_coarse_stages_nothing_is_missed() -> None:

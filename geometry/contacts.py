@@ -1,0 +1,306 @@
+"""Where the pieces of a body are nearest to what stands, and the half-planes that keep them apart there.
+
+For each piece of the body and each owner of shapes it is the nearest pair of features: a corner of the piece
+and an edge or corner of a shape, or a corner of a shape and an edge of the piece, with its signed distance
+and normal. As the body moves the distance changes by (S2) of geometry.convex: that is the half-plane that the
+piece is to stay in. Of pairs that are about equally near the one farther out along the body counts, by a
+share `outward` of how much farther out it is: beside a straight wall its ends are what a turn brings nearer.
+
+The shapes are convex polygons, or segments of lines that have an allowed side, the left one. A piece that a
+segment crosses is to get out along the segment's left normal, or at right angles to one of its own edges if
+that is shorter and no way to the right; one that is wholly beyond the nearest segment, along its left normal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, inf, sin, sqrt
+from typing import Final
+
+import numpy as np
+
+from geometry.arrays import Array, Complex, Index
+from geometry.compiled import Array1, Array2, Index1, Out3, inner, kernel
+from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
+from geometry.shape_grid import Body, ShapeGrid, cell_at, to_box
+
+APART: Final = 0
+ALONG: Final = 1
+ACROSS: Final = 2
+AT_X: Final = 3
+AT_Y: Final = 4
+CONTACT: Final = 5
+_SAME: Final = 1e-9
+"""Of a distance, by which two are told from one another."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Contacts:
+    """Contacts of the p pieces of a body at n poses with each of s sides.
+
+    Attributes:
+        values: (n, p, s, 5) signed distance [m], normal, out of the shape, and the point of the piece [m],
+            both in the frame of the body; +inf and 0 where nothing is as near as was asked for.
+    """
+
+    values: Array
+
+    @property
+    def apart(self) -> Array:
+        """Signed distances (n, p, s) [m]."""
+        return self.values[..., APART]
+
+    @property
+    def normal(self) -> Complex:
+        """Normals (n, p, s), along the body + i across it."""
+        normal: Complex = self.values[..., ALONG] + 1j * self.values[..., ACROSS]
+        return normal
+
+    @property
+    def at(self) -> Complex:
+        """Points of the pieces (n, p, s), along the body + i across it [m]."""
+        at: Complex = self.values[..., AT_X] + 1j * self.values[..., AT_Y]
+        return at
+
+    @property
+    def turning(self) -> Array:
+        """How the distances (n, p, s) grow as the body turns to the left [m/rad], the last term of (S2)."""
+        values = self.values
+        return values[..., AT_X] * values[..., ACROSS] - values[..., AT_Y] * values[..., ALONG]
+
+
+def contacts(
+    body: Body,
+    poses: Array,
+    grid: ShapeGrid,
+    *,
+    owner: Index,
+    owners: int,
+    lines: bool,
+    within: float,
+    outward: float,
+) -> Array:
+    """Return the `Contacts.values` (n, pieces, owners, 5) of a body at `poses` (n, 3).
+
+    Args:
+        owner: (shapes,) whose each is, below `owners`; lines: whether they are segments with an allowed side.
+        within: what is farther away is left out [m]; outward: see the module.
+    """
+    found = np.zeros((len(poses), (len(body.starts) - 1) * owners, CONTACT))
+    found[:, :, APART] = inf
+    _contacts(
+        body.corners, body.starts, body.middle, body.half, poses,
+        grid.corners, grid.starts, owner, grid.circles,
+        grid.origin, grid.cell, grid.counts, grid.begins, grid.members, within, outward, lines, owners, found,
+    )  # fmt: skip
+    return found.reshape(len(poses), len(body.starts) - 1, owners, CONTACT)
+
+
+@kernel
+def _contacts(
+    body: Array2,
+    pieces: Index1,
+    middle: Array1,
+    half: Array1,
+    poses: Array2,
+    corners: Array2,
+    starts: Index1,
+    owner: Index1,
+    circles: Array2,
+    origin: Array1,
+    cell: float,
+    counts: Index1,
+    begins: Index1,
+    members: Index1,
+    within: float,
+    outward: float,
+    lines: bool,
+    owners: int,
+    found: Out3,
+) -> None:
+    boxes = _boxes(body, pieces)
+    most = 2
+    for i in range(len(circles)):
+        most = max(most, starts[i + 1] - starts[i])
+    shape, witness = np.empty((most, 2)), np.empty(WITNESS)
+    asked_for = np.full(len(circles), -1)
+    slots = (len(pieces) - 1) * owners
+    # Of each slot: by what its contact was chosen, the least distance, and for lines what tells on which side
+    # of them the piece is: heights over the segments, how many, how many beyond their ends, the nearest.
+    chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
+    ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
+    reach, spread = hypot(half[0], half[1]) + within, 2.0 * outward * hypot(half[0], half[1])
+    for n in range(len(poses)):
+        x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
+        at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
+        chosen[:], least[:], nearest[:] = inf, inf, -1
+        first_row, last_row = (
+            cell_at(at_y - reach, origin[1], cell, counts[1]),
+            cell_at(at_y + reach, origin[1], cell, counts[1]),
+        )
+        first_column, last_column = (
+            cell_at(at_x - reach, origin[0], cell, counts[0]),
+            cell_at(at_x + reach, origin[0], cell, counts[0]),
+        )
+        for row in range(first_row, last_row + 1):
+            for column in range(first_column, last_column + 1):
+                at = row * counts[0] + column
+                for k in range(begins[at], begins[at + 1]):
+                    i = members[k]
+                    if asked_for[i] == n:
+                        continue
+                    asked_for[i] = n
+                    dx, dy = circles[i, 0] - x, circles[i, 1] - y
+                    ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, circles[i, 2]
+                    if to_box(ahead - middle[0], aside - middle[1], half) - radius > within:
+                        continue
+                    count = starts[i + 1] - starts[i]
+                    _in_frame(corners, starts[i], count, x, y, c, s, shape)
+                    for piece in range(len(pieces) - 1):
+                        slot, first, stop = piece * owners + owner[i], pieces[piece], pieces[piece + 1]
+                        limit = min(within, least[slot] * (1.0 + 2.0 * _SAME) + spread)
+                        apart = to_box(ahead - boxes[piece, 0], aside - boxes[piece, 1], boxes[piece, 2:])
+                        if apart - radius > limit:
+                            continue
+                        distance_between(body, first, stop, shape, 0, count, limit, witness)
+                        value = witness[VALUE]
+                        if value >= limit:
+                            continue
+                        if lines:
+                            length, left_x, left_y = _left_of(shape)
+                            to_x, to_y = witness[ON_A_X] - shape[0, 0], witness[ON_A_Y] - shape[0, 1]
+                            over = to_x * left_y - to_y * left_x
+                            if value < least[slot] * (1.0 - _SAME):
+                                # A line of one point has no sides.
+                                height[slot], ties[slot], ends[slot] = 0.0, 0, 0
+                                nearest[slot] = i if length > 0.0 else -1
+                            if value <= min(least[slot], within) * (1.0 + _SAME):
+                                height[slot] += to_x * left_x + to_y * left_y
+                                ties[slot] += 1
+                                ends[slot] += over < 0.0 or over > length
+                            if value <= 0.0 and length > 0.0:
+                                _out_of_line(body, first, stop, shape, left_x, left_y, witness)
+                        least[slot] = min(least[slot], value)
+                        if value > 0.0:
+                            _reach_out(body, first, stop, shape, count, middle[0], outward, witness)
+                        key = witness[VALUE] - outward * abs(witness[ON_A_X] - middle[0])
+                        if key < chosen[slot]:
+                            chosen[slot] = key
+                            _keep(witness, found, n, slot)
+        if lines:
+            for slot in range(slots):
+                at_open_end = ties[slot] == 1 and ends[slot] == 1
+                if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
+                    _in_frame(corners, starts[nearest[slot]], 2, x, y, c, s, shape)
+                    length, left_x, left_y = _left_of(shape)
+                    piece = slot // owners
+                    _behind(body, pieces[piece], pieces[piece + 1], shape, left_x, left_y, witness)
+                    _keep(witness, found, n, slot)
+
+
+@inner
+def _boxes(body: Array, pieces: Index) -> Array:
+    """Middle and half lengths (pieces, 4) of the bounding boxes of pieces."""
+    boxes = np.empty((len(pieces) - 1, 4))
+    for piece in range(len(pieces) - 1):
+        for axis in range(2):
+            low, high = inf, -inf
+            for j in range(pieces[piece], pieces[piece + 1]):
+                low, high = min(low, body[j, axis]), max(high, body[j, axis])
+            boxes[piece, axis], boxes[piece, 2 + axis] = 0.5 * (low + high), 0.5 * (high - low)
+    return boxes
+
+
+@inner
+def _in_frame(
+    corners: Array, first: int, count: int, x: float, y: float, c: float, s: float, shape: Array
+) -> None:
+    """The corners of a shape as they are seen from a body at x, y, its heading given by c and s."""
+    for j in range(count):
+        dx, dy = corners[first + j, 0] - x, corners[first + j, 1] - y
+        shape[j, 0], shape[j, 1] = c * dx + s * dy, c * dy - s * dx
+
+
+@inner
+def _left_of(segment: Array) -> tuple[float, float, float]:
+    """Length and left normal of a segment."""
+    dx, dy = segment[1, 0] - segment[0, 0], segment[1, 1] - segment[0, 1]
+    length = hypot(dx, dy)
+    if length == 0.0:
+        return 0.0, 0.0, 0.0
+    return length, -dy / length, dx / length
+
+
+@inner
+def _keep(witness: Array, found: Array, n: int, slot: int) -> None:
+    found[n, slot, APART] = witness[VALUE]
+    found[n, slot, ALONG], found[n, slot, ACROSS] = witness[NORMAL_X], witness[NORMAL_Y]
+    found[n, slot, AT_X], found[n, slot, AT_Y] = witness[ON_A_X], witness[ON_A_Y]
+
+
+@inner
+def _reach_out(
+    body: Array,
+    first: int,
+    stop: int,
+    shape: Array,
+    count: int,
+    middle: float,
+    outward: float,
+    witness: Array,
+) -> None:
+    """Put a corner of the piece that stands over an edge of the shape in the place of the nearest pair, if it
+    is about as near and farther out."""
+    best = witness[VALUE] - outward * abs(witness[ON_A_X] - middle)
+    for j in range(1 if count == 2 else count):
+        m = j + 1 if j + 1 < count else 0
+        edge_x, edge_y = shape[m, 0] - shape[j, 0], shape[m, 1] - shape[j, 1]
+        square = edge_x * edge_x + edge_y * edge_y
+        for k in range(first, stop):
+            out = outward * abs(body[k, 0] - middle)
+            to_x, to_y = body[k, 0] - shape[j, 0], body[k, 1] - shape[j, 1]
+            along = to_x * edge_x + to_y * edge_y
+            if along < 0.0 or along > square or square == 0.0:
+                continue
+            apart_x, apart_y = to_x - along / square * edge_x, to_y - along / square * edge_y
+            apart = sqrt(apart_x * apart_x + apart_y * apart_y)
+            if 0.0 < apart < best + out:
+                best = apart - out
+                witness[VALUE], witness[ON_A_X], witness[ON_A_Y] = apart, body[k, 0], body[k, 1]
+                witness[NORMAL_X], witness[NORMAL_Y] = apart_x / apart, apart_y / apart
+
+
+@inner
+def _behind(
+    body: Array, first: int, stop: int, segment: Array, left_x: float, left_y: float, witness: Array
+) -> None:
+    """The corner of the piece that is farthest to the right of a segment, along the left normal."""
+    witness[VALUE], witness[NORMAL_X], witness[NORMAL_Y] = inf, left_x, left_y
+    for k in range(first, stop):
+        height = left_x * (body[k, 0] - segment[0, 0]) + left_y * (body[k, 1] - segment[0, 1])
+        if height < witness[VALUE]:
+            witness[VALUE], witness[ON_A_X], witness[ON_A_Y] = height, body[k, 0], body[k, 1]
+
+
+@inner
+def _out_of_line(
+    body: Array, first: int, stop: int, segment: Array, left_x: float, left_y: float, witness: Array
+) -> None:
+    """The least way out of a segment that crosses the piece, along its left normal or an edge's."""
+    _behind(body, first, stop, segment, left_x, left_y, witness)
+    for k in range(first, stop):
+        j = k + 1 if k + 1 < stop else first
+        edge_x, edge_y = body[j, 0] - body[k, 0], body[j, 1] - body[k, 1]
+        length = hypot(edge_x, edge_y)
+        if length == 0.0:
+            continue
+        normal_x, normal_y = -edge_y / length, edge_x / length  # inward: the way that the piece would go
+        if normal_x * left_x + normal_y * left_y < 0.0:
+            continue
+        one = normal_x * (body[k, 0] - segment[0, 0]) + normal_y * (body[k, 1] - segment[0, 1])
+        other = normal_x * (body[k, 0] - segment[1, 0]) + normal_y * (body[k, 1] - segment[1, 1])
+        apart, end = (one, 0) if one < other else (other, 1)
+        if apart > witness[VALUE]:
+            witness[VALUE], witness[NORMAL_X], witness[NORMAL_Y] = apart, normal_x, normal_y
+            witness[ON_A_X] = segment[end, 0] + apart * normal_x
+            witness[ON_A_Y] = segment[end, 1] + apart * normal_y

@@ -1,0 +1,172 @@
+"""Where a body is nearest to what stands, beside shapely; and the half-planes there by differences."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+import pytest
+import shapely
+
+from geometry import Corridor, InputError, Pose2, ReferencePath
+from geometry.arrays import Array
+from geometry.shape_grid import Body
+from tests.geometry.convex_shapes import placed
+
+FRONT = np.array([[1.5, -1.0], [3.7, -1.0], [3.7, 1.0], [1.5, 1.0]])
+REAR = np.array([[-0.8, -1.0], [1.5, -1.0], [1.5, 1.0], [-0.8, 1.0]])
+BODY = Body.of(REAR, FRONT)
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
+BLOCKS = [
+    [(12.0, 1.0), (14.0, 1.0), (14.0, 2.0), (12.0, 2.0)],
+    [(25.0, -3.0), (27.0, -3.5), (26.0, -1.0)],
+]
+LANE = Corridor.from_offsets(PATH, left=4.0, right=-4.0, obstacles=BLOCKS)
+
+
+def poses(seed: int, count: int = 200) -> Array:
+    random = np.random.default_rng(seed)
+    places = np.column_stack([random.uniform(3.0, 36.0, count), random.uniform(-3.5, 3.5, count)])
+    return np.column_stack([places, random.uniform(-4.0, 4.0, count)])
+
+
+def things(corridor: Corridor = LANE) -> list[shapely.Geometry]:
+    """Left and right boundary and the obstacles."""
+    sides = [shapely.MultiLineString(list(side)) for side in corridor.lines(0)]
+    return [*sides, shapely.union_all([shapely.Polygon(outline) for outline in corridor.obstacles])]
+
+
+def test_the_distances_are_those_of_another_library() -> None:
+    asked = poses(1)
+    found = LANE.contacts(0, BODY, asked, within=5.0, outward=0.0)
+    assert found.apart.shape == (len(asked), 2, 3)
+    compared = 0
+    for n, pose in enumerate(asked):
+        for piece, ring in enumerate((REAR, FRONT)):
+            shape = shapely.Polygon(placed(ring, pose))
+            for side, thing in enumerate(things()):
+                apart = shapely.distance(shape, thing)
+                value = found.apart[n, piece, side]
+                if apart >= 5.0:
+                    assert value == inf
+                elif value > 0.0:
+                    assert value == pytest.approx(apart, abs=1e-9)
+                    compared += 1
+                else:  # it overlaps, or is beyond a boundary
+                    assert apart == 0.0 or side < 2
+    assert compared > 500
+
+
+def test_the_witness_is_on_the_piece_and_the_half_planes_edge_on_the_wall() -> None:
+    asked = poses(2)
+    found = LANE.contacts(0, BODY, asked, within=5.0, outward=0.02)
+    near = np.isfinite(found.apart) & (found.apart > 0.0)
+    np.testing.assert_allclose(np.abs(found.normal[near]), 1.0, atol=1e-12)
+    for n, piece, side in np.argwhere(near):
+        at = found.at[n, piece, side]
+        ring = shapely.Polygon((REAR, FRONT)[piece])
+        assert ring.distance(shapely.Point(at.real, at.imag)) < 1e-9
+        edge = at - found.apart[n, piece, side] * found.normal[n, piece, side]
+        place = placed(np.array([[edge.real, edge.imag]]), asked[n])[0]
+        assert things()[side].distance(shapely.Point(place)) < 1e-9
+
+
+def test_the_half_plane_is_the_slope_of_the_distance() -> None:
+    """Equation (S2), but where two pairs of features are about equally near."""
+    asked, step = poses(3), 1e-6
+    found = LANE.contacts(0, BODY, asked, within=5.0, outward=0.0)
+    normal = found.normal * np.exp(1j * asked[:, 2])[:, None, None]
+    gradient = np.stack((normal.real, normal.imag, found.turning), axis=-1)
+    slopes, bends = np.empty_like(gradient), np.zeros(found.apart.shape)
+    with np.errstate(invalid="ignore"):
+        for i in range(3):
+            ahead, behind = (
+                LANE.contacts(0, BODY, asked + h * np.eye(3)[i], within=5.0, outward=0.0).apart
+                for h in (step, -step)
+            )
+            slopes[..., i] = (ahead - behind) / (2.0 * step)
+            bends = np.maximum(bends, np.abs(ahead + behind - 2.0 * found.apart) / step)
+    smooth = np.isfinite(found.apart) & (bends < 1e-3)
+    assert smooth.sum() > 400
+    np.testing.assert_allclose(gradient[smooth], slopes[smooth], atol=2e-4)
+
+
+def test_a_piece_that_a_wall_crosses_gets_out_on_the_allowed_side() -> None:
+    for y, heading in ((2.5, 0.3), (3.5, 0.0), (4.2, 0.1)):
+        pose = np.array([[20.0, y, heading]])
+        found = LANE.contacts(0, BODY, pose, within=2.0, outward=0.0)
+        for piece, ring in enumerate((REAR, FRONT)):
+            apart = found.apart[0, piece, 0]
+            normal = found.normal[0, piece, 0] * np.exp(1j * heading)
+            over = placed(ring, pose[0])[:, 1].max() - 4.0
+            assert apart == pytest.approx(-over, abs=1e-9)
+            if over > 0.0:
+                assert normal == pytest.approx(-1j, abs=1e-9)
+
+
+def test_beyond_a_wall_it_is_pulled_back_from_near_and_left_alone_from_afar() -> None:
+    pose = np.array([[20.0, 5.5, 0.0]])  # 0.5 m beyond, 2.5 m to get back
+    near, far = (LANE.contacts(0, BODY, pose, within=within, outward=0.0) for within in (0.6, 0.4))
+    np.testing.assert_allclose(near.apart[0, :, 0], -2.5, atol=1e-9)
+    np.testing.assert_allclose(near.normal[0, :, 0], -1j, atol=1e-9)
+    assert (far.apart[0, :, 0] == inf).all()
+
+
+def test_beyond_an_open_end_nothing_is_forbidden() -> None:
+    found = LANE.contacts(0, BODY, np.array([[-4.2, 5.0, 0.0]]), within=2.0, outward=0.0)
+    assert (found.apart[0, :, 0] > 0.0).all()
+
+
+def test_an_obstacle_is_left_the_shortest_way() -> None:
+    found = LANE.contacts(0, BODY, np.array([[10.0, 0.2, 0.0]]), within=2.0, outward=0.0)
+    assert found.apart[0, 1, 2] == pytest.approx(-0.2)
+    assert found.normal[0, 1, 2] == pytest.approx(-1j)
+    assert found.apart[0, 0, 2] == pytest.approx(0.5)  # the rear piece ends before it
+
+
+def test_beside_a_straight_wall_the_ends_of_the_body_count() -> None:
+    found = LANE.contacts(0, BODY, np.array([[20.0, 2.0, 0.0]]), within=2.0, outward=0.02)
+    np.testing.assert_allclose(found.apart[0, :, 0], 1.0)
+    np.testing.assert_allclose(found.at[0, :, 0], [-0.8 + 1j, 3.7 + 1j])
+    # Turned a little the ends count still, turned more what is nearest.
+    little, more = (
+        LANE.contacts(0, BODY, np.array([[20.0, 2.0, turn]]), within=2.0, outward=0.02)
+        for turn in (0.015, 0.03)
+    )
+    np.testing.assert_allclose(little.at[0, :, 0], [-0.8 + 1j, 3.7 + 1j])
+    np.testing.assert_allclose(more.at[0, :, 0], [1.5 + 1j, 3.7 + 1j])
+
+
+def test_where_in_the_world_it_is_and_how_it_is_turned_does_not_matter() -> None:
+    motion = Pose2(4000.0, -7000.0, 2.3)
+    path = ReferencePath.from_segments(motion, [(1, 0.0, 40.0)])
+    turn = np.array([motion.x, motion.y, motion.phi])
+    moved = Corridor.from_offsets(
+        path, left=4.0, right=-4.0, obstacles=[placed(np.array(block), turn) for block in BLOCKS]
+    )
+    asked = poses(4)
+    there = np.column_stack([placed(asked[:, :2], turn), asked[:, 2] + motion.phi])
+    one, other = (
+        corridor.contacts(0, BODY, each, within=5.0, outward=0.02).apart
+        for corridor, each in ((LANE, asked), (moved, there))
+    )
+    np.testing.assert_allclose(other, one, atol=1e-8)
+
+
+def test_nothing_at_all_is_infinitely_far_and_no_poses_are_fine() -> None:
+    free = Corridor.from_offsets(PATH, left=90.0, right=-90.0)
+    assert (free.contacts(0, BODY, poses(5), within=5.0, outward=0.0).apart == inf).all()
+    assert LANE.contacts(0, BODY, np.zeros((0, 3)), within=5.0, outward=0.0).apart.shape == (0, 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("part", "asked", "message"),
+    [
+        (1, np.zeros((1, 3)), "part = 1"),
+        (0, np.zeros((1, 2)), "poses has shape"),
+        (0, np.array([[0.0, np.nan, 0.0]]), "finite"),
+    ],
+)
+def test_bad_questions_are_refused(part: int, asked: Array, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        LANE.contacts(part, BODY, asked, within=1.0, outward=0.0)
