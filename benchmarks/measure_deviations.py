@@ -15,7 +15,6 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
 from benchmarks.variations import VARIATIONS, Variation
