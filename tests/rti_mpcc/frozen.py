@@ -229,7 +229,7 @@ def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings
         refused = solver.update(values)
         assert refused == "", refused
         result = solver.solve(values, primal, dual)
-        if not result.solved:  # where several discs touch one corner a guess can lead OSQP astray
+        if not result.solved:  # where several pieces touch one corner a guess can lead OSQP astray
             result = solver.solve(values, np.zeros_like(primal), np.zeros_like(dual))
         assert result.solved, f"{problem.name}, step {len(steps)}: {result.status}"
         dual, primal = result.dual, np.zeros_like(primal)

@@ -165,7 +165,7 @@ def _cost(problem: FrozenProblem, z: Any, u: Any, s: Any) -> Any:
             total += w.lag[k] * (ca.cos(phi_r) * dx + ca.sin(phi_r) * dy) ** 2
             total += w.contouring[k] * (-ca.sin(phi_r) * dx + ca.cos(phi_r) * dy) ** 2
             total += w.heading[k] * (z[PHI, k] - phi_r) ** 2
-        for normal, offset, _ in _acting(problem.walls, k)[:2]:
+        for normal, offset, _ in _acting(problem.walls, k, sides=2):
             distance = normal[0] * z[X, k] + normal[1] * z[Y, k] - offset
             total += w.bound_distance[k] * ca.fmax(settings.bound_distance_reach - distance, 0) ** 2
             total += w.bound_speed[k] * (v * ca.fmax(settings.bound_speed_reach - distance, 0)) ** 2
@@ -201,12 +201,15 @@ def _huber(square: Any, clip: float) -> Any:
     return ca.if_else(square <= clip**2, square, 2 * clip * ca.sqrt(ca.fmax(square, clip**2)) - clip**2)
 
 
-def _acting(planes: FrozenPlanes | None, k: int) -> list[tuple[Array, float, Array]]:
-    """Normal, offset and point of the body of the half-planes of the k-th stage that there are."""
+def _acting(
+    planes: FrozenPlanes | None, k: int, sides: int | None = None
+) -> list[tuple[Array, float, Array]]:
+    """Normal, offset and point of the body of the half-planes of the k-th stage that there are, of the first
+    `sides` only: left, right, obstacles."""
     if planes is None:
         return []
-    normals, points = (each[k].reshape(-1, 2) for each in (planes.normal, planes.point))
-    every = zip(normals, planes.offset[k].reshape(-1), points, strict=True)
+    normals, points = (each[k, :, :sides].reshape(-1, 2) for each in (planes.normal, planes.point))
+    every = zip(normals, planes.offset[k, :, :sides].reshape(-1), points, strict=True)
     return [(normal, float(offset), point) for normal, offset, point in every if normal.any()]
 
 

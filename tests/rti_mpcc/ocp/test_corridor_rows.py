@@ -7,7 +7,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from geometry.contacts import Contacts
 from rti_mpcc.config import BoundRelaxation, Footprint, NarrowPassage, Vehicle
 from rti_mpcc.model.bicycle import rollout
-from rti_mpcc.model.footprint import body_of
+from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, V
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -77,6 +77,17 @@ def test_rows_are_the_half_planes_and_their_slopes(corridor: Corridor, states: A
         np.testing.assert_allclose(rows.slopes[..., column], (ahead - behind) / 2e-6, atol=1e-7)
 
 
+def test_the_slopes_of_rows_are_those_of_the_signed_distance(corridor: Corridor, states: Array) -> None:
+    """Clear of everything and across a boundary, with nothing held."""
+    contacts = contacts_of(corridor, states)
+    rows = rows_about(states, contacts)
+    assert contacts.apart.min() < 0.0 < contacts.apart.max()
+    for column in range(POSE):
+        step = 1e-6 * np.eye(6)[column]
+        ahead, behind = (contacts_of(corridor, states + h).apart for h in (step, -step))
+        np.testing.assert_allclose(rows.slopes[..., column], (ahead - behind) / 2e-6, atol=1e-7)
+
+
 def test_rows_are_mirrored_with_the_body(corridor: Corridor, states: Array) -> None:
     rows = rows_about(states, contacts_of(corridor, states))
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, -0.4), [(1, -0.1, 15.0), (1, 0.1, 15.0)])
@@ -85,8 +96,11 @@ def test_rows_are_mirrored_with_the_body(corridor: Corridor, states: Array) -> N
     there = Corridor.from_offsets(path, left=3.0, right=-3.0, obstacles=[block])
     mirrored = rows_about(other, contacts_of(there, other))
     sides = [1, 0, 2]
+    wanted = rows.slopes * [1.0, -1.0, -1.0]
     np.testing.assert_allclose(mirrored.lower[..., sides], rows.lower, atol=2e-3)  # walls are simplified
-    np.testing.assert_allclose(mirrored.slopes[..., sides, :], rows.slopes * [1.0, -1.0, -1.0], atol=0.1)
+    np.testing.assert_allclose(mirrored.slopes[..., sides, :], wanted, atol=0.05)
+    np.testing.assert_allclose(mirrored.lower[..., 2], rows.lower[..., 2], atol=1e-12)  # obstacles are not
+    np.testing.assert_allclose(mirrored.slopes[..., 2, :], wanted[..., 2, :], atol=1e-12)
 
 
 @pytest.mark.parametrize("turned", [0.0, np.pi / 2, np.pi, -np.pi / 2])
@@ -137,6 +151,37 @@ def test_between_walls_that_face_each_other_the_margin_is_what_they_leave() -> N
         rows = corridor_rows(np.zeros(1), contacts, Footprint(margin=MARGIN), passage, 0.05)
         assert rows is not None
         np.testing.assert_allclose((rows.lower + contacts.apart)[..., :2], kept, atol=1e-12)
+
+
+def test_what_walls_leave_is_told_by_the_pieces_that_are_nearest_to_them() -> None:
+    """Of a body askew between two walls: one end is near the left one, the other end near the right one."""
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
+    half, turned, passage = 0.5 * Vehicle().width, 0.01, NarrowPassage()
+    corridor = Corridor.from_offsets(path, left=half + 0.11, right=-half - 0.11)
+    states = np.array([[10.0, 0.0, turned, 0.0, 0.0, 0.0]])
+    contacts = contacts_of(corridor, states)
+    rows = corridor_rows(np.full(1, turned), contacts, Footprint(margin=MARGIN), passage, 0.0)
+    assert rows is not None
+    y = body_polygons(states, Vehicle())[0, :, 1]
+    left = (half + 0.11) - 0.5 * (y.max() - y.min())
+    assert 0.0 < left - passage.strip < MARGIN
+    np.testing.assert_allclose((rows.lower + contacts.apart)[..., :2], left - passage.strip, atol=1e-9)
+
+
+def test_between_walls_that_do_not_face_each_other_the_margin_is_kept() -> None:
+    """A wall beside the body and one ahead of it, both nearer than the margin."""
+    vehicle, near = Vehicle(), 0.06
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 30.0)])
+    ahead = 10.0 + vehicle.front + near
+    block = [(ahead, -9.0), (ahead + 1.0, -9.0), (ahead + 1.0, 1.0), (ahead, 1.0)]
+    corridor = Corridor.from_offsets(path, left=0.5 * vehicle.width + near, right=-90.0, obstacles=[block])
+    states = np.array([[10.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    contacts = contacts_of(corridor, states)
+    rows = corridor_rows(np.zeros(1), contacts, Footprint(margin=MARGIN), NarrowPassage(), 0.05)
+    assert rows is not None
+    for piece, side in ((0, 0), (PIECES - 1, 2)):
+        assert contacts.apart[0, piece, side] == pytest.approx(near)
+        assert rows.lower[0, piece, side] == pytest.approx(MARGIN - near)
 
 
 STAYS = np.tile(np.eye(POSE, MEASURED), (12, 1, 1))

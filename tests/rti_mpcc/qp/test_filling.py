@@ -25,7 +25,7 @@ from rti_mpcc.qp.filling import (
 from rti_mpcc.qp.pattern import CONTROL_UNITS, SLACK_UNIT, STATE_UNITS, QpPattern, build_pattern
 from rti_mpcc.types import Array
 
-N, DISCS, SIDES = 6, 3, 2
+N, PIECES, SIDES = 6, 3, 2
 SLACK, SCALE = 700.0, 1e-3
 SETTINGS = SolverSettings()
 BOUNDED = [V, DELTA, THETA]
@@ -68,7 +68,9 @@ def drawn(*, frenet: bool = True, seed: int = 9) -> Parts:
         StageBounds(
             states=np.stack([lower[0], upper[0]], axis=1), controls=np.stack([lower[1], upper[1]], axis=1)
         ),
-        CorridorRows(random.standard_normal((N, DISCS, SIDES, 3)), random.standard_normal((N, DISCS, SIDES))),
+        CorridorRows(
+            random.standard_normal((N, PIECES, SIDES, 3)), random.standard_normal((N, PIECES, SIDES))
+        ),
         random.standard_normal(STATES) * 0.1,
     )
 
@@ -130,10 +132,10 @@ def dense(parts: Parts) -> Dense:
             low, up = parts.bounds.controls[k, :, i] - parts.controls[k, i]
             row([(u[k], np.eye(CONTROLS)[i])], low, up, SETTINGS.bound_unit * CONTROL_UNITS[i])
     for k in range(N):
-        for disc in range(DISCS):
+        for piece in range(PIECES):
             for side in range(SIDES):
-                pose = np.append(parts.rows.slopes[k, disc, side], np.zeros(3))
-                row([(z[k + 1], pose), (s[k], 1.0)], parts.rows.lower[k, disc, side], np.inf, 1.0)
+                pose = np.append(parts.rows.slopes[k, piece, side], np.zeros(3))
+                row([(z[k + 1], pose), (s[k], 1.0)], parts.rows.lower[k, piece, side], np.inf, 1.0)
     for k in range(N):
         row([(s[k], 1.0)], 0.0, np.inf, SLACK_UNIT)
 
@@ -151,7 +153,7 @@ def whole(pattern: QpPattern, values: QpValues) -> Array:
 
 @pytest.fixture
 def pattern() -> QpPattern:
-    return build_pattern(N, DISCS, SIDES, SETTINGS)
+    return build_pattern(N, PIECES, SIDES, SETTINGS)
 
 
 def test_the_sparse_qp_is_the_dense_one(pattern: QpPattern) -> None:
@@ -225,12 +227,12 @@ def test_the_pattern_never_changes_and_keeps_explicit_zeros(pattern: QpPattern) 
     assert matrix.has_canonical_format
 
 
-def test_without_discs_there_are_no_corridor_rows() -> None:
+def test_without_pieces_there_are_no_corridor_rows() -> None:
     pattern = build_pattern(N, 0, SIDES, SETTINGS)
     assert pattern.corridor_rows.size == 0
     assert (
         pattern.constraints.shape[0]
-        == build_pattern(N, DISCS, SIDES, SETTINGS).constraints.shape[0] - N * DISCS * SIDES
+        == build_pattern(N, PIECES, SIDES, SETTINGS).constraints.shape[0] - N * PIECES * SIDES
     )
 
 
@@ -251,7 +253,7 @@ def test_every_row_and_column_has_one_place(pattern: QpPattern) -> None:
 @pytest.mark.parametrize("lower", [-0.5, -7.0])
 def test_sides_without_half_planes_are_loose_and_slopeless(lower: float, left: int) -> None:
     """Also behind rows so far off that their scaled bounds are those of loose ones."""
-    pattern, drawn_rows = build_pattern(N, DISCS, SIDES, SETTINGS), drawn().rows
+    pattern, drawn_rows = build_pattern(N, PIECES, SIDES, SETTINGS), drawn().rows
     assert drawn_rows is not None
     before = drawn_rows._replace(lower=np.full_like(drawn_rows.lower, lower))
     after = before._replace(slopes=before.slopes[:, :, :left], lower=before.lower[:, :, :left])

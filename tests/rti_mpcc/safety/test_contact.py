@@ -7,6 +7,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import THETA
+from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety import contact
@@ -121,6 +122,9 @@ def test_at_the_stop_clearance_no_row_is_violated_and_there_is_room_to_swing_out
     pose = np.array([[WALL_AT - vehicle.front - room, 0.0, 0.0]])
     found = corridor().contacts(0, body_of(vehicle, 2), pose, within=9.0, outward=0.0)
     assert found.apart[0, 1, 2] == pytest.approx(room)
+    rows = corridor_rows(np.zeros(1), found, CONFIG.footprint.model_copy(update={"near": 9.0}))
+    assert rows is not None
+    assert rows.lower.max() <= 0.0
     assert room > CONFIG.footprint.margin + CONFIG.caution.check_spacing + 0.3 * vehicle.width
 
 
