@@ -6,9 +6,12 @@ and normal. As the body moves the distance changes by (S2) of geometry.convex: t
 piece is to stay in. Of pairs that are about equally near the one farther out along the body counts, by a
 share `outward` of how much farther out it is: beside a straight wall its ends are what a turn brings nearer.
 
-The shapes are convex polygons, or segments of lines that have an allowed side, the left one. A piece that a
-segment crosses is to get out along the segment's left normal, or at right angles to one of its own edges if
-that is shorter and no way to the right; one that is wholly beyond the nearest segment, along its left normal.
+The shapes are convex polygons, or segments of lines that have an allowed side, the left one. What is to the
+right of a line is convex where the line turns right: such a run of segments counts as one where it crosses a
+piece. Between the points P and Q at which it comes in and leaves, its normals add up to Q - P turned to the
+left, whatever its shape. The piece is to get out along the left normal of one of the segments, or at right
+angles to one of its own edges, no way against that sum, whichever is shortest. A piece that is wholly beyond
+the nearest segment is to get out along its left normal.
 """
 
 from __future__ import annotations
@@ -122,7 +125,7 @@ def _contacts(
     most = 2
     for i in range(len(circles)):
         most = max(most, starts[i + 1] - starts[i])
-    shape, witness = np.empty((most, 2)), np.empty(WITNESS)
+    shape, witness, run = np.empty((most, 2)), np.empty(WITNESS), np.empty((2, 2))
     asked_for = np.full(len(circles), -1)
     slots = (len(pieces) - 1) * owners
     # Of each slot: by what its contact was chosen, the least distance, and for lines what tells on which side
@@ -158,7 +161,8 @@ def _contacts(
                     _in_frame(corners, starts[i], count, x, y, c, s, shape)
                     for piece in range(len(pieces) - 1):
                         slot, first, stop = piece * owners + owner[i], pieces[piece], pieces[piece + 1]
-                        limit = min(within, least[slot] * (1.0 + 2.0 * _SAME) + spread)
+                        # All that a piece overlaps is looked at: how deep, its whole run has to tell.
+                        limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
                         apart = to_box(ahead - boxes[piece, 0], aside - boxes[piece, 1], boxes[piece, 2:])
                         if apart - radius > limit:
                             continue
@@ -179,7 +183,7 @@ def _contacts(
                                 ties[slot] += 1
                                 ends[slot] += over < 0.0 or over > length
                             if value <= 0.0 and length > 0.0:
-                                _out_of_line(body, first, stop, shape, left_x, left_y, witness)
+                                _out_of_run(body, first, stop, corners, i, x, y, c, s, run, witness)
                         least[slot] = min(least[slot], value)
                         if value > 0.0:
                             _reach_out(body, first, stop, shape, count, middle[0], outward, witness)
@@ -194,6 +198,7 @@ def _contacts(
                     _in_frame(corners, starts[nearest[slot]], 2, x, y, c, s, shape)
                     length, left_x, left_y = _left_of(shape)
                     piece = slot // owners
+                    witness[VALUE] = -inf
                     _behind(body, pieces[piece], pieces[piece + 1], shape, left_x, left_y, witness)
                     _keep(witness, found, n, slot)
 
@@ -275,32 +280,103 @@ def _behind(
     body: Array, first: int, stop: int, segment: Array, left_x: float, left_y: float, witness: Array
 ) -> None:
     """The corner of the piece that is farthest to the right of a segment, along the left normal."""
-    witness[VALUE], witness[NORMAL_X], witness[NORMAL_Y] = inf, left_x, left_y
+    least, at = inf, first
     for k in range(first, stop):
         height = left_x * (body[k, 0] - segment[0, 0]) + left_y * (body[k, 1] - segment[0, 1])
-        if height < witness[VALUE]:
-            witness[VALUE], witness[ON_A_X], witness[ON_A_Y] = height, body[k, 0], body[k, 1]
+        if height < least:
+            least, at = height, k
+    if least > witness[VALUE]:
+        witness[VALUE], witness[NORMAL_X], witness[NORMAL_Y] = least, left_x, left_y
+        witness[ON_A_X], witness[ON_A_Y] = body[at, 0], body[at, 1]
 
 
 @inner
-def _out_of_line(
-    body: Array, first: int, stop: int, segment: Array, left_x: float, left_y: float, witness: Array
+def _out_of_run(
+    body: Array,
+    first: int,
+    stop: int,
+    corners: Array,
+    i: int,
+    x: float,
+    y: float,
+    c: float,
+    s: float,
+    run: Array,
+    witness: Array,
 ) -> None:
-    """The least way out of a segment that crosses the piece, along its left normal or an edge's."""
-    _behind(body, first, stop, segment, left_x, left_y, witness)
+    """The least way out of the run of segments, of which the i-th is one, where it crosses the piece."""
+    start, end = i, i
+    while start > 0 and _turns_right(corners, start - 1):
+        _in_frame(corners, 2 * start - 2, 2, x, y, c, s, run)
+        if not _clipped(body, first, stop, run):
+            break
+        start -= 1
+    while 2 * end + 3 < len(corners) and _turns_right(corners, end):
+        _in_frame(corners, 2 * end + 2, 2, x, y, c, s, run)
+        if not _clipped(body, first, stop, run):
+            break
+        end += 1
+    in_x, in_y, out_x, out_y = 0.0, 0.0, 0.0, 0.0
+    witness[VALUE] = -inf
+    for j in range(start, end + 1):
+        _in_frame(corners, 2 * j, 2, x, y, c, s, run)
+        _, left_x, left_y = _left_of(run)
+        _behind(body, first, stop, run, left_x, left_y, witness)
+        _clipped(body, first, stop, run)
+        if j == start:
+            in_x, in_y = run[0, 0], run[0, 1]
+        out_x, out_y = run[1, 0], run[1, 1]
     for k in range(first, stop):
-        j = k + 1 if k + 1 < stop else first
-        edge_x, edge_y = body[j, 0] - body[k, 0], body[j, 1] - body[k, 1]
+        m = k + 1 if k + 1 < stop else first
+        edge_x, edge_y = body[m, 0] - body[k, 0], body[m, 1] - body[k, 1]
         length = hypot(edge_x, edge_y)
         if length == 0.0:
             continue
         normal_x, normal_y = -edge_y / length, edge_x / length  # inward: the way that the piece would go
-        if normal_x * left_x + normal_y * left_y < 0.0:
+        if normal_y * (out_x - in_x) - normal_x * (out_y - in_y) < 0.0:
             continue
-        one = normal_x * (body[k, 0] - segment[0, 0]) + normal_y * (body[k, 1] - segment[0, 1])
-        other = normal_x * (body[k, 0] - segment[1, 0]) + normal_y * (body[k, 1] - segment[1, 1])
-        apart, end = (one, 0) if one < other else (other, 1)
-        if apart > witness[VALUE]:
-            witness[VALUE], witness[NORMAL_X], witness[NORMAL_Y] = apart, normal_x, normal_y
-            witness[ON_A_X] = segment[end, 0] + apart * normal_x
-            witness[ON_A_Y] = segment[end, 1] + apart * normal_y
+        least, at_x, at_y = inf, 0.0, 0.0
+        for j in range(start, end + 1):
+            _in_frame(corners, 2 * j, 2, x, y, c, s, run)
+            for each in range(2):
+                apart = normal_x * (body[k, 0] - run[each, 0]) + normal_y * (body[k, 1] - run[each, 1])
+                if apart < least:
+                    least, at_x, at_y = apart, run[each, 0], run[each, 1]
+        if least > witness[VALUE]:
+            witness[VALUE], witness[NORMAL_X], witness[NORMAL_Y] = least, normal_x, normal_y
+            witness[ON_A_X], witness[ON_A_Y] = at_x + least * normal_x, at_y + least * normal_y
+
+
+@inner
+def _turns_right(corners: Array, i: int) -> bool:
+    """Whether the line goes on from the i-th segment to the next, and not to the left."""
+    a, b = 2 * i, 2 * i + 2
+    if corners[a + 1, 0] != corners[b, 0] or corners[a + 1, 1] != corners[b, 1]:
+        return False
+    first_x, first_y = corners[a + 1, 0] - corners[a, 0], corners[a + 1, 1] - corners[a, 1]
+    then_x, then_y = corners[b + 1, 0] - corners[b, 0], corners[b + 1, 1] - corners[b, 1]
+    turn: float = first_x * then_y - first_y * then_x
+    return turn <= 0.0
+
+
+@inner
+def _clipped(body: Array, first: int, stop: int, segment: Array) -> bool:
+    """Keep of a segment what is in the piece; where nothing is, return False and keep all."""
+    edge_x, edge_y = segment[1, 0] - segment[0, 0], segment[1, 1] - segment[0, 1]
+    begin, end = 0.0, 1.0
+    for k in range(first, stop):
+        m = k + 1 if k + 1 < stop else first
+        inward_x, inward_y = body[k, 1] - body[m, 1], body[m, 0] - body[k, 0]
+        depth = inward_x * (segment[0, 0] - body[k, 0]) + inward_y * (segment[0, 1] - body[k, 1])
+        growth = inward_x * edge_x + inward_y * edge_y
+        if growth > 0.0:
+            begin = max(begin, -depth / growth)
+        elif growth < 0.0:
+            end = min(end, -depth / growth)
+        elif depth < 0.0:
+            return False
+    if begin > end:
+        return False
+    segment[1, 0], segment[1, 1] = segment[0, 0] + end * edge_x, segment[0, 1] + end * edge_y
+    segment[0, 0], segment[0, 1] = segment[0, 0] + begin * edge_x, segment[0, 1] + begin * edge_y
+    return True

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import shapely
 
-from geometry import Corridor, InputError, Pose2, ReferencePath
+from geometry import Corridor, InputError, Narrowing, Pose2, ReferencePath
 from geometry.arrays import Array
+from geometry.convex import signed_distance
 from geometry.shape_grid import Body
 from tests.geometry.convex_shapes import placed
 
@@ -102,6 +103,29 @@ def test_a_piece_that_a_wall_crosses_gets_out_on_the_allowed_side() -> None:
             assert apart == pytest.approx(-over, abs=1e-9)
             if over > 0.0:
                 assert normal == pytest.approx(-1j, abs=1e-9)
+
+
+def test_what_stands_out_of_a_wall_is_left_like_a_solid_block() -> None:
+    """Also aslant: by its flanks one by one the way out would be the whole length of the piece."""
+    narrowed = Corridor.from_offsets(PATH, left=4.0, right=-4.0, narrowings=[Narrowing(10.0, 11.0, left=2.0)])
+    tooth = np.array([[10.0, 2.0], [11.0, 2.0], [11.0, 99.0], [10.0, 99.0]])
+    random = np.random.default_rng(7)
+    asked = np.column_stack(
+        [random.uniform(5.0, 12.0, 300), random.uniform(0.5, 2.0, 300), random.uniform(-0.5, 0.5, 300)]
+    )
+    found, witness, compared = narrowed.contacts(0, BODY, asked, within=2.0, outward=0.0), np.empty(7), 0
+    for n, pose in enumerate(asked):
+        for piece, ring in enumerate((REAR, FRONT)):
+            at = placed(ring, pose)
+            if at[:, 1].max() > 4.0:
+                continue
+            signed_distance(at, tooth, witness)
+            if witness[0] < 0.0:
+                normal = found.normal[n, piece, 0] * np.exp(1j * pose[2])
+                assert found.apart[n, piece, 0] == pytest.approx(witness[0], abs=1e-9)
+                assert normal == pytest.approx(witness[1] + 1j * witness[2], abs=1e-9)
+                compared += 1
+    assert compared > 100
 
 
 def test_beyond_a_wall_it_is_pulled_back_from_near_and_left_alone_from_afar() -> None:
