@@ -93,8 +93,11 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
     s, distance = _distance_on_driven(s, w)
-    if distance < inf or _wants_another_plan(s, context, w):
+    in_view = lookout.comes_into_view(s, context, w.config) and not stops.is_old(s, w.config)
+    if in_view or distance < inf or _wants_another_plan(s, context, w):
         s, decision = _change_over(s, context, w, distance)
+        if in_view and s.plans.suspended is None:
+            s = stops.looked(s, context, w.config)
         if decision is not None:
             return Driven(s, decision)
     if schedule.final_due(s, context):

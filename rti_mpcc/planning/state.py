@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from math import inf
 
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from geometry import Pose2
@@ -326,6 +327,7 @@ class Plans:
         valid: the last plan that had no complaint, driven or not, or None: where a clean start begins.
         driven: the last plan that was accepted for driving, or None; accepted_at: when [s].
         clear_of: number of obstacle changes up to which the driven plan is known to be clear of them.
+        seen_to: progress [m] up to which a cruise was sought with all that stands on the path in view.
         suspended: a search for a first plan that ran out of time, or None.
     """
 
@@ -334,6 +336,7 @@ class Plans:
     driven: Trajectory | None = None
     accepted_at: float | None = None
     clear_of: int = 0
+    seen_to: float = -inf
     suspended: SuspendedSearch | None = None
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 
 from rti_mpcc.config import Caution, ControllerConfig
+from rti_mpcc.model.layout import THETA
+from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
 
@@ -57,6 +60,25 @@ def found_clear(s: ControllerState) -> ControllerState:
     for_arrival = begun is not None and begun.segment.stop == s.task.stop and s.task.phase is Phase.CONTOURING
     plans = replace(s.plans, clear_of=s.area.changes, suspended=begun if for_arrival else None)
     return replace(s, plans=plans)
+
+
+def in_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
+    """Progress [m] up to which a cruise that is sought now would count what stands in its way; -inf for an
+    arrival, which is planned to its end."""
+    if s.plans.driven is None or s.task.arrival is not None:
+        return -inf
+    horizon, comfort = config.cruise_horizon, config.comfort_acceleration
+    lacking = max(config.cruise_speed - context.speed, 0.0)
+    still_lacking = max(lacking - comfort * horizon, 0.0)
+    way = horizon * config.cruise_speed - 0.5 * (lacking**2 - still_lacking**2) / comfort
+    return float(context.state[THETA]) + config.search.seen_share * way
+
+
+def looked(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """What had come into view was counted: not again before the vehicle has gone on by a body's length."""
+    vehicle = config.vehicle
+    seen_to = in_view(s, context, config) + vehicle.front + vehicle.rear
+    return replace(s, plans=replace(s.plans, seen_to=seen_to))
 
 
 def way_may_be_free(s: ControllerState, config: ControllerConfig) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
+from rti_mpcc.planning import stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
@@ -50,6 +51,21 @@ def progress_of_contact(
 ) -> float:
     """Progress [m] at which a body on the path meets what a plan meets after so far [m]."""
     return contact.progress_of_contact(plan, distance, s.task.segment.part, s.area.standing, config)
+
+
+def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether an obstacle on the path is as near to a cruise as it counts, and was not when that was sought.
+
+    A cruise that knew nothing of it would come to rest before it wherever that is farthest along the path.
+    """
+    at = stops.in_view(s, context, config)
+    if not s.area.corridor.obstacles or at <= s.plans.seen_to:
+        return False
+    reference = s.task.segment.part.reference(np.array([at]))
+    body = np.column_stack([reference.x, reference.y, reference.phi])
+    part, least = s.task.segment.index, config.caution.hard_minimum
+    apart = contact.clearances(body, s.area.corridor, part, config, least)
+    return bool((apart[0, 1:] <= least).any())
 
 
 def distance_to_moving(

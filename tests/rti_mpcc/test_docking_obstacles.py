@@ -30,6 +30,18 @@ def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_goes_on_when_it_is_go
     assert found["min_clearance_m"] > 0.0
 
 
+def test_a_wall_that_comes_into_view_on_a_long_path_is_stopped_before_on_the_path() -> None:
+    """A cruise gets farther along the path aslant before it than straight; it was known from the start."""
+    scenario = straight(1, 90.0, speed=3.0, duration=32.0)
+    outline = wall(scenario.build_path(), 50.0, 3.2)
+    result = simulate(scenario, obstacles_at=present(outline, 0.0, 99.0))
+    assert "making for a stop before something in the way" in result.cycles.reason
+    assert result.cycles.status[-1] is Status.BLOCKED
+    assert abs(result.truth.v[-1]) <= 0.02
+    assert 50.0 - result.truth.poses[-1, 0] < scenario.vehicle.front + 2.0
+    assert np.abs(result.truth.poses[-1, 1:]).max() < 0.05
+
+
 @pytest.mark.acceptance
 @pytest.mark.parametrize("length", [24.0, pytest.param(40.0, marks=pytest.mark.acceptance)])
 def test_between_two_obstacles_it_finds_the_passage_from_near_and_from_far(length: float) -> None:

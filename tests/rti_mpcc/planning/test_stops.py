@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+from math import inf
+
+import numpy as np
 import pytest
 
-from geometry import Pose2
+from geometry import Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
 from rti_mpcc.config import Caution, ControllerConfig
 from rti_mpcc.manoeuvre import PlannedStop
+from rti_mpcc.model.layout import STATES, THETA, V
+from rti_mpcc.ocp.targets import path_end
 from rti_mpcc.planning import stops
+from rti_mpcc.planning.guess import cruise_guess
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
-from tests.rti_mpcc.states import after_changes, arriving, begun_for, contexts, put, state, stop_at
+from tests.rti_mpcc.states import (
+    after_changes,
+    arriving,
+    begun_for,
+    contexts,
+    contouring,
+    put,
+    state,
+    stop_at,
+)
 
 CONFIG = ControllerConfig()
 INTERVAL = CONFIG.retries.replan_interval
@@ -122,3 +137,16 @@ def test_it_halts_for_what_is_near_until_its_way_was_clear_for_a_while() -> None
     assert halted(clear, 3.6, 10.9) == clear
     assert halted(clear, 2.9, 10.9) == Halt()
     assert halted(clear, 3.6, 11.0) is None
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 3.0, CONFIG.cruise_speed])
+def test_a_cruise_counts_a_share_of_the_way_of_its_first_guess(speed: float) -> None:
+    part = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 90.0)]).parts[0]
+    context = contexts(speed=speed)
+    times = np.linspace(0.0, CONFIG.cruise_horizon, 1001)
+    begin = np.zeros(STATES)
+    begin[V] = speed
+    guess = cruise_guess(part, path_end(part), begin, times, context.pace, CONFIG)
+    seen = stops.in_view(contouring(driven=guess), context, CONFIG) - context.state[THETA]
+    assert seen == pytest.approx(CONFIG.search.seen_share * guess.states[-1, THETA], rel=1e-3)
+    assert stops.in_view(arriving(driven=guess), context, CONFIG) == -inf
