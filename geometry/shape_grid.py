@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import cos, hypot, inf, sin
 
 import numpy as np
@@ -39,10 +38,10 @@ class Body:
     middle: Array
     half: Array
 
-    @property
-    def middles(self) -> Array:
-        """Means (pieces, 2) of the corners of each piece [m]."""
-        return np.array([self.corners[a:b].mean(axis=0) for a, b in pairwise(self.starts.tolist())])
+    def trailing(self, direction: int) -> Array:
+        """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""
+        ahead = direction * self.corners[:, 0]
+        return np.maximum(-np.minimum.reduceat(ahead, self.starts[:-1]), 0.0)
 
     @classmethod
     def of(cls, *pieces: ArrayLike) -> Body:

@@ -27,6 +27,7 @@ from rti_mpcc.ocp.frenet import frenet_errors
 from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, StageWeights
 from rti_mpcc.ocp.room import Room
+from rti_mpcc.ocp.stage_contacts import stage_contacts
 from rti_mpcc.ocp.stage_cost import SoftWalls, quadratic_cost
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.qp.filling import (
@@ -68,6 +69,7 @@ class RtiMpcc:
         self.config = config
         self._corridor = corridor
         self._body = body_of(config.vehicle, config.footprint.pieces)
+        self._trails = self._body.trailing(part.direction)
         self._last: Solution | None = None
         self.room: Room | None = None
         self.target = path_end(part)
@@ -182,7 +184,7 @@ class RtiMpcc:
             fill_curvature(values, pattern, states[:-1], step.state, last.dual, change_of_scale)
         fill_dynamics(values, pattern, step, states)
         fill_bounds(values, pattern, bounds, states, controls, rows_scaled=steps.rows_scaled)
-        rows = self._rows(shifted.states, states) if along_path else None
+        rows = self._rows(shifted, states) if along_path else None
         span = config.bound_relaxation.margin_time
         drift = None if rows is None else free_response(states, lengths, wheelbase, span)
         fill_corridor(values, pattern, rows, rows_scaled=steps.rows_scaled)
@@ -259,15 +261,13 @@ class RtiMpcc:
             normal=normal.view(np.float64).reshape(*normal.shape, 2),
         )
 
-    def _rows(self, states: Array, local: Array) -> CorridorRows | None:
-        """Corridor rows of stages 1..N at `states` (N+1, 6), which are `local` (N+1, 6) in the QP's frame."""
+    def _rows(self, plan: Trajectory, local: Array) -> CorridorRows | None:
+        """Corridor rows of stages 1..N of a plan, whose states are `local` (N+1, 6) in the QP's frame."""
         config, footprint = self.config, self.config.footprint
         if not self._pattern.corridor_rows.size:
             return None
-        within = footprint.margin + footprint.near
-        found = self._corridor.contacts(
-            self.index, self._body, states[1:, :POSE], within=within, outward=footprint.outward
-        )
+        wheelbase = config.vehicle.wheelbase
+        found = stage_contacts(self._corridor, self.index, self._body, plan, footprint, wheelbase)
         least = config.caution.hard_minimum
         return corridor_rows(local[1:, PHI].copy(), found, footprint, config.narrow_passage, least)
 
@@ -301,7 +301,7 @@ class RtiMpcc:
             missing,
             np.add.accumulate(linear.lengths),
             np.cumsum(np.hypot(np.diff(states[:, X]), np.diff(states[:, Y]))),
-            np.maximum(-direction * self._body.middles[:, X], 0.0),
+            self._trails,
             margin=margin,
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,

@@ -132,7 +132,7 @@ class Footprint(Settings):
 
     pieces: Annotated[int, Field(ge=1, le=20)] = 2
     margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
-    near: Positive = 0.5
+    near: Positive = 1.0
     outward: Annotated[float, Field(ge=0.0, le=0.5)] = 0.02
 
 
@@ -207,7 +207,6 @@ class SolverSettings(Settings):
         fine_tolerance: the same for the first `fine_iterations` of a QP that goes on from the one before: a
             shape that costs little changes by little from cycle to cycle, and never comes to its best where
             that is within the tolerance. What is not that good by then has to reach `tolerance`.
-        fine_share: of `tolerance`, that both residuals have to be within after them, to be left at that.
         max_iterations: of one QP; a QP that needs more is not accepted.
         slice_iterations: so many are done in one go, then the step size is adapted, and it is asked whether
             to go on. OSQP's own time limit stops anywhere, which could not be played back.
@@ -236,7 +235,6 @@ class SolverSettings(Settings):
     tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 5e-4
     fine_tolerance: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-6
     fine_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 6
-    fine_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.2
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
     slice_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 48
     check_interval: Annotated[int, Field(ge=1, le=1000)] = 3

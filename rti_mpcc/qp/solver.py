@@ -160,7 +160,7 @@ class QpSolver:
             finite = bool(np.isfinite(primal).all() and np.isfinite(dual).all())
             solved = info.status_val in GOOD
             # What the first slice leaves unfinished may be good already: OSQP was asked for more.
-            solved |= first and max(info.prim_res, info.dual_res) <= settings.fine_share * settings.tolerance
+            solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
             if solved or info.status_val not in UNFINISHED or not finite or done >= self._most:
                 break
         if not solved or not finite:

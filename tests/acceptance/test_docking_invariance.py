@@ -17,8 +17,8 @@ from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, seen_from
 Figures = MutableMapping[str, Any]
 Runs = Callable[[str], RunResult]
 
-SAME = 1e-3
-"""Largest distance between mirrored or rotated runs [m]."""
+SAME = 2e-3
+"""Largest distance between mirrored or rotated runs [m]: rounding decides when OSQP is done."""
 SAME_FAR_AWAY = 0.01
 """The same for a run 5 km from the origin [m]."""
 

@@ -25,7 +25,6 @@ def test_the_pieces_make_up_the_body(vehicle: Vehicle, count: int) -> None:
     low, high = whole.bounds[:2], whole.bounds[2:]
     np.testing.assert_allclose(body.middle - body.half, low, atol=1e-12)
     np.testing.assert_allclose(body.middle + body.half, high, atol=1e-12)
-    np.testing.assert_allclose(body.middles, [piece.centroid.coords[0] for piece in pieces], atol=1e-12)
 
 
 def test_body_polygons_are_the_turned_rectangle_counter_clockwise() -> None:
@@ -36,3 +35,10 @@ def test_body_polygons_are_the_turned_rectangle_counter_clockwise() -> None:
     for body in (flat, up):
         x, y = body.T
         assert 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() == pytest.approx(8.0)
+
+
+def test_what_trails_behind_the_axle_is_the_end_of_each_piece() -> None:
+    vehicle = Vehicle()
+    body, cut = body_of(vehicle, 2), 0.5 * (vehicle.front - vehicle.rear)
+    np.testing.assert_allclose(body.trailing(1), [vehicle.rear, 0.0])
+    np.testing.assert_allclose(body.trailing(-1), [cut, vehicle.front])
