@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import radians, sqrt
 from typing import Annotated
 
 from pydantic import Field
@@ -128,12 +128,16 @@ class Footprint(Settings):
         outward: of the points of a piece that are about equally near to a side the one farther out along the
             body counts, by so much of how much farther out it is: a turn that brings nearer which of them is
             nearer, in rad (docs/decisions, 8).
+        corner: where a half-plane turns by more than this between two stages a corner is passed [rad];
+            between: so many poses on the way there are looked at, too.
     """
 
     pieces: Annotated[int, Field(ge=1, le=20)] = 2
     margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
     near: Positive = 1.0
     outward: Annotated[float, Field(ge=0.0, le=0.5)] = 0.02
+    corner: Annotated[float, Field(gt=0.0, le=1.5)] = radians(18.0)
+    between: Annotated[int, Field(ge=0, le=100)] = 7
 
 
 class NarrowPassage(Settings):

@@ -7,6 +7,8 @@ from cycle to cycle, as stages move on. So where corners pass each other the way
 
 from __future__ import annotations
 
+from math import cos
+
 import numpy as np
 
 from geometry import Corridor
@@ -16,11 +18,6 @@ from rti_mpcc.config import Footprint
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.types import Array, Index, Trajectory
-
-_SHARES = np.arange(1, 8) / 8.0
-"""Of the time between two stages, at which the body is looked at besides."""
-_ALIKE = 0.95
-"""Cosine of the angle between two normals, below which a corner has been passed."""
 
 
 def stage_contacts(
@@ -35,11 +32,12 @@ def stage_contacts(
     """
     within = footprint.margin + footprint.near
     found = corridor.contacts(index, body, plan.states[1:, :POSE], within=within, outward=footprint.outward)
-    stages = _passing(found, plan.states, footprint.margin)
+    stages = _passing(found, plan.states, footprint)
     if not stages.size:
         return found
+    shares = np.arange(1, footprint.between + 1) / (footprint.between + 1)
     begins, lengths = plan.times[stages, None], np.diff(plan.times)[stages, None]
-    between = states_at(plan, (begins + lengths * _SHARES).ravel(), wheelbase)
+    between = states_at(plan, (begins + lengths * shares).ravel(), wheelbase)
     more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=footprint.outward)
     turned = between[:, PHI].reshape(len(stages), -1) - plan.states[stages + 1, PHI, None]
     every = np.concatenate((found.values[stages, None], _in_frames(more, turned)), axis=1)
@@ -49,12 +47,12 @@ def stage_contacts(
     return Contacts(values=values)
 
 
-def _passing(found: Contacts, states: Array, margin: float) -> Index:
+def _passing(found: Contacts, states: Array, footprint: Footprint) -> Index:
     """The intervals (m,), from the second on, over which a normal turns, and the margin may be missed."""
     way = np.hypot(np.diff(states[1:, X]), np.diff(states[1:, Y]))[:, None, None]
-    near = np.minimum(found.apart[:-1], found.apart[1:]) <= margin + way
+    near = np.minimum(found.apart[:-1], found.apart[1:]) <= footprint.margin + way
     normals = found.normal * np.exp(1j * states[1:, PHI])[:, None, None]
-    turns = (normals[:-1].conj() * normals[1:]).real < _ALIKE
+    turns = (normals[:-1].conj() * normals[1:]).real < cos(footprint.corner)
     seen = np.maximum(found.apart[:-1], found.apart[1:]) < np.inf
     return 1 + np.flatnonzero((near & turns & seen).any(axis=(1, 2)))
 

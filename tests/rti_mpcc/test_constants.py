@@ -38,7 +38,7 @@ MODULES: dict[str, dict[str, str]] = {
     "planning/goals.py": {COUNT: "excess changes"},
     "planning/plausibility.py": {COUNT: "at tries steering_gap since"},
     "planning/search.py": {"one iteration from a solution of the last cycle": "patience least unsolved"},
-    "planning/state.py": {COUNT: "restarts stood clear_of driving_since offset pulled_out unsolved"},
+    "planning/state.py": {COUNT: "restarts stood clear_of driving_since offset pulled_out unsolved seen_to"},
     "planning/surroundings.py": {COUNT: "given_at changes"},
     "behaviour/status.py": {NEUTRAL: "pull_out"},
     "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},
