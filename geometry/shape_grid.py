@@ -21,7 +21,7 @@ from geometry.errors import InputError
 
 _CELLS = 4  # for each shape, and some more
 _SAME = 1e-9  # of a distance, by which two are told from one another
-_LONG = 16.0  # mean lengths of a shape that a cell is long
+_LONG = 8.0  # mean lengths of a shape that a cell is long
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -14,7 +14,7 @@ the classical Runge-Kutta step of length h comes down to
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, sin, tan
+from math import cos, hypot, sin, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -111,7 +111,8 @@ def _step_one(
 
 
 @inner
-def _advance(state: Array, control: Array, h: float, wheelbase: float, reached: Array) -> None:
+def advance(state: Array, control: Array, h: float, wheelbase: float, reached: Array) -> None:
+    """One step of length h from `state`, into `reached`, which may be the same."""
     a, rate = control[A], control[DELTA_DOT]
     dx, dy, turn = _change(state[PHI], state[V], state[DELTA], a, rate, h, wheelbase)
     reached[X] = state[X] + dx
@@ -125,13 +126,32 @@ def _advance(state: Array, control: Array, h: float, wheelbase: float, reached: 
 @kernel
 def _step(states: Array2, controls: Array2, lengths: Array1, wheelbase: float, reached: Out2) -> None:
     for k in range(len(lengths)):
-        _advance(states[k], controls[k], lengths[k], wheelbase, reached[k])
+        advance(states[k], controls[k], lengths[k], wheelbase, reached[k])
+
+
+def defects(states: Array, controls: Array, lengths: Array, wheelbase: float) -> tuple[float, float]:
+    """Errors [m], [rad] that the first n stages of a plan (N+1, 6), (N, 3) add up to against the model.
+
+    `lengths`: (n,) [s].
+    """
+    position, heading = _defects(states, controls, lengths, wheelbase)
+    return position, heading
+
+
+@kernel
+def _defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float) -> tuple[float, float]:
+    reached, position, heading = np.empty(STATES), 0.0, 0.0
+    for k in range(len(lengths)):
+        advance(states[k], controls[k], lengths[k], wheelbase, reached)
+        position += hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y])
+        heading += abs(reached[PHI] - states[k + 1, PHI])
+    return position, heading
 
 
 @kernel
 def _rollout(controls: Array2, lengths: Array1, wheelbase: float, states: Out2) -> None:
     for k in range(len(lengths)):
-        _advance(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
+        advance(states[k], controls[k], lengths[k], wheelbase, states[k + 1])
 
 
 _TIMES = (0.0, 0.5, 1.0)

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rti_mpcc.model.bicycle import step_one
+from geometry.compiled import Array2, Out1, kernel
+from rti_mpcc.model.bicycle import advance
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import DELTA
+from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A
 from rti_mpcc.types import Array
 
 
@@ -39,19 +40,38 @@ def roll_forward(
         wheelbase: [m]; steering: the mechanical stop of the steering [rad].
         disturbance: what acts besides, see (O4); both states have the steering that is measured.
     """
-    edges = [now, *(c.begins for c in queue if now < c.begins < until), until]
-    d, o, gain = disturbance
-    reached: tuple[float, ...] = tuple(disturbance.effective(state).tolist())
-    for begin, end in pairwise(edges):
-        acting = [c for c in queue if c.begins <= begin]
-        seconds = end - begin
-        if seconds <= 0.0:
-            continue
-        a, rate = (acting[-1].acceleration, acting[-1].steering_rate) if acting else (0.0, 0.0)
-        delta = reached[DELTA] - o
-        turned = min(max(delta + rate * seconds, min(-steering, delta)), max(steering, delta))
-        reached = step_one(reached, (gain * a + d, (turned - delta) / seconds, 0.0), seconds, wheelbase)
-    return disturbance.measured(np.array(reached))
+    reached = disturbance.effective(state)
+    commands = np.array(queue, dtype=np.float64).reshape(-1, len(QueuedCommand._fields))
+    _roll_forward(commands, now, until, *disturbance, steering, wheelbase, reached)
+    return disturbance.measured(reached)
+
+
+@kernel
+def _roll_forward(
+    commands: Array2,
+    now: float,
+    until: float,
+    d: float,
+    o: float,
+    gain: float,
+    most: float,
+    wheelbase: float,
+    state: Out1,
+) -> None:
+    """Drive `state` on, by (O4) and (M1), from one command's begin to the next one's."""
+    control = np.zeros(CONTROLS)
+    begin, coming = now, 0
+    while begin < until:
+        while coming < len(commands) and commands[coming, 0] <= begin:
+            coming += 1
+        end = min(commands[coming, 0], until) if coming < len(commands) else until
+        a = commands[coming - 1, 1] if coming > 0 else 0.0
+        rate = commands[coming - 1, 2] if coming > 0 else 0.0
+        seconds, delta = end - begin, state[DELTA] - o
+        turned = min(max(delta + rate * seconds, min(-most, delta)), max(most, delta))
+        control[A], control[DELTA_DOT] = gain * a + d, (turned - delta) / seconds
+        advance(state, control, seconds, wheelbase, state)
+        begin = end
 
 
 def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:

@@ -17,12 +17,12 @@ the time spent in it: the narrower the lane, the more it would pay to hurry.
 
 from __future__ import annotations
 
-from math import cos, inf, sin
+from math import cos, inf, sin, tan
 from typing import NamedTuple
 
 import numpy as np
 
-from geometry.compiled import Array1, Array4, Out3, Out4, kernel
+from geometry.compiled import Array1, Array2, Array3, Array4, Out3, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from rti_mpcc.config import BoundRelaxation, Footprint, NarrowPassage
 from rti_mpcc.model.layout import DELTA, PHI, POSE, V, X, Y
@@ -113,18 +113,26 @@ def free_response(states: Array, lengths: Array, wheelbase: float, span: float) 
         states: (N+1, 6); lengths: (N,) of the stages [s]; wheelbase: L [m]; span: [s].
     """
     elapsed = np.add.accumulate(lengths)
-    n = max(int(elapsed.searchsorted(span)), 1)
-    elapsed, phi = elapsed[:n], states[1 : n + 1, PHI]
-    c, s = np.cos(phi), np.sin(phi)
-    travelled = np.add.accumulate(lengths[:n] * states[:n, V])
-    turn = travelled * ((1.0 + np.tan(states[0, DELTA]) ** 2) / wheelbase)
-    by = np.zeros((n, POSE, MEASURED))
-    by[:, X, X] = by[:, Y, Y] = by[:, PHI, PHI] = 1.0
-    by[:, X, V], by[:, Y, V] = elapsed * c, elapsed * s
-    by[:, X, PHI], by[:, Y, PHI] = -travelled * s, travelled * c
-    aside = 0.5 * travelled * turn
-    by[:, X, DELTA], by[:, Y, DELTA], by[:, PHI, DELTA] = -aside * s, aside * c, turn
+    by = np.zeros((max(int(elapsed.searchsorted(span)), 1), POSE, MEASURED))
+    _free_response(states, lengths, wheelbase, by)
     return by
+
+
+@kernel
+def _free_response(states: Array2, lengths: Array1, wheelbase: float, by: Out3) -> None:
+    """Equation (H5)."""
+    per_way = (1.0 + tan(states[0, DELTA]) ** 2) / wheelbase
+    elapsed, travelled = 0.0, 0.0
+    for k in range(len(by)):
+        elapsed += lengths[k]
+        travelled += lengths[k] * states[k, V]
+        c, s = cos(states[k + 1, PHI]), sin(states[k + 1, PHI])
+        turn = travelled * per_way
+        aside = 0.5 * travelled * turn
+        by[k, X, X] = by[k, Y, Y] = by[k, PHI, PHI] = 1.0
+        by[k, X, V], by[k, Y, V] = elapsed * c, elapsed * s
+        by[k, X, PHI], by[k, Y, PHI] = -travelled * s, travelled * c
+        by[k, X, DELTA], by[k, Y, DELTA], by[k, PHI, DELTA] = -aside * s, aside * c, turn
 
 
 def margin_deficit(rows: CorridorRows, drift: Array, change: Array) -> Array | None:
@@ -135,9 +143,28 @@ def margin_deficit(rows: CorridorRows, drift: Array, change: Array) -> Array | N
         drift: (n, 3, 5) of the plan linearised about, see `free_response`.
         change: (5,) in x, y, phi, v, delta that the plan begins with beside it.
     """
-    n = len(drift)
-    missing = rows.lower[:n] - np.matmul(rows.slopes[:n], (drift @ change)[:, None, :, None])[..., 0]
-    return np.maximum(missing, 0.0) if float(missing.max()) > 0.0 else None
+    missing = np.empty((len(drift), *rows.lower.shape[1:]))
+    return missing if _margin_deficit(rows.slopes, rows.lower, drift, change, missing) else None
+
+
+@kernel
+def _margin_deficit(slopes: Array4, lower: Array3, drift: Array3, change: Array1, missing: Out3) -> bool:
+    """m of (H4). Returns whether anything is missing."""
+    lacks = False
+    moved = np.empty(POSE)
+    for k in range(len(drift)):
+        for i in range(POSE):
+            moved[i] = 0.0
+            for j in range(MEASURED):
+                moved[i] += drift[k, i, j] * change[j]
+        for piece in range(lower.shape[1]):
+            for side in range(lower.shape[2]):
+                lack = lower[k, piece, side]
+                for i in range(POSE):
+                    lack -= slopes[k, piece, side, i] * moved[i]
+                missing[k, piece, side] = max(lack, 0.0)
+                lacks |= lack > 0.0
+    return lacks
 
 
 def relaxed_bounds(

@@ -7,17 +7,18 @@ from cycle to cycle, as stages move on. So where corners pass each other the way
 
 from __future__ import annotations
 
-from math import cos
+from math import cos, hypot, sin
 
 import numpy as np
 
 from geometry import Corridor
-from geometry.contacts import ALONG, APART, AT_X, Contacts
+from geometry.compiled import Array2, Array4, Index1, IndexOut1, Out4, kernel
+from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from geometry.shape_grid import Body
 from rti_mpcc.config import Footprint
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import states_at
-from rti_mpcc.types import Array, Index, Trajectory
+from rti_mpcc.types import Trajectory
 
 
 def stage_contacts(
@@ -32,36 +33,60 @@ def stage_contacts(
     """
     within = footprint.margin + footprint.near
     found = corridor.contacts(index, body, plan.states[1:, :POSE], within=within, outward=footprint.outward)
-    stages = _passing(found, plan.states, footprint)
-    if not stages.size:
+    passing = np.empty(len(plan.controls), dtype=np.int64)
+    count = _passing(found.values, plan.states, footprint.margin, cos(footprint.corner), passing)
+    if not count:
         return found
+    stages = passing[:count]
     shares = np.arange(1, footprint.between + 1) / (footprint.between + 1)
     begins, lengths = plan.times[stages, None], np.diff(plan.times)[stages, None]
     between = states_at(plan, (begins + lengths * shares).ravel(), wheelbase)
     more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=footprint.outward)
-    turned = between[:, PHI].reshape(len(stages), -1) - plan.states[stages + 1, PHI, None]
-    every = np.concatenate((found.values[stages, None], _in_frames(more, turned)), axis=1)
-    nearest = every[..., APART].argmin(axis=1)[:, None, ..., None]
     values = found.values.copy()
-    values[stages] = np.take_along_axis(every, nearest, axis=1)[:, 0]
+    _keep_nearer(values, plan.states, more.values, between, stages)
     return Contacts(values=values)
 
 
-def _passing(found: Contacts, states: Array, footprint: Footprint) -> Index:
-    """The intervals (m,), from the second on, over which a normal turns, and the margin may be missed."""
-    way = np.hypot(np.diff(states[1:, X]), np.diff(states[1:, Y]))[:, None, None]
-    near = np.minimum(found.apart[:-1], found.apart[1:]) <= footprint.margin + way
-    normals = found.normal * np.exp(1j * states[1:, PHI])[:, None, None]
-    turns = (normals[:-1].conj() * normals[1:]).real < cos(footprint.corner)
-    seen = np.maximum(found.apart[:-1], found.apart[1:]) < np.inf
-    return 1 + np.flatnonzero((near & turns & seen).any(axis=(1, 2)))
+@kernel
+def _passing(contacts: Array4, states: Array2, margin: float, alike: float, passing: IndexOut1) -> int:
+    """The intervals, from the second on, over which a normal turns, and the margin may be missed; returns how
+    many these are."""
+    count = 0
+    for k in range(1, len(contacts)):
+        way = hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
+        turned = states[k + 1, PHI] - states[k, PHI]
+        c, s = cos(turned), sin(turned)
+        passes = False
+        for piece in range(contacts.shape[1]):
+            for side in range(contacts.shape[2]):
+                begin, end = contacts[k - 1, piece, side], contacts[k, piece, side]
+                arm = max(hypot(begin[AT_X], begin[AT_Y]), hypot(end[AT_X], end[AT_Y]))
+                # No point of the piece moves farther than that: so near may it come in the meantime.
+                least = 0.5 * (begin[APART] + end[APART] - way - arm * abs(turned))
+                along = c * end[ALONG] - s * end[ACROSS]
+                across = s * end[ALONG] + c * end[ACROSS]
+                passes |= least < margin and begin[ALONG] * along + begin[ACROSS] * across < alike
+        if passes:
+            passing[count] = k
+            count += 1
+    return count
 
 
-def _in_frames(found: Contacts, turned: Array) -> Array:
-    """Contacts (m, shares, pieces, sides, 5) as seen from bodies turned by so much less (m, shares) [rad]."""
-    values = found.values.reshape(*turned.shape, *found.values.shape[1:]).copy()
-    c, s = np.cos(turned)[..., None, None], np.sin(turned)[..., None, None]
-    for along in (ALONG, AT_X):
-        ahead, aside = values[..., along].copy(), values[..., along + 1].copy()
-        values[..., along], values[..., along + 1] = c * ahead - s * aside, s * ahead + c * aside
-    return values
+@kernel
+def _keep_nearer(values: Out4, states: Array2, more: Array4, between: Array2, stages: Index1) -> None:
+    """Of each interval the nearest contact, as seen from the body at its end."""
+    each = len(between) // len(stages)
+    for i in range(len(between)):
+        k = stages[i // each]
+        turned = between[i, PHI] - states[k + 1, PHI]
+        c, s = cos(turned), sin(turned)
+        for piece in range(values.shape[1]):
+            for side in range(values.shape[2]):
+                found, nearer = values[k, piece, side], more[i, piece, side]
+                if nearer[APART] >= found[APART]:
+                    continue
+                found[APART] = nearer[APART]
+                found[ALONG] = c * nearer[ALONG] - s * nearer[ACROSS]
+                found[ACROSS] = s * nearer[ALONG] + c * nearer[ACROSS]
+                found[AT_X] = c * nearer[AT_X] - s * nearer[AT_Y]
+                found[AT_Y] = s * nearer[AT_X] + c * nearer[AT_Y]

@@ -84,9 +84,11 @@ def quadratic_cost(
         )
         if walls is not None:
             _add_wall_slopes(walls.distance, slopes.bound_distance, reaches[0], gradient)
-    _add_goal(hessian, gradient, states[-1], weights, goal, settings.goal_clip)
-    on_controls = np.stack((weights.acceleration, weights.steering_rate, weights.virtual_speed))
-    _control_cost(controls, on_controls, weights.progress_reward, control_hessian, control_gradient)
+    pull = np.array((goal.x, goal.y, goal.phi))
+    clip_goal = settings.goal_clip if weights.goal_clipped else (np.inf, np.inf)
+    _add_goal(states[-1], pull, weights.goal, weights.goal_speed, *clip_goal, hessian, gradient)
+    on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed
+    _control_cost(controls, *on_controls, weights.progress_reward, control_hessian, control_gradient)
     for column, most, on_excess in (
         (A, comfort.acceleration, beyond.acceleration),
         (DELTA_DOT, comfort.steering_rate, beyond.steering_rate),
@@ -213,13 +215,21 @@ def _add_wall_slopes(distances: Array2, bound_distance: Array1, reach: float, gr
 
 @kernel
 def _control_cost(
-    controls: Array2, weights: Array2, progress_reward: Array1, hessian: Out2, gradient: Out2
+    controls: Array2,
+    acceleration: Array1,
+    steering_rate: Array1,
+    virtual_speed: Array1,
+    progress_reward: Array1,
+    hessian: Out2,
+    gradient: Out2,
 ) -> None:
-    """Equation (C2), `weights` (3, N)."""
+    """Equation (C2)."""
     for k in range(len(controls)):
+        hessian[k, A] = 2.0 * acceleration[k]
+        hessian[k, DELTA_DOT] = 2.0 * steering_rate[k]
+        hessian[k, THETA_DOT] = 2.0 * virtual_speed[k]
         for j in range(CONTROLS):
-            hessian[k, j] = 2.0 * weights[j, k]
-            gradient[k, j] = 2.0 * weights[j, k] * controls[k, j]
+            gradient[k, j] = hessian[k, j] * controls[k, j]
         gradient[k, THETA_DOT] -= progress_reward[k]
 
 
@@ -241,22 +251,27 @@ def _add_discomfort(
         hessian[k, column] += 2.0 * weight * slope**2
 
 
+@kernel
 def _add_goal(
-    hessian: Array,
-    gradient: Array,
-    last: Array,
-    weights: StageWeights,
-    goal: Pose2,
-    clip: tuple[float, float],
+    last: Array1,
+    goal: Array1,
+    weights: Array1,
+    on_speed: float,
+    most_position: float,
+    most_heading: float,
+    hessian: Out3,
+    gradient: Out2,
 ) -> None:
-    x, y, phi, v = (float(last[i]) for i in (X, Y, PHI, V))
-    dx, dy, turn = x - goal.x, y - goal.y, phi - goal.phi
-    if weights.goal_clipped:
-        share = min(1.0, clip[0] / max(hypot(dx, dy), 1e-12))
-        dx, dy, turn = share * dx, share * dy, min(max(turn, -clip[1]), clip[1])
-    on_pose = weights.goal.tolist()
-    for i, weight, error in zip(
-        (X, Y, PHI, V), (*on_pose, weights.goal_speed), (dx, dy, turn, v), strict=True
+    """Equation (C3), `weights` (3,) on the pose, the `goal` (3,); `most_...`: the clip."""
+    end = len(gradient) - 1
+    dx, dy, turn = last[X] - goal[X], last[Y] - goal[Y], last[PHI] - goal[PHI]
+    share = min(1.0, most_position / max(hypot(dx, dy), 1e-12))
+    turn = min(max(turn, -most_heading), most_heading)
+    for i, weight, error in (
+        (X, weights[X], share * dx),
+        (Y, weights[Y], share * dy),
+        (PHI, weights[PHI], turn),
+        (V, on_speed, last[V]),
     ):
-        hessian[-1, i, i] += 2.0 * weight
-        gradient[-1, i] += 2.0 * weight * error
+        hessian[end, i, i] += 2.0 * weight
+        gradient[end, i] += 2.0 * weight * error

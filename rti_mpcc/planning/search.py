@@ -11,7 +11,7 @@ from geometry import Pose2
 from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.bicycle import step
+from rti_mpcc.model.bicycle import defects
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -323,9 +323,7 @@ def _most_slack(solution: Solution, config: ControllerConfig) -> float:
 
 def defect(plan: Trajectory, config: ControllerConfig) -> tuple[float, float]:
     """Errors [m], [rad] that a plan's first `Search.checked_span` adds up to against the dynamics."""
-    stages = int(np.searchsorted(plan.times - plan.times[0], config.search.checked_span))
-    stages = min(max(stages, 1), len(plan.controls))
-    lengths = np.diff(plan.times[: stages + 1])
-    reached = step(plan.states[:stages], plan.controls[:stages], lengths, config.vehicle.wheelbase)
-    gap = reached - plan.states[1 : stages + 1]
-    return float(np.hypot(gap[:, X], gap[:, Y]).sum()), float(np.abs(gap[:, PHI]).sum())
+    times = plan.times
+    stages = int(np.searchsorted(times, times[0] + config.search.checked_span))
+    lengths = np.diff(times[: min(max(stages, 1), len(plan.controls)) + 1])
+    return defects(plan.states, plan.controls, lengths, config.vehicle.wheelbase)

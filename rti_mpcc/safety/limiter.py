@@ -28,14 +28,15 @@ def saturate(
     they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
     All that is of what is sent and measured; `disturbance`: what is known to act beside.
     """
-    control = replace(control, acceleration=disturbance.commanded(control.acceleration))
+    acceleration, steering_rate = disturbance.commanded(control.acceleration), control.steering_rate
     state = disturbance.measured(state)
-    if not (isfinite(control.acceleration) and isfinite(control.steering_rate)):
+    if not (isfinite(acceleration) and isfinite(steering_rate)):
         control = brake(state, braking(config), config)
+        acceleration, steering_rate = control.acceleration, control.steering_rate
     limits, now = config.limits, np.full(STATES, np.nan) if measured is None else measured
     speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
-    a = _within(control.acceleration, float(state[V]), float(now[V]), *speed, config, disturbance)
-    rate = _within(control.steering_rate, float(state[DELTA]), float(now[DELTA]), *steering, config)
+    a = _within(acceleration, float(state[V]), float(now[V]), *speed, config, disturbance)
+    rate = _within(steering_rate, float(state[DELTA]), float(now[DELTA]), *steering, config)
     return replace(control, acceleration=a, steering_rate=rate)
 
 
