@@ -294,7 +294,8 @@ class RtiMpcc:
         missing = margin_deficit(linear.rows, linear.drift, change)
         if missing is None:
             return far_out
-        lack = missing[0].max(axis=0)
+        lack, caution = missing[0].max(axis=0), self.config.caution
+        spare = margin - caution.hard_minimum - caution.contact_tolerance
         vehicle, direction, states = self.config.vehicle, self.part.direction, linear.states
         bounds = relaxed_bounds(
             linear.rows,
@@ -303,6 +304,7 @@ class RtiMpcc:
             np.cumsum(np.hypot(np.diff(states[:, X]), np.diff(states[:, Y]))),
             self._trails,
             margin=margin,
+            most=np.minimum(np.maximum(lack, spare), margin),
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,
             relaxation=relaxation,

@@ -175,6 +175,7 @@ def relaxed_bounds(
     trails: Array,
     *,
     margin: float,
+    most: Array,
     over: Array,
     far: float,
     relaxation: BoundRelaxation,
@@ -196,7 +197,7 @@ def relaxed_bounds(
     stay.
 
     (H4)  lower - r - (1 - (s - 2 far) / W) (over + min(over, margin - r)),
-          r_i = min(margin, max(1 - (t / T)³, 1 - (s / S)³) m_i
+          r_i = min(most, max(1 - (t / T)³, 1 - (s / S)³) m_i
                             + (1 - (s / (S + 2 l_i))³) max over pieces j of 3 max(0, l_i - l_j) / 2S max m_j),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
@@ -207,6 +208,7 @@ def relaxed_bounds(
     Args:
         missing: (n, pieces, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
         travelled: (N,) distance s driven by then [m]; trails: (pieces,) l, 0 for pieces that lead [m].
+        most: (sides,) r at most [m]: a plan is not to come nearer than may be driven.
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
     time, margin_distance, boundary_distance = (
@@ -222,7 +224,7 @@ def relaxed_bounds(
     share = 1.0 - np.minimum(np.minimum(elapsed / time, travelled / margin_distance), 1.0) ** 3
     relief[:n] += share[:n, None, None] * missing
     relief[n:] += share[n:, None, None] * missing[-1]
-    np.minimum(relief, margin, out=relief)
+    np.minimum(relief, most, out=relief)
     if over.any():
         back = np.minimum(np.maximum(1.0 - (travelled - 2.0 * far) / boundary_distance, 0.0), 1.0)
         relief += back[:, None, None] * (over + np.minimum(over, margin - relief))

@@ -195,6 +195,7 @@ def relieved(
     margin: float,
     travelled: float = 0.0,
     trails: Array | None = None,
+    most: float | None = None,
 ) -> Array:
     """`relaxed_bounds` with what the vehicle lacks itself, all stages `travelled` [m] along."""
     missing = margin_deficit(rows, STAYS, np.append(change, [0.0, 0.0]))
@@ -208,6 +209,7 @@ def relieved(
         np.full(len(elapsed), travelled),
         np.zeros(5) if trails is None else trails,
         margin=margin,
+        most=np.full(rows.lower.shape[2], margin if most is None else most),
         over=over,
         far=0.0,
         relaxation=RELAXATION,
@@ -247,6 +249,16 @@ def test_missing_margin_is_given_back_along_the_plan_and_no_more_than_the_margin
     inside[0] -= 9.0  # nothing is missing where the vehicle is
     little = relieved(CorridorRows(rows.slopes, inside), aside, elapsed, margin=0.3 * missing)
     assert little[4, 2, 0] == pytest.approx(-0.3 * missing, rel=1e-6)
+
+
+def test_no_more_is_given_back_than_may_be(corridor: Corridor, states: Array) -> None:
+    rows = rows_about(states, contacts_of(corridor, states))
+    short = CorridorRows(rows.slopes, rows.lower - rows.lower[4, 2, 0])
+    elapsed, aside = np.full(len(states), 1e-9), -0.06 * rows.slopes[4, 2, 0]
+    given = short.lower - relieved(short, aside, elapsed, MARGIN)
+    assert given[4, 2, 0] > 0.05
+    less = short.lower - relieved(short, aside, elapsed, MARGIN, most=0.04)
+    np.testing.assert_allclose(less, np.minimum(given, 0.04), atol=1e-12)
 
 
 def test_a_boundary_that_the_vehicle_is_over_comes_back_along_the_way(
