@@ -77,6 +77,7 @@ soak: $(TEST)
 bench: $(TEST)
 	$(PY) -m benchmarks.compare_speed $(BASE)
 	$(PY) -m benchmarks.measure_speed $(BENCH)
+	$(PY) -m benchmarks.measure_narrow $(BENCH)
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
