@@ -28,7 +28,7 @@ import numpy as np
 from estimation.settings import DisturbanceFilterConfig
 from estimation.types import Array
 from geometry import lift
-from geometry.compiled import Array1, Array2, Out1, Out2, kernel
+from geometry.compiled import Array1, Out1, Out2, kernel
 
 V: Final = 0
 """speed [m/s]."""
@@ -162,73 +162,59 @@ def _predicted(
     config: DisturbanceFilterConfig,
 ) -> tuple[Array, Array]:
     """Mean (6,) and covariance (6, 6) after `seconds`, (O1) to (O3)."""
-    x = estimate.mean
-    gained = seconds * (acceleration * (1.0 + x[G]) + x[D])
-    distance = seconds * (x[V] + 0.5 * gained) / wheelbase
-    angle = 0.5 * (last.delta + motion.delta) + x[O]
-    carried = np.eye(STATES)
-    carried[V, D], carried[V, G] = seconds, seconds * acceleration
-    carried[PHI, O] = distance * (1.0 + x[C]) / cos(angle) ** 2
-    carried[PHI, C] = distance * tan(angle)
-    covariance = np.empty((STATES, STATES))
-    _carry(estimate.covariance, carried, _walk(seconds, config), covariance)
-    mean = x.copy()
-    mean[V] += gained
-    mean[PHI] += distance * (1.0 + x[C]) * tan(angle)
-    _cap(covariance, first_variances(config))
+    mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
+    walks = config.acceleration_walk, config.speed_walk, config.heading_walk, config.steering_walk
+    steering = 0.5 * (last.delta + motion.delta)
+    _predict(mean, covariance, steering, seconds, acceleration, wheelbase, *walks, first_variances(config))
     return mean, covariance
 
 
-def _walk(seconds: float, config: DisturbanceFilterConfig) -> Array:
-    """Covariance (6, 6) that `seconds` add."""
-    walk = np.zeros((STATES, STATES))
-    d = config.acceleration_walk**2
-    walk[V, V] = d * seconds**3 / 3.0 + config.speed_walk**2 * seconds
-    walk[V, D] = walk[D, V] = d * seconds**2 / 2.0
-    walk[D, D] = d * seconds
-    walk[PHI, PHI] = config.heading_walk**2 * seconds
-    walk[O, O] = config.steering_walk**2 * seconds
-    return walk
-
-
 @kernel
-def _carry(covariance: Array2, carried: Array2, walk: Array2, found: Out2) -> None:
-    """F P F' + Q."""
-    half = np.empty((STATES, STATES))
+def _predict(
+    mean: Out1,
+    covariance: Out2,
+    steering: float,
+    seconds: float,
+    acceleration: float,
+    wheelbase: float,
+    acceleration_walk: float,
+    speed_walk: float,
+    heading_walk: float,
+    steering_walk: float,
+    most: Array1,
+) -> None:
+    """F P F' + Q; of no offset is less known than in the beginning, `most` (6,)."""
+    gained = seconds * (acceleration * (1.0 + mean[G]) + mean[D])
+    distance = seconds * (mean[V] + 0.5 * gained) / wheelbase
+    angle = steering + mean[O]
+    carried, half = np.eye(STATES), np.zeros((STATES, STATES))
+    carried[V, D], carried[V, G] = seconds, seconds * acceleration
+    carried[PHI, O] = distance * (1.0 + mean[C]) / cos(angle) ** 2
+    carried[PHI, C] = distance * tan(angle)
+    mean[V] += gained
+    mean[PHI] += distance * (1.0 + mean[C]) * tan(angle)
     for i in range(STATES):
         for j in range(STATES):
-            half[i, j] = 0.0
             for k in range(STATES):
                 half[i, j] += carried[i, k] * covariance[k, j]
     for i in range(STATES):
         for j in range(STATES):
-            found[i, j] = walk[i, j]
+            covariance[i, j] = 0.0
             for k in range(STATES):
-                found[i, j] += half[i, k] * carried[j, k]
-
-
-@kernel
-def _cap(covariance: Out2, most: Array1) -> None:
-    """Of no offset is less known than in the beginning."""
+                covariance[i, j] += half[i, k] * carried[j, k]
+    d = acceleration_walk**2
+    covariance[V, V] += d * seconds**3 / 3.0 + speed_walk**2 * seconds
+    covariance[V, D] += d * seconds**2 / 2.0
+    covariance[D, V] += d * seconds**2 / 2.0
+    covariance[D, D] += d * seconds
+    covariance[PHI, PHI] += heading_walk**2 * seconds
+    covariance[O, O] += steering_walk**2 * seconds
     for i in _OFFSETS:
         if covariance[i, i] > most[i]:
             share = sqrt(most[i] / covariance[i, i])
             for j in range(STATES):
                 covariance[i, j] *= share
                 covariance[j, i] *= share
-
-
-@kernel
-def _measure(mean: Out1, covariance: Out2, i: int, value: float, variance: float) -> None:
-    """Kalman's update by a measurement of the i-th state alone."""
-    gain = np.empty(STATES)
-    for j in range(STATES):
-        gain[j] = covariance[j, i] / (covariance[i, i] + variance)
-    row, innovation = covariance[i].copy(), value - mean[i]
-    for j in range(STATES):
-        mean[j] += gain[j] * innovation
-        for k in range(STATES):
-            covariance[j, k] -= gain[j] * row[k]
 
 
 def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
@@ -254,16 +240,41 @@ def _corrected(
 ) -> tuple[Array, Array]:
     """After a measurement that is taken in."""
     mean, covariance = mean.copy(), covariance.copy()
-    # Their noises are independent, so one may be taken in after the other.
-    _measure(mean, covariance, V, motion.v, config.speed_std**2)
-    _measure(mean, covariance, PHI, lift(motion.phi, float(mean[PHI])), config.heading_std**2)
-    for quantity, most in (
-        (D, config.most_acceleration),
-        (G, config.most_drive_share),
-        (O, config.most_steering),
-    ):
-        mean[quantity] = min(max(mean[quantity], -most), most)
-    return mean, 0.5 * (covariance + covariance.T)
+    phi, stds = lift(motion.phi, float(mean[PHI])), (config.speed_std, config.heading_std)
+    most = config.most_acceleration, config.most_drive_share, config.most_steering
+    _correct(mean, covariance, motion.v, phi, *stds, *most)
+    return mean, covariance
+
+
+@kernel
+def _correct(
+    mean: Out1,
+    covariance: Out2,
+    v: float,
+    phi: float,
+    speed_std: float,
+    heading_std: float,
+    most_d: float,
+    most_g: float,
+    most_o: float,
+) -> None:
+    """Kalman's update by v and phi, one after the other as their noises are independent."""
+    gain, row = np.empty(STATES), np.empty(STATES)
+    for i, value, std in ((V, v, speed_std), (PHI, phi, heading_std)):
+        for j in range(STATES):
+            row[j] = covariance[i, j]
+            gain[j] = covariance[j, i] / (covariance[i, i] + std**2)
+        innovation = value - mean[i]
+        for j in range(STATES):
+            mean[j] += gain[j] * innovation
+        for j in range(STATES):
+            for k in range(STATES):
+                covariance[j, k] -= gain[j] * row[k]
+    for i, most in ((D, most_d), (G, most_g), (O, most_o)):
+        mean[i] = min(max(mean[i], -most), most)
+    for j in range(STATES):
+        for k in range(j):
+            covariance[j, k] = covariance[k, j] = 0.5 * (covariance[j, k] + covariance[k, j])
 
 
 def first_variances(config: DisturbanceFilterConfig) -> Array:

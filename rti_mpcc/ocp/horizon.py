@@ -59,7 +59,7 @@ def stage_times(begin: float, lengths: Array) -> Array:
     """Times (N+1,) [s] of the stages' ends, from `begin` [s] on."""
     times = np.empty(len(lengths) + 1)
     times[0] = begin
-    np.cumsum(lengths, out=times[1:])
+    np.add.accumulate(lengths, out=times[1:])
     times[1:] += begin
     return times
 
