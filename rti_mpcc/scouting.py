@@ -114,7 +114,10 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
             plan = attempt.plan if attempt.fits else guess
             distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config), w)
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
-            obstruction = _obstruction(s, context, plan, distance, w)
+            # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
+            on_guess = lookout.distance_to_contact(s, guess, w.config)
+            met = (guess, on_guess) if on_guess < inf else (plan, distance)
+            obstruction = _obstruction(s, context, *met, w)
     if obstruction is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)

@@ -163,11 +163,13 @@ def progress_of_contact(
     """Progress [m] at which a body on the path meets what a plan meets after so far [m].
 
     Stops are on the path, and a plan may be beside it: on the inside of a bend it is farther along by then.
-    Where the body on the path does not meet it, or later, it is the plan's own progress; so it is where that
-    body meets it all along, which the plan passes.
+    Where the body on the path does not meet it, or later, it is where the plan's body is beside the path; so
+    it is where that body meets it all along, which the plan passes.
     """
     state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
-    begin, end = float(plan.states[0, THETA]), float(state[0, THETA])
+    x, y, phi = state[0, :POSE].tolist()
+    # Not the plan's own progress: nothing holds that to where an arrival is.
+    begin, end = float(plan.states[0, THETA]), part.project(x, y, heading=phi)
     body = shapely.Polygon(body_polygons(state, config.vehicle)[0])
     met = [each.shape for each in obstacles if body.intersects(each.shape)]
     if not met:
