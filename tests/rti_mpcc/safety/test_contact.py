@@ -242,7 +242,7 @@ def test_what_a_plan_meets_is_met_by_the_body_on_the_path_at_its_own_progress() 
         return contact.progress_of_contact(plan, distance, part, around.standing, CONFIG)
 
     spacing = CONFIG.caution.check_spacing
-    for ahead in (0.0, 3.0, -3.0):
+    for ahead in (0.0, -3.0, 3.0):
         plan = straight_on(2.0, 30.0)
         plan.states[:, THETA] = plan.states[:, 0] + ahead
         found = progress(plan, met + 0.01 - 2.0)
