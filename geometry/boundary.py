@@ -1,8 +1,7 @@
 """Polylines with an allowed side, sampled, and the sample that is nearest to each of many points.
 
-Polylines are stored as samples at most SPACING apart, oriented so that the allowed side is on the left. A
-corner is a vertex where the boundary recedes from the allowed side, turning left by more than CORNER; a
-feature is a run of segments between corners or open ends: on it the nearest point moves without jumps.
+Polylines are stored as samples at most SPACING apart, oriented so that the allowed side is on the left. The
+metrics measure with them, and with shapely; the controller does with geometry.shape_grid.
 
 Points and tangents are complex numbers here; geometry.nearest goes on from the nearest sample to the nearest
 point.
@@ -12,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from hashlib import blake2b
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Array, Complex, Index, Mask
-from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, chain, juts_out, ring
+from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, chain, ring
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -48,15 +46,15 @@ class Beside(NamedTuple):
     Attributes:
         segments: (4, n) samples x + iy, unit tangents of both segments, their lengths as the real and the
             imaginary part of one number [m].
-        features: (3, n) those that the segments belong to, and whether a polyline begins or ends there.
+        is_end: (n,) whether a polyline begins or ends there, and nothing is forbidden beyond.
     """
 
     segments: Complex
-    features: Index
+    is_end: Mask
 
     def take(self, rows: Index) -> Beside:
         """Some of them."""
-        return Beside(self.segments.take(rows, axis=1), self.features.take(rows, axis=1))
+        return Beside(self.segments.take(rows, axis=1), self.is_end.take(rows))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,7 +62,7 @@ class Boundary:
     """Sampled polylines with their allowed side on the left; `from_polylines` builds it.
 
     A route of many kilometres has half a million samples, so a sample is no more than its place and its entry
-    in the tree; `beside` derives tangents and features for the few that are asked for. `with_table` has those
+    in the tree; `beside` derives tangents for the few that are asked for. `with_table` has those
     of all samples, which is faster.
 
     Attributes, for k samples in the order of the polylines:
@@ -74,15 +72,10 @@ class Boundary:
         ends: (e,) the samples where one does; at_ends: what is beside these.
         table: what is beside all samples, if it is kept.
         added: (i,) samples between the points that the polylines were given by.
-        first, last: (F,) first and last sample of each feature.
-        is_loop: (F,) whether the feature closes on itself.
         is_closed: the polylines are rings; the first sample is there again as the last one.
         leads: unit tangents with which another boundary leads to the start and on from the end.
-        juts: (k,) whether the sample is a corner that juts into the allowed side, turning right by more than
-            CORNER, or an open end; any_juts: whether any does.
-        mark: a number that tells this boundary from others.
         tree: of the samples.
-        coarse: (j,) every STRIDE-th sample, all ends of features and all sharp turns.
+        coarse: (j,) every STRIDE-th sample, and all ends.
         middle, reach: (g,) for each _GROUP coarse samples one of them x + iy, and within what distance of it
             all samples from the first of them to the first of the next group are [m].
     """
@@ -94,14 +87,8 @@ class Boundary:
     at_ends: Beside
     table: Beside | None
     added: NDArray[np.int32]
-    first: Index
-    last: Index
-    is_loop: Mask
     is_closed: bool
     leads: tuple[complex, complex] | None
-    juts: Mask
-    any_juts: bool
-    mark: int
     tree: cKDTree[None]
     coarse: NDArray[np.int32]
     middle: Complex
@@ -129,22 +116,14 @@ class Boundary:
         begins = np.array(list(accumulate((each.vertex.size for each in chains), initial=0)))
         # The samples of a single polyline may be its own points.
         vertex = np.concatenate([each.vertex for each in chains]) if len(chains) > 1 else chains[0].vertex
-        first, last, reflex_vertices, added = (
-            np.concatenate([getattr(each, name) + at for each, at in zip(chains, begins[:-1], strict=True)])
-            for name in ("first", "last", "reflex_vertices", "added")
-        )
-        even = np.arange(0, vertex.size, STRIDE, dtype=np.int32)
-        coarse = np.unique(
-            np.concatenate((even, first, last, reflex_vertices), dtype=np.int32, casting="same_kind")
-        )
-        middle, reach = _groups(vertex, coarse)
+        added = np.concatenate([each.added + at for each, at in zip(chains, begins[:-1], strict=True)])
         is_end = np.zeros(vertex.size, dtype=np.bool_)
         is_end[begins[:-1]] = is_end[begins[1:] - 1] = True
         ends = np.flatnonzero(is_end)
-        at_ends = _at_ends(vertex, begins, first, ends, closed, leads)
-        juts = np.zeros(vertex.size, dtype=np.bool_)
-        juts[reflex_vertices] = True
-        juts[ends] = (at_ends.features[2] != 0) | juts_out(at_ends.segments[2] * at_ends.segments[1].conj())
+        even = np.arange(0, vertex.size, STRIDE, dtype=np.int32)
+        coarse = np.unique(np.concatenate((even, ends), dtype=np.int32, casting="same_kind"))
+        middle, reach = _groups(vertex, coarse)
+        at_ends = _at_ends(vertex, begins, ends, closed, leads)
         return cls(
             vertex=vertex,
             begins=begins,
@@ -153,14 +132,8 @@ class Boundary:
             at_ends=at_ends,
             table=None,
             added=added.astype(np.int32),
-            first=first,
-            last=last,
-            is_loop=np.concatenate([each.is_loop for each in chains]),
             is_closed=closed,
             leads=leads,
-            juts=juts,
-            any_juts=bool(juts.any()),
-            mark=_mark(vertex, begins, bytes((closed, leads is not None))),
             # On the same numbers as the vertices.
             # Shrunk to their points, the cells of a line are so flat that a query visits most of them.
             tree=as_tree(vertex, leafsize=64, compact_nodes=False, balanced_tree=False, copy_data=False),
@@ -170,7 +143,7 @@ class Boundary:
         )
 
     def with_table(self) -> Boundary:
-        """Return the same boundary with a table of what is beside all samples, 88 bytes for each."""
+        """Return the same boundary with a table of what is beside all samples, 65 bytes for each."""
         return replace(self, table=self.beside(np.arange(self.vertex.size)))
 
     def beside(self, at: Index) -> Beside:
@@ -188,15 +161,12 @@ class Boundary:
         segments[0] = places[1]
         np.divide(ways, lengths, out=segments[1:3])
         segments[3].real, segments[3].imag = lengths
-        features = np.zeros((3, at.size), dtype=np.int64)
-        features[0] = self.first.searchsorted(at)
-        features[1] = self.first.searchsorted(at, side="right")
-        features[:2] -= 1
+        is_end = np.zeros(at.size, dtype=np.bool_)
         if rows.size:
             which = self.ends.searchsorted(at[rows])
             segments[:, rows] = self.at_ends.segments[:, which]
-            features[:, rows] = self.at_ends.features[:, which]
-        return Beside(segments, features)
+            is_end[rows] = self.at_ends.is_end[which]
+        return Beside(segments, is_end)
 
     @property
     def is_open(self) -> bool:
@@ -205,7 +175,7 @@ class Boundary:
 
     @property
     def polylines(self) -> tuple[Array, ...]:
-        """What it was built from but for repeated points (m, 2) [m]; a ring from a corner on."""
+        """What it was built from but for repeated points (m, 2) [m]."""
         points, begins = self.vertex, self.begins
         if self.added.size:
             points, begins = np.delete(points, self.added), begins - np.searchsorted(self.added, begins)
@@ -299,7 +269,6 @@ class Boundary:
 def _at_ends(
     vertex: Complex,
     begins: Index,
-    first: Index,
     at: Index,
     closed: bool,
     leads: tuple[complex, complex] | None,
@@ -322,11 +291,7 @@ def _at_ends(
     if leads is not None:
         ways = np.where(missing & ~alone, np.array(leads)[:, None], ways)
     is_end = alone | (not closed and leads is None)
-    features = np.searchsorted(first, begin, side="right") - 1
-    return Beside(
-        np.vstack((vertex[at], ways, lengths[0] + 1j * lengths[1])),
-        np.vstack((features, is_end)),
-    )
+    return Beside(np.vstack((vertex[at], ways, lengths[0] + 1j * lengths[1])), is_end)
 
 
 def _groups(vertex: Complex, coarse: NDArray[np.int32]) -> tuple[Complex, Array]:
@@ -341,10 +306,3 @@ def _groups(vertex: Complex, coarse: NDArray[np.int32]) -> tuple[Complex, Array]
         reach[some] = np.abs(places - middle[some, None]).max(axis=1)
     # Others are half the way between two coarse ones from the nearer of these, at most.
     return middle, reach + 0.5 * STRIDE * SPACING
-
-
-def _mark(vertex: Complex, begins: Index, kind: bytes) -> int:
-    """A number of 48 bits that hardly any two boundaries share; any float64 holds it."""
-    digest = blake2b(as_pairs(vertex).data, digest_size=6)
-    digest.update(begins.tobytes() + kind)
-    return int.from_bytes(digest.digest(), "little")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry.arrays import Array, Mask
 from geometry.boundary import Boundary
 from geometry.errors import InputError
-from geometry.nearest import is_allowed, nearest
+from geometry.nearest import distances, is_allowed
 from geometry.sampling import as_complex, as_pairs
 from geometry.walls import Obstacles, PartWalls
 
@@ -128,7 +128,7 @@ def _beyond(sides: Sequence[Boundary], corners: Array) -> Array:
     points = as_complex(corners).reshape(-1)
     depth = np.full(points.size, np.inf)
     for side in sides:
-        distance = nearest([(side, points)]).distance
+        distance = distances(side, points)
         depth = np.minimum(depth, np.where(distance < 0.0, -distance, np.inf))
     return np.where(np.isfinite(depth), depth, 0.0).reshape(corners.shape[:2])
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry import clearance as bodies_against
 from geometry.arrays import Array, Index
-from geometry.boundary import Boundary
 from geometry.contacts import Contacts, contacts
 from geometry.errors import CorridorError, InputError
 from geometry.lines import CorridorLines
@@ -257,11 +256,6 @@ class Corridor:
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
         return self._part(part).lines
-
-    def _sides(self, part: int) -> list[Boundary | None]:
-        walls = self._part(part)
-        obstacles = self.kept_out.boundary
-        return [walls.left, walls.right] if obstacles is None else [walls.left, walls.right, obstacles]
 
     def _part(self, part: int) -> PartWalls:
         if not 0 <= part < len(self.walls):

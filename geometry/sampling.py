@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from geometry.arrays import Array, Complex, Mask
+from geometry.arrays import Array, Complex
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -18,10 +17,6 @@ if TYPE_CHECKING:
 Index = NDArray[np.integer]
 
 SPACING = 0.05  # [m] at most, between samples
-CORNER = pi / 9.0  # [rad]
-_REVERSAL = (
-    pi - 1e-6
-)  # [rad] a turn back on itself juts into the allowed side, whatever sign rounding gives it
 _BLOCK = 10_000  # points at a time: what a route of many kilometres takes meanwhile stays small
 _MERGED = 1e-6  # [m] samples nearer to each other are one
 _CROWDED = 4  # points of a line in each SPACING, above which it is thinned
@@ -30,45 +25,25 @@ _THINNED = 1e-5  # [m] no point that is left out is farther from the line than t
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Chain:
-    """One sampled polyline; attributes as in geometry.boundary.Boundary, indices from 0.
-
-    `reflex_vertices` (j,) are the samples at corners that jut into the allowed side.
-    """
+    """One sampled polyline; attributes as in geometry.boundary.Boundary, indices from 0."""
 
     vertex: Complex
     added: Index
-    first: Index
-    last: Index
-    is_loop: Mask
-    reflex_vertices: Index
 
 
 def ring(line: Complex) -> Chain:
-    """Sample a ring from a receding corner on, so that only a loop without any runs over its seam."""
+    """Sample a ring: its first point is there again as its last one."""
     line = merged(line)
     if line.size > 1 and abs(line[-1] - line[0]) <= _MERGED:
         line = line[:-1]
-    way = np.roll(line, -1) - line
-    corner = recedes(way * np.roll(way, 1).conj())
-    line = np.roll(line, -int(np.argmax(corner)))
-    return chain(np.append(line, line[0]), is_ring=True)
+    return chain(np.append(line, line[0]))
 
 
-def chain(line: Complex, *, is_ring: bool = False) -> Chain:
-    """Sample a polyline (m,); a ring repeats its first point at its end. One that is dense is not copied."""
-    line = merged(line)
-    vertex, given = _dense(line)
-    receding, reflex_vertices = _corners(line)
-    starts = np.append(0, given[receding])
-    smooth_seam = line.size > 1 and not bool(recedes((line[1] - line[0]) * (line[-1] - line[-2]).conj()))
-    return Chain(
-        vertex=vertex,
-        added=given[:0] if given.size == vertex.size else np.delete(np.arange(vertex.size), given),
-        first=starts,
-        last=np.append(starts[1:], vertex.size - 1),
-        is_loop=np.full(starts.size, is_ring and smooth_seam and starts.size == 1),
-        reflex_vertices=given[reflex_vertices],
-    )
+def chain(line: Complex) -> Chain:
+    """Sample a polyline (m,). One that is dense is not copied."""
+    vertex, given = _dense(merged(line))
+    dense = given.size == vertex.size
+    return Chain(vertex=vertex, added=given[:0] if dense else np.delete(np.arange(vertex.size), given))
 
 
 def _dense(line: Complex) -> tuple[Complex, Index]:
@@ -87,32 +62,6 @@ def _dense(line: Complex) -> tuple[Complex, Index]:
     index = np.concatenate(given)
     dense = index[-1] == line.size - 1
     return line if dense else np.concatenate([*pieces, line[-1:]]), index
-
-
-def _corners(line: Complex) -> tuple[Index, Index]:
-    """The points of a polyline (m,) at which it recedes, and at which it juts out."""
-    receding, reflex_vertices = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-    for i in range(0, line.size - 2, _BLOCK):
-        way = np.diff(line[i : i + _BLOCK + 2])
-        turn = way[1:] * way[:-1].conj()
-        receding.append(np.flatnonzero(recedes(turn)) + i + 1)
-        reflex_vertices.append(np.flatnonzero(juts_out(turn)) + i + 1)
-    return np.concatenate(receding), np.concatenate(reflex_vertices)
-
-
-def recedes(turn: Complex) -> Mask:
-    """Which turns, complex numbers with that angle, are corners that recede from the allowed side.
-
-    Only there does the nearest boundary point jump as a point goes by. Round a corner that juts out it
-    moves on without a break, so both sides of such a corner are one feature.
-    """
-    angle = np.angle(turn)
-    return np.asarray((angle > CORNER) & (angle < _REVERSAL))
-
-
-def juts_out(turn: Complex) -> Mask:
-    """Which turns are corners that jut into the allowed side."""
-    return np.asarray((np.abs(np.angle(turn)) > CORNER) & ~recedes(turn))
 
 
 def merged(line: Complex) -> Complex:

@@ -69,7 +69,7 @@ def test_more_is_kept_of_short_corridors_only() -> None:
 def test_what_is_beside_a_sample(closed: bool, tabled: bool) -> None:
     """Against one polyline after the other, sample by sample."""
     boundary = built(closed).with_table() if tabled else built(closed)
-    found = Samples.of([(boundary, np.arange(boundary.vertex.size))])
+    found = Samples.of(boundary, np.arange(boundary.vertex.size))
     for a, b in zip(boundary.begins[:-1], boundary.begins[1:], strict=True):
         for at in range(a, b):
             ways = np.zeros(2, dtype=np.complex128)
@@ -84,8 +84,6 @@ def test_what_is_beside_a_sample(closed: bool, tabled: bool) -> None:
             np.testing.assert_allclose(found.lengths[:, at], np.abs(ways), atol=1e-12)
             np.testing.assert_allclose(found.lengths[:, at] * found.tangents[:, at], ways, atol=1e-12)
             assert found.is_end[at] == (b - a == 1 or (not closed and at in (a, b - 1)))
-            for feature in found.features[:, at]:
-                assert a <= boundary.first[feature] <= boundary.last[feature] < b
 
 
 def test_all_within_a_radius_is_in_the_pieces_near() -> None:
