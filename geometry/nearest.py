@@ -58,8 +58,8 @@ def is_allowed(sides: Sequence[Boundary], c: Complex) -> Mask:
 def _foot(r: Complex, samples: Samples) -> tuple[Array, Array]:
     """How far the nearest points are (n,) [m], and what is negative on the forbidden side (n,).
 
-    r: (n,) from the samples to the points [m]. The sign is that of the segment, at a vertex that of both tangents together (the pseudo-normal).
-    Beyond an open end nothing is forbidden: positive.
+    r: (n,) from the samples to the points [m]. The sign is that of the segment, at a vertex that of both
+    tangents together (the pseudo-normal). Beyond an open end nothing is forbidden: positive.
     """
     z_in, z_out = samples.tangents.conj() * r
     length_in, length_out = samples.lengths
