@@ -117,3 +117,31 @@ def _approach(
                 else:
                     found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = on_x, on_y, p[k, 0], p[k, 1]
     found[VALUE] = least
+
+
+@inner
+def swept(corners: Array, dx: float, dy: float, found: Array) -> int:
+    """Find the corners of what a convex polygon (n, 2) covers as it moves by (dx, dy): `found` (n + 2, 2).
+
+    Returns how many these are.
+    """
+    count, n = 0, len(corners)
+    for i in range(n):
+        # Whether the edges before and behind this corner go along, or are left behind.
+        before = _leads(corners, (i - 1) % n, i, dx, dy)
+        behind = _leads(corners, i, (i + 1) % n, dx, dy)
+        found[count, 0] = corners[i, 0] + (dx if before else 0.0)
+        found[count, 1] = corners[i, 1] + (dy if before else 0.0)
+        count += 1
+        if behind != before:
+            found[count, 0] = corners[i, 0] + (dx if behind else 0.0)
+            found[count, 1] = corners[i, 1] + (dy if behind else 0.0)
+            count += 1
+    return count
+
+
+@inner
+def _leads(corners: Array, i: int, j: int, dx: float, dy: float) -> bool:
+    """Whether the motion has a part along the outward normal of the edge from corner i to j."""
+    outward: float = (corners[j, 1] - corners[i, 1]) * dx - (corners[j, 0] - corners[i, 0]) * dy
+    return outward > 0.0

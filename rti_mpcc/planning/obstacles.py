@@ -74,12 +74,11 @@ class Obstacle:
             still_since=since_when if moves else None,
         )
 
-    def swept(self, seconds: Array) -> Array:
-        """Shapes (n,) that hold it whenever it stops within each of `seconds` (n,), going on as it does."""
-        corners = shapely.get_coordinates(self.shape)
-        moved = corners + seconds[:, None, None] * self.velocity
-        both = np.concatenate((np.broadcast_to(corners, moved.shape), moved), axis=1)
-        return np.asarray(shapely.convex_hull(shapely.multipoints(both)))
+    @property
+    def hull(self) -> Array:
+        """The corners (m, 2) of its convex hull, counter-clockwise [m]."""
+        hull = shapely.orient_polygons(shapely.convex_hull(self.shape))
+        return np.ascontiguousarray(shapely.get_coordinates(hull)[:-1])
 
 
 def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:

@@ -16,14 +16,15 @@ the leading edge of the body is, it may turn into any direction while the vehicl
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
+from math import cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from geometry import Corridor, PathPart
-from geometry.compiled import Array1, Array2, Out1, inner, kernel
+from geometry.compiled import Array1, Array2, IndexOut1, Out1, inner, kernel
+from geometry.convex import VALUE, WITNESS, distance_between, swept
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
@@ -143,18 +144,48 @@ def distance_to_moving(
     if not moving:
         return np.inf
     marks, states = _driven(plan, config, reach)
-    bodies = body_polygons(states, config.vehicle)
-    speed = np.abs(states[:, V])
     elapsed = ages + config.dead_time + (_times(plan, marks) - plan.times[0])
-    stop = config.dead_time + config.cycle + speed / config.limits.acceleration
-    ahead = np.where((states[:, V] >= 0.0)[:, None, None], bodies[:, 1:3], bodies[:, [0, 3]])
-    shapes, edges = shapely.polygons(bodies), shapely.linestrings(ahead)
-    near = np.zeros(len(marks), dtype=np.bool_)
+    stop = config.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
+    body, near = body_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in moving:
-        swept, least = obstacle.swept(elapsed), config.caution.hard_minimum
-        near |= shapely.dwithin(shapes, swept, least)
-        near |= shapely.dwithin(edges, swept, least + obstacle.speed * stop)
+        _meets(
+            body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.caution.hard_minimum, near
+        )
     return float(marks[np.argmax(near)]) if near.any() else np.inf
+
+
+@kernel
+def _meets(
+    body: Array2,
+    states: Array2,
+    hull: Array2,
+    velocity: Array1,
+    elapsed: Array1,
+    stop: Array1,
+    least: float,
+    near: IndexOut1,
+) -> None:
+    """Equation (S1): set `near` (n,) to 1 where one of the bodies at `states` (n, 6) may meet it."""
+    covered, seen = np.empty((len(hull) + 2, 2)), np.empty((len(hull) + 2, 2))
+    edge, witness = np.empty((2, 2)), np.empty(WITNESS)
+    speed = hypot(velocity[0], velocity[1])
+    for n in range(len(states)):
+        count = swept(hull, velocity[0] * elapsed[n], velocity[1] * elapsed[n], covered)
+        c, s = cos(states[n, PHI]), sin(states[n, PHI])
+        for j in range(count):
+            dx, dy = covered[j, 0] - states[n, X], covered[j, 1] - states[n, Y]
+            seen[j, 0], seen[j, 1] = c * dx + s * dy, c * dy - s * dx
+        distance_between(body, 0, len(body), seen, 0, count, inf, witness)
+        if witness[VALUE] <= least:
+            near[n] = 1
+        # The leading edge: corners 1 and 2 are those at the front.
+        first = 1 if states[n, V] >= 0.0 else 3
+        for j in range(2):
+            k = (first + j) % len(body)
+            edge[j, 0], edge[j, 1] = body[k, 0], body[k, 1]
+        distance_between(edge, 0, 2, seen, 0, count, inf, witness)
+        if witness[VALUE] <= least + speed * stop[n]:
+            near[n] = 1
 
 
 def progress_of_contact(

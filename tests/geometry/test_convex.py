@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 
 from geometry.arrays import Array
 from geometry.convex import (
@@ -16,6 +17,7 @@ from geometry.convex import (
     VALUE,
     WITNESS,
     signed_distance,
+    swept,
 )
 from tests.geometry.convex_shapes import as_geometry, counter_clockwise, drawn, exact, placed
 
@@ -139,3 +141,21 @@ def test_corners_that_coincide_and_segments_of_no_length_do_no_harm() -> None:
 def test_it_is_exact_beside_long_thin_shapes() -> None:
     needle = counter_clockwise(np.array([[0.0, 0.0], [1e4, 1e-3], [1e4, -1e-3]]))
     assert between(SQUARE + np.array([5000.0, 2.0]), needle)[VALUE] == pytest.approx(1.0 - 5.001e-4, abs=2e-7)
+
+
+def test_what_a_polygon_covers_on_its_way_is_the_hull_of_both_ends() -> None:
+    """`swept` is called as a kernel calls it; uncompiled it is the same code."""
+    random = np.random.default_rng(5)
+    ways = [*random.uniform(-3.0, 3.0, (60, 2)), np.zeros(2), np.array([2.0, 0.0]), np.array([0.0, -1.0])]
+    for way in ways:
+        shape = counter_clockwise(drawn(random, int(random.integers(3, 7)), 1.0, 2.0))
+        found = np.empty((len(shape) + 2, 2))
+        count = swept(shape, float(way[0]), float(way[1]), found)
+        both = shapely.MultiPoint(np.concatenate((shape, shape + way)))
+        covered = shapely.Polygon(found[:count])
+        assert covered.is_valid
+        assert shapely.hausdorff_distance(covered, both.convex_hull) < 1e-12
+        assert covered.exterior.is_ccw
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    found = np.empty((6, 2))
+    assert swept(square, 2.0, 0.0, found) <= 6

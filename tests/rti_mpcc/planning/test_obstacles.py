@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-import shapely
 
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
@@ -98,14 +97,6 @@ def test_nothing_new_is_the_same_again() -> None:
 def test_what_is_no_polygon_is_refused_by_its_index() -> None:
     with pytest.raises(CorridorError, match=r"obstacles\[1\]"):
         observed((), [square(0.0, 0.0, 1.0), np.zeros((2, 2))], 0.0, 0.0, CONFIG)
-
-
-def test_swept_shapes_hold_every_place_on_the_way() -> None:
-    (walker,) = watched(lambda t: [square(t, 0.5 * t, 0.6, turned=0.4)], 1.0)
-    (shape,) = walker.swept(np.array([2.0]))
-    for passed in np.linspace(0.0, 2.0, 9):
-        there = shapely.Polygon(walker.outline + passed * walker.velocity)
-        assert shape.buffer(1e-9).covers(there)
 
 
 def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
@@ -212,6 +213,29 @@ def test_who_walks_onto_the_way_in_time_is_met_and_who_walks_off_it_is_not() -> 
     assert way_to(walking(15.0, 4.0, 1.0, -0.5 * np.pi), plan) < np.inf
     assert way_to(walking(15.0, 4.0, 1.0, 0.5 * np.pi), plan) == np.inf
     assert way_to(walking(15.0, 14.0, 1.0, -0.5 * np.pi), plan) == np.inf
+
+
+def test_what_moves_is_met_where_another_library_says() -> None:
+    """Equation (S1), body by body."""
+    random, met = np.random.default_rng(8), 0
+    least, limits = CONFIG.caution.hard_minimum, CONFIG.limits
+    for _ in range(40):
+        plan = straight_on(0.0, 20.0)
+        walker = walking(*random.uniform((4.0, -8.0), (20.0, 8.0)), *random.uniform((0.3, -3.1), (2.0, 3.1)))
+        expected = np.inf
+        for mark in np.arange(101) * 0.2:  # at 2 m/s
+            elapsed = CONFIG.dead_time + 0.5 * mark
+            body = body_polygons(np.array([[mark, 0.0, 0.0]]), CONFIG.vehicle)[0]
+            corners = np.concatenate((walker.outline, walker.outline + elapsed * walker.velocity))
+            covered = shapely.MultiPoint(corners).convex_hull
+            reach = walker.speed * (CONFIG.dead_time + CONFIG.cycle + 2.0 / limits.acceleration)
+            edge = shapely.LineString(body[1:3])
+            if covered.dwithin(shapely.Polygon(body), least) or covered.dwithin(edge, least + reach):
+                expected = mark
+                break
+        assert way_to(walker, plan) == pytest.approx(expected)
+        met += expected < np.inf
+    assert 5 < met < 35
 
 
 def test_beside_the_leading_edge_it_may_turn_into_any_direction() -> None:
