@@ -7,7 +7,7 @@ from cycle to cycle, as stages move on. So where corners pass each other the way
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
+from math import cos, hypot, sin, sqrt, tan
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from geometry.compiled import Array2, Array4, Index1, IndexOut1, Out4, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y, Contacts
 from geometry.shape_grid import Body
 from rti_mpcc.config import Footprint
-from rti_mpcc.model.layout import PHI, POSE, X, Y
+from rti_mpcc.model.layout import DELTA, PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.types import Trajectory
 
@@ -43,7 +43,7 @@ def stage_contacts(
     between = states_at(plan, (begins + lengths * shares).ravel(), wheelbase)
     more = corridor.contacts(index, body, between[:, :POSE], within=within, outward=footprint.outward)
     values = found.values.copy()
-    _keep_nearer(values, plan.states, more.values, between, stages)
+    _keep_nearer(values, plan.states, more.values, between, stages, wheelbase)
     return Contacts(values=values)
 
 
@@ -73,20 +73,33 @@ def _passing(contacts: Array4, states: Array2, margin: float, alike: float, pass
 
 
 @kernel
-def _keep_nearer(values: Out4, states: Array2, more: Array4, between: Array2, stages: Index1) -> None:
+def _keep_nearer(
+    values: Out4, states: Array2, more: Array4, between: Array2, stages: Index1, wheelbase: float
+) -> None:
     """Of each interval the nearest contact, as seen from the body at its end."""
     each = len(between) // len(stages)
     for i in range(len(between)):
         k = stages[i // each]
         turned = between[i, PHI] - states[k + 1, PHI]
         c, s = cos(turned), sin(turned)
+        curvature = tan(between[i, DELTA]) / wheelbase
+        spacing = hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y]) / (each + 1)
         for piece in range(values.shape[1]):
             for side in range(values.shape[2]):
                 found, nearer = values[k, piece, side], more[i, piece, side]
                 if nearer[APART] >= found[APART]:
                     continue
-                found[APART] = nearer[APART]
-                found[ALONG] = c * nearer[ALONG] - s * nearer[ACROSS]
-                found[ACROSS] = s * nearer[ALONG] + c * nearer[ACROSS]
+                # Of the way of the point: at its nearest it moves at right angles to the normal.
+                ahead, aside = 1.0 - curvature * nearer[AT_Y], curvature * nearer[AT_X]
+                way = hypot(ahead, aside)
+                along = nearer[APART] * (nearer[ALONG] * ahead + nearer[ACROSS] * aside) / way
+                apart, normal_x, normal_y = nearer[APART], nearer[ALONG], nearer[ACROSS]
+                if 0.0 < abs(along) < min(apart, way * spacing):
+                    apart = sqrt(apart * apart - along * along)
+                    normal_x = (nearer[APART] * nearer[ALONG] - along * ahead / way) / apart
+                    normal_y = (nearer[APART] * nearer[ACROSS] - along * aside / way) / apart
+                found[APART] = apart
+                found[ALONG] = c * normal_x - s * normal_y
+                found[ACROSS] = s * normal_x + c * normal_y
                 found[AT_X] = c * nearer[AT_X] - s * nearer[AT_Y]
                 found[AT_Y] = s * nearer[AT_X] + c * nearer[AT_Y]
