@@ -43,4 +43,5 @@ def test_a_fault_ends_docked_or_standing_with_a_reason(
     figures.update(fault_figures(result))
     check_all(result, noted)
     assert result.ended == "docked", f"{result.cycles.status[-1].value}: {result.cycles.reason[-1]}"
-    assert pull_outs(result.cycles.status) == 0
+    # A goal that has jumped by 3 m may be out of reach onward.
+    assert pull_outs(result.cycles.status) <= (kind == "goal_jump")

@@ -17,8 +17,9 @@ from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, seen_from
 Figures = MutableMapping[str, Any]
 Runs = Callable[[str], RunResult]
 
-SAME = 2e-3
-"""Largest distance between mirrored or rotated runs [m]: rounding decides when OSQP is done."""
+SAME = 5e-3
+"""Largest distance between mirrored or rotated runs [m]: rounding decides when OSQP is done, and which pose
+between two stages is the nearest to a corner. All end within 0.0002 m."""
 SAME_FAR_AWAY = 0.01
 """The same for a run 5 km from the origin [m]."""
 
