@@ -25,7 +25,7 @@ import numpy as np
 from geometry.arrays import Array, Complex, Index
 from geometry.compiled import Array1, Array2, Index1, Out3, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
-from geometry.shape_grid import Body, ShapeGrid, cell_at, to_box
+from geometry.shape_grid import MOST_TIED, Body, ShapeGrid, cell_at, is_new, to_box
 
 APART: Final = 0
 ALONG: Final = 1
@@ -94,7 +94,8 @@ def contacts(
     _contacts(
         body.corners, body.starts, body.middle, body.half, poses,
         grid.corners, grid.starts, owner, grid.circles,
-        grid.origin, grid.cell, grid.counts, grid.begins, grid.members, within, outward, lines, owners, found,
+        grid.origin, grid.cell, grid.counts, grid.begins, grid.members, grid.largest,
+        within, outward, lines, owners, found,
     )  # fmt: skip
     return found.reshape(len(poses), len(body.starts) - 1, owners, CONTACT)
 
@@ -115,6 +116,7 @@ def _contacts(
     counts: Index1,
     begins: Index1,
     members: Index1,
+    largest: int,
     within: float,
     outward: float,
     lines: bool,
@@ -122,16 +124,13 @@ def _contacts(
     found: Out3,
 ) -> None:
     boxes = _boxes(body, pieces)
-    most = 2
-    for i in range(len(circles)):
-        most = max(most, starts[i + 1] - starts[i])
-    shape, witness, run = np.empty((most, 2)), np.empty(WITNESS), np.empty((2, 2))
-    asked_for = np.full(len(circles), -1)
+    shape, witness, run = np.empty((max(largest, 2), 2)), np.empty(WITNESS), np.empty((2, 2))
     slots = (len(pieces) - 1) * owners
     # Of each slot: by what its contact was chosen, the least distance, and for lines what tells on which side
     # of them the piece is: heights over the segments, how many, how many beyond their ends, the nearest.
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
+    tied = np.empty((slots, MOST_TIED), np.int64)
     reach, spread = hypot(half[0], half[1]) + within, 2.0 * outward * hypot(half[0], half[1])
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
@@ -150,9 +149,6 @@ def _contacts(
                 at = row * counts[0] + column
                 for k in range(begins[at], begins[at + 1]):
                     i = members[k]
-                    if asked_for[i] == n:
-                        continue
-                    asked_for[i] = n
                     dx, dy = circles[i, 0] - x, circles[i, 1] - y
                     ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, circles[i, 2]
                     if to_box(ahead - middle[0], aside - middle[1], half) - radius > within:
@@ -178,7 +174,9 @@ def _contacts(
                                 # A line of one point has no sides.
                                 height[slot], ties[slot], ends[slot] = 0.0, 0, 0
                                 nearest[slot] = i if length > 0.0 else -1
-                            if value <= min(least[slot], within) * (1.0 + _SAME):
+                            tie = value <= min(least[slot], within) * (1.0 + _SAME)
+                            if tie and is_new(i, tied[slot], ties[slot]):
+                                tied[slot, ties[slot]] = i
                                 height[slot] += to_x * left_x + to_y * left_y
                                 ties[slot] += 1
                                 ends[slot] += over < 0.0 or over > length
@@ -356,7 +354,7 @@ def _turns_right(corners: Array, i: int) -> bool:
     first_x, first_y = corners[a + 1, 0] - corners[a, 0], corners[a + 1, 1] - corners[a, 1]
     then_x, then_y = corners[b + 1, 0] - corners[b, 0], corners[b + 1, 1] - corners[b, 1]
     turn: float = first_x * then_y - first_y * then_x
-    return turn <= 0.0
+    return turn <= _SAME * hypot(first_x, first_y) * hypot(then_x, then_y)  # straight on, but for rounding
 
 
 @inner

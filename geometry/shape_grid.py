@@ -21,6 +21,7 @@ from geometry.errors import InputError
 
 _CELLS = 4  # for each shape, and some more
 _SAME = 1e-9  # of a distance, by which two are told from one another
+MOST_TIED = 8  # shapes as near as the nearest one that are told from one another; at a vertex these are two
 _LONG = 8.0  # mean lengths of a shape that a cell is long
 
 
@@ -62,6 +63,7 @@ class ShapeGrid:
         circles: (shapes, 3) bounding circles x, y, radius [m].
         origin: (2,) of the grid [m]; cell: length of its cells [m]; counts: (2,) of them along x and y.
         begins: (cells + 1,) where the shapes of each cell begin in `members`.
+        largest: so many corners a shape has at most.
     """
 
     corners: Array
@@ -74,6 +76,7 @@ class ShapeGrid:
     counts: Index
     begins: Index
     members: Index
+    largest: int
 
     @classmethod
     def of_shapes(cls, shapes: Sequence[Array], owner: ArrayLike, owners: int) -> ShapeGrid:
@@ -119,6 +122,7 @@ class ShapeGrid:
             counts=counts,
             begins=begins,
             members=members,
+            largest=int(np.diff(starts).max(initial=1)),
         )
 
     def beyond(self, points: Array, within: float = inf) -> Array:
@@ -146,7 +150,7 @@ class ShapeGrid:
         _signed_distances(
             body.corners, body.starts, body.middle, body.half, poses,
             self.corners, self.starts, self.owner, self.circles,
-            self.origin, self.cell, self.counts, self.begins, self.members, within, found,
+            self.origin, self.cell, self.counts, self.begins, self.members, self.largest, within, found,
         )  # fmt: skip
         found[found >= within] = inf
         return found
@@ -267,14 +271,11 @@ def _signed_distances(
     counts: Index1,
     begins: Index1,
     members: Index1,
+    largest: int,
     within: float,
     found: Out2,
 ) -> None:
-    most = 0
-    for i in range(len(circles)):
-        most = max(most, starts[i + 1] - starts[i])
-    shape, witness = np.empty((most, 2)), np.empty(WITNESS)
-    asked_for = np.full(len(circles), -1)
+    shape, witness = np.empty((largest, 2)), np.empty(WITNESS)
     reach = hypot(half[0], half[1]) + within
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
@@ -287,10 +288,7 @@ def _signed_distances(
             for column in range(first_column, last_column + 1):
                 at = row * counts[0] + column
                 for k in range(begins[at], begins[at + 1]):
-                    i = members[k]
-                    if asked_for[i] == n:
-                        continue
-                    asked_for[i] = n
+                    i = members[k]  # once more in a later cell, which does no harm
                     dx, dy = circles[i, 0] - x, circles[i, 1] - y
                     apart = to_box(c * dx + s * dy - middle[0], c * dy - s * dx - middle[1], half)
                     if apart - circles[i, 2] >= found[n, owner[i]]:
@@ -310,6 +308,15 @@ def _signed_distances(
                             witness,
                         )
                         found[n, owner[i]] = min(found[n, owner[i]], witness[VALUE])
+
+
+@inner
+def is_new(i: int, tied: Index, count: int) -> bool:
+    """Whether the i-th shape is none of the first `count` that are `tied`: it may be in several cells."""
+    for k in range(count):
+        if tied[k] == i:
+            return False
+    return count < MOST_TIED
 
 
 @inner
@@ -335,7 +342,7 @@ def _beyond(
 ) -> None:
     if len(circles) == 0:
         return
-    asked_for = np.full(len(circles), -1)
+    tied = np.empty(MOST_TIED, np.int64)
     size = cell * (counts[0] + counts[1])
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
@@ -358,9 +365,6 @@ def _beyond(
                     at = row * counts[0] + column
                     for k in range(begins[at], begins[at + 1]):
                         i = members[k]
-                        if asked_for[i] == n:
-                            continue
-                        asked_for[i] = n
                         if hypot(circles[i, 0] - x, circles[i, 1] - y) - circles[i, 2] > least:
                             continue
                         edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]
@@ -375,8 +379,9 @@ def _beyond(
                         distance = hypot(over, left)
                         if distance < least * (1.0 - _SAME):
                             least, side, ties, ends = distance, 0.0, 0, 0
-                        if distance <= least * (1.0 + _SAME):
+                        if distance <= least * (1.0 + _SAME) and is_new(i, tied, ties):
                             # At a vertex both its segments tell, at an open end there is only one.
+                            tied[ties] = i
                             side += left
                             ties += 1
                             ends += over > 0.0

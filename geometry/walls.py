@@ -19,6 +19,7 @@ from geometry.shape_grid import ShapeGrid
 
 TABLED = 50_000  # samples of all walls up to which more is kept of each, for speed: 1.2 km of both sides
 _NO_LINES = shapely.MultiLineString()
+PIECE = 500  # points that are simplified together
 SMOOTH = 1e-3  # [m] that the half-planes of a curved wall may be beside it
 BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but behind it, on another way
 
@@ -180,12 +181,16 @@ def with_tables(walls: Sequence[PartWalls]) -> tuple[PartWalls, ...]:
 
 def _simple(lines: Sequence[Array]) -> list[Array]:
     """Polylines (m_i, 2) with as few points as SMOOTH allows [m]."""
-    return [
-        shapely.get_coordinates(shapely.simplify(shapely.LineString(line), SMOOTH, preserve_topology=False))
-        if len(line) > 2
-        else line
-        for line in lines
+    return [_simplified(line) if len(line) > 2 else line for line in lines]
+
+
+def _simplified(line: Array) -> Array:
+    """Piece by piece: what it takes grows with the square of a piece's length."""
+    pieces = [shapely.LineString(line[k : k + PIECE + 1]) for k in range(0, len(line) - 1, PIECE)]
+    found = [
+        shapely.get_coordinates(each) for each in shapely.simplify(pieces, SMOOTH, preserve_topology=False)
     ]
+    return np.concatenate([*(each[:-1] for each in found), found[-1][-1:]])
 
 
 def _leads(other: Array) -> tuple[complex, complex]:
