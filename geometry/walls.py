@@ -60,12 +60,18 @@ class PartWalls:
         # Boundaries go on with the same numbers.
         for line in (*left, *right):
             line.setflags(write=False)
+        sides = (
+            Boundary.from_polylines(left, leads=_leads(right[0]) if joined else None),
+            Boundary.from_polylines(right, leads=_leads(left[0]) if joined else None),
+        )
+        # Without the points that a line of far too many runs straight past.
+        lines = [() if side is None else side.polylines for side in sides]
         return cls(
-            left=Boundary.from_polylines(left, leads=_leads(right[0]) if joined else None),
-            right=Boundary.from_polylines(right, leads=_leads(left[0]) if joined else None),
+            left=sides[0],
+            right=sides[1],
             narrowest=narrowest,
-            grid=ShapeGrid.of_lines(left, right),
-            smooth=ShapeGrid.of_lines(_simple(left), _simple(right)),
+            grid=ShapeGrid.of_lines(*lines),
+            smooth=ShapeGrid.of_lines(*map(_simple, lines)),
         )
 
     @classmethod
