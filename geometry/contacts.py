@@ -25,7 +25,7 @@ import numpy as np
 from geometry.arrays import Array, Complex, Index
 from geometry.compiled import Array1, Array2, Index1, Out3, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
-from geometry.shape_grid import MOST_TIED, Body, ShapeGrid, cell_at, is_new, to_box
+from geometry.shape_grid import MOST_TIED, Body, ShapeGrid, cell_at, in_frame, is_new, to_box
 
 APART: Final = 0
 ALONG: Final = 1
@@ -154,7 +154,7 @@ def _contacts(
                     if to_box(ahead - middle[0], aside - middle[1], half) - radius > within:
                         continue
                     count = starts[i + 1] - starts[i]
-                    _in_frame(corners, starts[i], count, x, y, c, s, shape)
+                    in_frame(corners, starts[i], count, x, y, c, s, shape)
                     for piece in range(len(pieces) - 1):
                         slot, first, stop = piece * owners + owner[i], pieces[piece], pieces[piece + 1]
                         # All that a piece overlaps is looked at: how deep, its whole run has to tell.
@@ -193,7 +193,7 @@ def _contacts(
             for slot in range(slots):
                 at_open_end = ties[slot] == 1 and ends[slot] == 1
                 if nearest[slot] >= 0 and least[slot] > 0.0 > height[slot] and not at_open_end:
-                    _in_frame(corners, starts[nearest[slot]], 2, x, y, c, s, shape)
+                    in_frame(corners, starts[nearest[slot]], 2, x, y, c, s, shape)
                     length, left_x, left_y = _left_of(shape)
                     piece = slot // owners
                     witness[VALUE] = -inf
@@ -212,16 +212,6 @@ def _boxes(body: Array, pieces: Index) -> Array:
                 low, high = min(low, body[j, axis]), max(high, body[j, axis])
             boxes[piece, axis], boxes[piece, 2 + axis] = 0.5 * (low + high), 0.5 * (high - low)
     return boxes
-
-
-@inner
-def _in_frame(
-    corners: Array, first: int, count: int, x: float, y: float, c: float, s: float, shape: Array
-) -> None:
-    """The corners of a shape as they are seen from a body at x, y, its heading given by c and s."""
-    for j in range(count):
-        dx, dy = corners[first + j, 0] - x, corners[first + j, 1] - y
-        shape[j, 0], shape[j, 1] = c * dx + s * dy, c * dy - s * dx
 
 
 @inner
@@ -305,19 +295,19 @@ def _out_of_run(
     """The least way out of the run of segments, of which the i-th is one, where it crosses the piece."""
     start, end = i, i
     while start > 0 and _turns_right(corners, start - 1):
-        _in_frame(corners, 2 * start - 2, 2, x, y, c, s, run)
+        in_frame(corners, 2 * start - 2, 2, x, y, c, s, run)
         if not _clipped(body, first, stop, run):
             break
         start -= 1
     while 2 * end + 3 < len(corners) and _turns_right(corners, end):
-        _in_frame(corners, 2 * end + 2, 2, x, y, c, s, run)
+        in_frame(corners, 2 * end + 2, 2, x, y, c, s, run)
         if not _clipped(body, first, stop, run):
             break
         end += 1
     in_x, in_y, out_x, out_y = 0.0, 0.0, 0.0, 0.0
     witness[VALUE] = -inf
     for j in range(start, end + 1):
-        _in_frame(corners, 2 * j, 2, x, y, c, s, run)
+        in_frame(corners, 2 * j, 2, x, y, c, s, run)
         _, left_x, left_y = _left_of(run)
         _behind(body, first, stop, run, left_x, left_y, witness)
         _clipped(body, first, stop, run)
@@ -335,7 +325,7 @@ def _out_of_run(
             continue
         least, at_x, at_y = inf, 0.0, 0.0
         for j in range(start, end + 1):
-            _in_frame(corners, 2 * j, 2, x, y, c, s, run)
+            in_frame(corners, 2 * j, 2, x, y, c, s, run)
             for each in range(2):
                 apart = normal_x * (body[k, 0] - run[each, 0]) + normal_y * (body[k, 1] - run[each, 1])
                 if apart < least:

@@ -293,21 +293,23 @@ def _signed_distances(
                     apart = to_box(c * dx + s * dy - middle[0], c * dy - s * dx - middle[1], half)
                     if apart - circles[i, 2] >= found[n, owner[i]]:
                         continue
-                    for j in range(starts[i], starts[i + 1]):
-                        dx, dy = corners[j, 0] - x, corners[j, 1] - y
-                        shape[j - starts[i], 0], shape[j - starts[i], 1] = c * dx + s * dy, c * dy - s * dx
+                    count, least = starts[i + 1] - starts[i], found[n, owner[i]]
+                    in_frame(corners, starts[i], count, x, y, c, s, shape)
                     for piece in range(len(pieces) - 1):
-                        distance_between(
-                            body,
-                            pieces[piece],
-                            pieces[piece + 1],
-                            shape,
-                            0,
-                            starts[i + 1] - starts[i],
-                            found[n, owner[i]],
-                            witness,
-                        )
-                        found[n, owner[i]] = min(found[n, owner[i]], witness[VALUE])
+                        first, stop = pieces[piece], pieces[piece + 1]
+                        distance_between(body, first, stop, shape, 0, count, least, witness)
+                        least = min(least, witness[VALUE])
+                    found[n, owner[i]] = least
+
+
+@inner
+def in_frame(
+    corners: Array, first: int, count: int, x: float, y: float, c: float, s: float, shape: Array
+) -> None:
+    """The corners of a shape as they are seen from a body at x, y, its heading given by c and s."""
+    for j in range(count):
+        dx, dy = corners[first + j, 0] - x, corners[first + j, 1] - y
+        shape[j, 0], shape[j, 1] = c * dx + s * dy, c * dy - s * dx
 
 
 @inner

@@ -25,6 +25,7 @@ import shapely
 from geometry import Corridor, PathPart
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, inner, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
+from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
@@ -172,9 +173,7 @@ def _meets(
     for n in range(len(states)):
         count = swept(hull, velocity[0] * elapsed[n], velocity[1] * elapsed[n], covered)
         c, s = cos(states[n, PHI]), sin(states[n, PHI])
-        for j in range(count):
-            dx, dy = covered[j, 0] - states[n, X], covered[j, 1] - states[n, Y]
-            seen[j, 0], seen[j, 1] = c * dx + s * dy, c * dy - s * dx
+        in_frame(covered, 0, count, states[n, X], states[n, Y], c, s, seen)
         distance_between(body, 0, len(body), seen, 0, count, inf, witness)
         if witness[VALUE] <= least:
             near[n] = 1
