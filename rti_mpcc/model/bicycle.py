@@ -134,8 +134,7 @@ def defects(states: Array, controls: Array, lengths: Array, wheelbase: float) ->
 
     `lengths`: (n,) [s].
     """
-    position, heading = _defects(states, controls, lengths, wheelbase)
-    return position, heading
+    return _defects(states, controls, lengths, wheelbase)
 
 
 @kernel

@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning import stops
@@ -62,9 +63,9 @@ def comes_into_view(s: ControllerState, context: PlanningContext, config: Contro
     if not s.area.corridor.obstacles or at <= s.plans.seen_to:
         return False
     reference = s.task.segment.part.reference(np.array([at]))
-    body = np.column_stack([reference.x, reference.y, reference.phi])
+    pose = np.column_stack([reference.x, reference.y, reference.phi])
     part, least = s.task.segment.index, config.caution.hard_minimum
-    apart = contact.clearances(body, s.area.corridor, part, config, least)
+    apart = s.area.corridor.signed_distances(part, body_of(config.vehicle), pose, least)
     return bool((apart[0, 1:] <= least).any())
 
 
