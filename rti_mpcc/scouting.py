@@ -110,7 +110,7 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
         distance = lookout.distance_to_contact(s, plan, w.config)
         if distance < inf and attempt.fits:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
-            s, attempt = _further(s, attempt, context, w)
+            s, attempt = _on(s, attempt, context, search.further(attempt, w.config), w)
             plan = attempt.plan if attempt.fits else guess
             distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config), w)
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
@@ -204,7 +204,7 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     missed = attempt.fits and not search.reaches(attempt, context)
     if not (context.free and missed) or done >= 2 * w.config.search.iterations:
         return found
-    s, more = iterated(s, context, search.further(attempt, w.config), w)
+    s, more = iterated(s, context, search.nearer(attempt, w.config), w)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
     return Found(search.suspended(s, context, attempt, before), attempt, context)
 
@@ -216,7 +216,7 @@ def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     if attempt.out_of_time:
         return Found(s, attempt, context)
     if not (attempt.problem or search.reaches(attempt, context)):
-        s, attempt = _further(s, attempt, context, w)
+        s, attempt = _on(s, attempt, context, search.nearer(attempt, w.config), w)
     if not search.reaches(attempt, context) or lookout.distance_to_contact(s, attempt.plan, w.config) < inf:
         return None
     return Found(moves.plan_found(s), attempt, context)
@@ -241,11 +241,11 @@ def _from_guess(
     return search.suspended(s, context, attempt), attempt, guess
 
 
-def _further(
-    s: ControllerState, attempt: SqpResult, context: PlanningContext, w: Workspace
+def _on(
+    s: ControllerState, attempt: SqpResult, context: PlanningContext, start: InitialIterate, w: Workspace
 ) -> tuple[ControllerState, SqpResult]:
-    """As many iterations more, if there is time for them."""
-    s, more = iterated(s, context, search.further(attempt, w.config), w)
+    """An attempt iterated on, if there is time for it."""
+    s, more = iterated(s, context, start, w)
     return s, attempt if more.out_of_time else attempt.then(more)
 
 

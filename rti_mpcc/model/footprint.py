@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
+from geometry import Corridor
 from geometry.shape_grid import Body
 from rti_mpcc.config import Vehicle
-from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.types import Array
 
 AXLE = Body.of([(0.0, 0.0)])
 """The middle of the rear axle alone."""
 
 
+@lru_cache(maxsize=64)
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
     """The body in the vehicle's frame, cut across into `pieces` boxes of equal length, the rear one first."""
     half, low, length = 0.5 * vehicle.width, -vehicle.rear, vehicle.front + vehicle.rear
@@ -26,6 +30,18 @@ def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
         middle=np.array((low + 0.5 * length, 0.0)),
         half=np.array((0.5 * length, half)),
     )
+
+
+def clearances(
+    states: Array, corridor: Corridor, part: int, vehicle: Vehicle, within: float = np.inf
+) -> Array:
+    """Signed distances (n, 1 + obstacles) [m] of the bodies at `states` (n, >= 3) to what stands, see
+    `Corridor.signed_distances`; negative beyond a boundary as well."""
+    poses = np.ascontiguousarray(states[:, :POSE])
+    apart = corridor.signed_distances(part, body_of(vehicle), poses, within)
+    beyond = corridor.beyond(part, poses[:, :PHI])
+    apart[:, 0] = np.where(beyond > 0.0, np.minimum(apart[:, 0], -beyond), apart[:, 0])
+    return apart
 
 
 def body_polygons(states: Array, vehicle: Vehicle) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.types import Array
 
 _STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.norm)
@@ -36,5 +36,6 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
 
 def _room(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
     """Clearance (n,) of the body [m] on the part and on the next one."""
-    bodies = body_polygons(np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.vehicle)
-    return np.minimum(corridor.clearance(index, bodies), corridor.clearance(index + 1, bodies))
+    at = np.array([(pose.x, pose.y, pose.phi) for pose in poses])
+    both = [clearances(at, corridor, part, config.vehicle) for part in (index, index + 1)]
+    return np.asarray(np.concatenate(both, axis=1).min(axis=1))

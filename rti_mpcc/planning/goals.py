@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath, wrap
 from rti_mpcc.config import ControllerConfig, GoalLimits, Vehicle
-from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.planning.surroundings import Surroundings
 
 
@@ -48,7 +48,7 @@ def checked(
     *,
     margin: float = 0.0,
 ) -> GoalFit:
-    """The exact check, which takes about a millisecond.
+    """The exact check.
 
     Args:
         limits: what can be a goal at all; margin: less room than this [m] is remarked.
@@ -160,8 +160,8 @@ def _turn(one: Pose2, other: Pose2) -> float:
 
 def _room(goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle) -> float:
     """Clearance [m] of the body at the goal."""
-    body = body_polygons(np.array([[goal.x, goal.y, goal.phi]]), vehicle)
-    return float(corridor.clearance(len(path.parts) - 1, body)[0])
+    at = np.array([[goal.x, goal.y, goal.phi]])
+    return float(clearances(at, corridor, len(path.parts) - 1, vehicle).min())
 
 
 def _crossing(room: float) -> str:

@@ -76,6 +76,7 @@ class InitialIterate:
         iterate: how far the first QP had come in an earlier cycle.
         least: so many iterations at least; most: at most.
         first: for the first plan of an objective, which must not go through what stands in the way.
+        reaching: until it ends within the tolerance of its target.
         damping, steps: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
         unsolved: so many QPs may remain unsolved; the second one begins without the first one's guess.
     """
@@ -87,6 +88,7 @@ class InitialIterate:
     damping: float
     least: int = 1
     first: bool = False
+    reaching: bool = False
     steps: AdmmSettings | None = None
     patience: int = 1
     unsolved: int = 1
@@ -123,6 +125,11 @@ def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
     """As many iterations more, for a plan that has not come to its end far ahead."""
     begun = from_guess(attempt.plan, config)
     return replace(begun, last=attempt.solved, guess=None, least=begun.most)
+
+
+def nearer(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
+    """At most as many iterations more, for a plan that does not reach its target yet."""
+    return replace(further(attempt, config), least=1, reaching=True)
 
 
 def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig) -> InitialIterate:
@@ -167,6 +174,7 @@ def converge(
         )
         out_of_time = _was_cut(found)
         fits = len(solutions) >= start.least and not problem and not corridor_infeasible
+        fits = fits and (not start.reaching or _ends_inside(found.trajectory, context))
         if out_of_time or unsolved >= start.unsolved or fits:
             break
     return SqpResult(
@@ -278,9 +286,12 @@ def first_guess(
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:
     """Whether the last iterate is a plan past everything to within a share of the tolerance of its target."""
-    if not attempt.fits:
-        return False
-    end = Pose2(*attempt.plan.states[-1, [X, Y, PHI]].tolist())
+    return attempt.fits and _ends_inside(attempt.plan, context, share)
+
+
+def _ends_inside(plan: Trajectory, context: PlanningContext, share: float = 1.0) -> bool:
+    """Whether its end is within a share of the tolerance of the target."""
+    end = Pose2(*plan.states[-1, [X, Y, PHI]].tolist())
     return context.inside(end.relative_to(context.target.pose), share)
 
 

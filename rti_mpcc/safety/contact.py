@@ -27,7 +27,7 @@ from geometry.compiled import Array1, Array2, IndexOut1, Out1, inner, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import body_of, body_polygons
+from rti_mpcc.model.footprint import body_of, body_polygons, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning.obstacles import Obstacle
@@ -52,7 +52,7 @@ def overlap(states: Array, surroundings: Surroundings, part: int, config: Contro
 
     Boundaries count from `Caution.contact_tolerance` on, obstacles from nothing on.
     """
-    depths = -clearances(states, surroundings.known, part, config, config.caution.hard_minimum)
+    depths = -clearances(states, surroundings.known, part, config.vehicle, config.caution.hard_minimum)
     depths[depths[:, 0] <= config.caution.contact_tolerance, 0] = 0.0
     depth = depths.max(axis=1)
     deepest = int(np.argmax(depth))
@@ -60,18 +60,6 @@ def overlap(states: Array, surroundings: Surroundings, part: int, config: Contro
         return None
     body = body_polygons(states[deepest : deepest + 1], config.vehicle)[0]
     return Overlap(float(depth[deepest]), *_met(shapely.Polygon(body), surroundings, part))
-
-
-def clearances(
-    states: Array, corridor: Corridor, part: int, config: ControllerConfig, within: float = np.inf
-) -> Array:
-    """Signed distances (n, 1 + obstacles) [m] of the bodies at `states` (n, >= 3) to what stands, see
-    `Corridor.signed_distances`; negative beyond a boundary as well."""
-    poses = np.ascontiguousarray(states[:, :POSE])
-    apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
-    beyond = corridor.beyond(part, poses[:, :PHI])
-    apart[:, 0] = np.where(beyond > 0.0, np.minimum(apart[:, 0], -beyond), apart[:, 0])
-    return apart
 
 
 def _met(body: shapely.Polygon, surroundings: Surroundings, part: int) -> tuple[str, tuple[float, float]]:

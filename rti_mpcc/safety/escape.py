@@ -11,10 +11,10 @@ from itertools import product
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A, V
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.safety import contact
 from rti_mpcc.safety.stopping import arc
 from rti_mpcc.types import Array, Trajectory
 
@@ -47,7 +47,7 @@ def _distance_until_free(
     least, reach = config.caution.hard_minimum, config.escape.reach
     ways = np.linspace(0.0, sign * reach, round(reach / config.escape.spacing) + 1)
     states = arc(state, ways, steering, config.vehicle.wheelbase)
-    apart = contact.clearances(states, around.known, part, config)
+    apart = clearances(states, around.known, part, config.vehicle)
     before = apart[0]
     overlaps, rest = before < 0.0, np.minimum(before, least)
     for way, now in zip(ways[1:].tolist(), apart[1:], strict=True):

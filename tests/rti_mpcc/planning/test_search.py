@@ -192,6 +192,23 @@ def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> N
     assert search.suspended(s, context, rest).plans.suspended is None
 
 
+def test_one_for_a_plan_that_misses_its_target_ends_as_soon_as_it_reaches_it(mpcc: RtiMpcc) -> None:
+    s = state(arrival=arrival_at(15.0))
+    exact = contexts(target=mpcc.target, begin=0.2)
+    start = search.from_guess(search.first_guess(mpcc, s, exact), CONFIG)
+    one = search.converge(mpcc, s, exact, replace(start, least=1, most=1), CycleClock())
+    ways = []
+    for tolerance in ((1e-9, 1e-9, 1e-9), CONFIG.goal_tolerance, (1.0, 1.0, 1.0)):
+        context = replace(exact, tolerance=tolerance)
+        more = search.converge(mpcc, s, context, search.nearer(one, CONFIG), CycleClock())
+        reached = [search.reaches(replace(more, solutions=(each,)), context) for each in more.solutions]
+        assert not any(reached[:-1])
+        assert reached[-1] or len(more.solutions) == CONFIG.search.iterations
+        ways.append(len(more.solutions))
+    assert ways[0] == CONFIG.search.iterations
+    assert ways[2] == 1
+
+
 class Answering:
     """A core whose QPs all have the same solution."""
 
