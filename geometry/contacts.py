@@ -25,7 +25,17 @@ import numpy as np
 from geometry.arrays import Array, Complex, Index
 from geometry.compiled import Array1, Array2, Index1, Out3, inner, kernel
 from geometry.convex import NORMAL_X, NORMAL_Y, ON_A_X, ON_A_Y, VALUE, WITNESS, distance_between
-from geometry.shape_grid import MOST_TIED, Body, ShapeGrid, cell_at, in_frame, is_new, to_box
+from geometry.shape_grid import (
+    MOST_TIED,
+    Body,
+    ShapeGrid,
+    cell_at,
+    in_frame,
+    is_among,
+    is_new,
+    least_to_box,
+    to_box,
+)
 
 APART: Final = 0
 ALONG: Final = 1
@@ -35,6 +45,8 @@ AT_Y: Final = 4
 CONTACT: Final = 5
 _SAME: Final = 1e-9
 """Of a distance, by which two are told from one another."""
+_MOST_MET: Final = 32
+"""Shapes near a pose of which it is known that they were met already, in another cell."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -130,12 +142,12 @@ def _contacts(
     # of them the piece is: heights over the segments, how many, how many beyond their ends, the nearest.
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
-    tied = np.empty((slots, MOST_TIED), np.int64)
+    tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
     reach, spread = hypot(half[0], half[1]) + within, 2.0 * outward * hypot(half[0], half[1])
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
         at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
-        chosen[:], least[:], nearest[:] = inf, inf, -1
+        chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
         first_row, last_row = (
             cell_at(at_y - reach, origin[1], cell, counts[1]),
             cell_at(at_y + reach, origin[1], cell, counts[1]),
@@ -151,8 +163,12 @@ def _contacts(
                     i = members[k]
                     dx, dy = circles[i, 0] - x, circles[i, 1] - y
                     ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, circles[i, 2]
-                    if to_box(ahead - middle[0], aside - middle[1], half) - radius > within:
+                    if least_to_box(ahead - middle[0], aside - middle[1], half) > within + radius:
                         continue
+                    if is_among(i, seen, met):
+                        continue
+                    if met < len(seen):
+                        seen[met], met = i, met + 1
                     count = starts[i + 1] - starts[i]
                     in_frame(corners, starts[i], count, x, y, c, s, shape)
                     for piece in range(len(pieces) - 1):

@@ -290,8 +290,9 @@ def _signed_distances(
                 for k in range(begins[at], begins[at + 1]):
                     i = members[k]  # once more in a later cell, which does no harm
                     dx, dy = circles[i, 0] - x, circles[i, 1] - y
-                    apart = to_box(c * dx + s * dy - middle[0], c * dy - s * dx - middle[1], half)
-                    if apart - circles[i, 2] >= found[n, owner[i]]:
+                    ahead, aside = c * dx + s * dy - middle[0], c * dy - s * dx - middle[1]
+                    limit = found[n, owner[i]] + circles[i, 2]
+                    if least_to_box(ahead, aside, half) >= limit or to_box(ahead, aside, half) >= limit:
                         continue
                     count, least = starts[i + 1] - starts[i], found[n, owner[i]]
                     in_frame(corners, starts[i], count, x, y, c, s, shape)
@@ -314,11 +315,24 @@ def in_frame(
 
 @inner
 def is_new(i: int, tied: Index, count: int) -> bool:
-    """Whether the i-th shape is none of the first `count` that are `tied`: it may be in several cells."""
-    for k in range(count):
-        if tied[k] == i:
-            return False
-    return count < MOST_TIED
+    """Whether the i-th shape is none of the first `count` that are `tied`, and another one has room."""
+    return count < MOST_TIED and not is_among(i, tied, count)
+
+
+@inner
+def is_among(i: int, met: Index, count: int) -> bool:
+    """Whether the i-th shape is one of the first `count` that were `met`: it may be in several cells."""
+    for k in range(count):  # noqa: SIM110 - numba compiles no generators here
+        if met[k] == i:
+            return True
+    return False
+
+
+@inner
+def least_to_box(x: float, y: float, half: Array) -> float:
+    """At most as much as `to_box`, and soon known."""
+    distance: float = max(abs(x) - half[0], abs(y) - half[1])
+    return distance
 
 
 @inner
