@@ -218,12 +218,12 @@ class SolverSettings(Settings):
         polish: refine the active set's solution (off on the vehicle, on for reference solutions).
         warm: steps where a QP goes on from the one before. Rows that are equalities or far from their bounds,
             most of them, settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20
-            iterations, with 1 a QP near its guess takes 3 (docs/performance.md).
+            iterations, with 1 a QP near its guess takes 3 (docs/decisions, 4).
         cold: from a first guess, where rows come to act that are far from it: there are hundreds of
             iterations to do.
         retry: once more from a clean start. What did not come to its end the first time mostly has
             multipliers at the slack's weight, a thousand times the usual ones, to which small steps take too
-            long (docs/performance.md).
+            long (docs/decisions, 4).
         change_weight: on every change, in scaled units of variables and cost.
         idle_weight: on the change of progress where no Frenet cost acts on it: it just goes on as planned.
         bound_unit: bounds on states and controls count in so many units. Each row drags on the solver's steps
@@ -231,7 +231,7 @@ class SolverSettings(Settings):
             which makes the difference between 400 and 50 iterations.
         row_scaling_from: an inequality farther from its bound than this, in units of its row, counts in
             proportion to that: k times less at a distance of k times this. A plan whose shape costs little
-            would be held by bounds that are far off for hundreds of iterations (docs/performance.md). A row
+            would be held by bounds that are far off for hundreds of iterations (docs/decisions, 4). A row
             that does come to act from afar takes long: with a first guess none is scaled down.
         row_scaling_most: largest k, for bounds at infinity.
     """
