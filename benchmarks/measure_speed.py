@@ -4,7 +4,8 @@
 
 Feeds fresh controllers with the recorded inputs of all built-in scenarios, round after round, and measures a
 yardstick between them that tells how fast this machine is just then. Prints the tables and writes
-runs/bench.json; with `--docs` also the tables and the picture of docs/performance.md. `--quick` tries out all
+runs/bench.json; with `--docs` also docs/performance.json, and some of the tables and the picture of
+docs/performance.md. `--quick` tries out all
 of it on a little of the workload: its figures mean nothing. Exit status 1 if a target is not met.
 """
 
@@ -19,7 +20,7 @@ from typing import Any
 from benchmarks.figures import Target, target_table
 from benchmarks.measured import QUICK, Extent, Measured, measure
 from benchmarks.performance_picture import draw
-from benchmarks.speed_tables import blocks, numbers
+from benchmarks.speed_tables import PAGE, blocks, numbers
 from benchmarks.speed_targets import targets
 from benchmarks.tables import ROOT, origin, replace_block, told, write_json
 from rti_mpcc.simulation import builtin_names
@@ -69,8 +70,9 @@ def written(found: Measured, judged: list[Target], asked: argparse.Namespace, so
     draw(found.sweeps, found.sweep_yardstick.p50, ROOT / "docs" / "pictures" / "performance.png")
     document = ROOT / "docs" / "performance.md"
     replace_block(document, "targets", f"{target_table(judged)}\n\n{told(source)}")
-    for name, text in blocks(found).items():
-        replace_block(document, name, text)
+    tables = blocks(found)
+    for name in PAGE:
+        replace_block(document, name, tables[name])
 
 
 def main() -> int:

@@ -219,8 +219,8 @@ class SolverSettings(Settings):
         warm: steps where a QP goes on from the one before. Rows that are equalities or far from their bounds,
             most of them, settle by |1 - over-relaxation| an iteration: with OSQP's 1.6 that alone takes 20
             iterations, with 1 a QP near its guess takes 3 (docs/decisions, 4).
-        cold: from a first guess, where rows come to act that are far from it: there are hundreds of
-            iterations to do.
+        cold: from a first guess, where rows come to act that are far from it: there may be hundreds of
+            iterations to do, the fewest with a larger first step.
         retry: once more from a clean start. What did not come to its end the first time mostly has
             multipliers at the slack's weight, a thousand times the usual ones, to which small steps take too
             long (docs/decisions, 4).
@@ -244,7 +244,7 @@ class SolverSettings(Settings):
     check_interval: Annotated[int, Field(ge=1, le=1000)] = 3
     polish: bool = False
     warm: AdmmSettings = AdmmSettings(over_relaxation=1.0, fine=True, rows_scaled=True)
-    cold: AdmmSettings = AdmmSettings()
+    cold: AdmmSettings = AdmmSettings(rho=1.0)
     retry: AdmmSettings = AdmmSettings(rho=10.0)
     change_weight: Positive = 1e-6
     idle_weight: NonNegative = 1e-2
