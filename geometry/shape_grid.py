@@ -381,7 +381,8 @@ def _beyond(
                     at = row * counts[0] + column
                     for k in range(begins[at], begins[at + 1]):
                         i = members[k]
-                        if hypot(circles[i, 0] - x, circles[i, 1] - y) - circles[i, 2] > least:
+                        dx, dy, far = circles[i, 0] - x, circles[i, 1] - y, least + circles[i, 2]
+                        if max(abs(dx), abs(dy)) > far or hypot(dx, dy) > far:
                             continue
                         edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]
                         edge_y = corners[2 * i + 1, 1] - corners[2 * i, 1]

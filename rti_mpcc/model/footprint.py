@@ -16,10 +16,14 @@ AXLE = Body.of([(0.0, 0.0)])
 """The middle of the rear axle alone."""
 
 
-@lru_cache(maxsize=64)
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
     """The body in the vehicle's frame, cut across into `pieces` boxes of equal length, the rear one first."""
-    half, low, length = 0.5 * vehicle.width, -vehicle.rear, vehicle.front + vehicle.rear
+    return _boxes(vehicle.width, vehicle.front, vehicle.rear, pieces)
+
+
+@lru_cache(maxsize=64)
+def _boxes(width: float, front: float, rear: float, pieces: int) -> Body:
+    half, low, length = 0.5 * width, -rear, front + rear
     corners = []
     for k in range(pieces):
         begin, end = low + length * k / pieces, low + length * (k + 1) / pieces

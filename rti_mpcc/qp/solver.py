@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 import osqp
 
+from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import AdmmSettings, SolverSettings
 from rti_mpcc.qp.filling import QpValues
 from rti_mpcc.qp.pattern import QpPattern
@@ -89,6 +91,8 @@ class QpSolver:
         self._osqp_settings: Any = None
         self._steps = settings.warm
         self._most = settings.max_iterations
+        rows, _ = pattern.constraints.shape
+        self._bounds = (np.empty(rows), np.empty(rows))
 
     def set_steps(self, steps: AdmmSettings) -> None:
         """Step so from now on. Others than the last begin with their own step-size parameter."""
@@ -135,9 +139,9 @@ class QpSolver:
         """
         if self._osqp is None:
             return self.nothing("not prepared")
-        if not _ordered(values):
+        lower, upper = self._bounds
+        if not _taken(values.lower, values.upper, _INFINITY, lower, upper):
             return self.nothing(BAD_BOUNDS)
-        lower, upper = _bounds(values)
         error = self._osqp.update_data_vec(q=None, l=lower, u=upper)
         if error:
             return self.nothing(self._refused(error))
@@ -157,7 +161,7 @@ class QpSolver:
             primal, dual = np.array(solution.x), np.array(solution.y)
             done += int(info.iter)
             seconds += float(info.run_time)
-            finite = bool(np.isfinite(primal).all() and np.isfinite(dual).all())
+            finite = _all_finite(primal) and _all_finite(dual)
             solved = info.status_val in GOOD
             # What the first slice leaves unfinished may be good already: OSQP was asked for more.
             solved |= first and max(info.prim_res, info.dual_res) <= settings.tolerance
@@ -222,7 +226,7 @@ class QpSolver:
                 _EXTENSION.CSC(self._pattern.cost.matrix(values.cost)),
                 values.gradient,
                 _EXTENSION.CSC(self._pattern.constraints.matrix(values.constraints)),
-                *_bounds(values),
+                *self._bounds,
                 rows,
                 columns,
                 self._osqp_settings,
@@ -248,9 +252,9 @@ class QpSolver:
         if values.gradient.shape != (columns,) or values.lower.shape != (rows,):
             return "lengths do not fit the pattern"
         for name in ("cost", "gradient", "constraints"):
-            if not np.isfinite(getattr(values, name)).all():
+            if not _all_finite(getattr(values, name)):
                 return f"{name} not finite"
-        if self._osqp is None and not _ordered(values):
+        if self._osqp is None and not _taken(values.lower, values.upper, _INFINITY, *self._bounds):
             return BAD_BOUNDS
         return ""
 
@@ -269,11 +273,20 @@ class QpSolver:
         )
 
 
-def _bounds(values: QpValues) -> tuple[Array, Array]:
-    """Lower and upper ones (m,), infinite as OSQP writes it."""
-    return np.maximum(values.lower, -_INFINITY), np.minimum(values.upper, _INFINITY)
+@kernel
+def _taken(lower: Array1, upper: Array1, infinity: float, low: Out1, high: Out1) -> bool:
+    """Bounds (m,), infinite as OSQP writes it; whether all are numbers, no lower one is infinite, and none is
+    above its upper one."""
+    fit = True
+    for i in range(len(lower)):
+        fit &= lower[i] <= upper[i] and lower[i] < inf
+        low[i], high[i] = max(lower[i], -infinity), min(upper[i], infinity)
+    return fit
 
 
-def _ordered(values: QpValues) -> bool:
-    """Whether all bounds are numbers, no lower one is infinite, and none is above its upper one."""
-    return bool((values.lower <= values.upper).all() and (values.lower < np.inf).all())
+@kernel
+def _all_finite(numbers: Array1) -> bool:
+    fit = True
+    for i in range(len(numbers)):
+        fit &= isfinite(numbers[i])
+    return fit

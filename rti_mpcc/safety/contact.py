@@ -101,10 +101,11 @@ def distance_to_contact(
 def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
     """Clearances (1 + obstacles,) [m] that are kept from boundaries and each obstacle by a plan that `begins`
     with these [m]."""
-    wall = max(least - config.caution.contact_tolerance, 0.0)
-    kept = np.where(begins < least, 0.0, least)
-    kept[0] = min(max(float(begins[0]) - wall, 0.0), wall)
-    return np.where(begins < 0.0, begins - config.caution.overlap_growth, kept)
+    wall, growth = max(least - config.caution.contact_tolerance, 0.0), config.caution.overlap_growth
+    kept = [least if b >= least else 0.0 if b >= 0.0 else b - growth for b in begins.tolist()]
+    if begins[0] >= 0.0:
+        kept[0] = min(max(float(begins[0]) - wall, 0.0), wall)
+    return np.array(kept)
 
 
 def distance_to_obstacle(
