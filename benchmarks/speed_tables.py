@@ -163,9 +163,12 @@ def _garbage(found: Measured) -> str:
 def _phases(found: Measured) -> str:
     rows = phase_rows(found)
     plain = distribution(found.plain.of("step_ms")).p50
-    lines = [ratio_row(name, one, found.yardstick.p50, 3) for name, one in rows.items()]
+    lines = []
+    for name, one in rows.items():
+        times = [number(value, 3) for value in (one.p50, one.p95, one.max)]
+        lines.append([name, *times, number(one.p50 / found.yardstick.p50, 2)])
     return (
-        f"{table(['exclusive time [ms]', *PERCENTILES, *RATIOS], lines)}\n\n"
+        f"{table(['exclusive time [ms]', 'p50', 'p95', 'max', 'p50 / yardstick'], lines)}\n\n"
         f"With the stop watches p50 of a cycle is {number(rows['total'].p50 / plain, 2)} times that without."
     )
 
