@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import combinations
+
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
@@ -10,6 +13,7 @@ from geometry.arrays import Array
 from geometry.errors import CorridorError
 from geometry.part import PathPart
 
+_ROUNDING = 1e-9  # of an area
 _SPACING = 0.25  # [m] between the path points at which the width is measured
 
 
@@ -50,6 +54,22 @@ def convex_pieces(shape: shapely.Polygon) -> list[Array]:
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
     turned = shapely.orient_polygons(triangles)
     return [shapely.get_coordinates(triangle)[:-1] for triangle in turned]
+
+
+def merged(pieces: Sequence[Array]) -> list[Array]:
+    """Return convex pieces (m_i, 2) with as many put together as are convex then, the longest seams first."""
+    shapes = [shapely.Polygon(piece) for piece in pieces]
+    while True:
+        seams = []
+        for i, j in combinations(range(len(shapes)), 2):
+            whole = shapes[i].union(shapes[j])
+            if whole.geom_type == "Polygon" and whole.convex_hull.area <= whole.area * (1.0 + _ROUNDING):
+                seams.append((shapes[i].intersection(shapes[j]).length, i, j, whole))
+        if not seams:
+            break
+        _, i, j, whole = max(seams, key=lambda seam: seam[0])
+        shapes = [shape for k, shape in enumerate(shapes) if k not in (i, j)] + [whole.convex_hull]
+    return [shapely.get_coordinates(shape.normalize().reverse())[:-1] for shape in shapes]
 
 
 def path_line(part: PathPart, spacing: float) -> shapely.LineString:

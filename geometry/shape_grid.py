@@ -39,6 +39,11 @@ class Body:
     middle: Array
     half: Array
 
+    @property
+    def pieces(self) -> int:
+        """So many pieces it has."""
+        return len(self.starts) - 1
+
     def trailing(self, direction: int) -> Array:
         """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""
         ahead = direction * self.corners[:, 0]

@@ -78,7 +78,7 @@ class RtiMpcc:
     def _allocate(self) -> None:
         """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
         config = self.config
-        count = config.footprint.pieces if config.corridor_rows else 0
+        count = self._body.pieces if config.corridor_rows else 0
         sides = 3 if self._corridor.obstacles else 2
         self._pattern = build_pattern(config.stages, count, sides, config.solver)
         self._values = empty_values(self._pattern)

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from geometry import Corridor
+from geometry.outline import checked_polygon, convex_pieces, merged
 from geometry.shape_grid import Body
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.layout import PHI, POSE, X, Y
@@ -17,8 +18,18 @@ AXLE = Body.of([(0.0, 0.0)])
 
 
 def body_of(vehicle: Vehicle, pieces: int = 1) -> Body:
-    """The body in the vehicle's frame, cut across into `pieces` boxes of equal length, the rear one first."""
+    """The body in the vehicle's frame: the convex pieces of its outline, or a rectangle, see `box_of`."""
+    return box_of(vehicle, pieces) if vehicle.outline is None else _outlined(vehicle.outline)
+
+
+def box_of(vehicle: Vehicle, pieces: int = 1) -> Body:
+    """The rectangle that holds the body, cut across into `pieces` of equal length, the rear one first."""
     return _boxes(vehicle.width, vehicle.front, vehicle.rear, pieces)
+
+
+@lru_cache(maxsize=64)
+def _outlined(outline: tuple[tuple[float, float], ...]) -> Body:
+    return Body.of(*merged(convex_pieces(checked_polygon(outline, "outline"))))
 
 
 @lru_cache(maxsize=64)
@@ -49,11 +60,18 @@ def clearances(
 
 
 def body_polygons(states: Array, vehicle: Vehicle) -> Array:
-    """Corners (n, 4, 2) [m] of the body for states (n, >= 3) that begin with x, y, phi; counter-clockwise."""
-    half = 0.5 * vehicle.width
-    along = np.array([-vehicle.rear, vehicle.front, vehicle.front, -vehicle.rear])
-    across = np.array([-half, -half, half, half])
+    """Corners (n, m, 2) [m] of the body for states (n, >= 3) that begin with x, y, phi; counter-clockwise.
+
+    Four, from the right rear one on, or those of its outline.
+    """
+    along, across = _corners(vehicle).T
     c, s = np.cos(states[:, PHI, None]), np.sin(states[:, PHI, None])
     x = states[:, X, None] + c * along - s * across
     y = states[:, Y, None] + s * along + c * across
     return np.stack([x, y], axis=-1)
+
+
+def _corners(vehicle: Vehicle) -> Array:
+    if vehicle.outline is not None:
+        return np.array(vehicle.outline)
+    return box_of(vehicle).corners

@@ -39,7 +39,7 @@ class Surroundings:
     def of(cls, corridor: Corridor, path: ReferencePath, config: ControllerConfig) -> Surroundings:
         """Those that a route begins with. Raises CorridorError if they are narrower than the body."""
         width, theta = corridor.narrowest()
-        if width < config.vehicle.width:
+        if width < config.vehicle.least_width:
             raise CorridorError(
                 f"the corridor is {width:.3f} m wide at theta = {theta:.2f} m: "
                 f"it must be wider than the body, {config.vehicle.width:.3f} m"

@@ -27,7 +27,7 @@ from geometry.compiled import Array1, Array2, IndexOut1, Out1, inner, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import body_of, body_polygons, clearances
+from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning.obstacles import Obstacle
@@ -136,7 +136,7 @@ def distance_to_moving(
     marks, states = _driven(plan, config, reach)
     elapsed = ages + config.dead_time + (_times(plan, marks) - plan.times[0])
     stop = config.dead_time + config.cycle + np.abs(states[:, V]) / config.limits.acceleration
-    body, near = body_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
+    body, near = box_of(config.vehicle).corners, np.zeros(len(marks), dtype=np.int64)
     for obstacle in moving:
         _meets(
             body, states, obstacle.hull, obstacle.velocity, elapsed, stop, config.caution.hard_minimum, near

@@ -140,6 +140,7 @@ class VehicleSection(Section):
     width: Length = Vehicle().width
     front: Length = Vehicle().front
     rear: float = Field(default=Vehicle().rear, ge=0.0, le=100.0)
+    outline: Polygon | None = None
 
 
 class LimitsSection(Section):
@@ -203,7 +204,7 @@ class Scenario(Section):
 
     def build_vehicle(self) -> Vehicle:
         """The vehicle that the controller knows."""
-        return Vehicle(**self.vehicle.model_dump())
+        return Vehicle(**self.vehicle.model_dump(exclude_unset=True))
 
     def build_limits(self) -> Limits:
         """The limits of vehicle and controller."""

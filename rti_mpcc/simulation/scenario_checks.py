@@ -147,7 +147,7 @@ def _narrowings(scenario: Scenario, path: ReferencePath) -> Iterator[Problem]:
     section = scenario.corridor
     if section.left is None or section.right is None:
         return
-    width = scenario.vehicle.width
+    width = scenario.build_vehicle().least_width
     if section.left - section.right < width:
         value = f"{section.left} with right = {section.right}"
         yield Problem(
@@ -172,12 +172,13 @@ def _narrowings(scenario: Scenario, path: ReferencePath) -> Iterator[Problem]:
 
 def _width(scenario: Scenario, corridor: Corridor) -> Iterator[Problem]:
     width, theta = corridor.narrowest()
+    least = scenario.build_vehicle().least_width
     # The narrowest place is sampled: only what is clearly below the width is refused.
-    if width < scenario.vehicle.width - 1e-6:
+    if width < least - 1e-6:
         yield Problem(
             key="corridor",
             value=f"{width:.4g} m wide at {theta:.4g} m along the path",
-            allowed=f"must be at least as wide as the body, {scenario.vehicle.width} m",
+            allowed=f"must be at least as wide as the body, {least} m",
         )
 
 

@@ -36,6 +36,7 @@ def mirrored(scenario: Scenario) -> Scenario:
     changes: dict[str, Any] = {
         "path.start": [start.x, -start.y, -start.phi],
         "path.segments": _segments(scenario, direction=1),
+        **_body(scenario, lambda x, y: [x, -y]),
         **_outlines(scenario, lambda x, y: [x, -y]),
     }
     if corridor.left is not None and corridor.right is not None:
@@ -61,8 +62,7 @@ def turned_round(scenario: Scenario) -> Scenario:
     changes: dict[str, Any] = {
         "path.start": [start.x, start.y, start.phi + pi],
         "path.segments": _segments(scenario, direction=-1),
-        "vehicle.front": scenario.vehicle.rear,
-        "vehicle.rear": scenario.vehicle.front,
+        **_body(scenario, lambda x, y: [-x, -y]),
     }
     if corridor.left is not None and corridor.right is not None:
         changes["corridor.left"], changes["corridor.right"] = -corridor.right, -corridor.left
@@ -130,6 +130,16 @@ def _outlines(scenario: Scenario, move: Any) -> dict[str, list[Any]]:
             [move(*point) for point in outline] for outline in corridor.obstacles
         ]
     return changes
+
+
+def _body(scenario: Scenario, move: Callable[[float, float], list[float]]) -> dict[str, Any]:
+    """The vehicle with every point of its body moved."""
+    vehicle = scenario.vehicle
+    if vehicle.outline is not None:
+        return {"vehicle.outline": [move(*point) for point in vehicle.outline]}
+    if move(1.0, 0.0)[0] > 0.0:
+        return {}
+    return {"vehicle.front": vehicle.rear, "vehicle.rear": vehicle.front}
 
 
 def _xy(pose: Pose2) -> list[float]:

@@ -51,6 +51,9 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Vehicle, "width", -2.0, "greater than 0"),
     (Vehicle, "front", nan, "finite"),
     (Vehicle, "rear", -0.1, "greater than or equal to 0"),
+    (Vehicle, "outline", ((0.0, 0.0), (1.0, 1.0)), "at least 3"),
+    (Vehicle, "outline", ((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "not a simple polygon"),
+    (Vehicle, "outline", "a box", "valid tuple"),
     (Limits, "speed", 0.0, "greater than 0"),
     (Limits, "acceleration", inf, "finite"),
     (Limits, "steering", 1.5, "less than or equal to 1.4"),
@@ -185,3 +188,12 @@ def test_settings_that_do_not_fit_one_another_are_refused(
 ) -> None:
     with pytest.raises(ConfigError, match=problem):
         make(**changes)
+
+
+@pytest.mark.parametrize("name", ["width", "front", "rear"])
+def test_what_follows_from_an_outline_is_not_given_another_value(name: str) -> None:
+    outline = ((-1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (-1.0, 0.5))
+    with pytest.raises(ConfigError, match=f"{name} = 5.0 beside an outline"):
+        Vehicle(outline=outline, **{name: 5.0})
+    whole = Vehicle(outline=outline)
+    assert Vehicle(**whole.model_dump()) == whole

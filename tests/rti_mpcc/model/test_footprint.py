@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
+from geometry.shape_grid import ShapeGrid
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_of, body_polygons
 
@@ -42,3 +43,54 @@ def test_what_trails_behind_the_axle_is_the_end_of_each_piece() -> None:
     body, cut = body_of(vehicle, 2), 0.5 * (vehicle.front - vehicle.rear)
     np.testing.assert_allclose(body.trailing(1), [vehicle.rear, 0.0])
     np.testing.assert_allclose(body.trailing(-1), [cut, vehicle.front])
+
+
+FORKS = ((-0.4, -0.6), (1.0, -0.6), (1.0, -0.3), (2.2, -0.3), (2.2, 0.3), (1.0, 0.3), (1.0, 0.6), (-0.4, 0.6))
+TWO_FORKS = (
+    *((-0.4, -0.6), (2.2, -0.6), (2.2, -0.3), (1.0, -0.3)),
+    *((1.0, 0.3), (2.2, 0.3), (2.2, 0.6), (-0.4, 0.6)),
+)
+STAR = tuple(
+    (0.5 + r * np.cos(a), r * np.sin(a)) for r, a in zip([1.0, 0.5] * 5, np.arange(10) * pi / 5, strict=True)
+)
+OUTLINES = {"forks": FORKS, "two forks": TWO_FORKS, "pentagon": STAR[::2], "star": STAR}
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_an_outline_is_made_of_few_convex_pieces(name: str) -> None:
+    vehicle = Vehicle(outline=OUTLINES[name])
+    body, whole = body_of(vehicle), shapely.Polygon(OUTLINES[name])
+    pieces = [shapely.Polygon(ring) for ring in np.split(body.corners, body.starts[1:-1])]
+    assert len(pieces) == body.pieces <= {"forks": 2, "two forks": 3, "pentagon": 1, "star": 6}[name]
+    for piece in pieces:
+        assert piece.exterior.is_ccw
+        assert piece.convex_hull.area == pytest.approx(piece.area, rel=1e-9)
+    assert shapely.union_all(pieces).symmetric_difference(whole).area < 1e-9
+    assert sum(piece.area for piece in pieces) == pytest.approx(whole.area)
+    assert (vehicle.width, vehicle.front, vehicle.rear) == pytest.approx(
+        (2.0 * np.abs(whole.exterior.xy[1]).max(), whole.bounds[2], -whole.bounds[0])
+    )
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_distances_to_an_outline_are_those_that_shapely_finds(name: str) -> None:
+    vehicle, random = Vehicle(outline=OUTLINES[name]), np.random.default_rng(4)
+    corners = random.uniform(-4.0, 4.0, (40, 1, 2)) + random.uniform(-0.5, 0.5, (40, 3, 2))
+    shapes = [each for each in map(shapely.Polygon, corners) if each.is_valid]
+    rings = [shapely.get_coordinates(shapely.orient_polygons(each))[:-1] for each in shapes]
+    grid = ShapeGrid.of_shapes(rings, np.zeros(len(rings)), 1)
+    poses = np.column_stack([random.uniform(-6.0, 6.0, (200, 2)), random.uniform(-pi, pi, 200)])
+    found = grid.signed_distances(body_of(vehicle), poses)[:, 0]
+    bodies = shapely.polygons(body_polygons(poses, vehicle))
+    expected = shapely.distance(bodies, shapely.union_all(shapes))
+    assert np.maximum(found, 0.0) == pytest.approx(expected, abs=1e-9)
+    assert (expected == 0.0).any()
+    assert (expected > 0.0).any()
+
+
+def test_the_order_of_an_outline_is_of_no_account() -> None:
+    one, other = Vehicle(outline=FORKS), Vehicle(outline=FORKS[::-1])
+    assert one.outline is not None
+    assert other.outline is not None
+    assert set(one.outline) == set(other.outline)
+    assert all(shapely.Polygon(each.outline).exterior.is_ccw for each in (one, other))
