@@ -194,9 +194,9 @@ def advance(plant: PlantState, parameters: PlantParameters, until: float) -> Pla
 
 def _take_effect(plant: PlantState) -> PlantState:
     """Commands whose time has come act; of several the last one."""
-    due = [command for command in plant.pending if command.time <= plant.time + SAME_TIME]
-    if not due:
+    if not plant.pending or plant.pending[0].time > plant.time + SAME_TIME:
         return plant
+    due = [command for command in plant.pending if command.time <= plant.time + SAME_TIME]
     return replace(
         plant,
         acceleration=due[-1].acceleration,
@@ -207,6 +207,8 @@ def _take_effect(plant: PlantState) -> PlantState:
 
 def _shares(plant: PlantState, parameters: PlantParameters) -> tuple[float, float, float]:
     """What acts of steering rate and braking, and until when [s]."""
+    if not parameters.faults:
+        return 1.0, 1.0, inf
     now = plant.time + SAME_TIME
     acting = [fault for fault in parameters.faults if fault.begin <= now < fault.end]
     edges = [edge for fault in parameters.faults for edge in (fault.begin, fault.end) if edge > now]
@@ -258,14 +260,16 @@ def _integrate(
     delta = plant.delta + rate * h * _NODES
     turn = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase
     phi = plant.phi + h * (_TO_NODES @ turn)
-    return replace(
-        plant,
+    return PlantState(
         time=end,
         x=plant.x + h * float(_WEIGHTS @ (v * np.cos(phi))),
         y=plant.y + h * float(_WEIGHTS @ (v * np.sin(phi))),
         phi=plant.phi + h * float(_WEIGHTS @ turn),
         v=plant.v + a * h,
         delta=copysign(parameters.steering_limit, rate) if at_stop else plant.delta + rate * h,
+        acceleration=plant.acceleration,
+        steering_rate=plant.steering_rate,
+        pending=plant.pending,
     )
 
 
