@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -57,13 +58,27 @@ class Beside(NamedTuple):
         return Beside(self.segments.take(rows, axis=1), self.is_end.take(rows))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Coarse(NamedTuple):
+    """Some of the samples of a boundary, in groups.
+
+    Attributes:
+        samples: (j,) every STRIDE-th one, and all ends.
+        middle, reach: (g,) for each _GROUP of these one of them x + iy, and within what distance of it all
+            samples from the first of them to the first of the next group are [m].
+    """
+
+    samples: NDArray[np.int32]
+    middle: Complex
+    reach: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Boundary:
     """Sampled polylines with their allowed side on the left; `from_polylines` builds it.
 
-    A route of many kilometres has half a million samples, so a sample is no more than its place and its entry
-    in the tree; `beside` derives tangents for the few that are asked for. `with_table` has those
-    of all samples, which is faster.
+    A route of many kilometres has half a million samples, so a sample is no more than its place, and its
+    entry in the tree once that is asked; `beside` derives tangents for the few that are asked for.
+    `with_table` has those of all samples, which is faster.
 
     Attributes, for k samples in the order of the polylines:
         vertex: (k,) samples x + iy [m].
@@ -74,10 +89,6 @@ class Boundary:
         added: (i,) samples between the points that the polylines were given by.
         is_closed: the polylines are rings; the first sample is there again as the last one.
         leads: unit tangents with which another boundary leads to the start and on from the end.
-        tree: of the samples.
-        coarse: (j,) every STRIDE-th sample, and all ends.
-        middle, reach: (g,) for each _GROUP coarse samples one of them x + iy, and within what distance of it
-            all samples from the first of them to the first of the next group are [m].
     """
 
     vertex: Complex
@@ -89,10 +100,6 @@ class Boundary:
     added: NDArray[np.int32]
     is_closed: bool
     leads: tuple[complex, complex] | None
-    tree: cKDTree[None]
-    coarse: NDArray[np.int32]
-    middle: Complex
-    reach: Array
 
     @classmethod
     def from_polylines(
@@ -120,9 +127,6 @@ class Boundary:
         is_end = np.zeros(vertex.size, dtype=np.bool_)
         is_end[begins[:-1]] = is_end[begins[1:] - 1] = True
         ends = np.flatnonzero(is_end)
-        even = np.arange(0, vertex.size, STRIDE, dtype=np.int32)
-        coarse = np.unique(np.concatenate((even, ends), dtype=np.int32, casting="same_kind"))
-        middle, reach = _groups(vertex, coarse)
         at_ends = _at_ends(vertex, begins, ends, closed, leads)
         return cls(
             vertex=vertex,
@@ -134,13 +138,20 @@ class Boundary:
             added=added.astype(np.int32),
             is_closed=closed,
             leads=leads,
-            # On the same numbers as the vertices.
-            # Shrunk to their points, the cells of a line are so flat that a query visits most of them.
-            tree=as_tree(vertex, leafsize=64, compact_nodes=False, balanced_tree=False, copy_data=False),
-            coarse=coarse,
-            middle=middle,
-            reach=reach,
         )
+
+    @cached_property
+    def tree(self) -> cKDTree[None]:
+        """Of the samples, on the same numbers."""
+        # Shrunk to their points, the cells of a line are so flat that a query visits most of them.
+        return as_tree(self.vertex, leafsize=64, compact_nodes=False, balanced_tree=False, copy_data=False)
+
+    @cached_property
+    def coarse(self) -> Coarse:
+        """Some of the samples, to look at first."""
+        even = np.arange(0, self.vertex.size, STRIDE, dtype=np.int32)
+        samples = np.unique(np.concatenate((even, self.ends), dtype=np.int32, casting="same_kind"))
+        return Coarse(samples, *_groups(self.vertex, samples))
 
     def with_table(self) -> Boundary:
         """Return the same boundary with a table of what is beside all samples, 65 bytes for each."""
@@ -234,10 +245,10 @@ class Boundary:
 
         These are no farther from it than min |v - m| + 2 radius. The middles of groups are samples as well.
         """
-        samples = self.coarse
+        samples = self.coarse.samples
         if samples.size > _SCANNED:
-            away = np.abs(self.middle - middle)
-            groups = np.flatnonzero(away <= away.min() + self.reach + (2.0 * radius + _TINY))
+            away = np.abs(self.coarse.middle - middle)
+            groups = np.flatnonzero(away <= away.min() + self.coarse.reach + (2.0 * radius + _TINY))
             among = np.minimum(groups[:, None] * _GROUP + _IN_GROUP, samples.size - 1)
             samples = samples[among.reshape(-1)]
         v = self.vertex[samples] - middle
@@ -247,7 +258,8 @@ class Boundary:
 
     def pieces_near(self, middle: complex, radius: float) -> list[Complex]:
         """The pieces of the polylines (m_i,) [m] that have all of them within `radius` of a place [m]."""
-        groups = (np.abs(self.middle - middle) <= self.reach + radius).nonzero()[0]
+        coarse = self.coarse
+        groups = (np.abs(coarse.middle - middle) <= coarse.reach + radius).nonzero()[0]
         if groups.size == 0:
             return []
         runs = [groups]
@@ -257,8 +269,8 @@ class Boundary:
         pieces = []
         for run in runs:
             # Up to where the following group begins.
-            behind = min((int(run[-1]) + 1) * _GROUP, self.coarse.size - 1)
-            start, end = int(self.coarse[run[0] * _GROUP]), int(self.coarse[behind]) + 1
+            behind = min((int(run[-1]) + 1) * _GROUP, coarse.samples.size - 1)
+            start, end = int(coarse.samples[run[0] * _GROUP]), int(coarse.samples[behind]) + 1
             inner = begins[(begins > start) & (begins < end)].tolist() if begins.size else []
             pieces += [self.vertex[a:b] for a, b in pairwise((start, *inner, end))]
         # Groups are larger than bodies.

@@ -23,6 +23,7 @@ from geometry.shape_grid import Body, checked_poses
 from geometry.walls import Obstacles, PartWalls, with_tables
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
+_POINT = Body.of([(0.0, 0.0)])
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
 
@@ -222,11 +223,11 @@ class Corridor:
         return self._part(part).beyond(np.ascontiguousarray(points, dtype=np.float64))
 
     def near_obstacles(self, points: Array, within: float) -> Index:
-        """Return which of points (n, 2) are nearer than `within` to an obstacle's outline [m]."""
-        boundary = self.kept_out.boundary
-        if boundary is None:
-            return np.zeros(0, dtype=np.int64)
-        return np.flatnonzero(np.isfinite(boundary.tree.query(points, distance_upper_bound=within)[0]))
+        """Return which of points (n, 2) are nearer than `within` to an obstacle, or in one [m]."""
+        poses = np.column_stack([points, np.zeros(len(points))])
+        return np.flatnonzero(
+            (self.kept_out.grid.signed_distances(_POINT, poses, within) < within).any(axis=1)
+        )
 
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
         """Return whether a boundary with open ends lies across the straight way between two points [m].
@@ -284,12 +285,11 @@ def _walls(
 
 
 def _crosses(walls: PartWalls, part: PathPart) -> bool:
-    """Whether a boundary crosses the path; most have no sample within twice the way between some places."""
+    """Whether a boundary crosses the path; most come to none of some places within the way between these."""
     theta = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _LOOKED)) + 1)
     at = part.reference(theta)
-    places = np.column_stack([at.x, at.y])
-    apart = (side.tree.query(places, distance_upper_bound=2.0 * _LOOKED)[0] for side in walls.sides)
-    if all(np.isinf(each).all() for each in apart):
+    places = np.column_stack([at.x, at.y, at.phi])
+    if np.isinf(walls.grid.signed_distances(_POINT, places, _LOOKED)).all():
         return False
     return bool(shapely.intersects(walls.near(0j, inf), path_line(part, _CHECKED)))
 

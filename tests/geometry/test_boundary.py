@@ -36,13 +36,16 @@ def built(closed: bool = False) -> Boundary:
 
 @pytest.mark.usefixtures("without_tables")
 def test_a_sample_of_a_long_corridor_takes_few_bytes() -> None:
-    """16 for its place, 8 for its entry in the tree, and a share of the rest; no polylines besides."""
+    """16 for its place; once it is asked, 8 for its entry in the tree, and a share of the rest."""
     walls = Corridor.from_offsets(LONG, left=5.0, right=-5.0).walls[0]
     assert walls.every is None
     for side in walls.sides:
-        kept = (side.vertex, side.is_end, side.coarse, side.middle, side.reach, side.added, side.tree.indices)
+        assert not {"tree", "coarse"} & vars(side).keys()  # what drives needs neither
+        kept = (side.vertex, side.is_end, side.added)
         assert side.table is None
-        assert sum(values.nbytes for values in kept) < 28 * side.vertex.size
+        assert sum(values.nbytes for values in kept) < 18 * side.vertex.size
+        whole = (*kept, *side.coarse, side.tree.indices)
+        assert sum(values.nbytes for values in whole) < 28 * side.vertex.size
         assert np.shares_memory(side.vertex, side.tree.data)
         assert all(np.shares_memory(line, side.vertex) for line in side.polylines)
 
