@@ -45,6 +45,7 @@ Array4: TypeAlias = Array
 Index1: TypeAlias = Index
 Index2: TypeAlias = Index
 Index3: TypeAlias = Index
+Index4: TypeAlias = Index
 """The same of whole numbers."""
 Out1: TypeAlias = Array
 Out2: TypeAlias = Array
@@ -73,7 +74,7 @@ _TYPES: dict[str, types.Type] = {
     **{f"tuple[{', '.join(['float'] * n)}]": types.UniTuple(types.float64, n) for n in range(2, 7)},
     **{f"Array{n}": _array(types.float64, n) for n in (1, 2, 3, 4)},
     **{f"Out{n}": _array(types.float64, n, written=True) for n in (1, 2, 3, 4)},
-    **{f"Index{n}": _array(types.int64, n) for n in (1, 2, 3)},
+    **{f"Index{n}": _array(types.int64, n) for n in (1, 2, 3, 4)},
     **{f"IndexOut{n}": _array(types.int64, n, written=True) for n in (1, 2)},
 }
 

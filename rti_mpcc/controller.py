@@ -41,7 +41,7 @@ from rti_mpcc.qp.filling import (
     fill_initial,
     fill_motion_bounds,
 )
-from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, block, build_pattern
+from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
 from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
 from rti_mpcc.types import Array, Trajectory
@@ -148,7 +148,7 @@ class RtiMpcc:
         shifted = resample(plan, stage_times(at, lengths), wheelbase)
         frame = LocalFrame.at(shifted.states[0])
         states, controls = frame.states_in(shifted.states), shifted.controls
-        theta = states[:, THETA]
+        theta = states[:, THETA].copy()
 
         weights = objective.weights(config, target, theta, lengths, insists=retreat > 0.0)
         errors = None
@@ -197,7 +197,7 @@ class RtiMpcc:
             weights=weights,
             rows=rows,
             drift=drift,
-            bounds=np.array([bounds.states[:, 0, :2].max(axis=0), bounds.states[:, 1, :2].min(axis=0)]).T,
+            bounds=bounds,
             refused=self._solver.update(values),
             seconds=perf_counter() - begun,
         )
@@ -229,7 +229,7 @@ class RtiMpcc:
         measured = linear.frame.states_in(state)
         measured[PHI] = lift(measured[PHI], linear.states[0, PHI])
         measured[THETA] = min(measured[THETA], self.target.stop + overrun(self.target, self.config.progress))
-        fill_initial(self._values, self._pattern, measured - linear.states[0])
+        fill_initial(self._values, measured - linear.states[0])
         far_out = self._admit(measured, linear)
         self._solver.allow(max(patience, self.config.bound_relaxation.patience) if far_out else patience)
         result = self._solve(linear, measured - linear.states[0], ends, iterate)
@@ -309,7 +309,7 @@ class RtiMpcc:
             far=vehicle.rear if direction > 0 else vehicle.front,
             relaxation=relaxation,
         )
-        fill_corridor_bounds(self._values, self._pattern, bounds)
+        fill_corridor_bounds(self._values, bounds)
         return far_out or float(lack.max()) > relaxation.far_share * margin
 
     def _solve(
@@ -322,9 +322,10 @@ class RtiMpcc:
         pattern = self._pattern
         rows, columns = pattern.constraints.shape
         primal, dual = np.zeros(columns), np.zeros(rows)
-        block(primal, pattern.state_columns)[0] = change / STATE_UNITS
+        begin = pattern.columns(primal)
+        begin.states[0] = change / STATE_UNITS
         if self._last is not None:
-            block(primal, pattern.slack_columns)[...] = self._last.slack / SLACK_UNIT
+            begin.slack[:] = self._last.slack / SLACK_UNIT
             if len(self._last.dual) == rows:
                 dual = self._last.dual * self._values.row_scaling
         if iterate is not None and len(iterate[1]) == len(dual):
@@ -339,13 +340,14 @@ class RtiMpcc:
         change, dual = np.zeros(len(result.primal)), np.zeros(len(result.dual))
         if result.solved:
             change, dual = result.primal * pattern.column_units, result.dual / self._values.row_scaling
-        states = linear.frame.states_out(linear.states + block(change, pattern.state_columns))
-        controls = shifted.controls + block(change, pattern.control_columns)
+        by = pattern.columns(change)
+        states = linear.frame.states_out(linear.states + by.states)
+        controls = shifted.controls + by.controls
         read_only(states, controls, shifted.times)
         return Solution(
             solved=result.solved,
             trajectory=Trajectory(times=shifted.times, states=states, controls=controls),
-            slack=np.maximum(block(change, pattern.slack_columns), 0.0),
+            slack=np.maximum(by.slack, 0.0),
             weights=linear.weights,
             dual=dual,
             status=result.status,

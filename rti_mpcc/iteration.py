@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.objectives import StageWeights
@@ -20,7 +21,7 @@ class Linearisation:
         lengths: (N,) of the stages [s].
         weights: effective weights; rows: of the corridor at stages 1..N, None where none acts; drift: see
             `free_response`, None without rows.
-        bounds: (2, 2) what v and delta may be at every stage, lower and upper.
+        bounds: of the stages.
         refused: "" or why the solver refused the numbers.
         seconds: time that the preparation took.
     """
@@ -32,7 +33,7 @@ class Linearisation:
     weights: StageWeights
     rows: CorridorRows | None
     drift: Array | None
-    bounds: Array
+    bounds: StageBounds
     refused: str
     seconds: float
 

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf, sqrt
 
 import numpy as np
 
+from geometry.compiled import Array1, Out3, kernel
 from rti_mpcc.config import ControllerConfig, Progress
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
+
+_ANY = np.empty(0)
+"""No speeds that the room allows: any is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,27 +54,62 @@ def stage_bounds(
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
     """
-    limits, progress, stages = config.limits, config.progress, len(theta) - 1
-    speed = np.full(stages, limits.speed)
-    profile = config.speed_profile
-    if profile is not None:
-        final = profile.at_stop(target.behind)
-        left = np.maximum(target.stop - theta[1:], 0.0)
-        speed = np.minimum(speed, np.sqrt(final**2 + 2.0 * profile.deceleration * left))
-    if most is not None:
-        speed = np.minimum(speed, most)
-    states = np.empty((stages, 2, 3))
-    reach = config.retries.retreat_reach if reach is None else reach
-    slow = np.where(theta[1:] >= target.stop - reach, min(retreat, limits.speed), 0.0)
-    states[:, 0, 0], states[:, 1, 0] = (-slow, speed) if direction > 0 else (-speed, slow)
+    limits, progress, profile = config.limits, config.progress, config.speed_profile
     d, o, gain = disturbance
-    strongest = gain * limits.acceleration
-    states[:, 0, 1], states[:, 1, 1] = o - limits.steering, o + limits.steering
-    states[:, 0, 2], states[:, 1, 2] = -np.inf, target.stop + overrun(target, progress) if ends else np.inf
-    controls = np.empty((stages, 2, 3))
-    controls[:, :, 0] = [d - strongest, d + strongest]
-    controls[:, :, 1] = [-limits.steering_rate, limits.steering_rate]
-    ahead = speed if profile is not None else progress.headroom * speed
-    controls[:, 1, 2] = ahead
-    controls[:, 0, 2] = -ahead if config.progress_reverses else 0.0
+    states, controls = np.empty((2, len(theta) - 1, 2, 3))
+    _stage_bounds(
+        np.ascontiguousarray(theta),
+        direction,
+        limits.speed,
+        _ANY if most is None else most,
+        target.stop,
+        inf if profile is None else profile.at_stop(target.behind),
+        0.0 if profile is None else profile.deceleration,
+        min(retreat, limits.speed),
+        target.stop - (config.retries.retreat_reach if reach is None else reach),
+        1.0 if profile is not None else progress.headroom,
+        config.progress_reverses,
+        (o - limits.steering, o + limits.steering),
+        target.stop + overrun(target, progress) if ends else inf,
+        (d - gain * limits.acceleration, d + gain * limits.acceleration),
+        limits.steering_rate,
+        states,
+        controls,
+    )
     return StageBounds(states=states, controls=controls)
+
+
+@kernel
+def _stage_bounds(
+    theta: Array1,
+    direction: int,
+    limit: float,
+    most: Array1,
+    stop: float,
+    final: float,
+    deceleration: float,
+    retreat: float,
+    retreats_from: float,
+    headroom: float,
+    reverses: bool,
+    steering: tuple[float, float],
+    farthest: float,
+    acceleration: tuple[float, float],
+    steering_rate: float,
+    states: Out3,
+    controls: Out3,
+) -> None:
+    """With the speed profile v² <= final² + 2 deceleration (theta_stop - theta)."""
+    for k in range(len(states)):
+        left = max(stop - theta[k + 1], 0.0)
+        speed = min(limit, sqrt(final * final + 2.0 * deceleration * left))
+        if len(most) > 0:
+            speed = min(speed, most[k])
+        back = retreat if theta[k + 1] >= retreats_from else 0.0
+        virtual = headroom * speed
+        states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
+        states[k, 0, 1], states[k, 1, 1] = steering
+        states[k, 0, 2], states[k, 1, 2] = -inf, farthest
+        controls[k, 0, 0], controls[k, 1, 0] = acceleration
+        controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
+        controls[k, 0, 2], controls[k, 1, 2] = -virtual if reverses else 0.0, virtual

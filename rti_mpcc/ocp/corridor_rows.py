@@ -211,22 +211,47 @@ def relaxed_bounds(
         most: (sides,) r at most [m]: a plan is not to come nearer than may be driven.
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
-    time, margin_distance, boundary_distance = (
-        relaxation.margin_time,
-        relaxation.margin_distance,
-        relaxation.boundary_distance,
-    )
-    missing = np.minimum(missing, margin)
-    n, behind = len(missing), np.maximum(trails[:, None] - trails, 0.0)
-    swing = (1.5 / margin_distance * behind[..., None] * missing.max(axis=0)).max(axis=1)
-    share = 1.0 - np.minimum(travelled[:, None] / (margin_distance + 2.0 * trails), 1.0) ** 3
-    relief = share[..., None] * swing
-    share = 1.0 - np.minimum(np.minimum(elapsed / time, travelled / margin_distance), 1.0) ** 3
-    relief[:n] += share[:n, None, None] * missing
-    relief[n:] += share[n:, None, None] * missing[-1]
-    np.minimum(relief, most, out=relief)
-    if over.any():
-        back = np.minimum(np.maximum(1.0 - (travelled - 2.0 * far) / boundary_distance, 0.0), 1.0)
-        relief += back[:, None, None] * (over + np.minimum(over, margin - relief))
-    bounds: Array = rows.lower - relief
+    bounds = np.empty(rows.lower.shape)
+    returns = relaxation.margin_time, relaxation.margin_distance, relaxation.boundary_distance
+    _relaxed_bounds(rows.lower, missing, elapsed, travelled, trails, margin, most, over, far, *returns, bounds)
     return bounds
+
+
+@kernel
+def _relaxed_bounds(
+    lower: Array3,
+    missing: Array3,
+    elapsed: Array1,
+    travelled: Array1,
+    trails: Array1,
+    margin: float,
+    most: Array1,
+    over: Array1,
+    far: float,
+    margin_time: float,
+    margin_distance: float,
+    boundary_distance: float,
+    bounds: Out3,
+) -> None:
+    """Equation (H4)."""
+    stages, pieces, sides = lower.shape
+    last = len(missing) - 1
+    for side in range(sides):
+        for piece in range(pieces):
+            swing = 0.0
+            for other in range(pieces):
+                behind = max(trails[piece] - trails[other], 0.0)
+                for k in range(last + 1):
+                    lack = min(missing[k, other, side], margin)
+                    swing = max(swing, 1.5 * behind / margin_distance * lack)
+            for k in range(stages):
+                lack = min(missing[min(k, last), piece, side], margin)
+                returned = min(elapsed[k] / margin_time, travelled[k] / margin_distance, 1.0)
+                swung_back = min(travelled[k] / (margin_distance + 2.0 * trails[piece]), 1.0)
+                relief = (1.0 - returned**3) * lack + (1.0 - swung_back**3) * swing
+                relief = min(relief, most[side])
+                if over[side] > 0.0:
+                    left = 1.0 - (travelled[k] - 2.0 * far) / boundary_distance
+                    beyond = over[side] + min(over[side], margin - relief)
+                    relief += min(max(left, 0.0), 1.0) * beyond
+                bounds[k, piece, side] = lower[k, piece, side] - relief

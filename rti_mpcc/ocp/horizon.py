@@ -7,11 +7,11 @@ geometrically, fine where the vehicle is about to be and coarse far ahead.
 
 from __future__ import annotations
 
-from math import cos, expm1, log1p, sin
+from math import cos, exp, expm1, log1p, sin
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Out2, inner, kernel
+from geometry.compiled import Array1, Array2, Out1, Out2, inner, kernel
 from rti_mpcc.model.bicycle import pose_rate
 from rti_mpcc.model.layout import CONTROLS, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.types import Array, Trajectory
@@ -26,25 +26,31 @@ def stage_lengths(duration: float, first: float, stages: int, fine: float) -> Ar
     A duration shorter than three first stages is stretched to that. Stages are equal up to `fine` [s];
     where they grow it is the second one's.
     """
-    rest = max(duration, 3.0 * first) - first
-    count = stages - 1
     lengths = np.empty(stages)
-    lengths[0] = first
-    target = rest / fine
-    if target <= count * (1.0 + 1e-6):  # a growth too small to be told from rounding is none
-        lengths[1:] = rest / count
-        return lengths
-    lengths[1:] = np.exp(log1p(_growth(target, count)) * np.arange(count))
-    lengths[1:] *= rest / lengths[1:].sum()
+    _stage_lengths(max(duration, 3.0 * first) - first, first, fine, lengths)
     return lengths
 
 
+@kernel
+def _stage_lengths(rest: float, first: float, fine: float, lengths: Out1) -> None:
+    count, total = len(lengths) - 1, 0.0
+    # A growth too small to be told from rounding is none.
+    growth = _growth(rest / fine, count) if rest > fine * count * (1.0 + 1e-6) else 0.0
+    lengths[0] = first
+    for k in range(count):
+        lengths[k + 1] = exp(k * log1p(growth))
+        total += lengths[k + 1]
+    for k in range(count):
+        lengths[k + 1] *= rest / total
+
+
+@inner
 def _growth(total: float, count: int) -> float:
     """The g > 0 with 1 + (1 + g) + ... + (1 + g)^(count - 1) = `total` > count.
 
     Newton's steps from beyond come down to it one by one, as the sum is convex in g.
     """
-    g = float(total ** (1.0 / (count - 1)) - 1.0)  # the last term alone
+    g = total ** (1.0 / (count - 1)) - 1.0  # the last term alone
     for _ in range(MOST_STEPS):
         grown = expm1(count * log1p(g))
         slope = (count * (grown + 1.0) / (1.0 + g) - grown / g) / g

@@ -319,7 +319,10 @@ def pose_weights(
 
 def stage_share(lengths: Array, weights: Weights) -> Array:
     """What each stage counts (N+1,): its length over the length that the weights belong to."""
-    return np.append(lengths, lengths[-1]) / weights.stage_length
+    share = np.empty(len(lengths) + 1)
+    share[:-1], share[-1] = lengths, lengths[-1]
+    share /= weights.stage_length
+    return share
 
 
 def _comfort_weights(share: Array, weights: tuple[float, float, float]) -> ComfortWeights:

@@ -11,27 +11,40 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.compiled import Array1, Array2, Array3, Index1, Index2, Index3, Out1, Out2, inner, kernel
+from geometry.compiled import (
+    Array1,
+    Array2,
+    Array3,
+    Array4,
+    Index1,
+    Index2,
+    Index3,
+    Index4,
+    Out1,
+    Out2,
+    Out3,
+    inner,
+    kernel,
+)
 from rti_mpcc.config import Limits
 from rti_mpcc.model.bicycle import Step
-from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, STATES, THETA, THETA_DOT, V, X, Y
+from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import LOOSE, CorridorRows
 from rti_mpcc.ocp.stage_cost import QuadraticCost
 from rti_mpcc.qp.pattern import (
     BOUNDED,
+    CONTROL_UNITS,
     HESSIAN_PAIRS,
     SLACK_UNIT,
     STATE_UNITS,
+    Columns,
     QpPattern,
+    Rows,
     block,
 )
 from rti_mpcc.types import Array
 
-_DIAGONAL = (HESSIAN_PAIRS[:, 0] == HESSIAN_PAIRS[:, 1]).astype(np.float64)
-_DAMPED = _DIAGONAL * np.isin(HESSIAN_PAIRS[:, 0], (X, Y, PHI, DELTA))
-_IDLE = _DIAGONAL * (HESSIAN_PAIRS[:, 0] == THETA)
-_ALL_CONTROLS = np.arange(CONTROLS)
 _HEADING = int(np.flatnonzero((HESSIAN_PAIRS == PHI).all(axis=1))[0])
 
 
@@ -42,6 +55,7 @@ class QpValues:
     Attributes:
         cost: (nnz P,); gradient: (n,); constraints: (nnz A,); lower, upper: (m,).
         row_scaling: (m,) so many of its units a row counts in, see `SolverSettings.row_scaling_from`.
+        ..._by: the same arrays, block by block.
     """
 
     cost: Array
@@ -50,22 +64,32 @@ class QpValues:
     lower: Array
     upper: Array
     row_scaling: Array
+    gradient_by: Columns
+    lower_by: Rows
+    upper_by: Rows
+    row_scaling_by: Rows
 
 
 def empty_values(pattern: QpPattern) -> QpValues:
     """Buffers with the entries that never change."""
     rows, columns = pattern.constraints.shape
+    gradient, row_scaling = np.zeros(columns), np.ones(rows)
+    lower, upper = np.full(rows, -np.inf), np.full(rows, np.inf)
     values = QpValues(
         cost=pattern.cost.constant.copy(),
-        gradient=np.zeros(columns),
+        gradient=gradient,
         constraints=pattern.constraints.constant.copy(),
-        lower=np.full(rows, -np.inf),
-        upper=np.full(rows, np.inf),
-        row_scaling=np.ones(rows),
+        lower=lower,
+        upper=upper,
+        row_scaling=row_scaling,
+        gradient_by=pattern.columns(gradient),
+        lower_by=pattern.rows(lower),
+        upper_by=pattern.rows(upper),
+        row_scaling_by=pattern.rows(row_scaling),
     )
     values.cost[pattern.cost.groups["slacks"]] = pattern.settings.change_weight
-    values.lower[pattern.slack_rows] = 0.0
-    fill_initial(values, pattern, np.zeros(STATES))
+    values.lower_by.slack[:] = 0.0
+    fill_initial(values, np.zeros(STATES))
     _loosen(values, pattern, 0)
     return values
 
@@ -85,52 +109,73 @@ def fill_cost(
         damping: weight on the change of pose and steering, in scaled units of variables and cost: how far
             one iteration trusts its linearisation (Levenberg and Marquardt).
     """
-    slots, units, settings = pattern.cost, pattern.column_units, pattern.settings
-    on_states = settings.change_weight * _DIAGONAL + damping * _DAMPED
-    on_controls = np.full(CONTROLS, settings.change_weight)
-    if not cost.state_hessian[:, THETA, THETA].any():
-        on_states += settings.idle_weight * _IDLE
-        on_controls[THETA_DOT] += settings.idle_weight
+    slots, settings, gradient = pattern.cost, pattern.settings, values.gradient_by
     groups, scales = slots.groups, slots.scales
-    _fill_hessian(
-        cost.state_hessian, HESSIAN_PAIRS, scale, on_states, groups["states"], scales["states"], values.cost
-    )
-    _fill_diagonal(
-        cost.control_hessian, scale, on_controls, groups["controls"], scales["controls"], values.cost
-    )
-    for columns, gradient in (
-        (pattern.state_columns, cost.state_gradient),
-        (pattern.control_columns, cost.control_gradient),
-    ):
-        _scale(gradient, scale, block(units, columns), block(values.gradient, columns))
-    block(values.gradient, pattern.slack_columns)[...] = scale * slack * SLACK_UNIT
+    _fill_state_cost(
+        cost.state_hessian, cost.state_gradient, HESSIAN_PAIRS, scale, damping,
+        settings.change_weight, settings.idle_weight, groups["states"], scales["states"],
+        groups["controls"], values.cost, gradient.states,
+    )  # fmt: skip
+    _fill_control_cost(
+        cost.control_hessian, cost.control_gradient, scale,
+        groups["controls"], scales["controls"], values.cost, gradient.controls,
+    )  # fmt: skip
+    gradient.slack[:] = scale * slack * SLACK_UNIT
 
 
 @kernel
-def _fill_hessian(
-    hessian: Array3, pairs: Index2, scale: float, plus: Array1, slots: Index2, scales: Array2, data: Out1
+def _fill_state_cost(
+    hessian: Array3,
+    gradient: Array2,
+    pairs: Index2,
+    scale: float,
+    damping: float,
+    change: float,
+    idle: float,
+    slots: Index2,
+    scales: Array2,
+    control_slots: Index2,
+    data: Out1,
+    scaled: Out2,
 ) -> None:
-    """The entries `pairs` of each stage's Hessian, times `scale`, and `plus` in scaled units on top."""
+    """The entries `pairs` of each stage's Hessian, and the gradient, times `scale`; on the diagonal the weights
+    on the change on top, `idle` on the progress, and how fast it is made, where nothing else is on it."""
+    idles = True
+    for k in range(len(hessian)):
+        idles &= hessian[k, THETA, THETA] == 0.0
     for k in range(len(slots)):
-        for i in range(len(pairs)):
-            value = scale * hessian[k, pairs[i, 0], pairs[i, 1]]
-            data[slots[k, i]] = value * scales[k, i] + plus[i]
+        for p in range(len(pairs)):
+            i, j = pairs[p, 0], pairs[p, 1]
+            value = scale * hessian[k, i, j] * scales[k, p]
+            if i == j:
+                value += change
+                if i == THETA:
+                    value += idle if idles else 0.0
+                elif i != V:
+                    value += damping
+            data[slots[k, p]] = value
+        for i in range(STATES):
+            scaled[k, i] = scale * gradient[k, i] * STATE_UNITS[i]
+    for k in range(len(control_slots)):
+        for i in range(CONTROLS):
+            data[control_slots[k, i]] = change + (idle if idles and i == THETA_DOT else 0.0)
 
 
 @kernel
-def _fill_diagonal(
-    diagonal: Array2, scale: float, plus: Array1, slots: Index2, scales: Array2, data: Out1
+def _fill_control_cost(
+    hessian: Array2,
+    gradient: Array2,
+    scale: float,
+    slots: Index2,
+    scales: Array2,
+    data: Out1,
+    scaled: Out2,
 ) -> None:
+    """On top of the weights on the change."""
     for k in range(len(slots)):
-        for i in range(slots.shape[1]):
-            data[slots[k, i]] = scale * diagonal[k, i] * scales[k, i] + plus[i]
-
-
-@kernel
-def _scale(values: Array2, scale: float, units: Array2, scaled: Out2) -> None:
-    for k in range(len(values)):
-        for i in range(values.shape[1]):
-            scaled[k, i] = scale * values[k, i] * units[k, i]
+        for i in range(CONTROLS):
+            data[slots[k, i]] += scale * hessian[k, i] * scales[k, i]
+            scaled[k, i] = scale * gradient[k, i] * CONTROL_UNITS[i]
 
 
 def fill_curvature(
@@ -180,8 +225,7 @@ def fill_dynamics(values: QpValues, pattern: QpPattern, step: Step, states: Arra
     count = len(step.lengths)
     _write(step.pose_by.reshape(count, -1), groups["pose"], scales["pose"], values.constraints)
     _write(step.lengths.reshape(count, 1), groups["driven"], scales["driven"], values.constraints)
-    rows = pattern.dynamics_rows[1:]
-    _fill_defects(states, step.state, STATE_UNITS, block(values.lower, rows), block(values.upper, rows))
+    _fill_defects(states, step.state, STATE_UNITS, values.lower_by.dynamics, values.upper_by.dynamics)
 
 
 @kernel
@@ -213,49 +257,41 @@ def fill_bounds(
     Args:
         rows_scaled: bounds that are far off count less, see `SolverSettings.row_scaling_from`.
     """
-    settings, slots = pattern.settings, pattern.constraints.groups["bounds"]
-    scaling = (settings.row_scaling_from, settings.row_scaling_most if rows_scaled else 1.0)
-    for kind, (limits, about, columns) in enumerate(
-        ((bounds.states, states[1:], BOUNDED), (bounds.controls, controls, _ALL_CONTROLS))
-    ):
-        rows = pattern.bound_rows[kind]
-        _fill_bounds(
-            limits,
-            about,
-            columns,
-            block(pattern.row_units, rows),
-            *scaling,
-            slots[kind],
-            pattern.constraints.scales["bounds"][kind],
-            values.constraints,
-            block(values.row_scaling, rows),
-            block(values.lower, rows),
-            block(values.upper, rows),
-        )
+    settings, slots = pattern.settings, pattern.constraints
+    _fill_bounds(
+        bounds.states, bounds.controls, states, controls, BOUNDED, pattern.bound_units,
+        settings.row_scaling_from, settings.row_scaling_most if rows_scaled else 1.0,
+        slots.groups["bounds"], slots.scales["bounds"], values.constraints,
+        values.row_scaling_by.bounds, values.lower_by.bounds, values.upper_by.bounds,
+    )  # fmt: skip
 
 
 @kernel
 def _fill_bounds(
-    limits: Array3,
-    about: Array2,
-    columns: Index1,
+    state_limits: Array3,
+    control_limits: Array3,
+    states: Array2,
+    controls: Array2,
+    bounded: Index1,
     units: Array2,
     scaled_from: float,
     most: float,
-    slots: Index2,
-    scales: Array2,
+    slots: Index3,
+    scales: Array3,
     data: Out1,
-    row_scaling: Out2,
-    lower: Out2,
-    upper: Out2,
+    row_scaling: Out3,
+    lower: Out3,
+    upper: Out3,
 ) -> None:
-    for k in range(len(slots)):
-        for i in range(slots.shape[1]):
-            here = about[k, columns[i]]
-            low, high = (limits[k, 0, i] - here) / units[k, i], (limits[k, 1, i] - here) / units[k, i]
-            by = _row_scaling(min(high, -low), scaled_from, most)
-            data[slots[k, i]] = scales[k, i] / by
-            row_scaling[k, i], lower[k, i], upper[k, i] = by, low / by, high / by
+    for kind in range(2):
+        limits = state_limits if kind == 0 else control_limits
+        for k in range(len(controls)):
+            for i in range(CONTROLS):
+                here = states[k + 1, bounded[i]] if kind == 0 else controls[k, i]
+                low, high = (limits[k, 0, i] - here) / units[kind, i], (limits[k, 1, i] - here) / units[kind, i]
+                by = _row_scaling(min(high, -low), scaled_from, most)
+                data[slots[kind, k, i]] = scales[kind, k, i] / by
+                row_scaling[kind, k, i], lower[kind, k, i], upper[kind, k, i] = by, low / by, high / by
 
 
 @inner
@@ -293,50 +329,44 @@ def _write_half_planes(
 ) -> None:
     """Rows and slack of the sides from the `first` on, each counting `row_scaling` times less."""
     settings, slots = pattern.settings, pattern.constraints
-    stages, pieces, sides = pattern.corridor_rows.shape
-    shape, given = (stages * pieces, sides), (stages * pieces, rows.lower.shape[2])
     _fill_half_planes(
-        np.ascontiguousarray(rows.slopes).reshape(*given, 3),
-        np.ascontiguousarray(rows.lower).reshape(given),
-        first,
-        settings.row_scaling_from,
-        settings.row_scaling_most if rows_scaled else 1.0,
-        slots.groups["half-planes"].reshape(*shape, 4),
-        slots.scales["half-planes"].reshape(*shape, 4),
-        values.constraints,
-        block(values.row_scaling, pattern.corridor_rows).reshape(shape),
-        block(values.lower, pattern.corridor_rows).reshape(shape),
-    )
+        np.ascontiguousarray(rows.slopes), np.ascontiguousarray(rows.lower), first,
+        settings.row_scaling_from, settings.row_scaling_most if rows_scaled else 1.0,
+        slots.groups["half-planes"], slots.scales["half-planes"], values.constraints,
+        values.row_scaling_by.corridor, values.lower_by.corridor,
+    )  # fmt: skip
 
 
 @kernel
 def _fill_half_planes(
-    slopes: Array3,
-    bounds: Array2,
+    slopes: Array4,
+    bounds: Array3,
     first: int,
     scaled_from: float,
     most: float,
-    slots: Index3,
-    scales: Array3,
+    slots: Index4,
+    scales: Array4,
     data: Out1,
-    row_scaling: Out2,
-    lower: Out2,
+    row_scaling: Out3,
+    lower: Out3,
 ) -> None:
-    for row in range(len(slots)):
-        for side in range(bounds.shape[1]):
-            by = _row_scaling(-bounds[row, side], scaled_from, most)
-            at = first + side
-            for i in range(3):
-                data[slots[row, at, i]] = slopes[row, side, i] * scales[row, at, i] / by
-            data[slots[row, at, 3]] = scales[row, at, 3] / by
-            row_scaling[row, at], lower[row, at] = by, bounds[row, side] / by
+    stages, pieces, sides = bounds.shape
+    for k in range(stages):
+        for piece in range(pieces):
+            for side in range(sides):
+                by = _row_scaling(-bounds[k, piece, side], scaled_from, most)
+                at = first + side
+                for i in range(POSE):
+                    slope = slopes[k, piece, side, i] * scales[k, piece, at, i]
+                    data[slots[k, piece, at, i]] = slope / by
+                data[slots[k, piece, at, POSE]] = scales[k, piece, at, POSE] / by
+                row_scaling[k, piece, at], lower[k, piece, at] = by, bounds[k, piece, side] / by
 
 
-def fill_corridor_bounds(values: QpValues, pattern: QpPattern, lower: Array) -> None:
+def fill_corridor_bounds(values: QpValues, lower: Array) -> None:
     """Feedback phase: other lower bounds (N, pieces, sides) [m] of the half-planes that were filled last."""
     sides = lower.shape[2]
-    row_scaling = block(values.row_scaling, pattern.corridor_rows)[:, :, :sides]
-    block(values.lower, pattern.corridor_rows)[:, :, :sides] = lower / row_scaling
+    values.lower_by.corridor[:, :, :sides] = lower / values.row_scaling_by.corridor[:, :, :sides]
 
 
 def fill_motion_bounds(
@@ -345,7 +375,7 @@ def fill_motion_bounds(
     measured: Array,
     states: Array,
     lengths: Array,
-    bounds: Array,
+    bounds: StageBounds,
     limits: Limits,
     share: float,
 ) -> bool:
@@ -353,31 +383,49 @@ def fill_motion_bounds(
 
     Args:
         states: (N+1, 6) linearised about; lengths: (N,) of the stages [s].
-        bounds: (2, 2) what v and delta may be at every stage, lower and upper.
+        bounds: that were filled last.
         share: of the input `limits`, at which they must return.
 
     Returns whether it is by more than the first stage can give back.
     """
+    return _fill_motion_bounds(
+        measured, states, lengths, bounds.states, pattern.bound_units,
+        share * limits.acceleration, share * limits.steering_rate,
+        values.row_scaling_by.bounds, values.lower_by.bounds, values.upper_by.bounds,
+    )  # fmt: skip
+
+
+@kernel
+def _fill_motion_bounds(
+    measured: Array1,
+    states: Array2,
+    lengths: Array1,
+    bounds: Array3,
+    units: Array2,
+    acceleration: float,
+    steering_rate: float,
+    row_scaling: Array3,
+    lower: Out3,
+    upper: Out3,
+) -> bool:
     far_out = False
-    rows = pattern.state_rows
-    lower, upper = block(values.lower, rows), block(values.upper, rows)
-    for column, (quantity, rate) in enumerate(((V, limits.acceleration), (DELTA, limits.steering_rate))):
-        value = float(measured[quantity])
-        if bounds[column, 0] <= value <= bounds[column, 1]:
+    for column in range(2):
+        quantity, rate = (V, acceleration) if column == 0 else (DELTA, steering_rate)
+        value, inside = measured[quantity], True
+        for k in range(len(lengths)):
+            inside &= bounds[k, 0, column] <= value <= bounds[k, 1, column]
+        if inside:
             continue
-        units = block(pattern.row_units, rows)[:, column] * block(values.row_scaling, rows)[:, column]
-        shift, drop = states[1:, quantity], share * rate * np.add.accumulate(lengths)
-        low, high = lower[0, column], upper[0, column]
-        top, bottom = upper[:, column], lower[:, column]
-        np.maximum(top, (value - drop - shift) / units, out=top)
-        np.minimum(bottom, (value + drop - shift) / units, out=bottom)
-        far_out |= bool(bottom[0] < low or top[0] > high)
+        drop, low, high = 0.0, lower[0, 0, column], upper[0, 0, column]
+        for k in range(len(lengths)):
+            drop += rate * lengths[k]
+            unit, about = units[0, column] * row_scaling[0, k, column], states[k + 1, quantity]
+            upper[0, k, column] = max(upper[0, k, column], (value - drop - about) / unit)
+            lower[0, k, column] = min(lower[0, k, column], (value + drop - about) / unit)
+        far_out |= lower[0, 0, column] < low or upper[0, 0, column] > high
     return far_out
 
 
-def fill_initial(values: QpValues, pattern: QpPattern, change: Array) -> None:
+def fill_initial(values: QpValues, change: Array) -> None:
     """Feedback phase: the measured state (6,) minus the linearised one."""
-    scaled = change / STATE_UNITS
-    begin = pattern.dynamics_rows.item(0)
-    values.lower[begin : begin + STATES] = scaled
-    values.upper[begin : begin + STATES] = scaled
+    values.lower_by.initial[:] = values.upper_by.initial[:] = change / STATE_UNITS

@@ -19,6 +19,7 @@ so OSQP's own scaling (a pass over the matrices each cycle) can stay off.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -115,6 +116,25 @@ class _SlotsBuilder:
         )
 
 
+class Columns(NamedTuple):
+    """A vector over the variables, block by block: states (N+1, 6), controls (N, 3), slack (N,)."""
+
+    states: Array
+    controls: Array
+    slack: Array
+
+
+class Rows(NamedTuple):
+    """A vector over the constraints, block by block: initial (6,), dynamics (N, 6), bounds (2, N, 3) on states
+    and controls, corridor (N, pieces, sides), slack (N,)."""
+
+    initial: Array
+    dynamics: Array
+    bounds: Array
+    corridor: Array
+    slack: Array
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QpPattern:
     """Where everything stands in the QP.
@@ -124,7 +144,8 @@ class QpPattern:
         dynamics_rows (N+1, 6), state_rows (N, 3), control_rows (N, 3), corridor_rows
             (N, pieces, sides), slack_rows (N,): constraints.
         bound_rows: (2, N, 3), state_rows and control_rows.
-        column_units, row_units: what one scaled unit is.
+        column_units, row_units: what one scaled unit is; bound_units: (2, 3) the same of bounds on states and
+            controls.
         settings: of the weights on the change and the scaling of rows.
         cost, constraints: the slots of P (upper triangle) and A.
     """
@@ -140,9 +161,28 @@ class QpPattern:
     slack_rows: Index
     column_units: Array
     row_units: Array
+    bound_units: Array
     settings: SolverSettings
     cost: Slots
     constraints: Slots
+
+    def columns(self, vector: Array) -> Columns:
+        """The blocks of a vector (n,) over the variables, as views."""
+        return Columns(
+            block(vector, self.state_columns),
+            block(vector, self.control_columns),
+            block(vector, self.slack_columns),
+        )
+
+    def rows(self, vector: Array) -> Rows:
+        """The blocks of a vector (m,) over the constraints, as views."""
+        return Rows(
+            block(vector, self.dynamics_rows[0]),
+            block(vector, self.dynamics_rows[1:]),
+            block(vector, self.bound_rows),
+            block(vector, self.corridor_rows),
+            block(vector, self.slack_rows),
+        )
 
 
 def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings) -> QpPattern:
@@ -192,6 +232,7 @@ def build_pattern(stages: int, pieces: int, sides: int, settings: SolverSettings
         slack_rows=slack_rows,
         column_units=column_units,
         row_units=row_units,
+        bound_units=row_units[bound_rows[:, 0]],
         settings=settings,
         cost=cost.build(),
         constraints=a.build(),

@@ -188,7 +188,7 @@ class FrozenProblem:
             footprint = config.footprint.model_copy(update={"near": 1e12})
             rows = corridor_rows(states[1:, PHI].copy(), self.planes.at(states[1:]), footprint)
             fill_corridor(values, pattern, rows)
-        fill_initial(values, pattern, self.measured - states[0])
+        fill_initial(values, self.measured - states[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -83,7 +83,7 @@ def filled(
     fill_dynamics(values, pattern, parts.step, parts.states)
     fill_bounds(values, pattern, parts.bounds, parts.states, parts.controls, rows_scaled=rows_scaled)
     fill_corridor(values, pattern, parts.rows, rows_scaled=rows_scaled)
-    fill_initial(values, pattern, parts.initial)
+    fill_initial(values, parts.initial)
     return values
 
 

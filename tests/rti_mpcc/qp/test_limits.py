@@ -63,7 +63,7 @@ class Drive:
         if self.wall is not None:  # y >= wall
             slopes[..., 1], lower[...] = 1.0, self.wall
         fill_corridor(values, pattern, CorridorRows(slopes, lower), rows_scaled=False)
-        fill_initial(values, pattern, np.zeros(STATES))
+        fill_initial(values, np.zeros(STATES))
         solver = QpSolver(pattern, SolverSettings(tolerance=1e-7, max_iterations=100_000))
         assert solver.update(values) == ""
         rows, columns = pattern.constraints.shape
