@@ -22,6 +22,7 @@ from rich.progress import track
 from scipy import sparse
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
+from rti_mpcc.config import SolverSettings
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
@@ -139,16 +140,17 @@ def solved(qp: QpProblem, check: int) -> tuple[int, float]:
     return iterations, 1e6 * min(times)
 
 
+CHECK = SolverSettings().check_interval
 Way = tuple[Callable[[QpProblem, QpPattern, Array], QpProblem], int]
 WAYS: dict[str, Way] = {
-    "as it is": (as_it_is, 3),
-    "rows that are far off count in full": (unscaled, 3),
+    "as it is": (as_it_is, CHECK),
+    "rows that are far off count in full": (unscaled, CHECK),
     "termination checked every iteration": (as_it_is, 1),
-    "every 6": (as_it_is, 6),
-    "no guess of the multipliers": (without_dual, 3),
-    "virtual progress eliminated": (partial(eliminated, [THETA], [THETA_DOT]), 3),
-    "a and δ̇ eliminated": (partial(eliminated, [V, DELTA], [A, DELTA_DOT]), 3),
-    "all controls eliminated": (partial(eliminated, [V, DELTA, THETA], [A, DELTA_DOT, THETA_DOT]), 3),
+    "every 3": (as_it_is, 3),
+    "no guess of the multipliers": (without_dual, CHECK),
+    "virtual progress eliminated": (partial(eliminated, [THETA], [THETA_DOT]), CHECK),
+    "a and δ̇ eliminated": (partial(eliminated, [V, DELTA], [A, DELTA_DOT]), CHECK),
+    "all controls eliminated": (partial(eliminated, [V, DELTA, THETA], [A, DELTA_DOT, THETA_DOT]), CHECK),
 }
 """What is done to a QP, and how often OSQP looks whether it has come to an end."""
 

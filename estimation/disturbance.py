@@ -21,14 +21,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import cos, sqrt, tan
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from estimation.settings import DisturbanceFilterConfig
 from estimation.types import Array
 from geometry import lift
-from geometry.compiled import Array1, Out1, Out2, kernel
+from geometry.compiled import Out1, Out2, kernel
 
 V: Final = 0
 """speed [m/s]."""
@@ -44,16 +44,13 @@ C: Final = 5
 """share by which the vehicle turns too tightly."""
 STATES: Final = 6
 
-_OFFSETS: Final = (D, G, O, C)
-
 REST = 0.03
 """A vehicle measured slower than this [m/s] may be held at rest."""
 DRIVES_OFF = 0.05
 """What has to be commanded beyond the disturbance [m/s²] for a vehicle at rest to be held."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Motion:
+class Motion(NamedTuple):
     """What is measured at a time: speed v [m/s], heading phi [rad] on any branch, steering delta [rad]."""
 
     v: float
@@ -101,7 +98,9 @@ class DisturbanceEstimate:
 
 def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
     """What is known before the first measurement."""
-    return _frozen(np.zeros(STATES), np.diag(first_variances(config)))
+    d, g, o, c = _first_stds(config)
+    stds = np.array((config.speed_std, d, g, config.heading_std, o, c))
+    return _estimate(np.zeros(STATES), np.diag(stds**2))
 
 
 def unseated(estimate: DisturbanceEstimate) -> DisturbanceEstimate:
@@ -131,13 +130,20 @@ def updated(
         return estimate
     if motion == last and abs(motion.v) > REST:
         return estimate  # told once more: the next one tells of the time since then
-    mean, covariance = _predicted(estimate, last, motion, seconds, acceleration, wheelbase, config)
+    mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
+    steering = 0.5 * (last.delta + motion.delta)
+    walks = config.acceleration_walk, config.speed_walk, config.heading_walk, config.steering_walk
+    _predict(mean, covariance, steering, seconds, acceleration, wheelbase, *walks, *_first_stds(config))
     held = _is_held(mean, motion, acceleration)
     since = (now if estimate.held_since is None else estimate.held_since) if held else None
     if since is not None and now - since < config.held_time:
-        mean, covariance = _at_rest(mean, covariance, motion, config)
-    mean, covariance = _corrected(mean, covariance, motion, config)
-    return replace(_frozen(mean, covariance), at=now, motion=motion, held_since=since)
+        # With the speed as it is measured, whatever the offsets would make of it.
+        _measured(mean, covariance, V, motion.v, config.speed_std)
+    _correct(
+        mean, covariance, motion.v, lift(motion.phi, float(mean[PHI])), config.speed_std, config.heading_std,
+        config.most_acceleration, config.most_drive_share, config.most_steering,
+    )  # fmt: skip
+    return _estimate(mean, covariance, now, motion, since)
 
 
 def _seated(
@@ -145,28 +151,16 @@ def _seated(
 ) -> DisturbanceEstimate:
     """Begin again at a measurement: of what was known before the offsets stay."""
     mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
-    mean[V], mean[PHI] = motion.v, motion.phi
-    for quantity, std in ((V, config.speed_std), (PHI, config.heading_std)):
-        covariance[quantity, :] = covariance[:, quantity] = 0.0
-        covariance[quantity, quantity] = std**2
-    return replace(_frozen(mean, covariance), at=now, motion=motion)
+    _measured(mean, covariance, V, motion.v, config.speed_std)
+    _measured(mean, covariance, PHI, motion.phi, config.heading_std)
+    return _estimate(mean, covariance, now, motion)
 
 
-def _predicted(
-    estimate: DisturbanceEstimate,
-    last: Motion,
-    motion: Motion,
-    seconds: float,
-    acceleration: float,
-    wheelbase: float,
-    config: DisturbanceFilterConfig,
-) -> tuple[Array, Array]:
-    """Mean (6,) and covariance (6, 6) after `seconds`, (O1) to (O3)."""
-    mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
-    walks = config.acceleration_walk, config.speed_walk, config.heading_walk, config.steering_walk
-    steering = 0.5 * (last.delta + motion.delta)
-    _predict(mean, covariance, steering, seconds, acceleration, wheelbase, *walks, first_variances(config))
-    return mean, covariance
+def _measured(mean: Array, covariance: Array, quantity: int, value: float, std: float) -> None:
+    """Of this quantity only what is measured is known from here on."""
+    mean[quantity] = value
+    covariance[quantity, :] = covariance[:, quantity] = 0.0
+    covariance[quantity, quantity] = std**2
 
 
 @kernel
@@ -181,9 +175,12 @@ def _predict(
     speed_walk: float,
     heading_walk: float,
     steering_walk: float,
-    most: Array1,
+    most_d: float,
+    most_g: float,
+    most_o: float,
+    most_c: float,
 ) -> None:
-    """F P F' + Q; of no offset is less known than in the beginning, `most` (6,)."""
+    """(O1) to (O3), F P F' + Q; of no offset is less known than in the beginning, the `most` (stds)."""
     gained = seconds * (acceleration * (1.0 + mean[G]) + mean[D])
     distance = seconds * (mean[V] + 0.5 * gained) / wheelbase
     angle = steering + mean[O]
@@ -209,9 +206,9 @@ def _predict(
     covariance[D, D] += d * seconds
     covariance[PHI, PHI] += heading_walk**2 * seconds
     covariance[O, O] += steering_walk**2 * seconds
-    for i in _OFFSETS:
-        if covariance[i, i] > most[i]:
-            share = sqrt(most[i] / covariance[i, i])
+    for i, most in ((D, most_d), (G, most_g), (O, most_o), (C, most_c)):
+        if covariance[i, i] > most**2:
+            share = most / sqrt(covariance[i, i])
             for j in range(STATES):
                 covariance[i, j] *= share
                 covariance[j, i] *= share
@@ -222,28 +219,6 @@ def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
     driven = acceleration * (1.0 + mean[G]) + mean[D]
     away = abs(mean[V]) > abs(motion.v) and driven * mean[V] > 0.0
     return bool(abs(motion.v) <= REST and abs(driven) >= DRIVES_OFF and away)
-
-
-def _at_rest(
-    mean: Array, covariance: Array, motion: Motion, config: DisturbanceFilterConfig
-) -> tuple[Array, Array]:
-    """With the speed as it is measured, whatever the offsets would make of it."""
-    mean, covariance = mean.copy(), covariance.copy()
-    mean[V] = motion.v
-    covariance[V, :] = covariance[:, V] = 0.0
-    covariance[V, V] = config.speed_std**2
-    return mean, covariance
-
-
-def _corrected(
-    mean: Array, covariance: Array, motion: Motion, config: DisturbanceFilterConfig
-) -> tuple[Array, Array]:
-    """After a measurement that is taken in."""
-    mean, covariance = mean.copy(), covariance.copy()
-    phi, stds = lift(motion.phi, float(mean[PHI])), (config.speed_std, config.heading_std)
-    most = config.most_acceleration, config.most_drive_share, config.most_steering
-    _correct(mean, covariance, motion.v, phi, *stds, *most)
-    return mean, covariance
 
 
 @kernel
@@ -277,19 +252,24 @@ def _correct(
             covariance[j, k] = covariance[k, j] = 0.5 * (covariance[j, k] + covariance[k, j])
 
 
-def first_variances(config: DisturbanceFilterConfig) -> Array:
-    """Variances (6,) before the first measurement."""
-    stds = (
-        config.speed_std,
+def _first_stds(config: DisturbanceFilterConfig) -> tuple[float, float, float, float]:
+    """Standard deviations of d, g, o, c before the first measurement."""
+    return (
         config.first_acceleration_std,
         config.drive_share_std,
-        config.heading_std,
         config.first_steering_std,
         config.turn_share_std,
     )
-    return np.array(stds) ** 2
 
 
-def _frozen(mean: Array, covariance: Array) -> DisturbanceEstimate:
-    mean.flags.writeable = covariance.flags.writeable = False
-    return DisturbanceEstimate(mean=mean, covariance=covariance)
+def _estimate(
+    mean: Array,
+    covariance: Array,
+    at: float | None = None,
+    motion: Motion | None = None,
+    held_since: float | None = None,
+) -> DisturbanceEstimate:
+    """These, read-only from here on."""
+    mean.setflags(write=False)
+    covariance.setflags(write=False)
+    return DisturbanceEstimate(mean=mean, covariance=covariance, at=at, motion=motion, held_since=held_since)

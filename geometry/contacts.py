@@ -143,68 +143,66 @@ def _contacts(
     chosen, least, height = np.empty(slots), np.empty(slots), np.empty(slots)
     ties, ends, nearest = np.empty(slots, np.int64), np.empty(slots, np.int64), np.empty(slots, np.int64)
     tied, seen = np.empty((slots, MOST_TIED), np.int64), np.empty(_MOST_MET, np.int64)
-    reach, spread = hypot(half[0], half[1]) + within, 2.0 * outward * hypot(half[0], half[1])
+    spread = 2.0 * outward * hypot(half[0], half[1])
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
         at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
         chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
-        first_row, last_row = (
-            cell_at(at_y - reach, origin[1], cell, counts[1]),
-            cell_at(at_y + reach, origin[1], cell, counts[1]),
-        )
-        first_column, last_column = (
-            cell_at(at_x - reach, origin[0], cell, counts[0]),
-            cell_at(at_x + reach, origin[0], cell, counts[0]),
-        )
+        reach_x = abs(c) * half[0] + abs(s) * half[1] + within
+        reach_y = abs(s) * half[0] + abs(c) * half[1] + within
+        first_row = cell_at(at_y - reach_y, origin[1], cell, counts[1])
+        last_row = cell_at(at_y + reach_y, origin[1], cell, counts[1])
+        first_column = cell_at(at_x - reach_x, origin[0], cell, counts[0])
+        last_column = cell_at(at_x + reach_x, origin[0], cell, counts[0])
         for row in range(first_row, last_row + 1):
-            for column in range(first_column, last_column + 1):
-                at = row * counts[0] + column
-                for k in range(begins[at], begins[at + 1]):
-                    i = members[k]
-                    dx, dy = circles[i, 0] - x, circles[i, 1] - y
-                    ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, circles[i, 2]
-                    if least_to_box(ahead - middle[0], aside - middle[1], half) > within + radius:
+            # What is in neighbouring cells of a row stands in one piece.
+            first_cell, last_cell = row * counts[0] + first_column, row * counts[0] + last_column
+            for k in range(begins[first_cell], begins[last_cell + 1]):
+                i = members[k]
+                dx, dy = circles[i, 0] - x, circles[i, 1] - y
+                ahead, aside, radius = c * dx + s * dy, c * dy - s * dx, circles[i, 2]
+                if least_to_box(ahead - middle[0], aside - middle[1], half) > within + radius:
+                    continue
+                if is_among(i, seen, met):
+                    continue
+                if met < len(seen):
+                    seen[met], met = i, met + 1
+                count = starts[i + 1] - starts[i]
+                in_frame(corners, starts[i], count, x, y, c, s, shape)
+                for piece in range(len(pieces) - 1):
+                    slot, first, stop = piece * owners + owner[i], pieces[piece], pieces[piece + 1]
+                    # All that a piece overlaps is looked at: how deep, its whole run has to tell.
+                    limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
+                    apart = to_box(ahead - boxes[piece, 0], aside - boxes[piece, 1], boxes[piece, 2:])
+                    if apart - radius > limit:
                         continue
-                    if is_among(i, seen, met):
+                    distance_between(body, first, stop, shape, 0, count, limit, witness)
+                    value = witness[VALUE]
+                    if value >= limit:
                         continue
-                    if met < len(seen):
-                        seen[met], met = i, met + 1
-                    count = starts[i + 1] - starts[i]
-                    in_frame(corners, starts[i], count, x, y, c, s, shape)
-                    for piece in range(len(pieces) - 1):
-                        slot, first, stop = piece * owners + owner[i], pieces[piece], pieces[piece + 1]
-                        # All that a piece overlaps is looked at: how deep, its whole run has to tell.
-                        limit = min(within, max(least[slot], 0.0) * (1.0 + 2.0 * _SAME) + spread)
-                        apart = to_box(ahead - boxes[piece, 0], aside - boxes[piece, 1], boxes[piece, 2:])
-                        if apart - radius > limit:
-                            continue
-                        distance_between(body, first, stop, shape, 0, count, limit, witness)
-                        value = witness[VALUE]
-                        if value >= limit:
-                            continue
-                        if lines:
-                            length, left_x, left_y = _left_of(shape)
-                            to_x, to_y = witness[ON_A_X] - shape[0, 0], witness[ON_A_Y] - shape[0, 1]
-                            over = to_x * left_y - to_y * left_x
-                            if value < least[slot] * (1.0 - _SAME):
-                                # A line of one point has no sides.
-                                height[slot], ties[slot], ends[slot] = 0.0, 0, 0
-                                nearest[slot] = i if length > 0.0 else -1
-                            tie = value <= min(least[slot], within) * (1.0 + _SAME)
-                            if tie and is_new(i, tied[slot], ties[slot]):
-                                tied[slot, ties[slot]] = i
-                                height[slot] += to_x * left_x + to_y * left_y
-                                ties[slot] += 1
-                                ends[slot] += over < 0.0 or over > length
-                            if value <= 0.0 and length > 0.0:
-                                _out_of_run(body, first, stop, corners, i, x, y, c, s, run, witness)
-                        least[slot] = min(least[slot], value)
-                        if value > 0.0:
-                            _reach_out(body, first, stop, shape, count, middle[0], outward, witness)
-                        key = witness[VALUE] - outward * abs(witness[ON_A_X] - middle[0])
-                        if key < chosen[slot]:
-                            chosen[slot] = key
-                            _keep(witness, found, n, slot)
+                    if lines:
+                        length, left_x, left_y = _left_of(shape)
+                        to_x, to_y = witness[ON_A_X] - shape[0, 0], witness[ON_A_Y] - shape[0, 1]
+                        over = to_x * left_y - to_y * left_x
+                        if value < least[slot] * (1.0 - _SAME):
+                            # A line of one point has no sides.
+                            height[slot], ties[slot], ends[slot] = 0.0, 0, 0
+                            nearest[slot] = i if length > 0.0 else -1
+                        tie = value <= min(least[slot], within) * (1.0 + _SAME)
+                        if tie and is_new(i, tied[slot], ties[slot]):
+                            tied[slot, ties[slot]] = i
+                            height[slot] += to_x * left_x + to_y * left_y
+                            ties[slot] += 1
+                            ends[slot] += over < 0.0 or over > length
+                        if value <= 0.0 and length > 0.0:
+                            _out_of_run(body, first, stop, corners, i, x, y, c, s, run, witness)
+                    least[slot] = min(least[slot], value)
+                    if value > 0.0:
+                        _reach_out(body, first, stop, shape, count, middle[0], outward, witness)
+                    key = witness[VALUE] - outward * abs(witness[ON_A_X] - middle[0])
+                    if key < chosen[slot]:
+                        chosen[slot] = key
+                        _keep(witness, found, n, slot)
         if lines:
             for slot in range(slots):
                 at_open_end = ties[slot] == 1 and ends[slot] == 1

@@ -180,8 +180,7 @@ class Corridor:
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        sides = self._part(part).grid.signed_distances(body, poses, within)
-        walls: Array = sides.min(axis=1, keepdims=True)
+        walls = self._part(part).grid.signed_distances(body, poses, within)
         if not self.kept_out.corners:
             return walls
         return np.concatenate((walls, self.kept_out.grid.signed_distances(body, poses, within)), axis=1)
@@ -239,7 +238,7 @@ class Corridor:
             InputError: a part that does not exist.
         """
         walls = self._part(part)
-        if not any(side.is_open for side in walls.sides):
+        if not walls.is_open:
             return False
         middle = 0.5 * complex(one[0] + other[0], one[1] + other[1])
         lines = walls.near(middle, abs(complex(*one) - middle))

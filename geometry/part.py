@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
-from geometry.compiled import Array1, Out2, kernel
+from geometry.compiled import Array1, Out2, inner, kernel
 from geometry.errors import InputError
 from geometry.pose import Pose2
-from geometry.projection import closest
+from geometry.projection import closest, piece_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,17 +108,8 @@ class PathPart:
 
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
-        i = int(np.searchsorted(self.knots[1:-1], theta, side="right"))
-        inside = min(max(theta, self.start), self.end)
-        s, begin = inside - float(self.knots[i]), float(self.phi[i])
-        half = 0.5 * self.direction * float(self.curvatures[i]) * s
-        chord = self.direction * s * (sin(half) / half if half != 0.0 else 1.0)
-        phi, beyond = begin + 2.0 * half, self.direction * (theta - inside)
-        return Pose2(
-            float(self.x[i]) + chord * cos(begin + half) + beyond * cos(phi),
-            float(self.y[i]) + chord * sin(begin + half) + beyond * sin(phi),
-            phi,
-        )
+        direction = float(self.direction)
+        return Pose2(*_pose(self.knots, self.curvatures, self.x, self.y, self.phi, direction, float(theta)))
 
     def progress(self, pose: Pose2, theta: float) -> float:
         """Return the theta of a pose that projects to `theta` [m]: behind the end along the tangent, too."""
@@ -201,23 +192,35 @@ def _reference(
     theta: Array1,
     found: Out2,
 ) -> None:
-    """Equations (1), (2); rows of `found`: x, y, phi, slope."""
-    pieces = len(curvatures)
+    """Rows of `found`: x, y, phi, slope."""
     for j in range(len(theta)):
-        first, last = 0, pieces - 1  # the last piece that begins at theta or before
-        while first < last:
-            middle = (first + last + 1) // 2
-            if knots[middle] <= theta[j]:
-                first = middle
-            else:
-                last = middle - 1
-        i = first
-        inside = min(max(theta[j], knots[0]), knots[pieces])
-        s, slope, beyond = inside - knots[i], direction * curvatures[i], theta[j] - inside
-        half = 0.5 * slope * s
-        chord = direction * s * (sin(half) / half if half != 0.0 else 1.0)
-        heading = phi[i] + 2.0 * half
-        found[0, j] = x[i] + chord * cos(phi[i] + half) + direction * beyond * cos(heading)
-        found[1, j] = y[i] + chord * sin(phi[i] + half) + direction * beyond * sin(heading)
-        found[2, j] = heading
-        found[3, j] = slope if beyond == 0.0 else 0.0
+        found[0, j], found[1, j], found[2, j], found[3, j] = _reference_at(
+            knots, curvatures, x, y, phi, direction, theta[j]
+        )
+
+
+@kernel
+def _pose(
+    knots: Array1, curvatures: Array1, x: Array1, y: Array1, phi: Array1, direction: float, theta: float
+) -> tuple[float, float, float]:
+    found_x, found_y, heading, _ = _reference_at(knots, curvatures, x, y, phi, direction, theta)
+    return found_x, found_y, heading
+
+
+@inner
+def _reference_at(
+    knots: Array, curvatures: Array, x: Array, y: Array, phi: Array, direction: float, theta: float
+) -> tuple[float, float, float, float]:
+    """Equations (1), (2): x, y, phi, slope."""
+    i = piece_at(knots, theta)
+    inside = min(max(theta, knots[0]), knots[-1])
+    s, slope, beyond = inside - knots[i], direction * curvatures[i], theta - inside
+    half = 0.5 * slope * s
+    chord = direction * s * (sin(half) / half if half != 0.0 else 1.0)
+    heading = phi[i] + 2.0 * half
+    return (
+        x[i] + chord * cos(phi[i] + half) + direction * beyond * cos(heading),
+        y[i] + chord * sin(phi[i] + half) + direction * beyond * sin(heading),
+        heading,
+        slope if beyond == 0.0 else 0.0,
+    )

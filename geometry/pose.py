@@ -27,6 +27,9 @@ class Pose2:
     phi: float
 
     def __post_init__(self) -> None:
+        # As nearly all are: they need no second look.
+        if type(self.x) is type(self.y) is type(self.phi) is float and isfinite(self.x + self.y + self.phi):
+            return
         for name in ("x", "y", "phi"):
             value = getattr(self, name)
             if not isfinite(value):

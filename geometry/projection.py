@@ -43,7 +43,7 @@ def closest(
             that nowhere.
     """
     best_square, best_theta, any_square, any_theta = inf, lowest, inf, lowest
-    for i in range(_piece_at(knots, lowest), len(curvatures)):
+    for i in range(piece_at(knots, lowest), len(curvatures)):
         if knots[i] > highest:
             break
         phi, k = heading[i], direction * curvatures[i]
@@ -81,7 +81,7 @@ def closest(
 
 
 @inner
-def _piece_at(knots: Array1, theta: float) -> int:
+def piece_at(knots: Array1, theta: float) -> int:
     """The last piece that begins at theta or before."""
     first, last = 0, len(knots) - 2
     while first < last:

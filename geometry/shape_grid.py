@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, inf, sin
+from math import cos, hypot, inf, isfinite, sin
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -151,13 +151,12 @@ class ShapeGrid:
             InputError: wrong shape, or poses that are not finite.
         """
         poses = checked_poses(poses)
-        found = np.full((len(poses), self.owners), within)
+        found = np.empty((len(poses), self.owners))
         _signed_distances(
             body.corners, body.starts, body.middle, body.half, poses,
             self.corners, self.starts, self.owner, self.circles,
             self.origin, self.cell, self.counts, self.begins, self.members, self.largest, within, found,
         )  # fmt: skip
-        found[found >= within] = inf
         return found
 
 
@@ -170,9 +169,18 @@ def checked_poses(poses: Array) -> Array:
     poses = np.ascontiguousarray(poses, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[1] != 3:
         raise InputError(f"poses has shape {poses.shape}, it must be (n, 3).")
-    if not np.isfinite(poses).all():
+    if not _all_finite(poses):
         raise InputError("poses must be finite numbers.")
     return poses
+
+
+@kernel
+def _all_finite(poses: Array2) -> bool:
+    for n in range(len(poses)):
+        for j in range(3):
+            if not isfinite(poses[n, j]):
+                return False
+    return True
 
 
 def _starts(rings: Sequence[Array]) -> Index:
@@ -281,31 +289,37 @@ def _signed_distances(
     found: Out2,
 ) -> None:
     shape, witness = np.empty((largest, 2)), np.empty(WITNESS)
-    reach = hypot(half[0], half[1]) + within
     for n in range(len(poses)):
+        for j in range(len(found[n])):
+            found[n, j] = within
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
         at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
-        first_row = cell_at(at_y - reach, origin[1], cell, counts[1])
-        last_row = cell_at(at_y + reach, origin[1], cell, counts[1])
-        first_column = cell_at(at_x - reach, origin[0], cell, counts[0])
-        last_column = cell_at(at_x + reach, origin[0], cell, counts[0])
+        reach_x = abs(c) * half[0] + abs(s) * half[1] + within
+        reach_y = abs(s) * half[0] + abs(c) * half[1] + within
+        first_row = cell_at(at_y - reach_y, origin[1], cell, counts[1])
+        last_row = cell_at(at_y + reach_y, origin[1], cell, counts[1])
+        first_column = cell_at(at_x - reach_x, origin[0], cell, counts[0])
+        last_column = cell_at(at_x + reach_x, origin[0], cell, counts[0])
         for row in range(first_row, last_row + 1):
-            for column in range(first_column, last_column + 1):
-                at = row * counts[0] + column
-                for k in range(begins[at], begins[at + 1]):
-                    i = members[k]  # once more in a later cell, which does no harm
-                    dx, dy = circles[i, 0] - x, circles[i, 1] - y
-                    ahead, aside = c * dx + s * dy - middle[0], c * dy - s * dx - middle[1]
-                    limit = found[n, owner[i]] + circles[i, 2]
-                    if least_to_box(ahead, aside, half) >= limit or to_box(ahead, aside, half) >= limit:
-                        continue
-                    count, least = starts[i + 1] - starts[i], found[n, owner[i]]
-                    in_frame(corners, starts[i], count, x, y, c, s, shape)
-                    for piece in range(len(pieces) - 1):
-                        first, stop = pieces[piece], pieces[piece + 1]
-                        distance_between(body, first, stop, shape, 0, count, least, witness)
-                        least = min(least, witness[VALUE])
-                    found[n, owner[i]] = least
+            # What is in neighbouring cells of a row stands in one piece.
+            first_cell, last_cell = row * counts[0] + first_column, row * counts[0] + last_column
+            for k in range(begins[first_cell], begins[last_cell + 1]):
+                i = members[k]  # once more in a later cell, which does no harm
+                dx, dy = circles[i, 0] - x, circles[i, 1] - y
+                ahead, aside = c * dx + s * dy - middle[0], c * dy - s * dx - middle[1]
+                limit = found[n, owner[i]] + circles[i, 2]
+                if least_to_box(ahead, aside, half) >= limit or to_box(ahead, aside, half) >= limit:
+                    continue
+                count, least = starts[i + 1] - starts[i], found[n, owner[i]]
+                in_frame(corners, starts[i], count, x, y, c, s, shape)
+                for piece in range(len(pieces) - 1):
+                    first, stop = pieces[piece], pieces[piece + 1]
+                    distance_between(body, first, stop, shape, 0, count, least, witness)
+                    least = min(least, witness[VALUE])
+                found[n, owner[i]] = least
+        for j in range(len(found[n])):
+            if found[n, j] >= within:
+                found[n, j] = inf
 
 
 @inner
@@ -369,43 +383,40 @@ def _beyond(
         x, y = points[n, 0], points[n, 1]
         outside_x = max(origin[0] - x, x - origin[0] - cell * counts[0], 0.0)
         outside_y = max(origin[1] - y, y - origin[1] - cell * counts[1], 0.0)
-        reach = max(outside_x, outside_y) + cell
-        searched, least, side, ties, ends = 0, inf, 0.0, 0, 0
+        reach = min(max(outside_x, outside_y) + cell, within)
+        searched, least, side, ties, ends = 0, within, 0.0, 0, 0
         # Within more and more of the cells, until nothing outside of them can be nearer.
-        while least > reach and reach < 2.0 * (within + size + outside_x + outside_y):
+        while searched == 0 or (least > reach and reach < 2.0 * (size + outside_x + outside_y)):
             reach = 2.0 * reach if searched > 0 else reach
             searched += 1
             for row in range(
                 cell_at(y - reach, origin[1], cell, counts[1]),
                 cell_at(y + reach, origin[1], cell, counts[1]) + 1,
             ):
-                for column in range(
-                    cell_at(x - reach, origin[0], cell, counts[0]),
-                    cell_at(x + reach, origin[0], cell, counts[0]) + 1,
-                ):
-                    at = row * counts[0] + column
-                    for k in range(begins[at], begins[at + 1]):
-                        i = members[k]
-                        dx, dy, far = circles[i, 0] - x, circles[i, 1] - y, least + circles[i, 2]
-                        if max(abs(dx), abs(dy)) > far or hypot(dx, dy) > far:
-                            continue
-                        edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]
-                        edge_y = corners[2 * i + 1, 1] - corners[2 * i, 1]
-                        to_x, to_y = x - corners[2 * i, 0], y - corners[2 * i, 1]
-                        length = hypot(edge_x, edge_y)
-                        if length == 0.0:
-                            continue
-                        along = (to_x * edge_x + to_y * edge_y) / length
-                        left = (edge_x * to_y - edge_y * to_x) / length
-                        over = max(-along, along - length, 0.0)
-                        distance = hypot(over, left)
-                        if distance < least * (1.0 - _SAME):
-                            least, side, ties, ends = distance, 0.0, 0, 0
-                        if distance <= least * (1.0 + _SAME) and is_new(i, tied, ties):
-                            # At a vertex both its segments tell, at an open end there is only one.
-                            tied[ties] = i
-                            side += left
-                            ties += 1
-                            ends += over > 0.0
-        if least <= within and side < 0.0 and not (ties == 1 and ends == 1):
+                first_cell = row * counts[0] + cell_at(x - reach, origin[0], cell, counts[0])
+                last_cell = row * counts[0] + cell_at(x + reach, origin[0], cell, counts[0])
+                for k in range(begins[first_cell], begins[last_cell + 1]):
+                    i = members[k]
+                    dx, dy, far = circles[i, 0] - x, circles[i, 1] - y, least + circles[i, 2]
+                    if max(abs(dx), abs(dy)) > far or hypot(dx, dy) > far:
+                        continue
+                    edge_x = corners[2 * i + 1, 0] - corners[2 * i, 0]
+                    edge_y = corners[2 * i + 1, 1] - corners[2 * i, 1]
+                    to_x, to_y = x - corners[2 * i, 0], y - corners[2 * i, 1]
+                    length = hypot(edge_x, edge_y)
+                    if length == 0.0:
+                        continue
+                    along = (to_x * edge_x + to_y * edge_y) / length
+                    left = (edge_x * to_y - edge_y * to_x) / length
+                    over = max(-along, along - length, 0.0)
+                    distance = hypot(over, left)
+                    if distance < least * (1.0 - _SAME):
+                        least, side, ties, ends = distance, 0.0, 0, 0
+                    if distance <= least * (1.0 + _SAME) and is_new(i, tied, ties):
+                        # At a vertex both its segments tell, at an open end there is only one.
+                        tied[ties] = i
+                        side += left
+                        ties += 1
+                        ends += over > 0.0
+        if side < 0.0 and not (ties == 1 and ends == 1):
             found[n] = least

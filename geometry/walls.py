@@ -20,7 +20,8 @@ from geometry.shape_grid import ShapeGrid
 TABLED = 50_000  # samples of all walls up to which more is kept of each, for speed: 1.2 km of both sides
 _NO_LINES = shapely.MultiLineString()
 PIECE = 500  # points that are simplified together
-SMOOTH = 1e-3  # [m] that the half-planes of a curved wall may be beside it
+FINE = 1e-4  # [m] that a curved wall may be beside itself where bodies are checked against it
+SMOOTH = 1e-3  # [m] the same for its half-planes
 BEHIND = 2.0  # [m] farther beyond an open wall a point is not through it but behind it, on another way
 
 
@@ -31,7 +32,9 @@ class PartWalls:
     Attributes:
         left, right: None without any.
         narrowest: smallest width [m] and its theta [m].
-        grid: the segments of both; smooth: of lines within SMOOTH of these, with fewer segments.
+        grid: the segments of both, as of one owner, within FINE of them; smooth: within SMOOTH, with fewer
+            segments, of either side.
+        is_open: whether one of them has ends, so that what is beyond them need not be outside.
         every: both as lines, if these are kept.
     """
 
@@ -40,6 +43,7 @@ class PartWalls:
     narrowest: tuple[float, float]
     grid: ShapeGrid
     smooth: ShapeGrid
+    is_open: bool
     every: shapely.MultiLineString | None = None
 
     @classmethod
@@ -64,14 +68,17 @@ class PartWalls:
             Boundary.from_polylines(left, leads=_leads(right[0]) if joined else None),
             Boundary.from_polylines(right, leads=_leads(left[0]) if joined else None),
         )
-        # Without the points that a line of far too many runs straight past.
-        lines = [() if side is None else side.polylines for side in sides]
+        # Without the points that a line runs straight past, or nearly.
+        fine, smooth = (
+            [_simple(side.polylines, most) if side else [] for side in sides] for most in (FINE, SMOOTH)
+        )
         return cls(
             left=sides[0],
             right=sides[1],
             narrowest=narrowest,
-            grid=ShapeGrid.of_lines(*lines),
-            smooth=ShapeGrid.of_lines(*map(_simple, lines)),
+            grid=ShapeGrid.of_lines([*fine[0], *fine[1]]),
+            smooth=ShapeGrid.of_lines(*smooth),
+            is_open=any(side is not None and side.is_open for side in sides),
         )
 
     @classmethod
@@ -81,8 +88,9 @@ class PartWalls:
             left=None,
             right=None,
             narrowest=(inf, 0.0),
-            grid=ShapeGrid.of_lines([], []),
+            grid=ShapeGrid.of_lines([]),
             smooth=ShapeGrid.of_lines([], []),
+            is_open=False,
             every=_NO_LINES,
         )
 
@@ -107,7 +115,7 @@ class PartWalls:
     def beyond(self, points: Array) -> Array:
         """How far points (n, 2) are beyond the nearest boundary [m]; 0 within all, and farther than BEHIND
         beyond one with open ends."""
-        return self.grid.beyond(points, BEHIND if any(side.is_open for side in self.sides) else inf)
+        return self.grid.beyond(points, BEHIND if self.is_open else inf)
 
     def near(self, middle: complex, radius: float) -> shapely.MultiLineString:
         """The boundaries, at least what of them is within `radius` of a place [m]."""
@@ -185,16 +193,16 @@ def with_tables(walls: Sequence[PartWalls]) -> tuple[PartWalls, ...]:
     return tuple(walls) if samples > TABLED else tuple(each.with_tables() for each in walls)
 
 
-def _simple(lines: Sequence[Array]) -> list[Array]:
-    """Polylines (m_i, 2) with as few points as SMOOTH allows [m]."""
-    return [_simplified(line) if len(line) > 2 else line for line in lines]
+def _simple(lines: Sequence[Array], most: float) -> list[Array]:
+    """Polylines (m_i, 2) with as few points as leave them within `most` [m]."""
+    return [_simplified(line, most) if len(line) > 2 else line for line in lines]
 
 
-def _simplified(line: Array) -> Array:
+def _simplified(line: Array, most: float) -> Array:
     """Piece by piece: what it takes grows with the square of a piece's length."""
     pieces = [shapely.LineString(line[k : k + PIECE + 1]) for k in range(0, len(line) - 1, PIECE)]
     found = [
-        shapely.get_coordinates(each) for each in shapely.simplify(pieces, SMOOTH, preserve_topology=False)
+        shapely.get_coordinates(each) for each in shapely.simplify(pieces, most, preserve_topology=False)
     ]
     return np.concatenate([*(each[:-1] for each in found), found[-1][-1:]])
 

@@ -83,6 +83,7 @@ class RtiMpcc:
         self._pattern = build_pattern(config.stages, count, sides, config.solver)
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
+        self._solver.update(self._values)  # sets OSQP up, which need not wait for the first cycle
         self._linearisation: Linearisation | None = None
         rows, columns = self._pattern.constraints.shape
         self._guess = (np.zeros(columns), np.zeros(rows))

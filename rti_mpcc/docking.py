@@ -135,7 +135,7 @@ class DockingController:
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
-            after = replace(_sent(after, decision.control, context.begin), begin=context.state)
+            after = _sent(after, decision.control, context.begin, context.state)
             after = _looking_again(after, status, decision.verdict.reason, self.config)
             remarks = (*remarks, unfit, *aim.remarks(s.goal))
             sent = command(decision, status, context, after, detections, remarks, self.config, clock)
@@ -163,17 +163,16 @@ class DockingController:
         """Take what is new, in so far as it can be used; says what could not."""
         config = self.config
         clock, clock_remark = validation.timed(s.clock, now, config)
-        s = replace(s, clock=clock)
-        area = validation.surroundings_in(s.area, obstacles, s.now, config)
-        vehicle = s.vehicle
-        monitor = validate_measurement(vehicle.monitor, measured, s.queue, s.now, config, vehicle.disturbance)
+        area = validation.surroundings_in(s.area, obstacles, clock.now, config)
+        last = s.vehicle
+        monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
         known = offsets.learnt(s, monitor, config)
-        monitor = monitor.doubting(area.unreadable, vehicle.monitor)
+        monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
-        vehicle = replace(vehicle, monitor=monitor, offsets=known, heading_hint=hint)
-        vehicle = aim.noted(vehicle, s.now, config.goal_tracking.filter.history)
+        vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)
+        vehicle = aim.noted(vehicle, clock.now, config.goal_tracking.filter.history)
         known_goal, another = validation.goal_in(goal, s.goal, self.path, area, config)
-        s = replace(s, area=area, vehicle=vehicle, goal=known_goal)
+        s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
             s = self._made_for(s, another)
         return s, (clock_remark, hint)
@@ -282,10 +281,12 @@ class DockingController:
         return s, emergency(control, start, s, verdict, config, clock)
 
 
-def _sent(s: ControllerState, control: ControlInput, at: float) -> ControllerState:
-    """With a command among those under way, that begins to act `at` [s]."""
+def _sent(
+    s: ControllerState, control: ControlInput, at: float, begin: Array | None = None
+) -> ControllerState:
+    """With a command among those under way, to act from `at` [s] on, in the state `begin` (6,) if known."""
     sent = QueuedCommand(at, control.acceleration, control.steering_rate)
-    return replace(s, queue=queued(s.queue, sent, s.now))
+    return replace(s, queue=queued(s.queue, sent, s.now), begin=begin)
 
 
 def _looking_again(

@@ -165,7 +165,8 @@ class Search(Settings):
 
     Attributes:
         iterations: real-time iterations of one search, at most; of one that misses the goal twice as many.
-        first_iterations: from a first guess on, at least.
+        first_iterations: from a first guess on, at least; settled: two of them are enough where the second
+            has moved the plan by less than this for each second ahead [m/s].
         unsolved: from a first guess on so many QPs may remain unsolved.
         first_patience: from a first guess on a QP may take so many times the configured iterations;
             clean_patience: the same for a plan that is sought once more from a clean start.
@@ -185,6 +186,7 @@ class Search(Settings):
 
     iterations: Annotated[int, Field(ge=1, le=1000)] = 10
     first_iterations: Annotated[int, Field(ge=1, le=1000)] = 3
+    settled: NonNegative = 0.02
     unsolved: Annotated[int, Field(ge=1, le=1000)] = 2
     first_patience: Annotated[int, Field(ge=1, le=1000)] = 10
     clean_patience: Annotated[int, Field(ge=1, le=1000)] = 3

@@ -241,7 +241,7 @@ class SolverSettings(Settings):
     fine_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 6
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 400
     slice_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 48
-    check_interval: Annotated[int, Field(ge=1, le=1000)] = 3
+    check_interval: Annotated[int, Field(ge=1, le=1000)] = 6
     polish: bool = False
     warm: AdmmSettings = AdmmSettings(over_relaxation=1.0, fine=True, rows_scaled=True)
     cold: AdmmSettings = AdmmSettings(rho=1.0)

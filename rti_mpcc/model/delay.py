@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -40,10 +39,10 @@ def roll_forward(
         wheelbase: [m]; steering: the mechanical stop of the steering [rad].
         disturbance: what acts besides, see (O4); both states have the steering that is measured.
     """
-    reached = disturbance.effective(state)
+    reached = state.copy()
     commands = np.array(queue, dtype=np.float64).reshape(-1, len(QueuedCommand._fields))
     _roll_forward(commands, now, until, *disturbance, steering, wheelbase, reached)
-    return disturbance.measured(reached)
+    return reached
 
 
 @kernel
@@ -58,8 +57,12 @@ def _roll_forward(
     wheelbase: float,
     state: Out1,
 ) -> None:
-    """Drive `state` on, by (O4) and (M1), from one command's begin to the next one's."""
+    """Drive `state` on, by (O4) and (M1), from one command's begin to the next one's.
+
+    Its steering is the measured one, on the way the one that acts.
+    """
     control = np.zeros(CONTROLS)
+    state[DELTA] += o
     begin, coming = now, 0
     while begin < until:
         while coming < len(commands) and commands[coming, 0] <= begin:
@@ -72,6 +75,7 @@ def _roll_forward(
         control[A], control[DELTA_DOT] = gain * a + d, (turned - delta) / seconds
         advance(state, control, seconds, wheelbase, state)
         begin = end
+    state[DELTA] -= o
 
 
 def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:
@@ -90,9 +94,10 @@ def mean_acceleration(queue: Sequence[QueuedCommand], begin: float, end: float) 
     """Mean of what the queued commands ask for from `begin` to `end` [s] [m/s²]; before the first one 0."""
     if end <= begin:
         return 0.0
-    edges = [begin, *(c.begins for c in queue if begin < c.begins < end), end]
-    gained = 0.0
-    for earlier, later in pairwise(edges):
-        acting = [c for c in queue if c.begins <= earlier]
-        gained += (later - earlier) * (acting[-1].acceleration if acting else 0.0)
+    gained, ends = 0.0, end  # each acts until the next one begins
+    for command in reversed(queue):
+        begins = max(command.begins, begin)
+        if begins < ends:
+            gained += (ends - begins) * command.acceleration
+            ends = begins
     return gained / (end - begin)

@@ -30,17 +30,9 @@ class Disturbance(NamedTuple):
 
     def effective(self, measured: Array) -> Array:
         """The state (6,) with the steering that acts."""
-        return self._turned(measured, self.steering)
-
-    def measured(self, effective: Array) -> Array:
-        """The state (6,), or states (n, 6), with the steering that is measured."""
-        return self._turned(effective, -self.steering)
-
-    @staticmethod
-    def _turned(state: Array, angle: float) -> Array:
-        turned = state.copy()
-        turned[..., DELTA] += angle
-        return turned
+        state = measured.copy()
+        state[DELTA] += self.steering
+        return state
 
 
 UNDISTURBED = Disturbance()

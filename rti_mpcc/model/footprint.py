@@ -54,8 +54,9 @@ def clearances(
     `Corridor.signed_distances`; negative beyond a boundary as well."""
     poses = np.ascontiguousarray(states[:, :POSE])
     apart = corridor.signed_distances(part, body_of(vehicle), poses, within)
-    beyond = corridor.beyond(part, poses[:, :PHI])
-    apart[:, 0] = np.where(beyond > 0.0, np.minimum(apart[:, 0], -beyond), apart[:, 0])
+    for n, depth in enumerate(corridor.beyond(part, poses[:, :PHI]).tolist()):
+        if depth > 0.0:
+            apart[n, 0] = min(apart[n, 0], -depth)
     return apart
 
 

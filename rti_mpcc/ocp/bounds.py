@@ -13,9 +13,6 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
 
-_ANY = np.empty(0)
-"""No speeds that the room allows: any is."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageBounds:
@@ -61,7 +58,7 @@ def stage_bounds(
         np.ascontiguousarray(theta),
         direction,
         limits.speed,
-        _ANY if most is None else most,
+        np.empty(0) if most is None else most,
         target.stop,
         inf if profile is None else profile.at_stop(target.behind),
         0.0 if profile is None else profile.deceleration,

@@ -213,7 +213,9 @@ def relaxed_bounds(
     """
     bounds = np.empty(rows.lower.shape)
     returns = relaxation.margin_time, relaxation.margin_distance, relaxation.boundary_distance
-    _relaxed_bounds(rows.lower, missing, elapsed, travelled, trails, margin, most, over, far, *returns, bounds)
+    _relaxed_bounds(
+        rows.lower, missing, elapsed, travelled, trails, margin, most, over, far, *returns, bounds
+    )
     return bounds
 
 

@@ -50,7 +50,7 @@ def _growth(total: float, count: int) -> float:
 
     Newton's steps from beyond come down to it one by one, as the sum is convex in g.
     """
-    g = total ** (1.0 / (count - 1)) - 1.0  # the last term alone
+    g: float = total ** (1.0 / (count - 1)) - 1.0  # the last term alone
     for _ in range(MOST_STEPS):
         grown = expm1(count * log1p(g))
         slope = (count * (grown + 1.0) / (1.0 + g) - grown / g) / g

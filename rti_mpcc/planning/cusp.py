@@ -26,16 +26,17 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
     next, or, within `Behaviour.cusp_shift` of the tolerance, the one that comes nearest to that.
     """
     margin, index = config.footprint.margin, segment.index
-    if _room([cusp], corridor, index, config)[0] >= margin:
+    if _room([cusp], corridor, index, config)[0] == margin:
         return cusp
     most = config.behaviour.cusp_shift
     poses = [cusp.compose(Pose2(*(most * np.multiply(segment.tolerance, step)).tolist())) for step in _STEPS]
-    room = np.minimum(_room(poses, corridor, index, config), margin)
+    room = _room(poses, corridor, index, config)
     return poses[int(np.argmax(room))]  # the first of equals is the nearest
 
 
 def _room(poses: list[Pose2], corridor: Corridor, index: int, config: ControllerConfig) -> Array:
-    """Clearance (n,) of the body [m] on the part and on the next one."""
-    at = np.array([(pose.x, pose.y, pose.phi) for pose in poses])
-    both = [clearances(at, corridor, part, config.vehicle) for part in (index, index + 1)]
-    return np.asarray(np.concatenate(both, axis=1).min(axis=1))
+    """Clearance (n,) of the body [m] on the part and on the next one, as far as the margin counts it."""
+    at, margin = np.array([(pose.x, pose.y, pose.phi) for pose in poses]), config.footprint.margin
+    both = [clearances(at, corridor, part, config.vehicle, margin) for part in (index, index + 1)]
+    room: Array = np.minimum(np.concatenate(both, axis=1).min(axis=1), margin)
+    return room

@@ -14,14 +14,14 @@ from rti_mpcc.planning.state import ControllerState
 def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) -> DisturbanceEstimate | None:
     """The estimate after this cycle's measurement: nothing is learnt from one that is doubted.
 
-    `s`: with the commands sent up to the last cycle; `monitor`: with this measurement.
+    `s`: of the last cycle, with the commands sent up to then; `monitor`: with this measurement.
     """
     if monitor.state is None or not config.disturbance.enabled:
         return s.vehicle.offsets
     before = s.vehicle.offsets or first_estimate(config.disturbance)
     if monitor.why or monitor.found:
         return unseated(before)
-    state, now = monitor.state, s.now
+    state, now = monitor.state, monitor.at
     asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)

@@ -94,7 +94,9 @@ def validate_measurement(
     `queue`: the commands since the last cycle; `disturbance`: what is known to act beside them.
     """
     measured = _array(given)
-    problem = _no_state(given) or _unfit(measured, config)
+    problem = _unfit(measured, config)
+    if problem:
+        problem = _no_state(given) or problem
     seconds, checks = now - last.at, config.plausibility
     anew = last.gap or seconds > checks.longest_gap
     if last.state is None or last.measured is None or last.reckoned is None or anew:
@@ -106,7 +108,7 @@ def validate_measurement(
     expected = rolled(last.state)
     same = not problem and measured.tolist() == last.measured.tolist()
     reckoned = rolled(last.reckoned) if same else measured
-    frozen = "" if problem else _frozen(measured, reckoned, config)
+    frozen = _frozen(measured, reckoned, config) if same else ""
     problem = problem or frozen or _far(measured, expected, seconds, config)
     gap, fault = last.steering_gap * exp(-seconds / checks.steering_time), ""
     if not problem:
@@ -116,8 +118,7 @@ def validate_measurement(
     agrees = problem and alike and abs(float(measured[V])) <= checks.rest_speed
     if frozen:
         agrees = agrees and last.tries < checks.frozen_tries and abs(float(reckoned[V])) <= checks.rest_speed
-    monitor = replace(
-        last,
+    monitor = StateMonitor(
         at=now,
         state=(
             _believed(measured, expected, reckoned if frozen else None, config)
@@ -275,8 +276,9 @@ def _steering_fault(gap: float, last: StateMonitor, config: ControllerConfig) ->
     """Why the steering is not to be relied on, or ""; once found, until it was given its time."""
     if last.steering_fault:
         return last.why
-    off = f"the steering does not follow its commands: {gap:+.2f} rad off"
-    return off if abs(gap) > config.plausibility.steering_gap else ""
+    if abs(gap) > config.plausibility.steering_gap:
+        return f"the steering does not follow its commands: {gap:+.2f} rad off"
+    return ""
 
 
 def _believed(measured: Array, expected: Array, frozen: Array | None, config: ControllerConfig) -> Array:

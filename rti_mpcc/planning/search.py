@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import hypot
 
@@ -74,7 +75,8 @@ class InitialIterate:
     Attributes:
         last: the solution to go on from; guess: a trajectory to begin afresh from, with nothing kept.
         iterate: how far the first QP had come in an earlier cycle.
-        least: so many iterations at least; most: at most.
+        least: so many iterations at least; settled: or until one of them moves the plan by less than this for
+            each second ahead [m/s]; most: at most.
         first: for the first plan of an objective, which must not go through what stands in the way.
         reaching: until it ends within the tolerance of its target.
         damping, steps: see `RtiMpcc.prepare`; patience: see `RtiMpcc.feedback`.
@@ -87,6 +89,7 @@ class InitialIterate:
     most: int
     damping: float
     least: int = 1
+    settled: float = 0.0
     first: bool = False
     reaching: bool = False
     steps: AdmmSettings | None = None
@@ -113,6 +116,7 @@ def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
         guess=guess,
         first=True,
         least=settings.first_iterations,
+        settled=settings.settled,
         most=settings.iterations,
         damping=settings.first_damping,
         steps=config.solver.cold,
@@ -124,7 +128,7 @@ def from_guess(guess: Trajectory, config: ControllerConfig) -> InitialIterate:
 def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
     """As many iterations more, for a plan that has not come to its end far ahead."""
     begun = from_guess(attempt.plan, config)
-    return replace(begun, last=attempt.solved, guess=None, least=begun.most)
+    return replace(begun, last=attempt.solved, guess=None, least=begun.most, settled=0.0)
 
 
 def nearer(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
@@ -173,7 +177,8 @@ def converge(
             found, context.target, mpcc.config, arriving=s.task.arrival is not None
         )
         out_of_time = _was_cut(found)
-        fits = len(solutions) >= start.least and not problem and not corridor_infeasible
+        enough = len(solutions) >= start.least or _settled(solutions, start.settled)
+        fits = enough and not problem and not corridor_infeasible
         fits = fits and (not start.reaching or _ends_inside(found.trajectory, context))
         if out_of_time or unsolved >= start.unsolved or fits:
             break
@@ -183,6 +188,15 @@ def converge(
         corridor_infeasible=corridor_infeasible,
         out_of_time=out_of_time,
     )
+
+
+def _settled(solutions: Sequence[Solution], speed: float) -> bool:
+    """Whether the last two plans part by less than `speed` [m/s]."""
+    if len(solutions) < 2 or speed == 0.0:
+        return False
+    before, now = (solution.trajectory for solution in solutions[-2:])
+    apart = np.hypot(*(now.states - before.states)[1:, [X, Y]].T)
+    return bool((apart <= speed * (now.times[1:] - now.times[0])).all())
 
 
 def _was_cut(solution: Solution) -> bool:

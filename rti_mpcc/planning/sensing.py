@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import copysign, hypot
 
 import numpy as np
@@ -25,8 +26,8 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
     It has its progress on the part, its heading on the route's branch, and the steering that acts. Before any
     state was believed it is the part's begin.
     """
-    first = part.first
     if s.vehicle.monitor.state is None:
+        first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.now + config.dead_time, config)
     _place_on_route(start, s.begin, part, config.plausibility.progress_step)
@@ -34,7 +35,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
 
 
 def predicted(s: ControllerState, at: float, config: ControllerConfig) -> Array:
-    """What is believed, rolled forward to `at` [s] by the commands that act until then."""
+    """What is believed, driven on to `at` [s] by the commands until then, with the steering that acts."""
     believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
     assert believed is not None
     return known.effective(by_commands(believed, s.queue, s.now, at, config, known))
@@ -45,8 +46,8 @@ def context_of(
 ) -> PlanningContext:
     """The state `reached` (6,), in which the command of this cycle begins to act, against path and target."""
     monitor, now, segment = s.vehicle.monitor, s.now, s.task.segment
-    x, y, phi, v, _, theta = reached.tolist()
-    part = segment.part
+    state, part = reached.tolist(), segment.part
+    x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
     return PlanningContext(
         now=now,
@@ -62,7 +63,7 @@ def context_of(
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
-        stop_error=_stopped(reached, config).relative_to(target.pose),
+        stop_error=_stopped(state, config).relative_to(target.pose),
         tolerance=segment.tolerance,
     )
 
@@ -107,9 +108,9 @@ def distance_between(
     return hypot(along, across) if along > 0.0 or hypot(along, across) < passed else 0.0
 
 
-def _stopped(state: Array, config: ControllerConfig) -> Pose2:
+def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
     """Where the vehicle stands if it brakes from `state` (6,) at the comfort acceleration, steering held."""
-    most, speed = config.comfort_acceleration, float(state[V])
+    most, speed = config.comfort_acceleration, state[V]
     control = (-copysign(most, speed), 0.0, 0.0)
-    stopped = step_one(state.tolist(), control, abs(speed) / most, config.vehicle.wheelbase)
+    stopped = step_one(state, control, abs(speed) / most, config.vehicle.wheelbase)
     return Pose2(stopped[X], stopped[Y], stopped[PHI])

@@ -89,6 +89,9 @@ def empty_values(pattern: QpPattern) -> QpValues:
     )
     values.cost[pattern.cost.groups["slacks"]] = pattern.settings.change_weight
     values.lower_by.slack[:] = 0.0
+    # The solver is told from the start which rows are equations, and which have bounds at all.
+    values.lower_by.dynamics[:] = values.upper_by.dynamics[:] = 0.0
+    values.lower_by.bounds[:], values.upper_by.bounds[:] = -1.0, 1.0
     fill_initial(values, np.zeros(STATES))
     _loosen(values, pattern, 0)
     return values
@@ -138,8 +141,11 @@ def _fill_state_cost(
     data: Out1,
     scaled: Out2,
 ) -> None:
-    """The entries `pairs` of each stage's Hessian, and the gradient, times `scale`; on the diagonal the weights
-    on the change on top, `idle` on the progress, and how fast it is made, where nothing else is on it."""
+    """The entries `pairs` of each stage's Hessian, and the gradient, times `scale`.
+
+    On the diagonal come the weights on the change on top, `idle` on the progress, and how fast it is made,
+    where nothing else is on it.
+    """
     idles = True
     for k in range(len(hessian)):
         idles &= hessian[k, THETA, THETA] == 0.0
@@ -288,7 +294,10 @@ def _fill_bounds(
         for k in range(len(controls)):
             for i in range(CONTROLS):
                 here = states[k + 1, bounded[i]] if kind == 0 else controls[k, i]
-                low, high = (limits[k, 0, i] - here) / units[kind, i], (limits[k, 1, i] - here) / units[kind, i]
+                low, high = (
+                    (limits[k, 0, i] - here) / units[kind, i],
+                    (limits[k, 1, i] - here) / units[kind, i],
+                )
                 by = _row_scaling(min(high, -low), scaled_from, most)
                 data[slots[kind, k, i]] = scales[kind, k, i] / by
                 row_scaling[kind, k, i], lower[kind, k, i], upper[kind, k, i] = by, low / by, high / by

@@ -125,8 +125,8 @@ class Columns(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """A vector over the constraints, block by block: initial (6,), dynamics (N, 6), bounds (2, N, 3) on states
-    and controls, corridor (N, pieces, sides), slack (N,)."""
+    """A vector over the constraints, block by block: initial (6,), dynamics (N, 6), bounds (2, N, 3) on
+    states and controls, corridor (N, pieces, sides), slack (N,)."""
 
     initial: Array
     dynamics: Array

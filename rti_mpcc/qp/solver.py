@@ -89,7 +89,7 @@ class QpSolver:
         self._settings = settings
         self._osqp: Any = None
         self._osqp_settings: Any = None
-        self._steps = settings.warm
+        self._steps = settings.cold
         self._most = settings.max_iterations
         rows, _ = pattern.constraints.shape
         self._bounds = (np.empty(rows), np.empty(rows))

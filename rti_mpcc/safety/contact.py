@@ -16,7 +16,7 @@ the leading edge of the body is, it may turn into any direction while the vehicl
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, hypot, inf, sin
+from math import ceil, cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +52,10 @@ def overlap(states: Array, surroundings: Surroundings, part: int, config: Contro
 
     Boundaries count from `Caution.contact_tolerance` on, obstacles from nothing on.
     """
-    depths = -clearances(states, surroundings.known, part, config.vehicle, config.caution.hard_minimum)
+    apart = clearances(states, surroundings.known, part, config.vehicle, config.caution.hard_minimum)
+    if not np.count_nonzero(apart < 0.0):
+        return None
+    depths = -apart
     depths[depths[:, 0] <= config.caution.contact_tolerance, 0] = 0.0
     depth = depths.max(axis=1)
     deepest = int(np.argmax(depth))
@@ -94,8 +97,18 @@ def distance_to_contact(
     # Where the plan begins it counts how near it is to twice the distance that is kept.
     within = max(2.0 * least, config.caution.contact_tolerance)
     apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
-    near = (apart < _least(apart[0], least, config)).any(axis=1)
-    return float(marks[np.argmax(near)]) if near.any() else np.inf
+    first = _first_below(apart, _least(apart[0], least, config))
+    return float(marks[first]) if first >= 0 else np.inf
+
+
+@kernel
+def _first_below(apart: Array2, least: Array1) -> int:
+    """The first row of `apart` (n, m) with a value below `least` (m,), or -1."""
+    for n in range(len(apart)):
+        for k in range(len(least)):
+            if apart[n, k] < least[k]:
+                return n
+    return -1
 
 
 def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
@@ -211,7 +224,7 @@ def length(plan: Trajectory) -> float:
 def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
     """Ways along the plan (n,) [m] up to `reach`, and the states (n, 6) there."""
     end = min(reach, length(plan))
-    count = max(int(np.ceil(end / config.caution.check_spacing)), 1)
+    count = max(ceil(end / config.caution.check_spacing), 1)
     marks = np.arange(count + 1.0) * (end / count)
     return marks, states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from estimation import Judgement
 from geometry import Pose2
+from geometry.compiled import Out2, kernel
 from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
@@ -142,10 +143,19 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
     """The plan with the accelerations to be commanded for it, and the steering as it is measured, (O4)."""
     if disturbance == UNDISTURBED:
         return plan
-    states, controls = disturbance.measured(plan.states), plan.controls.copy()
-    controls[:, A] = (controls[:, A] - disturbance.acceleration) / disturbance.gain
+    states, controls = plan.states.copy(), plan.controls.copy()
+    _turn_back(*disturbance, states, controls)
     read_only(states, controls)
-    return replace(plan, states=states, controls=controls)
+    return Trajectory(times=plan.times, states=states, controls=controls)
+
+
+@kernel
+def _turn_back(d: float, o: float, gain: float, states: Out2, controls: Out2) -> None:
+    """Equation (O4), from what acts to what is measured and commanded."""
+    for k in range(len(states)):
+        states[k, DELTA] -= o
+    for k in range(len(controls)):
+        controls[k, A] = (controls[k, A] - d) / gain
 
 
 def _diagnose(

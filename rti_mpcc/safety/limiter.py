@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import isfinite
-
-import numpy as np
+from math import isfinite, nan
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import DELTA, STATES, V
+from rti_mpcc.model.layout import DELTA, V
 from rti_mpcc.safety.fallback import ControlInput, brake, braking
 from rti_mpcc.types import Array
 
@@ -29,15 +26,15 @@ def saturate(
     All that is of what is sent and measured; `disturbance`: what is known to act beside.
     """
     acceleration, steering_rate = disturbance.commanded(control.acceleration), control.steering_rate
-    state = disturbance.measured(state)
     if not (isfinite(acceleration) and isfinite(steering_rate)):
         control = brake(state, braking(config), config)
         acceleration, steering_rate = control.acceleration, control.steering_rate
-    limits, now = config.limits, np.full(STATES, np.nan) if measured is None else measured
+    limits = config.limits
+    v, delta = (nan, nan) if measured is None else (float(measured[V]), float(measured[DELTA]))
     speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
-    a = _within(acceleration, float(state[V]), float(now[V]), *speed, config, disturbance)
-    rate = _within(steering_rate, float(state[DELTA]), float(now[DELTA]), *steering, config)
-    return replace(control, acceleration=a, steering_rate=rate)
+    a = _within(acceleration, float(state[V]), v, *speed, config, disturbance)
+    rate = _within(steering_rate, float(state[DELTA]) - disturbance.steering, delta, *steering, config)
+    return ControlInput(acceleration=a, steering_rate=rate, source=control.source)
 
 
 def _within(

@@ -27,7 +27,7 @@ def overlap(s: ControllerState, context: PlanningContext, config: ControllerConf
         return None
     half = s.now + 0.5 * config.dead_time
     middle = by_commands(believed, s.queue, s.now, half, config, s.vehicle.disturbance)
-    states = np.stack((believed, middle, context.state))
+    states = np.array((believed, middle, context.state))
     return contact.overlap(states, s.area, part, config)
 
 
@@ -59,8 +59,10 @@ def comes_into_view(s: ControllerState, context: PlanningContext, config: Contro
 
     A cruise that knew nothing of it would come to rest before it wherever that is farthest along the path.
     """
+    if not s.area.corridor.obstacles:
+        return False
     at = stops.in_view(s, context, config)
-    if not s.area.corridor.obstacles or at <= s.plans.seen_to:
+    if at <= s.plans.seen_to:
         return False
     reference = s.task.segment.part.reference(np.array([at]))
     pose = np.column_stack([reference.x, reference.y, reference.phi])

@@ -138,6 +138,8 @@ def test_in_a_closed_polygon_it_is_what_shapely_says(reach: float) -> None:
     np.testing.assert_array_equal(beyond == 0.0, inside)
     apart = shapely.distance(shapely.points(points), shapely.Polygon(ring))
     np.testing.assert_allclose(beyond, np.where(inside, 0.0, apart), atol=1e-9)
+    for within in (0.05, 2.0):
+        np.testing.assert_array_equal(grid.beyond(points, within), np.where(beyond <= within, beyond, 0.0))
 
 
 def test_without_any_line_nothing_is_beyond() -> None:

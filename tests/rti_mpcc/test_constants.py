@@ -37,7 +37,9 @@ MODULES: dict[str, dict[str, str]] = {
     "planning/cusp.py": {"the grid of poses tried around a cusp, its size is a setting": "_STEPS"},
     "planning/goals.py": {COUNT: "excess changes"},
     "planning/plausibility.py": {COUNT: "at tries steering_gap since"},
-    "planning/search.py": {"one iteration from a solution of the last cycle": "patience least unsolved"},
+    "planning/search.py": {
+        "one iteration from a solution of the last cycle": "patience least unsolved settled"
+    },
     "planning/state.py": {COUNT: "restarts stood clear_of driving_since offset pulled_out unsolved seen_to"},
     "planning/surroundings.py": {COUNT: "given_at changes"},
     "behaviour/status.py": {NEUTRAL: "pull_out"},

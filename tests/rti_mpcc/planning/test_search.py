@@ -117,12 +117,28 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc) -> N
     s = state(arrival=arrival_at(15.0))
     guess = search.first_guess(mpcc, s, context)
     assert guess.times[-1] == pytest.approx(15.0)
-    attempt = search.converge(mpcc, s, context, search.from_guess(guess, CONFIG), CycleClock())
+    start = replace(search.from_guess(guess, CONFIG), settled=0.0)
+    attempt = search.converge(mpcc, s, context, start, CycleClock())
     assert attempt.problem == ""
     assert not attempt.corridor_infeasible
     assert SETTINGS.first_iterations <= len(attempt.solutions) <= SETTINGS.iterations
     again = search.converge(mpcc, s, context, search.going_on(attempt.solved, CONFIG), CycleClock())
     assert len(again.solutions) == 1
+
+
+def test_two_first_iterations_are_enough_where_the_second_moves_the_plan_by_little(mpcc: RtiMpcc) -> None:
+    context = contexts(target=mpcc.target, begin=0.2)
+    s = state(arrival=arrival_at(15.0))
+    start = search.from_guess(search.first_guess(mpcc, s, context), CONFIG)
+    one, other = (
+        solution.trajectory
+        for solution in search.converge(mpcc, s, context, start, CycleClock()).solutions[:2]
+    )
+    apart = np.hypot(*(other.states - one.states)[1:, :2].T)
+    parting = float((apart / (one.times[1:] - one.times[0])).max())
+    for speed, enough in ((1.01 * parting, 2), (0.99 * parting, SETTINGS.first_iterations)):
+        found = search.converge(mpcc, s, context, replace(start, settled=speed), CycleClock())
+        assert len(found.solutions) == enough
 
 
 def test_without_a_planned_arrival_the_guess_spans_the_cruise_horizon(mpcc: RtiMpcc) -> None:
@@ -170,7 +186,7 @@ class Granting(CycleClock):
 def test_a_search_that_runs_out_of_time_goes_on_where_it_was(mpcc: RtiMpcc) -> None:
     context = contexts(target=mpcc.target, begin=0.2)
     s = state(arrival=arrival_at(15.0))
-    start = search.from_guess(search.first_guess(mpcc, s, context), CONFIG)
+    start = replace(search.from_guess(search.first_guess(mpcc, s, context), CONFIG), settled=0.0)
     at_once = search.converge(mpcc, s, context, start, CycleClock())
     clock = Granting(2)
     cut = search.converge(mpcc, s, context, start, clock)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -144,14 +145,18 @@ def test_without_an_update_there_is_no_solution(pattern: QpPattern) -> None:
 
 
 def shorter(values: QpValues, name: str) -> QpValues:
-    short: Array = getattr(values, name)[:-1]
-    return replace(values, **{name: short})
+    return _with(values, name, getattr(values, name)[:-1])
 
 
 def spoilt(values: QpValues, name: str, number: float) -> QpValues:
     array: Array = getattr(values, name).copy()
     array[3] = number
-    return replace(values, **{name: array})
+    return _with(values, name, array)
+
+
+def _with(values: QpValues, name: str, array: Array) -> QpValues:
+    changes: dict[str, Any] = {name: array}
+    return replace(values, **changes)
 
 
 @pytest.mark.parametrize("name", ["gradient", "lower"])
