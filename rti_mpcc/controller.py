@@ -12,7 +12,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import AXLE, body_of
-from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
+from rti_mpcc.model.layout import PHI, POSE, THETA, V
 from rti_mpcc.ocp.bounds import overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -24,7 +24,7 @@ from rti_mpcc.ocp.corridor_rows import (
 )
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.frenet import frenet_errors
-from rti_mpcc.ocp.horizon import read_only, resample, stage_lengths, stage_times
+from rti_mpcc.ocp.horizon import distances, read_only, resample, stage_lengths, stage_times
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective, StageWeights
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.ocp.stage_contacts import stage_contacts
@@ -297,12 +297,12 @@ class RtiMpcc:
             return far_out
         lack, caution = missing[0].max(axis=0), self.config.caution
         spare = margin - caution.hard_minimum - caution.contact_tolerance
-        vehicle, direction, states = self.config.vehicle, self.part.direction, linear.states
+        vehicle, direction = self.config.vehicle, self.part.direction
         bounds = relaxed_bounds(
             linear.rows,
             missing,
             np.add.accumulate(linear.lengths),
-            np.cumsum(np.hypot(np.diff(states[:, X]), np.diff(states[:, Y]))),
+            distances(linear.states),
             self._trails,
             margin=margin,
             most=np.minimum(np.maximum(lack, spare), margin),

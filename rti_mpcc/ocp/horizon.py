@@ -7,7 +7,7 @@ geometrically, fine where the vehicle is about to be and coarse far ahead.
 
 from __future__ import annotations
 
-from math import cos, exp, expm1, log1p, sin
+from math import cos, exp, expm1, hypot, log1p, sin
 
 import numpy as np
 
@@ -68,6 +68,21 @@ def stage_times(begin: float, lengths: Array) -> Array:
     np.add.accumulate(lengths, out=times[1:])
     times[1:] += begin
     return times
+
+
+def distances(states: Array) -> Array:
+    """Distance (N,) [m] that states (N+1, 6) have driven by each but the first."""
+    driven = np.empty(len(states) - 1)
+    _distances(states, driven)
+    return driven
+
+
+@kernel
+def _distances(states: Array2, driven: Out1) -> None:
+    total = 0.0
+    for k in range(len(driven)):
+        total += hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
+        driven[k] = total
 
 
 def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:

@@ -29,7 +29,7 @@ from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
-from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.ocp.horizon import distances, states_at
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
@@ -218,7 +218,7 @@ def progress_of_contact(
 
 def length(plan: Trajectory) -> float:
     """Way that the plan drives [m]."""
-    return _length(plan.states)
+    return float(distances(plan.states)[-1])
 
 
 def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
@@ -239,14 +239,6 @@ def _times(plan: Trajectory, marks: Array) -> Array:
 @inner
 def _step_length(states: Array, k: int) -> float:
     return hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
-
-
-@kernel
-def _length(states: Array2) -> float:
-    total = 0.0
-    for k in range(len(states) - 1):
-        total += _step_length(states, k)
-    return total
 
 
 @kernel

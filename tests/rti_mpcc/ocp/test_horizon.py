@@ -8,7 +8,7 @@ import pytest
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.horizon import controls_over, resample, stage_lengths, stage_times, states_at
+from rti_mpcc.ocp.horizon import controls_over, distances, resample, stage_lengths, stage_times, states_at
 from rti_mpcc.types import Array, Trajectory
 
 FINE = ControllerConfig().fine_stage
@@ -140,3 +140,8 @@ def test_outside_the_plan_the_motion_goes_on_straight_or_is_held(
     assert outside[A] == 0.0
     assert outside[DELTA_DOT] == 0.0
     assert outside[THETA_DOT] == pytest.approx(winding.controls[-1, THETA_DOT])
+
+
+def test_distances_are_those_of_the_chords(winding: Trajectory) -> None:
+    steps = np.diff(winding.states[:, [X, Y]], axis=0)
+    np.testing.assert_allclose(distances(winding.states), np.cumsum(np.hypot(*steps.T)), rtol=1e-12)
