@@ -89,6 +89,7 @@ class QpSolver:
         self._settings = settings
         self._osqp: Any = None
         self._osqp_settings: Any = None
+        self._keeps = False  # something of a QP that it has begun: an iterate, or an adapted step size
         self._steps = settings.cold
         self._most = settings.max_iterations
         rows, _ = pattern.constraints.shape
@@ -146,6 +147,7 @@ class QpSolver:
         if error:
             return self.nothing(self._refused(error))
         self._osqp.warm_start(primal, dual)
+        self._keeps = True
         settings, done, seconds = self._settings, 0, 0.0
         while True:
             word = ends(done) if ends is not None else ""
@@ -198,10 +200,11 @@ class QpSolver:
 
     def forget(self) -> None:
         """Begin afresh: no guess, and the first step-size parameter instead of the last adapted one."""
-        if self._osqp is not None:
+        if self._osqp is not None and self._keeps:
             rows, columns = self._pattern.constraints.shape
             self._osqp.warm_start(np.zeros(columns), np.zeros(rows))
             self._step_so()
+            self._keeps = False
 
     def _set_up(self, values: QpValues) -> str:
         settings, (rows, columns) = self._settings, self._pattern.constraints.shape
@@ -233,6 +236,7 @@ class QpSolver:
             )
         except ValueError as error:
             return self._refused(str(error))
+        self._keeps = False
         return ""
 
     def _set(self, **settings: float) -> None:
