@@ -7,11 +7,12 @@ iteration never begins there: at the start, after a cusp, a stop or a change of 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import atan, cos, sin, sqrt, tan
+from math import atan, cos, hypot, sin, sqrt, tan
 
 import numpy as np
 
 from geometry import PathPart, Pose2, lift
+from geometry.compiled import Array1, Array2, Out2, inner, kernel
 from rti_mpcc.config import ControllerConfig, Guesses
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
@@ -146,15 +147,20 @@ def along_path(
 
 def _with_controls(times: Array, states: Array, config: ControllerConfig) -> Trajectory:
     """States (N+1, 6) at `times` (N+1,) with the controls that lead from one to the next, within limits."""
-    lengths = np.diff(times)
-    controls = np.empty((len(lengths), CONTROLS))
-    controls[:, A] = np.diff(states[:, V]) / lengths
-    controls[:, DELTA_DOT] = np.diff(states[:, DELTA]) / lengths
-    controls[:, THETA_DOT] = np.diff(states[:, THETA]) / lengths
-    limits = config.limits
-    controls[:, A] = np.clip(controls[:, A], -limits.acceleration, limits.acceleration)
-    controls[:, DELTA_DOT] = np.clip(controls[:, DELTA_DOT], -limits.steering_rate, limits.steering_rate)
+    limits, controls = config.limits, np.empty((len(times) - 1, CONTROLS))
+    _lead_on(times, states, limits.acceleration, limits.steering_rate, controls)
     return Trajectory(times=times, states=states, controls=controls)
+
+
+@kernel
+def _lead_on(times: Array1, states: Array2, most_a: float, most_rate: float, controls: Out2) -> None:
+    for k in range(len(controls)):
+        seconds = times[k + 1] - times[k]
+        a = (states[k + 1, V] - states[k, V]) / seconds
+        rate = (states[k + 1, DELTA] - states[k, DELTA]) / seconds
+        controls[k, A] = min(max(a, -most_a), most_a)
+        controls[k, DELTA_DOT] = min(max(rate, -most_rate), most_rate)
+        controls[k, THETA_DOT] = (states[k + 1, THETA] - states[k, THETA]) / seconds
 
 
 def _faded(
@@ -175,26 +181,15 @@ def _faded(
     distance = max(target.theta - float(state[THETA]), 1e-3)
     settings = config.guesses
     reach, fade = min(settings.fade_distance, distance), min(_fade_length(begin.y, settings), distance)
-    left, into = 1.0 - s / fade, 1.0 + (theta - target.theta) / reach
-    across_begin, slope_begin = _fade(left, begin.y, -part.direction * _slope(begin.phi, settings), fade)
-    across_end, slope_end = _fade(into, end.y, part.direction * _slope(end.phi, settings), reach)
-    along = _smooth(left) * begin.x + _smooth(into) * end.x
-    across, slope = across_begin + across_end, slope_end - slope_begin
-    if detour is not None:
-        beside, turned = detour.beside(theta)
-        across, slope = across + beside, slope + turned
-    c, sn = np.cos(reference.phi), np.sin(reference.phi)
-    stretch = np.maximum(1.0 - part.direction * reference.slope * across, settings.least_stretch)
-
+    beside, turned = (np.zeros_like(s), np.zeros_like(s)) if detour is None else detour.beside(theta)
     states = np.empty((len(s), STATES))
-    states[:, X] = reference.x + c * along - sn * across
-    states[:, Y] = reference.y + sn * along + c * across
-    states[:, PHI] = reference.phi + part.direction * np.arctan(slope / stretch)
-    states[:, V] = part.direction * rate * np.hypot(stretch, slope)
-    states[:, THETA] = np.minimum(theta, target.stop)
-    turn = np.gradient(states[:, PHI]) / np.maximum(np.gradient(s), 1e-6)
-    steering = np.arctan(config.vehicle.wheelbase * part.direction * turn)
-    states[:, DELTA] = np.clip(steering, -config.limits.steering, config.limits.steering)
+    _beside_path(
+        reference.x, reference.y, reference.phi, reference.slope, float(part.direction),
+        s, rate, theta, target.theta, target.stop,
+        (begin.x, begin.y, _slope(begin.phi, settings)), fade,
+        (end.x, end.y, _slope(end.phi, settings)), reach,
+        beside, turned, settings.least_stretch, config.vehicle.wheelbase, config.limits.steering, states,
+    )  # fmt: skip
     states[0] = state
     states[0, PHI] = lift(float(state[PHI]), float(states[1, PHI]))
     return states
@@ -249,12 +244,59 @@ def _let_in(speed: float, elapsed: Array, config: ControllerConfig) -> Array:
     return np.maximum(limits.speed, speed - limits.acceleration * elapsed)
 
 
-def _fade(share: Array, offset: float, slope: float, reach: float) -> tuple[Array, Array]:
+@kernel
+def _beside_path(
+    x: Array1,
+    y: Array1,
+    phi: Array1,
+    bend: Array1,
+    direction: float,
+    s: Array1,
+    rate: Array1,
+    theta: Array1,
+    target: float,
+    stop: float,
+    begin: tuple[float, float, float],
+    fade: float,
+    end: tuple[float, float, float],
+    reach: float,
+    beside: Array1,
+    turned: Array1,
+    least_stretch: float,
+    wheelbase: float,
+    most: float,
+    states: Out2,
+) -> None:
+    """Beside the path by what fades of the offsets at the begin and at the end, each along, across and their
+    slope, and by a detour; the steering is that of how the heading turns, `most` at most."""
+    for k in range(len(s)):
+        left, into = 1.0 - s[k] / fade, 1.0 + (theta[k] - target) / reach
+        across_begin, slope_begin = _fade(left, begin[1], -direction * begin[2], fade)
+        across_end, slope_end = _fade(into, end[1], direction * end[2], reach)
+        along = _smooth(left) * begin[0] + _smooth(into) * end[0]
+        across, slope = across_begin + across_end + beside[k], slope_end - slope_begin + turned[k]
+        stretch = max(1.0 - direction * bend[k] * across, least_stretch)
+        states[k, X] = x[k] + cos(phi[k]) * along - sin(phi[k]) * across
+        states[k, Y] = y[k] + sin(phi[k]) * along + cos(phi[k]) * across
+        states[k, PHI] = phi[k] + direction * atan(slope / stretch)
+        states[k, V] = direction * rate[k] * hypot(stretch, slope)
+        states[k, THETA] = min(theta[k], stop)
+    for k in range(len(s)):
+        before, behind = max(k - 1, 0), min(k + 1, len(s) - 1)
+        stages = behind - before
+        turn = (
+            (states[behind, PHI] - states[before, PHI]) / stages / max((s[behind] - s[before]) / stages, 1e-6)
+        )
+        states[k, DELTA] = min(max(atan(wheelbase * direction * turn), -most), most)
+
+
+@inner
+def _fade(share: float, offset: float, slope: float, reach: float) -> tuple[float, float]:
     """Cubic from 0 with slope 0 at `share` 0 to `offset` with `slope` at `share` 1, and its slope.
 
     Slopes are per metre of way; `share` runs over `reach` [m].
     """
-    t = np.clip(share, 0.0, 1.0)
+    t = min(max(share, 0.0), 1.0)
     value = offset * (3.0 - 2.0 * t) * t**2 + reach * slope * (t - 1.0) * t**2
     return value, offset * 6.0 * t * (1.0 - t) / reach + slope * (3.0 * t - 2.0) * t
 
@@ -264,7 +306,8 @@ def _slope(heading: float, settings: Guesses) -> float:
     return tan(min(max(heading, -settings.fade_heading), settings.fade_heading))
 
 
-def _smooth(share: Array) -> Array:
+@inner
+def _smooth(share: float) -> float:
     """Smooth step of `share`, 0 below 0 and 1 above 1."""
-    t = np.clip(share, 0.0, 1.0)
+    t = min(max(share, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
