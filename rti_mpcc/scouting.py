@@ -268,7 +268,7 @@ def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: 
     """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
     if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
         return False
-    return contact.distance_to_obstacle(plan, s.area.standing, w.config, inf) > distance
+    return contact.distance_to_obstacle(plan, s.area.corridor, s.task.segment.index, w.config, inf) > distance
 
 
 def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float, w: Workspace) -> float:

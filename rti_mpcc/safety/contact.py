@@ -21,12 +21,14 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
-from geometry import Corridor, PathPart
+from geometry import Corridor
 from geometry.compiled import Array1, Array2, IndexOut1, Out1, inner, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at
@@ -122,18 +124,25 @@ def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
 
 
 def distance_to_obstacle(
-    plan: Trajectory, obstacles: Sequence[Obstacle], config: ControllerConfig, reach: float
+    plan: Trajectory, corridor: Corridor, part: int, config: ControllerConfig, reach: float
 ) -> float:
-    """Way along the plan to the first body that touches one of these obstacles [m]; or inf.
+    """Way along the plan to the first body that touches an obstacle [m]; or inf.
 
     Boundaries do not count: they are no reason to wait, or to look for a way past.
     """
-    if not obstacles:
-        return np.inf
     marks, states = _driven(plan, config, reach)
-    bodies = shapely.polygons(body_polygons(states, config.vehicle))
-    meets = shapely.intersects(bodies, shapely.union_all([each.shape for each in obstacles]))
+    meets = _obstacles_met(states, corridor, part, config).any(axis=1)
     return float(marks[np.argmax(meets)]) if meets.any() else np.inf
+
+
+def _obstacles_met(
+    states: Array, corridor: Corridor, part: int, config: ControllerConfig
+) -> NDArray[np.bool_]:
+    """Which obstacles (n, k) the bodies at `states` (n, >= 3) touch."""
+    poses, within = np.ascontiguousarray(states[:, :POSE]), config.caution.hard_minimum
+    apart = corridor.signed_distances(part, body_of(config.vehicle), poses, within)
+    met: NDArray[np.bool_] = apart[:, 1:] <= 0.0
+    return met
 
 
 def distance_to_moving(
@@ -190,7 +199,7 @@ def _meets(
 
 
 def progress_of_contact(
-    plan: Trajectory, distance: float, part: PathPart, obstacles: Sequence[Obstacle], config: ControllerConfig
+    plan: Trajectory, distance: float, corridor: Corridor, segment: Segment, config: ControllerConfig
 ) -> float:
     """Progress [m] at which a body on the path meets what a plan meets after so far [m].
 
@@ -198,18 +207,16 @@ def progress_of_contact(
     Where the body on the path does not meet it, or later, it is where the plan's body is beside the path; so
     it is where that body meets it all along, which the plan passes.
     """
+    part, index = segment.part, segment.index
     state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
     x, y, phi = state[0, :POSE].tolist()
     # Not the plan's own progress: nothing holds that to where an arrival is.
     begin, end = float(plan.states[0, THETA]), part.project(x, y, heading=phi)
-    body = shapely.Polygon(body_polygons(state, config.vehicle)[0])
-    met = [each.shape for each in obstacles if body.intersects(each.shape)]
-    if not met:
-        return end
     theta = np.arange(begin, end, config.caution.check_spacing)
     at = part.reference(theta)
-    bodies = shapely.polygons(body_polygons(np.column_stack([at.x, at.y, at.phi]), config.vehicle))
-    meets = shapely.intersects(bodies, shapely.union_all(met))
+    bodies = np.column_stack([at.x, at.y, at.phi])
+    met = _obstacles_met(state, corridor, index, config)[0]
+    meets: NDArray[np.bool_] = _obstacles_met(bodies, corridor, index, config)[:, met].any(axis=1)
     if not meets.any():
         return end
     clear = np.flatnonzero(~meets[: np.flatnonzero(meets)[-1]])

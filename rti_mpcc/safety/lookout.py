@@ -51,7 +51,7 @@ def progress_of_contact(
     s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
 ) -> float:
     """Progress [m] at which a body on the path meets what a plan meets after so far [m]."""
-    return contact.progress_of_contact(plan, distance, s.task.segment.part, s.area.standing, config)
+    return contact.progress_of_contact(plan, distance, s.area.corridor, s.task.segment, config)
 
 
 def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

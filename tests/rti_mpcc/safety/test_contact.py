@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import THETA
@@ -249,21 +250,22 @@ def test_beside_the_leading_edge_it_may_turn_into_any_direction() -> None:
 def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
     into_both = straight_on(2.0, 30.0, y=2.5)  # over the left boundary all along, and into the wall
     around = Surroundings.of(corridor(), PATH, CONFIG)
-    met = contact.distance_to_obstacle(into_both, around.standing, CONFIG, np.inf)
+    met = contact.distance_to_obstacle(into_both, around.corridor, 0, CONFIG, np.inf)
     expected = WALL_AT - CONFIG.vehicle.front - 2.0
     assert expected <= met <= expected + CONFIG.caution.check_spacing
     assert around.corridor.collides(0, body_polygons(into_both.states, CONFIG.vehicle)).all()
-    assert contact.distance_to_obstacle(into_both, (), CONFIG, np.inf) == np.inf
-    assert contact.distance_to_obstacle(straight_on(2.0, 15.0), around.standing, CONFIG, np.inf) == np.inf
+    free = around.corridor.with_obstacles(())
+    assert contact.distance_to_obstacle(into_both, free, 0, CONFIG, np.inf) == np.inf
+    assert contact.distance_to_obstacle(straight_on(2.0, 15.0), around.corridor, 0, CONFIG, np.inf) == np.inf
 
 
 def test_what_a_plan_meets_is_met_by_the_body_on_the_path_at_its_own_progress() -> None:
     """Whatever progress the plan has in mind; what only the plan meets counts from beside it."""
     around, front = Surroundings.of(corridor(), PATH, CONFIG), CONFIG.vehicle.front
-    part, met = PATH.parts[0], WALL_AT - front
+    segment, met = segments_of(PATH, CONFIG)[0], WALL_AT - front
 
     def progress(plan: Trajectory, distance: float) -> float:
-        return contact.progress_of_contact(plan, distance, part, around.standing, CONFIG)
+        return contact.progress_of_contact(plan, distance, around.corridor, segment, CONFIG)
 
     spacing = CONFIG.caution.check_spacing
     for ahead in (0.0, -3.0, 3.0):
