@@ -216,7 +216,7 @@ def progress_of_contact(
     at = part.reference(theta)
     bodies = np.column_stack([at.x, at.y, at.phi])
     met = _obstacles_met(state, corridor, index, config)[0]
-    meets: NDArray[np.bool_] = _obstacles_met(bodies, corridor, index, config)[:, met].any(axis=1)
+    meets = np.asarray(_obstacles_met(bodies, corridor, index, config)[:, met].any(axis=1))
     if not meets.any():
         return end
     clear = np.flatnonzero(~meets[: np.flatnonzero(meets)[-1]])
