@@ -1,34 +1,86 @@
-"""Bodies against walls and obstacles, exactly: do they touch, and how far away or how deep are they."""
+"""Bodies against walls and obstacles, by shapely alone: do they touch, how far away or how deep are they.
+
+What drives goes by geometry.shape_grid. This measures what was driven, and knows nothing of that.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array, Mask
-from geometry.boundary import Boundary
 from geometry.errors import InputError
-from geometry.nearest import distances, is_allowed
-from geometry.sampling import as_complex, as_pairs
-from geometry.walls import Obstacles, PartWalls
+
+SPACING = 0.05  # [m] at most, between the places of a boundary at which it is looked how deep it is in a body
 
 
-def collides(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: float) -> Mask:
-    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` of something or are beyond a wall.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Segments:
+    """Segments of lines that have their allowed side on the left.
 
-    Raises as `touches`.
+    Attributes:
+        ends: (n, 2, 2) where each begins and ends [m]; tree: of them, in this order; lines: all of them.
     """
-    hit = touches(walls, obstacles, bodies, margin)
-    free = np.flatnonzero(~hit)
-    hit[free] = _all_beyond(walls.sides, np.asarray(bodies, dtype=np.float64)[free])
-    return hit
+
+    ends: Array
+    tree: shapely.STRtree
+    lines: shapely.MultiLineString
+
+    @classmethod
+    def of(cls, lines: Sequence[Array]) -> Segments:
+        """Those of one polyline or more (m_i, 2) [m]; a point alone is a segment without length."""
+        longer = [line if len(line) > 1 else np.repeat(line, 2, axis=0) for line in lines]
+        ends = np.concatenate([np.stack((line[:-1], line[1:]), axis=1) for line in longer])
+        return cls(
+            ends=ends,
+            tree=shapely.STRtree(shapely.linestrings(ends)),
+            lines=shapely.MultiLineString(longer),
+        )
+
+    def touches(self, shapes: NDArray[np.object_], margin: float) -> Mask:
+        """Whether shapes (n,) come within `margin` [m] of a segment (n,)."""
+        hit = np.zeros(len(shapes), dtype=np.bool_)
+        by = {"predicate": "dwithin", "distance": margin} if margin > 0.0 else {"predicate": "intersects"}
+        hit[self.tree.query(shapes, **by)[0]] = True
+        return hit
+
+    def beyond(self, points: Array) -> Array:
+        """How far points (n, 2) are to the right of the nearest segment (n,) [m]; 0 to its left, and beyond
+        an open end.
+
+        At a vertex both its segments tell: the sum of the distances to their left.
+        """
+        nearest = self.tree.query_nearest(shapely.points(points), return_distance=True)
+        (at, segment), distance = nearest
+        begin, way = self.ends[segment, 0], self.ends[segment, 1] - self.ends[segment, 0]
+        to, length = points[at] - begin, np.hypot(*way.T)
+        unit = way / np.where(length > 0.0, length, 1.0)[:, None]
+        left = unit[:, 0] * to[:, 1] - unit[:, 1] * to[:, 0]
+        along = (unit * to).sum(axis=1)
+        past_end = (along < 0.0) | (along > length)
+        count, n = np.bincount(at, minlength=len(points)), len(points)
+        at_open_end = (count == 1) & (np.bincount(at, past_end, n) == 1)
+        depth = np.zeros(n)
+        depth[at] = distance
+        return np.where((np.bincount(at, left, n) < 0.0) & ~at_open_end, depth, 0.0)
+
+    def depth(self, shape: shapely.Polygon) -> float:
+        """How deep in a shape the deepest place of them is [m], to within SPACING; 0 if none is in it."""
+        met = self.ends[self.tree.query(shape, predicate="intersects")]
+        # Also their ends by themselves: of a segment without length shapely finds nothing within a shape.
+        parts = np.concatenate((shapely.linestrings(met), shapely.points(met.reshape(-1, 2))))
+        return _deepest(shape, shapely.intersection(parts, shape))
 
 
-def touches(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: float) -> Mask:
-    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` [m] of something.
+def collides(
+    sides: Sequence[Segments], obstacles: NDArray[np.object_], bodies: ArrayLike, margin: float
+) -> Mask:
+    """Return (n,) whether bodies (n, m, 2) [m] come within `margin` [m] of something or are beyond a wall.
 
     Raises:
         InputError: wrong shape, numbers that are not finite, negative margin.
@@ -36,35 +88,41 @@ def touches(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike, margin: f
     corners, shapes = _bodies(bodies)
     if not margin >= 0.0:
         raise InputError(f"margin = {margin}: must be >= 0 m.")
-    return _touch(walls, obstacles, corners, shapes, margin)
+    hit = np.zeros(len(shapes), dtype=np.bool_)
+    for side in sides:
+        hit |= side.touches(shapes, margin)
+    for obstacle in obstacles:
+        shapely.prepare(obstacle)
+        hit |= shapely.dwithin(obstacle, shapes, margin)
+    # One corner answers for most bodies that touch nothing.
+    asked = np.flatnonzero(~hit)
+    asked = asked[_beyond(sides, corners[asked, :1])[:, 0] > 0.0]
+    hit[asked[(_beyond(sides, corners[asked]) > 0.0).all(axis=1)]] = True
+    return hit
 
 
-def clearance(walls: PartWalls, obstacles: Obstacles, bodies: ArrayLike) -> Array:
+def clearance(sides: Sequence[Segments], obstacles: NDArray[np.object_], bodies: ArrayLike) -> Array:
     """Return the signed clearance (n,) of bodies (n, m, 2) [m]; +inf where there is nothing to hit.
 
     When something is crossed: minus the deepest penetration, the larger of the distance of body corners on
-    the wrong side to the boundary and the depth in the body of boundary samples.
+    the wrong side to the boundary and the depth in the body of the boundary.
 
     Raises:
         InputError: wrong shape, numbers that are not finite.
     """
     corners, shapes = _bodies(bodies)
-    distance = np.full(len(shapes), np.inf)
-    if len(shapes) == 0:
-        return distance
-    apart = 0.0 if walls.every is not None else _apart(walls.sides, corners)
-    for thing in (_lines(walls, corners, apart), *obstacles.shapes):
-        # The distance to nothing is nan.
-        distance = np.fmin(distance, shapely.distance(shapes, thing))
-    sides = list(walls.sides)
-    beyond = _beyond(sides, corners)
-    outside = (beyond > 0.0).all(axis=1)
-    if obstacles.boundary is not None:
-        sides.append(obstacles.boundary)
-        beyond = np.maximum(beyond, _beyond(sides[-1:], corners))
+    distance = np.full(len(shapes), inf)
+    walls = [shapely.multilinestrings([line for side in sides for line in shapely.get_parts(side.lines)])]
+    for thing in (*walls, *obstacles):
+        distance = np.fmin(distance, shapely.distance(shapes, thing))  # to nothing it is nan
+    outside = _beyond(sides, corners[:, :1])[:, 0] > 0.0
     crossed = np.flatnonzero((distance == 0.0) | outside)
-    for i in crossed:
-        distance[i] = -max(0.0, float(beyond[i].max()), _depth(sides, shapes[i]))
+    beyond = _beyond(sides, corners[crossed])
+    for i, depths in zip(crossed, beyond, strict=True):
+        if distance[i] == 0.0 or (depths > 0.0).all():
+            inside = [side.depth(shapes[i]) for side in sides]
+            inside += [_overlap(shapes[i], obstacle) for obstacle in obstacles]
+            distance[i] = -max(float(depths.max()), *inside)
     return distance
 
 
@@ -77,73 +135,24 @@ def _bodies(bodies: ArrayLike) -> tuple[Array, NDArray[np.object_]]:
     return corners, np.asarray(shapely.polygons(corners), dtype=np.object_)
 
 
-def _touch(
-    walls: PartWalls, obstacles: Obstacles, corners: Array, shapes: NDArray[np.object_], margin: float
-) -> Mask:
-    """Whether bodies (n, m, 2) [m], whose shapes these are, come within `margin` of something (n,)."""
-    if len(shapes) == 0:
-        return np.zeros(0, dtype=np.bool_)
-    hit = _near(_lines(walls, corners, margin), shapes, margin)
-    for obstacle in obstacles.shapes:
-        hit |= _near(obstacle, shapes, margin)
-    return hit
-
-
-def _lines(walls: PartWalls, corners: Array, apart: float) -> shapely.MultiLineString:
-    """The walls, at least what of them is within `apart` [m] of bodies (n, m, 2) [m]."""
-    if walls.every is not None:
-        return walls.every
-    points = as_complex(corners).reshape(-1)
-    middle = complex(points.mean())
-    return walls.near(middle, float(np.abs(points - middle).max()) + apart)
-
-
-def _apart(sides: Sequence[Boundary], corners: Array) -> float:
-    """No body (n, m, 2) is farther than this from the nearest boundary [m]; 0 without any."""
-    apart = np.array([side.tree.query(corners[:, 0])[0] for side in sides])
-    return float(apart.min(axis=0).max()) if sides else 0.0
-
-
-def _near(thing: shapely.Geometry, shapes: NDArray[np.object_], margin: float) -> Mask:
-    shapely.prepare(thing)
-    near = shapely.dwithin(thing, shapes, margin) if margin > 0.0 else shapely.intersects(thing, shapes)
-    return np.asarray(near, dtype=np.bool_)
-
-
-def _all_beyond(sides: Sequence[Boundary], corners: Array) -> Mask:
-    """Whether all corners (n, m, 2) of a body are beyond one or another boundary (n,)."""
-    points = as_complex(corners)
-    beyond = np.ones(len(points), dtype=np.bool_)
-    # One corner answers for most bodies that touch nothing.
-    for asked in (points[:, :1], points[:, 1:]):
-        rows = np.flatnonzero(beyond)
-        if rows.size:
-            allowed = is_allowed(sides, asked[rows].reshape(-1))
-            beyond[rows] = ~allowed.reshape(rows.size, -1).any(axis=1)
-    return beyond
-
-
-def _beyond(sides: Sequence[Boundary], corners: Array) -> Array:
+def _beyond(sides: Sequence[Segments], corners: Array) -> Array:
     """How far corners (n, m, 2) are beyond a boundary, the nearest of those, (n, m) [m]; 0 within all."""
-    points = as_complex(corners).reshape(-1)
-    depth = np.full(points.size, np.inf)
+    depth = np.full(corners.shape[:2], inf)
     for side in sides:
-        distance = distances(side, points)
-        depth = np.minimum(depth, np.where(distance < 0.0, -distance, np.inf))
-    return np.where(np.isfinite(depth), depth, 0.0).reshape(corners.shape[:2])
+        beyond = side.beyond(corners.reshape(-1, 2)).reshape(corners.shape[:2])
+        depth = np.minimum(depth, np.where(beyond > 0.0, beyond, inf))
+    return np.where(depth < inf, depth, 0.0)
 
 
-def _depth(sides: Sequence[Boundary], shape: shapely.Polygon) -> float:
-    """How deep in a body the deepest boundary sample is [m], 0 if there is none in it."""
-    middle = shapely.get_coordinates(shape.centroid)[0]
-    radius = float(np.hypot(*(shapely.get_coordinates(shape) - middle).T).max())
-    deepest = 0.0
-    for side in sides:
-        samples = as_pairs(
-            side.vertex[np.asarray(side.tree.query_ball_point(middle, radius), dtype=np.int64)]
-        )
-        points = shapely.points(samples)
-        inside = points[shapely.covers(shape, points)]
-        if len(inside):
-            deepest = max(deepest, float(shapely.distance(shape.exterior, inside).max()))
-    return deepest
+def _overlap(body: shapely.Polygon, obstacle: shapely.Polygon) -> float:
+    """How deep a corner of the body is in an obstacle, or the obstacle's outline in the body [m]."""
+    corners = shapely.points(shapely.get_coordinates(body))
+    inside = corners[shapely.covers(obstacle, corners)]
+    deepest = float(shapely.distance(inside, obstacle.exterior).max(initial=0.0))
+    return max(deepest, _deepest(body, shapely.intersection(obstacle.exterior, body)))
+
+
+def _deepest(shape: shapely.Polygon, within: ArrayLike) -> float:
+    """How far from the outline of a shape what is within it gets [m], to within SPACING."""
+    places = shapely.points(shapely.get_coordinates(shapely.segmentize(within, SPACING)))
+    return float(shapely.distance(places, shape.exterior).max(initial=0.0))

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite, nan
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import clearance as bodies_against
@@ -20,7 +19,7 @@ from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.shape_grid import Body, checked_poses
-from geometry.walls import Obstacles, PartWalls, with_tables
+from geometry.walls import Obstacles, PartWalls
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
 _POINT = Body.of([(0.0, 0.0)])
@@ -95,7 +94,7 @@ class Corridor:
         ]
         kept_out = Obstacles.from_polygons(obstacles)
         walls = [_walls(i, part, left, right, rows) for i, part in enumerate(path.parts)]
-        return cls(walls=with_tables(walls), kept_out=kept_out)
+        return cls(walls=tuple(walls), kept_out=kept_out)
 
     @classmethod
     def from_polygon(
@@ -115,7 +114,7 @@ class Corridor:
             if not shape.covers(path_line(part, _CHECKED)):
                 raise CorridorError(f"polygon does not contain the path: part {i} leaves it.")
             walls.append(PartWalls.from_lines(*split(part, shape), narrowest_in(part, shape), joined=True))
-        return cls(walls=with_tables(walls), kept_out=Obstacles.from_polygons(obstacles))
+        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
 
     @classmethod
     def from_lines(cls, lines: CorridorLines) -> Corridor:
@@ -128,7 +127,7 @@ class Corridor:
             PartWalls.from_lines(part.left, part.right, part.narrowest, joined=part.joined)
             for part in lines.parts
         ]
-        return cls(walls=with_tables(walls), kept_out=Obstacles.from_polygons(lines.obstacles))
+        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(lines.obstacles))
 
     def to_lines(self) -> CorridorLines:
         """Return all that defines this corridor, as plain arrays."""
@@ -156,7 +155,7 @@ class Corridor:
 
         Exact and slow. Raises as `half_planes`.
         """
-        return bodies_against.clearance(self._part(part), self.kept_out, bodies)
+        return bodies_against.clearance(self._part(part).sides, self.kept_out.shapes, bodies)
 
     def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
@@ -169,7 +168,7 @@ class Corridor:
 
         Raises as `half_planes`, or for a negative margin.
         """
-        return bodies_against.collides(self._part(part), self.kept_out, bodies, margin)
+        return bodies_against.collides(self._part(part).sides, self.kept_out.shapes, bodies, margin)
 
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
         """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
@@ -240,9 +239,8 @@ class Corridor:
         walls = self._part(part)
         if not walls.is_open:
             return False
-        middle = 0.5 * complex(one[0] + other[0], one[1] + other[1])
-        lines = walls.near(middle, abs(complex(*one) - middle))
-        return bool(shapely.intersects(lines, shapely.LineString([one, other])))
+        way = Body.of([(0.0, 0.0), (other[0] - one[0], other[1] - one[1])])
+        return bool(walls.grid.signed_distances(way, np.array([[*one, 0.0]])).min() <= 0.0)
 
     def narrowest(self, part: int | None = None) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
@@ -290,7 +288,8 @@ def _crosses(walls: PartWalls, part: PathPart) -> bool:
     places = np.column_stack([at.x, at.y, at.phi])
     if np.isinf(walls.grid.signed_distances(_POINT, places, _LOOKED)).all():
         return False
-    return bool(shapely.intersects(walls.near(0j, inf), path_line(part, _CHECKED)))
+    way = np.array([path_line(part, _CHECKED)])
+    return any(bool(side.touches(way, 0.0)[0]) for side in walls.sides)
 
 
 def _check_offsets(where: str, left: float, right: float) -> None:
