@@ -1,0 +1,61 @@
+"""Versions are compared on the cases that all of them have, and by those that all dock."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from benchmarks.compare_campaigns import Driven, line, read, sentence, side_by_side
+from rti_mpcc.errors import InputError
+
+
+def row(time: float | None, *, peak: float = 0.4, clearance: float = 0.1) -> dict[str, Any]:
+    energy = (
+        None if time is None else {"acceleration": 2.0, "steering_rate": 0.5, "lateral_acceleration": 1.0}
+    )
+    return {
+        "outcome": "stalled" if time is None else "docked",
+        "figures": {
+            "peak": {"acceleration": peak},
+            "comfort": {"acceleration": 0.4},
+            "time_to_dock_s": time,
+            "expected_time_s": 20.0,
+            "energy_to_dock": energy,
+            "min_clearance_m": clearance,
+        },
+    }
+
+
+BEFORE = Driven("before", "hard", 7, {0: row(20.0), 1: row(None, clearance=0.01), 2: row(30.0), 5: row(20.0)})
+AFTER = Driven("after", "hard", 7, {0: row(24.0, peak=0.8), 1: row(25.0), 2: row(30.0), 3: row(20.0)})
+OTHER = Driven("before", "nominal", 7, {0: row(20.0)})
+
+
+def test_versions_stand_side_by_side_with_the_cases_that_all_have() -> None:
+    groups = side_by_side([BEFORE, OTHER, AFTER])
+    assert [[each.version for each in group] for group in groups] == [["before", "after"], ["before"]]
+    assert all(list(each.rows) == [0, 1, 2] for each in groups[0])
+
+
+def test_a_line_counts_all_and_measures_what_all_dock() -> None:
+    group, _ = side_by_side([BEFORE, OTHER, AFTER])
+    before, after = (line(each, group) for each in group)
+    assert before[:4] == ["hard of 7, before", "3", "2", "0.010"]
+    assert after[:4] == ["hard of 7, after", "3", "3", "0.100"]
+    assert before[4] == "1.00, 1.00, 1.00"
+    assert after[4].endswith(", 2.00")
+    assert before[6] == after[6] == "4.0"  # of cases 0 and 2
+    assert (before[-1], after[-1]) == ("1", "–")
+
+
+def test_times_are_compared_case_by_case() -> None:
+    told = sentence(*side_by_side([BEFORE, AFTER])[0])
+    assert "of 2 cases that both dock" in told
+    assert "1.100 times as long as before" in told
+    assert "in 1 more than 1.1, in 0 less than 0.9" in told
+
+
+def test_a_folder_without_a_version_is_refused() -> None:
+    with pytest.raises(InputError, match="VERSION=FOLDER"):
+        read("runs/hard")
