@@ -4,8 +4,8 @@
     python -m benchmarks.compare_campaigns before=runs/hard-before after=runs/hard-after ... [--docs]
 
 Of one level and seed the cases count that all its folders have; peaks, times and energies are those of the
-cases that all of them dock. Prints a table, and how the times to dock compare with those of the first one; with
-`--docs` both go into docs/campaigns.md.
+cases that all of them dock. Prints a table, and how the times to dock compare with those of the first one.
+With `--docs` both go into docs/campaigns.md.
 """
 
 from __future__ import annotations

@@ -240,7 +240,7 @@ class Corridor:
         if not walls.is_open:
             return False
         way = Body.of([(0.0, 0.0), (other[0] - one[0], other[1] - one[1])])
-        return bool(walls.grid.signed_distances(way, np.array([[*one, 0.0]])).min() <= 0.0)
+        return bool(walls.grid.signed_distances(way, np.array([[*one, 0.0]]), _CHECKED)[0, 0] <= 0.0)
 
     def narrowest(self, part: int | None = None) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
