@@ -33,21 +33,15 @@ class Segments:
 
     @classmethod
     def of(cls, lines: Sequence[Array]) -> Segments:
-        """Those of one polyline or more (m_i, 2) [m]; a point alone is a segment without length."""
+        """Those of polylines (m_i, 2), m_i >= 1 [m]; a point alone is a segment without length."""
         longer = [line if len(line) > 1 else np.repeat(line, 2, axis=0) for line in lines]
-        ends = np.concatenate([np.stack((line[:-1], line[1:]), axis=1) for line in longer])
+        pairs = [np.stack((line[:-1], line[1:]), axis=1) for line in longer]
+        ends = np.concatenate([np.zeros((0, 2, 2)), *pairs])
         return cls(
             ends=ends,
             tree=shapely.STRtree(shapely.linestrings(ends)),
             lines=shapely.MultiLineString(longer),
         )
-
-    def touches(self, shapes: NDArray[np.object_], margin: float) -> Mask:
-        """Whether shapes (n,) come within `margin` [m] of a segment (n,)."""
-        hit = np.zeros(len(shapes), dtype=np.bool_)
-        by = {"predicate": "dwithin", "distance": margin} if margin > 0.0 else {"predicate": "intersects"}
-        hit[self.tree.query(shapes, **by)[0]] = True
-        return hit
 
     def beyond(self, points: Array) -> Array:
         """How far points (n, 2) are to the right of the nearest segment (n,) [m]; 0 to its left, and beyond
@@ -77,9 +71,7 @@ class Segments:
         return _deepest(shape, shapely.intersection(parts, shape))
 
 
-def collides(
-    sides: Sequence[Segments], obstacles: NDArray[np.object_], bodies: ArrayLike, margin: float
-) -> Mask:
+def collides(walls: Segments, obstacles: NDArray[np.object_], bodies: ArrayLike, margin: float) -> Mask:
     """Return (n,) whether bodies (n, m, 2) [m] come within `margin` [m] of something or are beyond a wall.
 
     Raises:
@@ -89,19 +81,17 @@ def collides(
     if not margin >= 0.0:
         raise InputError(f"margin = {margin}: must be >= 0 m.")
     hit = np.zeros(len(shapes), dtype=np.bool_)
-    for side in sides:
-        hit |= side.touches(shapes, margin)
-    for obstacle in obstacles:
-        shapely.prepare(obstacle)
-        hit |= shapely.dwithin(obstacle, shapes, margin)
+    for thing in (walls.lines, *obstacles):
+        shapely.prepare(thing)
+        hit |= shapely.dwithin(thing, shapes, margin) if margin > 0.0 else shapely.intersects(thing, shapes)
     # One corner answers for most bodies that touch nothing.
     asked = np.flatnonzero(~hit)
-    asked = asked[_beyond(sides, corners[asked, :1])[:, 0] > 0.0]
-    hit[asked[(_beyond(sides, corners[asked]) > 0.0).all(axis=1)]] = True
+    asked = asked[walls.beyond(corners[asked, 0]) > 0.0]
+    hit[asked[_beyond(walls, corners[asked]).all(axis=1)]] = True
     return hit
 
 
-def clearance(sides: Sequence[Segments], obstacles: NDArray[np.object_], bodies: ArrayLike) -> Array:
+def clearance(walls: Segments, obstacles: NDArray[np.object_], bodies: ArrayLike) -> Array:
     """Return the signed clearance (n,) of bodies (n, m, 2) [m]; +inf where there is nothing to hit.
 
     When something is crossed: minus the deepest penetration, the larger of the distance of body corners on
@@ -112,17 +102,13 @@ def clearance(sides: Sequence[Segments], obstacles: NDArray[np.object_], bodies:
     """
     corners, shapes = _bodies(bodies)
     distance = np.full(len(shapes), inf)
-    walls = [shapely.multilinestrings([line for side in sides for line in shapely.get_parts(side.lines)])]
-    for thing in (*walls, *obstacles):
+    for thing in (walls.lines, *obstacles):
         distance = np.fmin(distance, shapely.distance(shapes, thing))  # to nothing it is nan
-    outside = _beyond(sides, corners[:, :1])[:, 0] > 0.0
-    crossed = np.flatnonzero((distance == 0.0) | outside)
-    beyond = _beyond(sides, corners[crossed])
-    for i, depths in zip(crossed, beyond, strict=True):
-        if distance[i] == 0.0 or (depths > 0.0).all():
-            inside = [side.depth(shapes[i]) for side in sides]
-            inside += [_overlap(shapes[i], obstacle) for obstacle in obstacles]
-            distance[i] = -max(float(depths.max()), *inside)
+    asked = np.flatnonzero((distance == 0.0) | (walls.beyond(corners[:, 0]) > 0.0))
+    for i, beyond in zip(asked, _beyond(walls, corners[asked]), strict=True):
+        if distance[i] == 0.0 or beyond.all():
+            inside = [walls.depth(shapes[i]), *(_overlap(shapes[i], obstacle) for obstacle in obstacles)]
+            distance[i] = -max(float(beyond.max()), *inside)
     return distance
 
 
@@ -135,13 +121,9 @@ def _bodies(bodies: ArrayLike) -> tuple[Array, NDArray[np.object_]]:
     return corners, np.asarray(shapely.polygons(corners), dtype=np.object_)
 
 
-def _beyond(sides: Sequence[Segments], corners: Array) -> Array:
-    """How far corners (n, m, 2) are beyond a boundary, the nearest of those, (n, m) [m]; 0 within all."""
-    depth = np.full(corners.shape[:2], inf)
-    for side in sides:
-        beyond = side.beyond(corners.reshape(-1, 2)).reshape(corners.shape[:2])
-        depth = np.minimum(depth, np.where(beyond > 0.0, beyond, inf))
-    return np.where(depth < inf, depth, 0.0)
+def _beyond(walls: Segments, corners: Array) -> Array:
+    """How far corners (n, m, 2) are beyond the nearest boundary (n, m) [m]; 0 within all."""
+    return walls.beyond(corners.reshape(-1, 2)).reshape(corners.shape[:2])
 
 
 def _overlap(body: shapely.Polygon, obstacle: shapely.Polygon) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from math import inf, isfinite, nan
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import clearance as bodies_against
@@ -155,7 +156,7 @@ class Corridor:
 
         Exact and slow. Raises as `half_planes`.
         """
-        return bodies_against.clearance(self._part(part).sides, self.kept_out.shapes, bodies)
+        return bodies_against.clearance(self._part(part).segments, self.kept_out.shapes, bodies)
 
     def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
@@ -168,7 +169,7 @@ class Corridor:
 
         Raises as `half_planes`, or for a negative margin.
         """
-        return bodies_against.collides(self._part(part).sides, self.kept_out.shapes, bodies, margin)
+        return bodies_against.collides(self._part(part).segments, self.kept_out.shapes, bodies, margin)
 
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
         """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
@@ -288,8 +289,8 @@ def _crosses(walls: PartWalls, part: PathPart) -> bool:
     places = np.column_stack([at.x, at.y, at.phi])
     if np.isinf(walls.grid.signed_distances(_POINT, places, _LOOKED)).all():
         return False
-    way = np.array([path_line(part, _CHECKED)])
-    return any(bool(side.touches(way, 0.0)[0]) for side in walls.sides)
+    lines = [line for lines in walls.lines for line in lines if len(line) > 1]
+    return bool(shapely.intersects(shapely.MultiLineString(lines), path_line(part, _CHECKED)))
 
 
 def _check_offsets(where: str, left: float, right: float) -> None:

@@ -90,10 +90,9 @@ class PartWalls:
         return not self.joined and bool(self.left or self.right)
 
     @cached_property
-    def sides(self) -> tuple[Segments, ...]:
-        """What bodies are measured against: left and right, or both where these go on in one another."""
-        sides = [(*self.left, *self.right)] if self.joined else self.lines
-        return tuple(Segments.of(lines) for lines in sides if lines)
+    def segments(self) -> Segments:
+        """Those of both, as the metrics measure with them."""
+        return Segments.of((*self.left, *self.right))
 
     def beyond(self, points: Array) -> Array:
         """How far points (n, 2) are beyond the nearest boundary [m]; 0 within all, and farther than BEHIND
