@@ -29,7 +29,7 @@ from geometry.shape_grid import (
     MOST_TIED,
     Body,
     ShapeGrid,
-    cell_at,
+    cells_around,
     in_frame,
     is_among,
     is_new,
@@ -146,14 +146,10 @@ def _contacts(
     spread = 2.0 * outward * hypot(half[0], half[1])
     for n in range(len(poses)):
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
         chosen[:], least[:], nearest[:], met = inf, inf, -1, 0
-        reach_x = abs(c) * half[0] + abs(s) * half[1] + within
-        reach_y = abs(s) * half[0] + abs(c) * half[1] + within
-        first_row = cell_at(at_y - reach_y, origin[1], cell, counts[1])
-        last_row = cell_at(at_y + reach_y, origin[1], cell, counts[1])
-        first_column = cell_at(at_x - reach_x, origin[0], cell, counts[0])
-        last_column = cell_at(at_x + reach_x, origin[0], cell, counts[0])
+        first_row, last_row, first_column, last_column = cells_around(
+            x, y, c, s, middle, half, within, origin, cell, counts
+        )
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
             first_cell, last_cell = row * counts[0] + first_column, row * counts[0] + last_column

@@ -247,6 +247,32 @@ def cell_at(x: float, origin: float, cell: float, count: int) -> int:
 
 
 @inner
+def cells_around(
+    x: float,
+    y: float,
+    c: float,
+    s: float,
+    middle: Array,
+    half: Array,
+    within: float,
+    origin: Array,
+    cell: float,
+    counts: Index,
+) -> tuple[int, int, int, int]:
+    """First and last row, first and last column of the cells within reach of a body at x, y, its heading
+    given by c and s, its bounding box by its `middle` and half lengths `half`."""
+    at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
+    reach_x = abs(c) * half[0] + abs(s) * half[1] + within
+    reach_y = abs(s) * half[0] + abs(c) * half[1] + within
+    return (
+        cell_at(at_y - reach_y, origin[1], cell, counts[1]),
+        cell_at(at_y + reach_y, origin[1], cell, counts[1]),
+        cell_at(at_x - reach_x, origin[0], cell, counts[0]),
+        cell_at(at_x + reach_x, origin[0], cell, counts[0]),
+    )
+
+
+@inner
 def _span(corners: Array, first: int, stop: int, bottom: float, cell: float) -> tuple[float, float]:
     """From where to where along x the edges of a shape are in the row of cells above `bottom`, and a little
     more against rounding."""
@@ -293,13 +319,9 @@ def _signed_distances(
         for j in range(len(found[n])):
             found[n, j] = within
         x, y, c, s = poses[n, 0], poses[n, 1], cos(poses[n, 2]), sin(poses[n, 2])
-        at_x, at_y = x + c * middle[0] - s * middle[1], y + s * middle[0] + c * middle[1]
-        reach_x = abs(c) * half[0] + abs(s) * half[1] + within
-        reach_y = abs(s) * half[0] + abs(c) * half[1] + within
-        first_row = cell_at(at_y - reach_y, origin[1], cell, counts[1])
-        last_row = cell_at(at_y + reach_y, origin[1], cell, counts[1])
-        first_column = cell_at(at_x - reach_x, origin[0], cell, counts[0])
-        last_column = cell_at(at_x + reach_x, origin[0], cell, counts[0])
+        first_row, last_row, first_column, last_column = cells_around(
+            x, y, c, s, middle, half, within, origin, cell, counts
+        )
         for row in range(first_row, last_row + 1):
             # What is in neighbouring cells of a row stands in one piece.
             first_cell, last_cell = row * counts[0] + first_column, row * counts[0] + last_column
