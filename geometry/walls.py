@@ -122,9 +122,7 @@ class Obstacles:
                 itself.
         """
         shapes = [checked_polygon(polygon, f"obstacles[{i}]") for i, polygon in enumerate(polygons)]
-        corners = tuple(
-            np.ascontiguousarray(shapely.get_coordinates(shape)[::-1][:-1][::-1]) for shape in shapes
-        )
+        corners = tuple(shapely.get_coordinates(shape)[1:] for shape in shapes)
         for ring in corners:
             ring.setflags(write=False)
         pieces = [convex_pieces(shape) for shape in shapes]

@@ -81,8 +81,14 @@ def distances(states: Array) -> Array:
 def _distances(states: Array2, driven: Out1) -> None:
     total = 0.0
     for k in range(len(driven)):
-        total += hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
+        total += step_length(states, k)
         driven[k] = total
+
+
+@inner
+def step_length(states: Array, k: int) -> float:
+    """Distance [m] from state k to the next one."""
+    return hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
 
 
 def states_at(plan: Trajectory, times: Array, wheelbase: float) -> Array:

@@ -114,13 +114,13 @@ def fill_cost(
     """
     slots, settings, gradient = pattern.cost, pattern.settings, values.gradient_by
     groups, scales = slots.groups, slots.scales
-    _fill_state_cost(
-        cost.state_hessian, cost.state_gradient, HESSIAN_PAIRS, scale, damping,
-        settings.change_weight, settings.idle_weight, groups["states"], scales["states"],
-        groups["controls"], values.cost, gradient.states,
+    change, idle = settings.change_weight, settings.idle_weight
+    idles = _fill_state_cost(
+        cost.state_hessian, cost.state_gradient, HESSIAN_PAIRS, scale, damping, change, idle,
+        groups["states"], scales["states"], values.cost, gradient.states,
     )  # fmt: skip
     _fill_control_cost(
-        cost.control_hessian, cost.control_gradient, scale,
+        cost.control_hessian, cost.control_gradient, scale, change, idle if idles else 0.0,
         groups["controls"], scales["controls"], values.cost, gradient.controls,
     )  # fmt: skip
     gradient.slack[:] = scale * slack * SLACK_UNIT
@@ -137,14 +137,13 @@ def _fill_state_cost(
     idle: float,
     slots: Index2,
     scales: Array2,
-    control_slots: Index2,
     data: Out1,
     scaled: Out2,
-) -> None:
+) -> bool:
     """The entries `pairs` of each stage's Hessian, and the gradient, times `scale`.
 
-    On the diagonal come the weights on the change on top, `idle` on the progress, and how fast it is made,
-    where nothing else is on it.
+    On the diagonal come the weights on the change on top, `idle` on the progress where nothing else is on it:
+    returns whether that is so.
     """
     idles = True
     for k in range(len(hessian)):
@@ -162,9 +161,7 @@ def _fill_state_cost(
             data[slots[k, p]] = value
         for i in range(STATES):
             scaled[k, i] = scale * gradient[k, i] * STATE_UNITS[i]
-    for k in range(len(control_slots)):
-        for i in range(CONTROLS):
-            data[control_slots[k, i]] = change + (idle if idles and i == THETA_DOT else 0.0)
+    return idles
 
 
 @kernel
@@ -172,15 +169,18 @@ def _fill_control_cost(
     hessian: Array2,
     gradient: Array2,
     scale: float,
+    change: float,
+    idle: float,
     slots: Index2,
     scales: Array2,
     data: Out1,
     scaled: Out2,
 ) -> None:
-    """On top of the weights on the change."""
+    """The same of the controls; `idle` is on how fast progress is made."""
     for k in range(len(slots)):
         for i in range(CONTROLS):
-            data[slots[k, i]] += scale * hessian[k, i] * scales[k, i]
+            on_change = change + (idle if i == THETA_DOT else 0.0)
+            data[slots[k, i]] = on_change + scale * hessian[k, i] * scales[k, i]
             scaled[k, i] = scale * gradient[k, i] * CONTROL_UNITS[i]
 
 

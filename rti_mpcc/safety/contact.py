@@ -24,14 +24,14 @@ import shapely
 from numpy.typing import NDArray
 
 from geometry import Corridor
-from geometry.compiled import Array1, Array2, IndexOut1, Out1, inner, kernel
+from geometry.compiled import Array1, Array2, IndexOut1, Out1, kernel
 from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
-from rti_mpcc.ocp.horizon import distances, states_at
+from rti_mpcc.ocp.horizon import distances, states_at, step_length
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
@@ -243,20 +243,15 @@ def _times(plan: Trajectory, marks: Array) -> Array:
     return times
 
 
-@inner
-def _step_length(states: Array, k: int) -> float:
-    return hypot(states[k + 1, X] - states[k, X], states[k + 1, Y] - states[k, Y])
-
-
 @kernel
 def _when_driven(times: Array1, states: Array2, marks: Array1, found: Out1) -> None:
     """Linear within a stage; where the plan stands still the time at which it comes to."""
-    k, before, step = 0, 0.0, _step_length(states, 0)
+    k, before, step = 0, 0.0, step_length(states, 0)
     for i in range(len(marks)):
         while k < len(states) - 2 and (marks[i] > before + step):
             before += step
             k += 1
-            step = _step_length(states, k)
+            step = step_length(states, k)
         share = min(max((marks[i] - before) / step, 0.0), 1.0) if step > 1e-9 else 0.0
         found[i] = times[k] + share * (times[k + 1] - times[k])
 
