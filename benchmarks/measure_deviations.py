@@ -55,7 +55,7 @@ class Recorder:
         """One cycle of the controller inside."""
         command = self.controller.step(state, now=now, **told)
         left, part = command.diagnostics.time_to_go, command.diagnostics.part
-        arriving = command.status is Status.ARRIVING and part == len(self.controller.path.parts) - 1
+        arriving = command.status is Status.ARRIVING and part == len(self.controller.state.path.parts) - 1
         if arriving and left is not None and left < SHORT_TO_GO:
             end, aim = command.trajectory.states[-1], command.diagnostics.aim
             self.accepted = max(self.accepted, float(np.hypot(end[X] - aim.x, end[Y] - aim.y)))

@@ -56,6 +56,7 @@ STATUSES: Mapping[Status, int] = {
     Status.PULLING_OUT: 10,
     Status.STALLED: 11,
     Status.FAILED: 12,
+    Status.PLANNING: 13,
 }
 SOURCES: Mapping[Source, int] = {
     Source.SOLUTION: 1,

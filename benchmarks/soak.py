@@ -113,7 +113,7 @@ class Shuttle:
         """Detections now and then, and a wall that comes and goes."""
         told: dict[str, Any] = {}
         if cycle % DETECTED_EVERY == 0:
-            end = self.controller.path.end
+            end = self.controller.state.path.end
             seen = np.array([end.x, end.y, end.phi]) + self.rng.normal(0.0, GOAL_NOISE)
             x, y, phi = seen.tolist()
             spread = np.diag(np.square(GOAL_NOISE))
@@ -128,7 +128,7 @@ class Shuttle:
 
     def _wall(self, right: float, left: float) -> Array:
         """Across the way of the vehicle, whichever way it drives, with ends so far beside it [m]."""
-        direction = self.controller.path.parts[self.controller.state.task.segment.index].direction
+        direction = self.controller.state.path.parts[self.controller.state.task.segment.index].direction
         here = Pose2(self.plant.x, self.plant.y, self.plant.phi)
         corners = [(0.0, right), (0.5, right), (0.5, left), (0.0, left)]
         placed = [here.compose(Pose2(direction * (WALL_AHEAD + x), y, 0.0)) for x, y in corners]

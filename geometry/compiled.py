@@ -5,6 +5,8 @@ A `kernel` is called from Python; its annotations are its signature, and it has 
     @kernel
     def scaled(values: Array2, by: float, out: Out2) -> None: ...
 
+What many of them take together may be a `record`, a NamedTuple.
+
 An `inner` is called from kernels only and compiled into them. Both are plain Python with NUMBA_DISABLE_JIT=1.
 
 What is compiled is kept in a directory of the user's, one file a kernel. A file's name says all that its
@@ -56,6 +58,7 @@ IndexOut1: TypeAlias = Index
 IndexOut2: TypeAlias = Index
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Record = TypeVar("Record", bound=tuple[Any, ...])
 
 _LOG = logging.getLogger(__name__)
 _CHECKSUM = sha256().digest_size
@@ -94,6 +97,20 @@ def inner(function: Function) -> Function:
     if config.DISABLE_JIT:
         return function
     declared: Function = numba.jit(**_OPTIONS)(function)
+    return declared
+
+
+def record(declared: type[Record]) -> type[Record]:
+    """Declare a NamedTuple that kernels take whole: its annotations are the types of its fields.
+
+    The arrays that it is made of are read-only where it says so (Array1, Index2, ...).
+    """
+    named: list[Any] = list(declared.__annotations__.values())
+    fields = [_TYPES[getattr(each, "__forward_arg__", each)] for each in named]
+    alike = len(set(fields)) == 1  # numba tells these by another type
+    _TYPES[declared.__name__] = (
+        types.NamedUniTuple(fields[0], len(fields), declared) if alike else types.NamedTuple(fields, declared)
+    )
     return declared
 
 

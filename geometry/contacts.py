@@ -194,7 +194,7 @@ def _contacts(
                             _out_of_run(body, first, stop, corners, i, x, y, c, s, run, witness)
                     least[slot] = min(least[slot], value)
                     if value > 0.0:
-                        _reach_out(body, first, stop, shape, count, middle[0], outward, witness)
+                        reach_out(body, first, stop, shape, count, middle[0], outward, witness)
                     key = witness[VALUE] - outward * abs(witness[ON_A_X] - middle[0])
                     if key < chosen[slot]:
                         chosen[slot] = key
@@ -242,7 +242,7 @@ def _keep(witness: Array, found: Array, n: int, slot: int) -> None:
 
 
 @inner
-def _reach_out(
+def reach_out(
     body: Array,
     first: int,
     stop: int,

@@ -11,10 +11,12 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry import clearance as bodies_against
+from geometry.area import Area
 from geometry.arrays import Array, Index
 from geometry.contacts import Contacts, contacts
 from geometry.errors import CorridorError, InputError
-from geometry.lines import CorridorLines
+from geometry.flanks import FLANKS, flank_contacts
+from geometry.lines import AreaLines, CorridorLines
 from geometry.offsets import sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, split
 from geometry.part import PathPart
@@ -46,15 +48,18 @@ class Narrowing:
 class Corridor:
     """Boundaries for each part of a route, left and right of the vehicle's heading, and obstacle polygons.
 
-    The boundaries of a part act on that part only. Built by `from_offsets` or `from_polygon`; pickles.
+    The boundaries of a part act on that part only. Built by `from_offsets` or `from_polygon`; pickles. Of one
+    `in_area` no part has boundaries: there is an area instead, the same for all of them.
 
     Attributes:
         walls: the boundaries of each part of the route.
         kept_out: the obstacles.
+        area: all that is solid besides, or None.
     """
 
     walls: tuple[PartWalls, ...]
     kept_out: Obstacles
+    area: Area | None = None
 
     @classmethod
     def from_offsets(
@@ -118,22 +123,36 @@ class Corridor:
         return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
 
     @classmethod
+    def in_area(cls, area: Area) -> Corridor:
+        """Return the corridor of any route in an area: all of it, and no boundaries along the route."""
+        return cls(walls=(PartWalls.none(),), kept_out=Obstacles.from_polygons(()), area=area)
+
+    @classmethod
     def from_lines(cls, lines: CorridorLines) -> Corridor:
         """Build exactly the corridor that `to_lines` was called on.
 
         Raises:
             CorridorError: a bad obstacle.
         """
+        kept_out = Obstacles.from_polygons(lines.obstacles)
+        if lines.area is not None:
+            area = Area(boundary=lines.area.boundary, obstacles=lines.area.obstacles)
+            return replace(cls.in_area(area), kept_out=kept_out)
         walls = [
             PartWalls.from_lines(part.left, part.right, part.narrowest, joined=part.joined)
             for part in lines.parts
         ]
-        return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(lines.obstacles))
+        return cls(walls=tuple(walls), kept_out=kept_out)
 
     def to_lines(self) -> CorridorLines:
         """Return all that defines this corridor, as plain arrays."""
+        area = None
+        if self.area is not None:
+            area = AreaLines(boundary=self.area.boundary, obstacles=self.area.obstacles)
         return CorridorLines(
-            parts=tuple(walls.to_lines() for walls in self.walls), obstacles=self.kept_out.to_polygons()
+            parts=() if area else tuple(walls.to_lines() for walls in self.walls),
+            obstacles=self.kept_out.to_polygons(),
+            area=area,
         )
 
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:
@@ -143,6 +162,13 @@ class Corridor:
             CorridorError: a bad obstacle.
         """
         return replace(self, kept_out=Obstacles.from_polygons(obstacles))
+
+    @property
+    def sides(self) -> int:
+        """So many sides `contacts` tells of."""
+        if self.area is not None:
+            return FLANKS
+        return 3 if self.obstacles else 2
 
     @property
     def obstacles(self) -> tuple[Array, ...]:
@@ -175,12 +201,14 @@ class Corridor:
         """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
 
         Negative where they overlap: the least way out. +inf without anything nearer than `within` [m]. On the
-        far side of a boundary they are positive again, see `beyond`.
+        far side of a boundary they are positive again, see `beyond`. What is solid in an area counts as one
+        boundary, and as it is solid, has no far side.
 
         Raises:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
-        walls = self._part(part).grid.signed_distances(body, poses, within)
+        grid = self._part(part).grid if self.area is None else self.area.grid
+        walls = grid.signed_distances(body, poses, within)
         if not self.kept_out.corners:
             return walls
         return np.concatenate((walls, self.kept_out.grid.signed_distances(body, poses, within)), axis=1)
@@ -188,7 +216,8 @@ class Corridor:
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
         """Return where the pieces of a body at `poses` (n, 3) are nearest to each side.
 
-        Sides: 0 left, 1 right and, only if the corridor has obstacles, 2 the nearest obstacle.
+        Sides: 0 left, 1 right and, only if the corridor has obstacles, 2 the nearest obstacle. In an area
+        these are the flanks of the body, see geometry.flanks.
 
         Args:
             part: index of the active part of the route.
@@ -200,6 +229,11 @@ class Corridor:
             InputError: a part that does not exist, a wrong shape, numbers that are not finite.
         """
         poses = checked_poses(poses)
+        if self.area is not None:
+            grids = (self.area.grid, self.kept_out.grid)
+            found = flank_contacts(body, poses, grids, within=within, outward=outward)
+            found.setflags(write=False)
+            return Contacts(values=found)
         grid = self._part(part).smooth
         found = contacts(
             body, poses, grid, owner=grid.owner, owners=2, lines=True, within=within, outward=outward
@@ -257,6 +291,8 @@ class Corridor:
         return self._part(part).lines
 
     def _part(self, part: int) -> PartWalls:
+        if self.area is not None:
+            return self.walls[0]
         if not 0 <= part < len(self.walls):
             raise InputError(f"part = {part}: must be 0 to {len(self.walls) - 1}.")
         return self.walls[part]

@@ -19,6 +19,10 @@ class CorridorError(InputError):
     """A corridor cannot be built from what was given."""
 
 
+class AreaError(InputError):
+    """An area cannot be built from what was given, or its map file cannot be read."""
+
+
 class ConfigError(InputError):
     """A setting is missing, unknown, of the wrong type or out of range."""
 

@@ -28,13 +28,27 @@ class PartLines:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AreaLines:
+    """What defines an area.
+
+    Attributes:
+        boundary: polygon (m, 2), counter-clockwise [m], or None; obstacles: the same of each.
+    """
+
+    boundary: Array | None
+    obstacles: tuple[Array, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CorridorLines:
     """The boundaries of every part of a route, and the obstacles.
 
     Attributes:
         parts: in the order of the route.
         obstacles: polygons (m, 2), counter-clockwise, from the corner on that they were given from [m].
+        area: in the place of boundaries, or None.
     """
 
     parts: tuple[PartLines, ...]
     obstacles: tuple[Array, ...]
+    area: AreaLines | None = None

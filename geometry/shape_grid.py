@@ -10,19 +10,47 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, hypot, inf, isfinite, sin
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array, Index
-from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel
+from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.convex import VALUE, WITNESS, distance_between
 from geometry.errors import InputError
+
+Values = TypeVar("Values", bound=NDArray[Any])
 
 _CELLS = 4  # for each shape, and some more
 _SAME = 1e-9  # of a distance, by which two are told from one another
 MOST_TIED = 8  # shapes as near as the nearest one that are told from one another; at a vertex these are two
 _LONG = 8.0  # mean lengths of a shape that a cell is long
+
+
+@record
+class BodyShape(NamedTuple):
+    """A body as kernels take it, see `Body`."""
+
+    corners: Array2
+    starts: Index1
+    middle: Array1
+    half: Array1
+
+
+@record
+class SolidShapes(NamedTuple):
+    """A grid of shapes as kernels take it, see `ShapeGrid`; whose each is does not matter."""
+
+    corners: Array2
+    starts: Index1
+    circles: Array2
+    origin: Array1
+    cell: float
+    counts: Index1
+    begins: Index1
+    members: Index1
+    largest: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,6 +71,16 @@ class Body:
     def pieces(self) -> int:
         """So many pieces it has."""
         return len(self.starts) - 1
+
+    @property
+    def shape(self) -> BodyShape:
+        """The same as kernels take it."""
+        return BodyShape(
+            corners=_read_only(self.corners),
+            starts=_read_only(self.starts),
+            middle=_read_only(self.middle),
+            half=_read_only(self.half),
+        )
 
     def trailing(self, direction: int) -> Array:
         """How far (pieces,) each piece reaches behind the origin, driven in this direction of x, or 0 [m]."""
@@ -130,6 +168,21 @@ class ShapeGrid:
             largest=int(np.diff(starts).max(initial=1)),
         )
 
+    @property
+    def solid(self) -> SolidShapes:
+        """The same as kernels take it."""
+        return SolidShapes(
+            corners=self.corners,
+            starts=self.starts,
+            circles=self.circles,
+            origin=self.origin,
+            cell=self.cell,
+            counts=self.counts,
+            begins=self.begins,
+            members=self.members,
+            largest=self.largest,
+        )
+
     def beyond(self, points: Array, within: float = inf) -> Array:
         """Return how far points (n, 2) are to the right of the nearest line [m]; 0 to the left of it.
 
@@ -181,6 +234,12 @@ def _all_finite(poses: Array2) -> bool:
             if not isfinite(poses[n, j]):
                 return False
     return True
+
+
+def _read_only(values: Values) -> Values:
+    view = values.view()
+    view.setflags(write=False)
+    return view
 
 
 def _starts(rings: Sequence[Array]) -> Index:
@@ -342,6 +401,44 @@ def _signed_distances(
         for j in range(len(found[n])):
             if found[n, j] >= within:
                 found[n, j] = inf
+
+
+@inner
+def clearance_at(
+    body: BodyShape,
+    solid: SolidShapes,
+    x: float,
+    y: float,
+    phi: float,
+    within: float,
+    shape: Array,
+    witness: Array,
+) -> float:
+    """Signed distance [m] of a body at one pose to the nearest shape, `within` where none is nearer.
+
+    `shape` (largest, 2) and `witness` (7,) are room to work in.
+    """
+    least, c, s = within, cos(phi), sin(phi)
+    first_row, last_row, first_column, last_column = cells_around(
+        x, y, c, s, body.middle, body.half, within, solid.origin, solid.cell, solid.counts
+    )
+    for row in range(first_row, last_row + 1):
+        first_cell = row * solid.counts[0] + first_column
+        last_cell = row * solid.counts[0] + last_column
+        for k in range(solid.begins[first_cell], solid.begins[last_cell + 1]):
+            i = solid.members[k]  # once more in a later cell, which does no harm
+            dx, dy = solid.circles[i, 0] - x, solid.circles[i, 1] - y
+            ahead, aside = c * dx + s * dy - body.middle[0], c * dy - s * dx - body.middle[1]
+            limit = least + solid.circles[i, 2]
+            if least_to_box(ahead, aside, body.half) >= limit or to_box(ahead, aside, body.half) >= limit:
+                continue
+            count = solid.starts[i + 1] - solid.starts[i]
+            in_frame(solid.corners, solid.starts[i], count, x, y, c, s, shape)
+            for piece in range(len(body.starts) - 1):
+                first, stop = body.starts[piece], body.starts[piece + 1]
+                distance_between(body.corners, first, stop, shape, 0, count, least, witness)
+                least = min(least, witness[VALUE])
+    return least
 
 
 @inner

@@ -22,6 +22,8 @@ from estimation import (
     Outcome,
 )
 from geometry import (
+    Area,
+    AreaError,
     Corridor,
     CorridorError,
     InputError,
@@ -47,8 +49,9 @@ from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
+from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.types import (
     Command,
     Diagnostics,
@@ -62,6 +65,8 @@ from rti_mpcc.types import (
 )
 
 __all__ = [
+    "Area",
+    "AreaError",
     "Camera",
     "CharucoBoard",
     "CharucoDetection",
@@ -93,6 +98,7 @@ __all__ = [
     "Outcome",
     "PathError",
     "PathPart",
+    "PlanOutcome",
     "Pose2",
     "Reason",
     "RecordingError",
@@ -113,5 +119,6 @@ __all__ = [
     "Weights",
     "config_for_docking_time",
     "expected_docking_time",
+    "plan_manoeuvre",
     "segments_of",
 ]

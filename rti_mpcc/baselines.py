@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry import InputError, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method, Weights
-from rti_mpcc.manoeuvre import FinalObjective, Manoeuvre, SegmentEnd, along
+from rti_mpcc.manoeuvre import FinalObjective, SegmentEnd, Segments, along
 from rti_mpcc.ocp.objectives import Contouring, StageWeights, pose_weights, stage_share
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.types import Array, Objective
@@ -39,7 +39,7 @@ def with_method(config: ControllerConfig, name: str) -> ControllerConfig:
     return config.model_copy(update={"weights": weights, "arrival": False})
 
 
-def segments_of(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
+def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The manoeuvre along a path, to its end or to a goal near it, by the method of the settings."""
     *before, last = along(path, config)
     if config.method is Method.SEPARATED:

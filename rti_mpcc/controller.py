@@ -79,8 +79,7 @@ class RtiMpcc:
         """Pattern, buffers and solver, with half-planes for obstacles if there are any."""
         config = self.config
         count = self._body.pieces if config.corridor_rows else 0
-        sides = 3 if self._corridor.obstacles else 2
-        self._pattern = build_pattern(config.stages, count, sides, config.solver)
+        self._pattern = build_pattern(config.stages, count, self._corridor.sides, config.solver)
         self._values = empty_values(self._pattern)
         self._solver = QpSolver(self._pattern, config.solver)
         self._solver.update(self._values)  # sets OSQP up, which need not wait for the first cycle
@@ -99,7 +98,7 @@ class RtiMpcc:
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
         self._corridor = corridor
-        if corridor.obstacles and self._pattern.corridor_rows.shape[2] == 2:
+        if corridor.sides > self._pattern.corridor_rows.shape[2]:
             self._allocate()
 
     def prepare(

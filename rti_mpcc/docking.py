@@ -11,12 +11,13 @@ import logging
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, may_look_again
@@ -24,17 +25,18 @@ from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, checked
+from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, Segments, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.planning import aim, goals, offsets, recovery, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.state import ControllerState, Task
+from rti_mpcc.planning.state import ControllerState, Phase, RouteState, Task
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
+from rti_mpcc.rerouting import Rerouter, standing_route
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency
 from rti_mpcc.safety.fallback import ControlInput
@@ -53,7 +55,7 @@ class DockingController:
         segments: of the manoeuvre along it; None: `segments_of` the path.
 
     Attributes:
-        path, config, segments: as given.
+        config, segments: as given.
         state: what is known from cycle to cycle.
 
     Raises:
@@ -67,17 +69,62 @@ class DockingController:
         corridor: Corridor,
         config: ControllerConfig | None = None,
         *,
-        segments: Manoeuvre | None = None,
+        segments: Segments | None = None,
     ) -> None:
-        make_ready()
-        self.path = path
-        self.config = config or ControllerConfig()
+        config = config or ControllerConfig()
         self.segments = None if segments is None else checked(segments, path)
-        task = Task.begun(self.segments or segments_of(path, self.config))
-        self.state = ControllerState(area=Surroundings.of(corridor, path, self.config), task=task)
-        self._workspaces = Workspaces(path, corridor, self.config, task.segment)
-        tracking = self.config.goal_tracking
+        task = Task.begun(self.segments or segments_of(path, config))
+        around = Surroundings.of(corridor, path, config)
+        self._begin(config, ControllerState(area=around, path=path, task=task), None)
+
+    @classmethod
+    def in_area(cls, area: Area, config: ControllerConfig | None = None) -> Self:
+        """A controller that plans its way: from where the vehicle is to the goal that `step` is given.
+
+        It stands until a way is planned, a slice of the search a cycle, and plans another one from where it
+        is when it cannot get on, or its goal is elsewhere.
+
+        Args:
+            area: where the vehicle may be; obstacles given to `step` come on top of it.
+            config: settings, all with defaults; of the way `ControllerConfig.route`.
+        """
+        self = cls.__new__(cls)
+        # It has one answer to all that goes wrong: another way.
+        config = (config or ControllerConfig()).model_copy(update={"recovery": False})
+        path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
+        begun = ControllerState(
+            area=Surroundings.in_area(area), path=path, task=Task.begun(segments), route=RouteState()
+        )
+        self.segments = None
+        self._begin(config, moves.without_way(begun, path, segments, "the first one"), Rerouter(area, config))
+        return self
+
+    def _begin(self, config: ControllerConfig, state: ControllerState, rerouter: Rerouter | None) -> None:
+        make_ready()
+        self.config, self.state, self._rerouter = config, state, rerouter
+        self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
+        tracking = config.goal_tracking
         self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
+
+    @property
+    def path(self) -> ReferencePath | None:
+        """The route that is driven; None in an area, while there is none."""
+        return None if self.state.task.phase is Phase.PLANNING else self.state.path
+
+    @property
+    def manoeuvre(self) -> Manoeuvre | None:
+        """The last one that was planned in an area, found or not."""
+        return None if self.state.route is None else self.state.route.manoeuvre
+
+    @property
+    def replans(self) -> int:
+        """How often another way than the first one was planned."""
+        return 0 if self.state.route is None else max(self.state.route.planned - 1, 0)
+
+    @property
+    def planning_seconds(self) -> float:
+        """That all searches for ways took [s]."""
+        return 0.0 if self.state.route is None else self.state.route.seconds
 
     @property
     def corridor(self) -> Corridor:
@@ -108,9 +155,10 @@ class DockingController:
 
         1. Check what comes in, and take what can be used.
         2. Filter the detections of the goal, and let the pose made for follow.
-        3. Predict where the command will begin to act; begin the next segment where this one is over.
-        4. Drive what the phase asks for, or the next rung of the fallback.
-        5. Keep the command within the limits, and say why it is what it is.
+        3. In an area, go on planning a way, if there is none or none that leads on.
+        4. Predict where the command will begin to act; begin the next segment where this one is over.
+        5. Drive what the phase asks for, or the next rung of the fallback.
+        6. Keep the command within the limits, and say why it is what it is.
 
         No value that comes in makes it raise: what is not fit to be used is left out, and said.
 
@@ -131,6 +179,7 @@ class DockingController:
         try:
             s, remarks = self._given(s, state, now, goal, obstacles)
             s, detections, unfit = self._goal_located(s, measurements)
+            s = s if self._rerouter is None else self._rerouter.routed(s, clock)
             s, context, w = self._on_segment(s, clock)
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
@@ -171,7 +220,7 @@ class DockingController:
         hint = self._heading_hint(s, monitor)
         vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)
         vehicle = aim.noted(vehicle, clock.now, config.goal_tracking.filter.history)
-        known_goal, another = validation.goal_in(goal, s.goal, self.path, area, config)
+        known_goal, another = validation.goal_in(goal, s.goal, s.path, area, config)
         s = replace(s, clock=clock, area=area, vehicle=vehicle, goal=known_goal)
         if another is not None:
             s = self._made_for(s, another)
@@ -185,7 +234,7 @@ class DockingController:
         if s.vehicle.monitor.state is not None:
             return s.vehicle.heading_hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        return goals.degrees_hint("heading", here, self.path.parts[s.task.segment.index], limits)
+        return goals.degrees_hint("heading", here, s.path.parts[s.task.segment.index], limits)
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal; the detections of another dock begin anew."""
@@ -215,8 +264,9 @@ class DockingController:
         estimate = self._filter.estimate(s.now)
         fit = None
         if estimate.pose is not None:
-            fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, self.path, s.area, self.config)
-        goal = aim.rate_limited_goal(s.goal, estimate, self.path.end, s.now, self.config, fit)
+            fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, s.path, s.area, self.config)
+        end = s.path.end if s.route is None else None
+        goal = aim.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
         return replace(s, goal=goal), tuple(judgements), unfit
 
     # -- the segment --------------------------------------------------------------------------------
@@ -228,7 +278,7 @@ class DockingController:
         s = self._targeted(s)
         if s.vehicle.monitor.found:
             s = moves.found_elsewhere(s)
-        w = self._workspaces.of(s, clock)
+        w = self._workspaces_on(s).of(s, clock)
         context = w.context(s)
         another = self._another_segment(s, context)
         if another is None:
@@ -237,9 +287,15 @@ class DockingController:
         w = self._workspaces.of(s, clock)
         return s, w.context(s), w
 
+    def _workspaces_on(self, s: ControllerState) -> Workspaces:
+        """Those of the route that the state is on."""
+        if self._workspaces.path is not s.path:
+            self._workspaces = Workspaces(s.path, s.area.corridor, self.config, s.task.whole)
+        return self._workspaces
+
     def _targeted(self, s: ControllerState) -> ControllerState:
         """With what the segment is to end in now, and without a stop before what may be gone."""
-        target = self._workspaces.target(s)
+        target = self._workspaces_on(s).target(s)
         if target != s.task.target:
             s = replace(s, task=replace(s.task, target=target))
         return moves.released(s) if stops.way_may_be_free(s, self.config) else s
@@ -268,6 +324,8 @@ class DockingController:
         """Brake, and begin afresh in the next cycle with what was known when this one went wrong."""
         config, what = self.config, f"{type(error).__name__}: {' '.join(str(error).split())}"
         verdict = Verdict(Reason.MISTAKE, what)
+        if self._rerouter is not None:
+            self._rerouter.forget()
         at, start = s.now + config.dead_time, s.vehicle.monitor.state
         if start is not None:
             with suppress(Exception):  # the mistake may be in this: then what is believed of now has to do

@@ -117,6 +117,19 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     return Driven(s, _pulling_out(stalled, s) if pulls_out else stalled)
 
 
+def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Stand, or brake to a standstill, while a way is planned, or where there is none."""
+    route = s.route
+    assert route is not None
+    if s.goal.pose is None:
+        verdict = Verdict(Reason.PLANS_WAY, "there is no goal yet")
+    elif route.manoeuvre is not None and not route.manoeuvre.found and route.why == route.manoeuvre.reason:
+        verdict = Verdict(Reason.NO_WAY, route.why)
+    else:
+        verdict = Verdict(Reason.PLANS_WAY, route.why)
+    return _stop(s, context, w, verdict)
+
+
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     reason = _STANDS_AT[s.task.segment.end]
     if reason is Reason.DOCKED and aim.never_seen(s.goal, w.config):
@@ -145,6 +158,7 @@ _BY_PHASE = {
     Phase.SETTLING: _settle,
     Phase.HOLDING: _hold,
     Phase.STALLED: _stay,
+    Phase.PLANNING: _wait_for_way,
 }
 
 

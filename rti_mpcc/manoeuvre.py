@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from itertools import groupby
-from math import inf
+from itertools import groupby, pairwise
+from math import inf, nan
 
-from geometry import InputError, PathPart, Pose2, ReferencePath
+from geometry import InputError, PathError, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import Behaviour, ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 
@@ -150,17 +150,74 @@ class Segment:
         return config.model_copy(update={"limits": own})
 
 
-Manoeuvre = tuple[Segment, ...]
+Segments = tuple[Segment, ...]
 
 
-def along(path: ReferencePath, config: ControllerConfig) -> Manoeuvre:
+class PlanOutcome(Enum):
+    """What a search for a manoeuvre came to."""
+
+    FOUND = "found"
+    START_IN_COLLISION = "the body at the start is too near to something, or in it"
+    GOAL_IN_COLLISION = "the body at the goal is too near to something, or in it"
+    NO_WAY = "there is none that this vehicle can drive"
+    BUDGET_SPENT = "none was found within the budget"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Manoeuvre:
+    """What `plan_manoeuvre` found: segments from a start to a goal, or why there are none.
+
+    Attributes:
+        start, goal: poses that were asked for.
+        outcome: see `PlanOutcome`; reason: why there is none, in words; "" where it was found.
+        segments: in the order in which they are driven, each in one direction; none where nothing was found.
+        clearance: least of the body to all that stands, along the way [m]; NaN where nothing was found.
+        nearest: how near to the goal the search came, 0 where it was found [m].
+        nodes: poses that the search expanded; seconds: that it took.
+    """
+
+    start: Pose2
+    goal: Pose2
+    outcome: PlanOutcome
+    reason: str = ""
+    segments: Segments = ()
+    clearance: float = nan
+    nearest: float = inf
+    nodes: int = 0
+    seconds: float = 0.0
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a way."""
+        return self.outcome is PlanOutcome.FOUND
+
+    @property
+    def path(self) -> ReferencePath:
+        """The way. Raises PathError where none was found."""
+        if not self.found:
+            raise PathError(f"there is no way: {self.reason}")
+        return ReferencePath(parts=tuple(segment.part for segment in self.segments))
+
+    @property
+    def length(self) -> float:
+        """Of the way [m]; 0 where none was found."""
+        return self.segments[-1].part.end - self.segments[0].part.start if self.segments else 0.0
+
+    @property
+    def cusps(self) -> int:
+        """How often the direction changes; a stop to turn the wheels is no change."""
+        directions = [segment.part.direction for segment in self.segments]
+        return sum(before != after for before, after in pairwise(directions))
+
+
+def along(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The parts of a path, the last one to its end or to a goal near it."""
     tolerance = config.behaviour.cusp_tolerance
     *before, last = (Segment(part=p, index=k, tolerance=tolerance) for k, p in enumerate(path.parts))
     return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
 
 
-def checked(segments: Manoeuvre, path: ReferencePath) -> Manoeuvre:
+def checked(segments: Segments, path: ReferencePath) -> Segments:
     """The segments, if they are a manoeuvre along this path.
 
     Raises:

@@ -66,6 +66,8 @@ class Status(Enum):
     PULLING_OUT = "pulling out"
     """Stood outside the goal tolerance with no plan that would end inside it: driving back along the path, to
     come again."""
+    PLANNING = "planning"
+    """Standing until a way to the goal is planned, or until there is a goal."""
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
     FAILED = "failed"
@@ -106,6 +108,9 @@ class Reason(Enum):
     NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet"
     DOCKED = "docked", "standing inside the tolerance"
     STALLED = "stalled", "no plan from here ends inside the tolerance"
+    PLANS_WAY = "plans way", "planning a way: {}"
+    NO_WAY = "no way", "{}"
+    """There is none in the area, what follows says why."""
     MISTAKE = "mistake", "mistake in this program: {}"
 
     message: str

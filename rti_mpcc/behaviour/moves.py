@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from geometry import Pose2
+from geometry import Pose2, ReferencePath
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import PlannedStop, Segment
+from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import ControllerState, Halt, Plans, Task
+from rti_mpcc.planning.state import ControllerState, Halt, Plans, RouteState, Task
 from rti_mpcc.types import Array, Trajectory
 
 # -- plans ----------------------------------------------------------------------------------------------
@@ -133,6 +133,21 @@ def next_segment(s: ControllerState) -> ControllerState:
         plans=Plans(),
         begin=None,
     )
+
+
+def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
+    """Stand on this route of no length until another way is planned."""
+    assert s.route is not None
+    route = replace(s.route, why=why, since=s.now)
+    s = replace(s, path=path, task=Task.begun(segments), plans=Plans(), route=route, begin=None)
+    return transition_on(s, Event.WAY_LOST)
+
+
+def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
+    """Begin a manoeuvre that was planned from here."""
+    s = transition_on(s, Event.WAY_PLANNED)
+    task = s.task.onto(manoeuvre.segments)
+    return replace(s, path=manoeuvre.path, task=task, plans=Plans(), route=route, begin=None)
 
 
 def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> ControllerState:

@@ -27,6 +27,8 @@ STATUS_OF = {
     Reason.NOT_DETECTED: Status.SEARCHING,
     Reason.DOCKED: Status.DOCKED,
     Reason.STALLED: Status.STALLED,
+    Reason.PLANS_WAY: Status.PLANNING,
+    Reason.NO_WAY: Status.STALLED,
 }
 """Of all verdicts but those that drive a plan."""
 _AS_PULLING_OUT = (

@@ -47,6 +47,8 @@ class Event(Enum):
     SEGMENT_ENDED = "it stands at a cusp, a staging pose, or the end of a way back"
     PULLS_OUT = "it has to pull out, to come again"
     MISTAKE = "this program went wrong in a cycle"
+    WAY_LOST = "another way is to be planned"
+    WAY_PLANNED = "a way was planned"
 
 
 Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
@@ -86,8 +88,9 @@ class Transition:
     effect: Effect | None = None
 
 
-STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED = ANY = tuple(Phase)
-PLANNING = (STARTING, *DRIVING)
+STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED, PLANNING = ANY = tuple(Phase)
+SEEKING = (STARTING, *DRIVING)
+ON_ITS_WAY = tuple(phase for phase in Phase if phase is not PLANNING)
 
 TRANSITIONS = (
     # Looked for in every cycle: of the rows of a phase the first one that holds.
@@ -102,21 +105,23 @@ TRANSITIONS = (
     Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved, _begins_anew),
     Transition((STALLED,), Event.OBSTACLES_CHANGED, STARTING, conditions.obstacles_changed, _has_all_tries),
     # Reported by the code that finds it.
-    Transition(PLANNING, Event.CRUISE_FOUND, CONTOURING),
-    Transition(PLANNING, Event.ARRIVAL_FOUND, ARRIVING),
+    Transition(SEEKING, Event.CRUISE_FOUND, CONTOURING),
+    Transition(SEEKING, Event.ARRIVAL_FOUND, ARRIVING),
     Transition(DRIVING, Event.ANOTHER_SOUGHT, STARTING),
-    Transition(PLANNING, Event.WAY_FILLED, STARTING),
+    Transition(SEEKING, Event.WAY_FILLED, STARTING),
     Transition((STARTING,), Event.STOP_IS_HERE, HOLDING),
     Transition((STARTING, SETTLING, HOLDING), Event.WAY_MAY_BE_FREE, STARTING),
-    Transition(PLANNING, Event.STANDS_BLOCKED, STARTING),
-    Transition((*PLANNING, SETTLING), Event.PLAN_LOST, STARTING),
-    Transition((*PLANNING, SETTLING, STALLED), Event.GOAL_LOST, STARTING),
-    Transition((*PLANNING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
+    Transition(SEEKING, Event.STANDS_BLOCKED, STARTING),
+    Transition((*SEEKING, SETTLING), Event.PLAN_LOST, STARTING),
+    Transition((*SEEKING, SETTLING, STALLED), Event.GOAL_LOST, STARTING),
+    Transition((*SEEKING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
     Transition((STALLED,), Event.PULLS_OUT, STARTING),
-    Transition(ANY, Event.OVERLAP, STARTING),
-    Transition(ANY, Event.GOAL_CHANGED, STARTING),
-    Transition(ANY, Event.SEGMENT_ENDED, STARTING),
-    Transition(ANY, Event.MISTAKE, STARTING),
+    Transition(ON_ITS_WAY, Event.OVERLAP, STARTING),
+    Transition(ON_ITS_WAY, Event.GOAL_CHANGED, STARTING),
+    Transition(ON_ITS_WAY, Event.SEGMENT_ENDED, STARTING),
+    Transition(ON_ITS_WAY, Event.MISTAKE, STARTING),
+    Transition(ANY, Event.WAY_LOST, PLANNING),
+    Transition((PLANNING,), Event.WAY_PLANNED, STARTING),
 )
 _LOOKED_FOR = {p: [row for row in TRANSITIONS if row.when and p in row.sources] for p in Phase}
 _REPORTED = {(p, row.event): row for row in TRANSITIONS if not row.when for p in row.sources}

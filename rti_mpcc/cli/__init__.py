@@ -1,4 +1,4 @@
-"""The command `rti-mpcc`: scenarios, run, compare, campaigns, replay, watch (contract 3.2), warm."""
+"""The command `rti-mpcc`: scenarios, run, plan, compare, campaigns, replay, watch, warm (3.2, 3.4)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, replay, run, warm, watch
+from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, plan, replay, run, warm, watch
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.report.console import warnings_on_stderr
@@ -20,8 +20,8 @@ _INTERRUPTED = 130
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with `argv` (default: the process's own) and return the exit status, without exiting.
 
-    0: docked, or identical in replay; 1: not docked, or the body crossed a boundary, or a replay differs;
-    2: bad input, told in one message on stderr.
+    0: docked, or a way was found, or identical in replay; 1: not docked, or the body crossed a boundary, or
+    no way was found, or a replay differs; 2: bad input, told in one message on stderr.
     """
     return exit_status(_parser(), argv)
 
@@ -54,6 +54,7 @@ def _parser() -> argparse.ArgumentParser:
     listing = commands.add_parser("scenarios", help="list the built-in scenarios")
     listing.set_defaults(command=_scenarios)
     run.add_to(commands)
+    plan.add_to(commands)
     compare.add_to(commands)
     campaign.add_to(commands)
     campaign_case.add_to(commands)

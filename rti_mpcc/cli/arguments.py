@@ -12,6 +12,8 @@ DONE = 0
 """Exit status."""
 IDENTICAL, DIFFERENT = 0, 1
 """The same of a replay."""
+FOUND, NOT_FOUND = 0, 1
+"""The same of a search for a way."""
 Commands = Any
 """What argparse adds commands to; its own name for it is private."""
 

@@ -11,7 +11,7 @@ from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder
-from rti_mpcc.report.console import progress_bar, tell_run
+from rti_mpcc.report.console import progress_bar, tell_lines, tell_run
 from rti_mpcc.report.files import make_writable, write_files
 from rti_mpcc.report.views import ObservedCycle, Observer
 from rti_mpcc.simulation import (
@@ -96,6 +96,8 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     )
     if arguments.dump_failed is not None and arguments.record is None:
         raise InputError("--dump-failed needs --record: what is recorded is looked through for failed cycles")
+    if scenario.in_area and arguments.record is not None:
+        raise InputError(f"--record: a recording knows no area, and {scenario.name} has no [path]")
     folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
     animation = _animation(arguments.animate, folder)
     for place in [folder, *(file.parent for file in animation)]:
@@ -109,6 +111,8 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
         written = (*written, arguments.record)
     written = (*written, *animation)
     tell_run(figures, written)
+    if result.planning is not None and not result.paths:
+        tell_lines([f"{scenario.name}: no way was found: {result.cycles.reason[-1]}"])
     crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
     return DOCKED if figures["docked"] and not crossed else NOT_DOCKED
 

@@ -19,6 +19,7 @@ from rti_mpcc.config.mpc import (
     SpeedProfile,
     Weights,
 )
+from rti_mpcc.config.route import RoutePlanner
 from rti_mpcc.config.safety import Caution, Escape, Fallback
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
@@ -46,6 +47,7 @@ __all__ = [
     "Plausibility",
     "Progress",
     "Retries",
+    "RoutePlanner",
     "Search",
     "SolverSettings",
     "SpeedProfile",

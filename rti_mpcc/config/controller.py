@@ -20,6 +20,7 @@ from rti_mpcc.config.mpc import (
     SpeedProfile,
     Weights,
 )
+from rti_mpcc.config.route import RoutePlanner
 from rti_mpcc.config.safety import Caution, Escape, Fallback
 from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
 
@@ -40,6 +41,7 @@ class ControllerConfig(Settings):
         behaviour, retries, arrival_timing, search, guesses: when the vehicle does what, and how its plans are
             sought; see there.
         goal_limits, obstacle_tracking, user_clock: what is made of what comes in; see there.
+        route: how ways are planned in an area, see `RoutePlanner`.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
         cycle: time between two steps [s], 0.005 to 0.2.
@@ -91,6 +93,7 @@ class ControllerConfig(Settings):
     guesses: Guesses = Guesses()
     goal_limits: GoalLimits = GoalLimits()
     obstacle_tracking: ObstacleTracking = ObstacleTracking()
+    route: RoutePlanner = RoutePlanner()
     user_clock: UserClock = UserClock()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05

@@ -75,7 +75,7 @@ class Plausibility(Settings):
     rest_speed: NonNegative = 0.05
     model_mismatch: NonNegative = 0.3
     longest_gap: Positive = 1.0
-    farthest: Positive = 1e7
+    farthest: Positive = 1e10
     largest_heading: Positive = 1e4
     largest_steering: Positive = 1.5
     speed_share: Positive = 3.0

@@ -42,7 +42,7 @@ def placed(
 def rate_limited_goal(
     known: GoalState,
     estimate: GoalEstimate,
-    end: Pose2,
+    end: Pose2 | None,
     now: float,
     config: ControllerConfig,
     fit: GoalFit | None = None,
@@ -51,7 +51,7 @@ def rate_limited_goal(
     the planned goal.
 
     Args:
-        end: the path's last pose, what is made for without a planned goal.
+        end: the path's last pose, what is made for without a planned goal; None: there is none.
         fit: whether the estimate can be the goal; None: it can.
     """
     last, pose, followed = known.estimated_at, known.planned, known.followed
@@ -60,7 +60,7 @@ def rate_limited_goal(
     if followed is not None:
         tracking = config.goal_tracking
         seconds = config.cycle if last is None else min(max(now - last, 0.0), tracking.longest_step)
-        before = known.pose or end
+        before = known.pose or end or followed
         pose = _towards(before, followed, tracking.speed * seconds, tracking.turn_rate * seconds)
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 

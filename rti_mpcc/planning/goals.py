@@ -52,7 +52,14 @@ def checked(
 
     Args:
         limits: what can be a goal at all; margin: less room than this [m] is remarked.
+
+    In an area a goal may be anywhere: the way there is planned.
     """
+    if corridor.area is not None:
+        room = _room(goal, path, corridor, vehicle)
+        problem = f"the body there {_crossing(room)}" if room < 0.0 else ""
+        excess, remark = max(-room, 0.0), "" if problem else _tight(room, margin)
+        return GoalFit(pose=goal, problem=problem, remark=remark, room=room, excess=excess, beside=goal)
     part = path.parts[-1]
     beside, hint = _beside(goal, part), degrees_hint("goal heading", goal, part, limits)
     problem, excess = _misplaced(goal, beside, vehicle, limits)
@@ -105,7 +112,9 @@ def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig
     if moved <= limits.unmoved:
         return True
     if _misplaced(goal, last.beside, vehicle, limits)[0]:
-        return False  # by that place of the path: another one may be nearer
+        return (
+            False  # by that place of the path: another one may be nearer
+        )
     left = last.room - moved
     clear = known and left > _margin(config) and not last.remark
     return clear or (moved <= limits.nearly_unmoved and left > 0.0)

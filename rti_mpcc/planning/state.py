@@ -11,9 +11,9 @@ from enum import Enum
 from math import inf
 
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
-from geometry import Pose2
+from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment
+from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
@@ -35,6 +35,7 @@ class Phase(Enum):
     SETTLING = "settling"
     HOLDING = "holding"
     STALLED = "stalled"
+    PLANNING = "planning"
 
 
 class Candidate(Enum):
@@ -245,7 +246,7 @@ class Task:
         driving_since: when the present plan began to be driven, or the last halt was over [s].
     """
 
-    segments: Manoeuvre
+    segments: Segments
     phase: Phase = Phase.STARTING
     target: Target | None = None
     arrival: Arrival | None = None
@@ -261,11 +262,11 @@ class Task:
     driving_since: float = 0.0
 
     @classmethod
-    def begun(cls, segments: Manoeuvre) -> Task:
+    def begun(cls, segments: Segments) -> Task:
         """At the begin of the first of these segments."""
         return cls(segments=segments, final=segments[0].begins_final)
 
-    def onto(self, segments: Manoeuvre) -> Task:
+    def onto(self, segments: Segments) -> Task:
         """The same task on other segments."""
         return replace(self, segments=segments, final=segments[0].begins_final)
 
@@ -341,11 +342,33 @@ class Plans:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RouteState:
+    """What a controller in an area knows of its way.
+
+    Attributes:
+        manoeuvre: the last one that was planned, found or not; None before the first one.
+        why: why another one is planned, or "".
+        since: when the vehicle set out on the present one, or began to plan another one [s].
+        changes: number of obstacle changes that the last one knew of.
+        planned: how many were found; seconds: that all searches took.
+    """
+
+    manoeuvre: Manoeuvre | None = None
+    why: str = ""
+    since: float = 0.0
+    changes: int = 0
+    planned: int = 0
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerState:
     """Everything that a cycle leaves to the next.
 
     Attributes:
         clock, vehicle, goal, task, plans: see there.
+        path: the route that the segments of the task are on.
+        route: how the way was planned; None where it was given.
         area: where the vehicle may be, with the obstacles that were given last.
         queue: commands on their way to the actuators.
         begin: state (6,) that the last cycle's command began to act in, or None at the begin of a segment.
@@ -356,6 +379,8 @@ class ControllerState:
     goal: GoalState = GoalState()
     task: Task
     plans: Plans = Plans()
+    path: ReferencePath
+    route: RouteState | None = None
     area: Surroundings
     queue: tuple[QueuedCommand, ...] = ()
     begin: Array | None = None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geometry import Corridor, CorridorError, ReferencePath
+from geometry import Area, Corridor, CorridorError, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
@@ -52,6 +52,12 @@ class Surroundings:
             )
         obstacles = tuple(first_seen(k, each, 0.0) for k, each in enumerate(corridor.obstacles))
         return cls(corridor=corridor, known=corridor, obstacles=obstacles)
+
+    @classmethod
+    def in_area(cls, area: Area) -> Surroundings:
+        """Those of any route in an area, with no obstacles told yet."""
+        corridor = Corridor.in_area(area)
+        return cls(corridor=corridor, known=corridor, obstacles=())
 
     @property
     def standing(self) -> tuple[Obstacle, ...]:

@@ -48,7 +48,7 @@ def goal_in(
             if given_fit.problem:
                 refusal = f"goal {_text(goal)} out of reach, {given_fit.problem}: {STAYS}"
     fit = known.fit if taken is None else given_fit
-    if fit is None:
+    if fit is None and surroundings.corridor.area is None:
         fit = goals.end_checked(path, surroundings, config)
     if fit is known.fit and given_fit is known.given_fit and refusal == known.refusal:
         return known, taken

@@ -53,15 +53,19 @@ class Workspaces:
 
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings; first: the first segment.
+
+    Attributes:
+        path: as given.
     """
 
     def __init__(
         self, path: ReferencePath, corridor: Corridor, config: ControllerConfig, first: Segment
     ) -> None:
-        self._path, self._settings = path, config
+        self.path, self._settings = path, config
         self._rooms = tuple(room_along(part, corridor, k, config) for k, part in enumerate(path.parts))
-        for k, room in enumerate(self._rooms):
-            tell_if_narrow(room, k, config)
+        if corridor.area is None:  # in an area the way was planned, and what it keeps is told with it
+            for k, room in enumerate(self._rooms):
+                tell_if_narrow(room, k, config)
         self._cusp_of: tuple[Segment, int, Pose2] | None = None
         self._begin(first, corridor)
 
@@ -73,7 +77,7 @@ class Workspaces:
     def _look_round(self, corridor: Corridor) -> None:
         """The room along the segment, beside the obstacles that are known now, and the pace by it."""
         core, index, config = self._mpcc, self._segment.index, self._config
-        if core.part is self._path.parts[index]:
+        if core.part is self.path.parts[index]:
             room = with_obstacles(self._rooms[index], core.part, corridor, index, config)
         else:
             room = room_along(core.part, corridor, index, config)

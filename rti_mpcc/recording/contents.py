@@ -60,7 +60,8 @@ class Header:
 
     Attributes:
         format, version: of the file, see `lines`.
-        machine, config, path, corridor: see there; obstacles are those that the corridor began with.
+        machine, config, path, corridor: see there; obstacles are those that the corridor began with. In an
+            area the path is that of a vehicle that has no way yet.
     """
 
     format: str
@@ -78,13 +79,16 @@ class Header:
             version=VERSION,
             machine=Machine.here(),
             config=controller.config,
-            path=controller.path,
+            path=controller.state.path,
             corridor=controller.corridor.to_lines(),
         )
 
     def controller(self) -> DockingController:
         """A new controller like the one that was recorded."""
-        return DockingController(self.path, Corridor.from_lines(self.corridor), self.config)
+        corridor = Corridor.from_lines(self.corridor)
+        if corridor.area is not None:
+            return DockingController.in_area(corridor.area, self.config)
+        return DockingController(self.path, corridor, self.config)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

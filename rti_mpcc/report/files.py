@@ -13,6 +13,8 @@ from rti_mpcc.report import style
 from rti_mpcc.simulation import RunResult
 
 TRAJECTORY_COLUMNS = ("t", "x", "y", "phi", "v", "delta", "theta", "a", "delta_dot")
+_FAR = 1e5
+"""From (0, 0) on a map [m]."""
 
 
 def write_files(
@@ -58,7 +60,10 @@ def write_trajectory(result: RunResult, file: Path) -> None:
     truth = result.truth
     columns = [truth.times, *truth.poses.T, truth.v, truth.delta, truth.theta]
     table = np.stack([*columns, truth.acceleration, truth.steering_rate], axis=-1)
+    # Far from (0, 0) twelve digits would be too few.
+    digits = "%.16g" if np.abs(truth.poses[:, :2]).max() > _FAR else "%.12g"
+    formats = [digits if name in ("x", "y") else "%.12g" for name in TRAJECTORY_COLUMNS]
     with file.open("w", encoding="utf-8", newline="") as stream:
         np.savetxt(
-            stream, table, fmt="%.12g", delimiter=",", header=",".join(TRAJECTORY_COLUMNS), comments=""
+            stream, table, fmt=formats, delimiter=",", header=",".join(TRAJECTORY_COLUMNS), comments=""
         )

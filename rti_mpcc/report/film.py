@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry import Corridor, ReferencePath
+from geometry import Area, Corridor, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
@@ -36,15 +36,18 @@ class Film:
 
     Attributes:
         label: stands over its picture.
-        path, corridor: of the course; obstacles are those of each look.
+        path, corridor: of the course; obstacles are those of each look. None in an area, where each look has
+            the path that was planned by then.
+        area: where there is no course; None along a path.
         config: the controller's settings.
         views: of all cycles, at least one, in order of time.
         times: (m,) of the views [s], never falling.
     """
 
     label: str
-    path: ReferencePath
-    corridor: Corridor
+    path: ReferencePath | None
+    corridor: Corridor | None
+    area: Area | None = None
     config: ControllerConfig
     views: tuple[CycleView, ...]
     times: Array
@@ -63,21 +66,24 @@ def film_of_run(result: RunResult, observed: Sequence[ObservedCycle], *, label: 
     if len(observed) != len(times):
         raise InputError(f"observed has {len(observed)} cycles: must be those of the run, {len(times)}")
     rows = rows_at(truth, times)
-    starts = np.array([start for start, _ in result.corridors])
-    scenes = np.searchsorted(starts, times + 1e-9, side="right") - 1
+    changes = result.besides if result.area is not None else result.corridors
+    scenes = np.searchsorted(np.array([start for start, _ in changes]), times + 1e-9, side="right") - 1
+    in_area = result.area is not None
     views = tuple(
         view_of(
             one,
             time=float(time),
             pose=truth.poses[row],
             goal=truth.goals[row],
-            corridor=result.corridors[scene][1],
+            corridor=one.corridor if in_area else result.corridors[scene][1],
             config=result.config,
+            obstacles=result.besides[scene][1] if in_area else None,
         )
         for one, time, row, scene in zip(observed, times, rows, scenes, strict=True)
     )
     name = result.title if label is None else label
-    return _film(name, result.path, result.corridors[0][1], result.config, views)
+    path, corridor = (None, None) if in_area else (result.path, result.corridors[0][1])
+    return _film(name, path, corridor, result.config, views, area=result.area)
 
 
 def film_of_recording(
@@ -156,13 +162,14 @@ def _alike(recorded: Command, replayed: Command | None) -> bool:
 
 def _film(
     label: str,
-    path: ReferencePath,
-    corridor: Corridor,
+    path: ReferencePath | None,
+    corridor: Corridor | None,
     config: ControllerConfig,
     views: tuple[CycleView, ...],
+    area: Area | None = None,
 ) -> Film:
     if not views:
         raise InputError(f"{label}: has no cycle to show")
     times = np.array([view.time for view in views])
     read_only(times)
-    return Film(label=label, path=path, corridor=corridor, config=config, views=views, times=times)
+    return Film(label=label, path=path, corridor=corridor, area=area, config=config, views=views, times=times)

@@ -91,7 +91,7 @@ def goal_errors_of(result: RunResult, tracking: Tracking) -> GoalErrors:
     truth, times = result.truth, result.cycles.times
     rows = rows_at(truth, times)
     goals = truth.goals[rows]
-    on_last_part = truth.part[rows] == len(result.path.parts) - 1
+    on_last_part = result.on_last_part(rows)
     aim = np.where(on_last_part[:, None], errors_to(goals, tracking.aims), np.nan) * _UNITS
     told = [judged for judged in tracking.detections if judged.pose is not None]
     stamps = np.array([judged.stamp for judged in told], dtype=np.float64)

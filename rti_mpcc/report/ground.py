@@ -1,19 +1,28 @@
-"""What stands still in a picture of the plane from above: the path and the boundaries."""
+"""What stands still in a picture of the plane from above: paths, boundaries, what is solid in an area."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
-from geometry import Corridor, ReferencePath
+from geometry import Area, Corridor, ReferencePath
 from rti_mpcc.report import style
 from rti_mpcc.types import Array
 
 _PATH_SPACING = 0.1
 """Spacing of the drawn path [m]."""
+_AROUND = 4.0
+"""In an area so much is shown around all that is driven [m]."""
+_FAR = 1000.0
+"""What is outside a boundary is drawn as solid, so far around it [m]."""
+_DRAWN = 1e-6
+"""To which the outlines of what is solid are rounded [m]."""
 
 
 def draw_boundaries(
@@ -28,9 +37,52 @@ def draw_boundaries(
     _add_lines(axes, boundaries_of(corridor, path), color=color, label=label)
 
 
-def draw_path(axes: Axes, path: ReferencePath) -> None:
+def draw_path(axes: Axes, path: ReferencePath, *, color: str = style.ORANGE, label: str = "path") -> None:
     """The path, each of its parts."""
-    _add_lines(axes, path_lines(path), color=style.ORANGE, label="path")
+    _add_lines(axes, path_lines(path), color=color, label=label)
+
+
+def draw_area(axes: Axes, area: Area) -> None:
+    """What is solid: the obstacles, and all that is outside the boundary. It does not widen the view."""
+    outlines = _solid_outlines(area)
+    if outlines:
+        shape = Path.make_compound_path(*(Path(ring, closed=True) for ring in outlines))
+        look = {"facecolor": style.GREY, "edgecolor": style.BLACK, "linewidth": 0.6}
+        axes.add_artist(PathPatch(shape, label="solid", **look))
+
+
+def _solid_outlines(area: Area) -> list[Array]:
+    """Closed outlines (k, 2) [m] of all that is solid put together; those of holes run the other way."""
+    rings = [*area.obstacles] if area.boundary is None else [area.boundary, *area.obstacles]
+    if not rings:
+        return []
+    origin = np.round(rings[0][0])  # maps may be far from (0, 0)
+    shapes = [shapely.Polygon(ring - origin) for ring in area.obstacles]
+    if area.boundary is not None:
+        inside = shapely.Polygon(area.boundary - origin)
+        shapes.append(shapely.box(*inside.buffer(_FAR).bounds).difference(inside))
+    parts = shapely.get_parts(shapely.orient_polygons(shapely.union_all(shapes, grid_size=_DRAWN)))
+    found = [ring for part in parts for ring in (part.exterior, *part.interiors)]
+    return [shapely.get_coordinates(ring) + origin for ring in found]
+
+
+def draw_obstacles(axes: Axes, outlines: Sequence[Array]) -> None:
+    """Polygons (k, 2) [m], if there are any."""
+    if outlines:
+        shapes = PolyCollection(outlines, facecolors=style.GREY, edgecolors=style.BLACK, label="obstacle")
+        axes.add_collection(shapes)
+
+
+def show_driven(axes: Axes, points: Array, area: Area) -> None:
+    """Show all of points (n, 2) [m] and some of the area around them, but little beyond its boundary."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    least, most = low - _AROUND, high + _AROUND
+    if area.boundary is not None:
+        edge = 0.25 * _AROUND
+        least = np.minimum(np.maximum(least, area.boundary.min(axis=0) - edge), low - edge)
+        most = np.maximum(np.minimum(most, area.boundary.max(axis=0) + edge), high + edge)
+    axes.set_xlim(float(least[0]), float(most[0]))
+    axes.set_ylim(float(least[1]), float(most[1]))
 
 
 def boundaries_of(corridor: Corridor, path: ReferencePath) -> list[Array]:

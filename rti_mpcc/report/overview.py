@@ -1,4 +1,4 @@
-"""The plane from above: path, corridor, the driven body each second, the goal and its detections."""
+"""The plane from above: path, corridor or area, the driven body each second, the goal and its detections."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from geometry import Area
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
-from rti_mpcc.report.ground import draw_boundaries, draw_path
+from rti_mpcc.report.ground import draw_area, draw_boundaries, draw_obstacles, draw_path, show_driven
 from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
 
@@ -25,7 +26,7 @@ _MARGINS = {"left": 0.9, "right": 2.3, "bottom": 0.6, "top": 0.5}
 
 
 def overview_figure(result: RunResult) -> Figure:
-    """Path, corridor, obstacles, body each second and at the end, goals.
+    """Path, corridor or what is solid in the area, obstacles, body each second and at the end, goals.
 
     The true goal is drawn where it was at the end, and before it moved; where it was known from detections,
     the planned goal and the detected ones (dots where they put the rear axle) are drawn too. Axes are equal,
@@ -33,15 +34,22 @@ def overview_figure(result: RunResult) -> Figure:
     """
     figure = Figure()
     axes = figure.add_subplot()
-    _draw_corridor(axes, result)
-    draw_path(axes, result.path)
+    if result.area is not None:
+        _draw_area(axes, result.area, result)
+    else:
+        _draw_corridor(axes, result)
+        draw_path(axes, result.path)
     poses = _poses_drawn(result)
     _draw_bodies(axes, result, poses)
     _draw_goals(axes, result)
     plane(axes)
     axes.set_anchor("NW")
-    axes.margins(0.05)
-    axes.autoscale_view()
+    if result.area is not None:
+        bodies = body_polygons(np.concatenate((poses, result.truth.goals[[0, -1]])), result.config.vehicle)
+        show_driven(axes, bodies.reshape(-1, 2), result.area)
+    else:
+        axes.margins(0.05)
+        axes.autoscale_view()
     fit_plane(figure, axes)
     _draw_detections(axes, result)
     axes.set_title(f"{result.title}: {result.truth.times[-1]:.1f} s in all")
@@ -77,10 +85,17 @@ def _poses_drawn(result: RunResult) -> Array:
 
 def _draw_corridor(axes: Axes, result: RunResult) -> None:
     draw_boundaries(axes, result.corridors[0][1], result.path)
-    obstacles = [obstacle for _, scene in result.corridors for obstacle in scene.obstacles]
-    if obstacles:
-        shapes = PolyCollection(obstacles, facecolors=style.GREY, edgecolors=style.BLACK, label="obstacle")
-        axes.add_collection(shapes)
+    draw_obstacles(axes, [obstacle for _, scene in result.corridors for obstacle in scene.obstacles])
+
+
+def _draw_area(axes: Axes, area: Area, result: RunResult) -> None:
+    """What is solid, what came and went besides, and all paths that were planned."""
+    draw_area(axes, area)
+    draw_obstacles(axes, [outline for _, outlines in result.besides for outline in outlines])
+    for place, (_, path) in enumerate(result.paths[:-1]):
+        draw_path(axes, path, color=style.PINK, label="_" if place else "path planned before")
+    for _, path in result.paths[-1:]:
+        draw_path(axes, path)
 
 
 def _draw_bodies(axes: Axes, result: RunResult, poses: Array) -> None:
@@ -113,7 +128,7 @@ def _planned_goal(result: RunResult) -> tuple[float, float, float] | None:
     """The goal that a run began with, where that was not the true one."""
     if result.scenario.goal.measurement is None or result.goal_source is GoalSource.KNOWN:
         return None
-    planned = result.scenario.planned_goal(result.path)
+    planned = result.scenario.planned_goal(result.path if result.area is None else None)
     return None if planned is None else (planned.x, planned.y, planned.phi)
 
 

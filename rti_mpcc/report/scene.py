@@ -13,12 +13,12 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
 from rti_mpcc.report.film import Film
-from rti_mpcc.report.ground import boundaries_of, draw_boundaries, draw_path, path_lines
+from rti_mpcc.report.ground import boundaries_of, draw_area, draw_boundaries, draw_path, path_lines
 from rti_mpcc.report.views import ActivePlanes
 from rti_mpcc.types import Array
 
-MARGIN = 1.0
-"""Room around all that is driven and stands there [m]."""
+MARGIN, AROUND = 1.0, 4.0
+"""Room around all that is driven and stands there, and in an area around all that is driven [m]."""
 PLANE, NORMAL = 0.7, 0.5
 """Half the drawn length of a half-plane's edge, and the length of its normal [m]."""
 _BODIES = 6
@@ -28,7 +28,7 @@ _WHEEL = 0.45
 
 
 class Scene:
-    """Axes on which path and boundaries are drawn once, and all else where the shown cycle has it.
+    """Axes on which path and boundaries or the area are drawn once, and all else where the cycle has it.
 
     Args:
         axes: to draw on, empty; film: whose cycles are shown.
@@ -38,12 +38,17 @@ class Scene:
         self.axes = axes
         self.film = film
         self._driven = np.array([view.pose for view in film.views])
-        if len(film.path.parts) > 1:
-            others = {"color": style.GREY, "label": "corridor, other part"}
-            draw_boundaries(axes, film.corridor, film.path, **others)
-        draw_path(axes, film.path)
-        self.walls = LineCollection([], colors=style.BLACK, linewidths=1.2, label="corridor")
-        axes.add_collection(self.walls, autolim=False)
+        if film.area is not None:
+            draw_area(axes, film.area)
+        if film.path is not None and film.corridor is not None:
+            if len(film.path.parts) > 1:
+                others = {"color": style.GREY, "label": "corridor, other part"}
+                draw_boundaries(axes, film.corridor, film.path, **others)
+            draw_path(axes, film.path)
+        # What changes with the cycle: the active part's boundaries, in an area the path that is planned.
+        in_area = film.area is not None
+        self.walls = self._lines(style.BLACK, "" if in_area else "corridor")
+        self.planned = self._lines(style.ORANGE, "path" if in_area else "")
         self._add_bodies()
         self._add_lines()
         _lay_out(axes, film)
@@ -64,6 +69,11 @@ class Scene:
         known = any(view.goal is not None for view in views)
         dashed = {"edgecolors": style.RED, "linewidths": 1.5, "linestyles": "dashed"}
         self.goal = self._polygons("goal" if known else "", facecolors="none", **dashed)
+
+    def _lines(self, color: str, label: str) -> LineCollection:
+        lines = LineCollection([], colors=color, linewidths=1.2, label=label or "_")
+        self.axes.add_collection(lines, autolim=False)
+        return lines
 
     def _polygons(self, label: str, **view: Any) -> PolyCollection:
         shapes = PolyCollection([], label=label or "_", **view)
@@ -87,14 +97,26 @@ class Scene:
     def moving(self) -> list[Artist]:
         """What differs from cycle to cycle, in the order in which it is drawn."""
         bodies = [self.obstacles, self.plan_bodies, self.body, self.aim, self.goal]
-        return [self.walls, *bodies, self.driven, self.wheel, self.plan, self.planes, self.normals]
+        return [
+            self.walls,
+            self.planned,
+            *bodies,
+            self.driven,
+            self.wheel,
+            self.plan,
+            self.planes,
+            self.normals,
+        ]
 
     def show(self, index: int) -> None:
         """Show the cycle with this index in the film."""
         view, vehicle = self.film.views[index], self.film.config.vehicle
         states = view.observed.command.trajectory.states
-        left, right = self.film.corridor.lines(view.observed.command.diagnostics.part)
-        self.walls.set_segments([*left, *right])
+        if self.film.corridor is not None:
+            left, right = self.film.corridor.lines(view.observed.command.diagnostics.part)
+            self.walls.set_segments([*left, *right])
+        elif view.observed.path is not None:
+            self.planned.set_segments(path_lines(view.observed.path))
         self.obstacles.set_verts(list(view.obstacles))
         self.aim.set_verts(list(body_polygons(view.aim[None], vehicle)))
         goals = np.zeros((0, 3)) if view.goal is None else view.goal[None]
@@ -132,10 +154,13 @@ def extent(film: Film) -> tuple[float, float, float, float]:
     found = [pose for view in film.views for pose in (view.pose, view.goal, view.aim) if pose is not None]
     poses = np.array(found)
     bodies = body_polygons(poses[np.isfinite(poses).all(axis=1)], vehicle).reshape(-1, 2)
-    lines = [*boundaries_of(film.corridor, film.path), *path_lines(film.path)]
+    lines: list[Array] = []
+    if film.path is not None and film.corridor is not None:
+        lines = [*boundaries_of(film.corridor, film.path), *path_lines(film.path)]
     obstacles = {id(outline): outline for view in film.views for outline in view.obstacles}
     points = np.concatenate([bodies, *lines, *obstacles.values()])
-    (left, bottom), (right, top) = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    room = MARGIN if film.area is None else AROUND
+    (left, bottom), (right, top) = points.min(axis=0) - room, points.max(axis=0) + room
     return float(left), float(right), float(bottom), float(top)
 
 

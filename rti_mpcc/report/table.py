@@ -24,6 +24,23 @@ def summary_table(summary: dict[str, Any]) -> Table:
     return table
 
 
+def plan_table(name: str, figures: dict[str, Any]) -> Table:
+    """The figures of a way that was found, with names and units for humans."""
+    table = Table(title=f"{name}, the way that was found")
+    table.add_column("", no_wrap=True)
+    table.add_column("value", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for row in (
+        ("length", _number(figures["length_m"], 2), "m"),
+        ("cusps", str(figures["cusps"]), ""),
+        ("smallest clearance", _number(figures["min_clearance_m"], 3), "m"),
+        ("time of the search", _number(figures["seconds"], 3), "s"),
+        ("poses looked at", str(figures["nodes"]), ""),
+    ):
+        table.add_row(*row)
+    return table
+
+
 def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
     error, solver = summary["final_error"], summary["solver"]
     rms, energy = summary["rms"], summary["energy"]
@@ -58,7 +75,21 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("solver failures", str(solver["failures"]), ""),
         ("fallback cycles", str(summary["fallback_cycles"]), ""),
         ("deadline misses", str(summary["deadline_misses"]), ""),
+        *_planning_rows(summary.get("planning")),
         *_goal_rows(summary["goal"]),
+    ]
+
+
+def _planning_rows(planning: dict[str, Any] | None) -> list[tuple[str, str, str]]:
+    """What a run in an area has besides."""
+    if planning is None:
+        return []
+    cusps = "-" if planning["cusps"] is None else str(planning["cusps"])
+    return [
+        ("time of planning", _number(planning["seconds"], 3), "s"),
+        ("planned anew", str(planning["replans"]), ""),
+        ("planned way", "none" if planning["length_m"] is None else _number(planning["length_m"], 2), "m"),
+        ("cusps of it", cusps, ""),
     ]
 
 

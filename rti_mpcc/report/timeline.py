@@ -91,8 +91,15 @@ def _draw_acceleration(axes: Axes, result: RunResult) -> None:
 
 def _draw_progress(axes: Axes, result: RunResult) -> None:
     axes.plot(result.truth.times, result.truth.theta, color=style.BLUE, label="true")
-    for k, cusp in enumerate(result.path.cusps):
-        axes.axhline(cusp, color=style.RED, linestyle="dashdot", linewidth=0.8, label=None if k else "cusp")
+    last, cusp = float(result.truth.times[-1]), "cusp"
+    ends = [*(begin for begin, _ in result.paths[1:]), last]
+    for (begin, path), end in zip(result.paths, ends, strict=False):
+        for at in path.cusps:
+            axes.plot((begin, end), (at, at), color=style.RED, linestyle="dashdot", linewidth=0.8, label=cusp)
+            cusp = "_"
+    for k, (begin, _) in enumerate(result.paths[1:]):
+        label = "_" if k else "planned anew"
+        axes.axvline(begin, color=style.PINK, linestyle="dotted", linewidth=1.2, label=label)
     axes.set_ylabel("theta [m]")
 
 

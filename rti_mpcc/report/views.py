@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
-from geometry import Corridor, Pose2
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.iteration import Solution
@@ -51,11 +51,14 @@ class ObservedCycle:
         state: measured.
         command: what came of it.
         inside: of the cycle's last QP that was solved; None where none was, or it is not known.
+        path, corridor: that the controller was on; None where it had none yet, or it is not known.
     """
 
     state: VehicleState
     command: Command
     inside: Inside | None
+    path: ReferencePath | None = None
+    corridor: Corridor | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,11 +105,14 @@ class Observer:
     Args:
         controller: a `DockingController`, a `Recorder` around one, or any other, of which nothing is seen
             but its commands.
+
+    Attributes:
+        controller: as given; observed: what was seen of each cycle.
     """
 
     def __init__(self, controller: Controller) -> None:
         self.observed: list[ObservedCycle] = []
-        self._controller = controller
+        self.controller = controller
         core = controller.controller if isinstance(controller, Recorder) else controller
         self._core = core if isinstance(core, DockingController) else None
 
@@ -123,9 +129,13 @@ class Observer:
         """One cycle, looked at. Arguments, result and errors are those of the controller's `step`."""
         before = self._solution()
         told: dict[str, Any] = {"goal": goal, "measurements": measurements, "obstacles": obstacles}
-        command = self._controller.step(state, now=now, **told, **clock)
+        command = self.controller.step(state, now=now, **told, **clock)
         after = self._solution()
-        self.observed.append(observed_cycle(state, command, after if after is not before else None))
+        seen = observed_cycle(state, command, after if after is not before else None)
+        path = None if self._core is None else self._core.path
+        if self._core is not None and path is not None:
+            seen = replace(seen, path=path, corridor=self._core.corridor)
+        self.observed.append(seen)
         return command
 
     def _solution(self) -> Solution | None:
@@ -146,11 +156,19 @@ def view_of(
     time: float,
     pose: Array,
     goal: Array | None,
-    corridor: Corridor,
+    corridor: Corridor | None,
     config: ControllerConfig,
+    obstacles: tuple[Array, ...] | None = None,
 ) -> CycleView:
-    """The view of a cycle at `time` [s]; `pose` and `goal` as in `CycleView`, `corridor` as it was then."""
+    """The view of a cycle at `time` [s]; `pose` and `goal` as in `CycleView`.
+
+    Args:
+        corridor: as it was then; None where the controller had no path yet.
+        obstacles: there then; None: those of the corridor.
+    """
     planes, lack = held_by(observed.command, corridor, config)
+    if obstacles is None:
+        obstacles = () if corridor is None else corridor.obstacles
     told = observed.command.diagnostics.aim
     aim = np.array([told.x, told.y, told.phi])
     read_only(aim)
@@ -159,14 +177,16 @@ def view_of(
         pose=pose,
         goal=goal,
         aim=aim,
-        obstacles=corridor.obstacles,
+        obstacles=obstacles,
         planes=planes,
         lack=lack,
         observed=observed,
     )
 
 
-def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> tuple[ActivePlanes, Array]:
+def held_by(
+    command: Command, corridor: Corridor | None, config: ControllerConfig
+) -> tuple[ActivePlanes, Array]:
     """Active half-planes of a plan, and what its stages 1..N lack of the margin (N,) [m].
 
     Each piece of the body has one for each side at each stage, as in the QP. It is active if the piece is
@@ -174,7 +194,8 @@ def held_by(command: Command, corridor: Corridor, config: ControllerConfig) -> t
     slack. A motion that is no solution of a QP (braking, standing) has none active.
     """
     states = command.trajectory.states[1:]
-    if not config.corridor_rows or command.source not in _FROM_QP or not np.isfinite(states).all():
+    of_qp = config.corridor_rows and command.source in _FROM_QP and bool(np.isfinite(states).all())
+    if corridor is None or not of_qp:
         return _planes(np.zeros((0, 2)), np.zeros((0, 2))), np.zeros(len(states))
     footprint, body = config.footprint, body_of(config.vehicle, config.footprint.pieces)
     within = footprint.margin + footprint.near

@@ -14,15 +14,16 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
-from rti_mpcc.simulation.controllers import controller_on
+from rti_mpcc.simulation.controllers import Planner, planner_in
 from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
 from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.ending import LATCHED, STANDSTILL_SPEED, Ending
 from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
-from rti_mpcc.simulation.result import RunResult
+from rti_mpcc.simulation.result import Planning, RunResult
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenery import Obstacles, Scenery
+from rti_mpcc.simulation.site import Site
 from rti_mpcc.types import Command, VehicleState
 
 
@@ -71,9 +72,10 @@ def simulate(
             the detections, each by a stream of its own.
         progress: called after each cycle with the simulated time [s].
         controller: drives in place of a `DockingController` made from the scenario.
-        start: true state at the beginning; default: at rest on the path's first pose, steering straight.
-        obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's; those of its
-            faults come on top. They are told to the controller every cycle.
+        start: true state at the beginning; default: at rest on the path's first pose or at the scenario's
+            start, steering straight.
+        obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or besides those
+            of its area; those of its faults come on top. They are told to the controller every cycle.
         goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
             the default is allowed.
         detector: looks for the goal in place of the one that the scenario describes.
@@ -86,30 +88,34 @@ def simulate(
     watched = detector is not None or scenario.goal.measurement is not None
     source = source_in(scenario.name, goal_source, detector=watched)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
-    path = scenario.build_path()
-    corridor = scenario.build_corridor(path)
+    site = Site.of(scenario)
+    goal = scenario.goal_pose(site.path)
+    if controller is None:
+        controller = site.controller(config)
     loop = _Loop(
         scenario=scenario,
         config=config,
-        path=path,
+        path=site.path,
+        planner=planner_in(controller) if scenario.in_area else None,
         scenery=Scenery(
-            path=path,
-            corridor=corridor,
+            path=site.path,
+            corridor=site.corridor,
             vehicle=config.vehicle,
             faults=tuple(fault for fault in scenario.faults if fault.kind == "blocked"),
             obstacles_at=obstacles_at,
         ),
-        plant=_starting_plant(path, start),
-        goal=TrueGoal(pose=scenario.goal_pose(path), shifts=scenario.goal.shifts),
+        plant=_starting_plant(site.start, start),
+        goal=TrueGoal(pose=goal, shifts=scenario.goal.shifts),
         feed=GoalFeed(
-            source=source, planned=scenario.planned_goal(path), lookout=_lookout(scenario, detector, seed)
+            source=source,
+            planned=scenario.planned_goal(site.path),
+            lookout=_lookout(scenario, detector, seed),
         ),
         disturbances=Disturbances(faults=scenario.faults),
         random=np.random.default_rng(seed),
-        theta=path.parts[0].start,
+        paths=[] if site.path is None else [(0.0, site.path)],
+        theta=0.0 if site.path is None else site.path.parts[0].start,
     )
-    if controller is None:
-        controller = controller_on(path, corridor, config)
     ended = _run(loop, controller, progress)
     return RunResult(
         scenario=scenario,
@@ -118,8 +124,11 @@ def simulate(
         seed=seed,
         goal_source=source,
         config=config,
-        path=path,
-        corridors=tuple(loop.scenery.corridors),
+        paths=tuple(loop.paths),
+        corridors=site.corridors(loop.scenery.changes),
+        area=site.area,
+        besides=site.besides(loop.scenery.changes),
+        planning=_planning(loop) if scenario.in_area else None,
         truth=assemble_truth(loop.samples, scenario.plant_parameters()),
         cycles=assemble_cycles(loop.cycle_times, loop.commands, loop.step_ms),
         tracking=assemble_tracking(loop.cycle_times, loop.commands) if watched else None,
@@ -142,13 +151,15 @@ class _Loop:
 
     scenario: Scenario
     config: ControllerConfig
-    path: ReferencePath
+    path: ReferencePath | None
+    planner: Planner | None
     scenery: Scenery
     plant: PlantState
     goal: TrueGoal
     feed: GoalFeed
     disturbances: Disturbances
     random: np.random.Generator
+    paths: list[tuple[float, ReferencePath]]
     theta: float
     part: int = 0
     cycle: int = 0
@@ -158,9 +169,16 @@ class _Loop:
     step_ms: list[float] = field(default_factory=list)
 
 
-def _starting_plant(path: ReferencePath, start: VehicleState | None) -> PlantState:
+def _planning(loop: _Loop) -> Planning:
+    planner = loop.planner
+    if planner is None:
+        return Planning()
+    return Planning(seconds=planner.planning_seconds, replans=planner.replans)
+
+
+def _starting_plant(given: Pose2, start: VehicleState | None) -> PlantState:
     if start is None:
-        return PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
+        return PlantState(x=given.x, y=given.y, phi=given.phi)
     return PlantState(x=start.x, y=start.y, phi=start.phi, v=start.v, delta=start.delta)
 
 
@@ -200,7 +218,7 @@ def _expose(loop: _Loop, parameters: PlantParameters, until: float) -> None:
         lookout.expose(
             Pose2(plant.x, plant.y, plant.phi),
             loop.goal.pose,
-            last_part=loop.part == len(loop.path.parts) - 1,
+            last_part=loop.path is not None and loop.part == len(loop.path.parts) - 1,
         )
 
 
@@ -219,9 +237,7 @@ def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, n
     loop.step_ms.append(1e3 * (perf_counter() - began))
     loop.cycle_times.append(now)
     loop.commands.append(command)
-    if command.diagnostics.part != loop.part:
-        loop.part = command.diagnostics.part
-        loop.theta = loop.path.parts[loop.part].start
+    _onto_route(loop, command, now)
     loop.plant = issue(
         plant,
         parameters,
@@ -229,6 +245,20 @@ def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, n
         steering_rate=command.steering_rate,
         delay=faults.total("late_cycles", now),
     )
+
+
+def _onto_route(loop: _Loop, command: Command, now: float) -> None:
+    """Count progress on the part that is driven now, maybe of a way that was planned in this cycle."""
+    path = loop.path if loop.planner is None else loop.planner.path
+    if path is None:
+        return  # it stands and plans: what it was on is over
+    another = path is not loop.path
+    if another:
+        loop.path = loop.scenery.path = path
+        loop.paths.append((now, path))
+    if another or command.diagnostics.part != loop.part:
+        loop.part = command.diagnostics.part
+        loop.theta = path.parts[loop.part].start
 
 
 def _measure(loop: _Loop) -> VehicleState:
@@ -243,9 +273,9 @@ def _given(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles
     """What a step is given besides state and time."""
     feed, faults = loop.feed, loop.disturbances
     detected = feed.lookout is not None and feed.source is GoalSource.DETECTED
-    goal, measurements = faults.given(
-        feed.given(now, measured, loop.goal), now, loop.path.end, detected=detected
-    )
+    # Without a path there is always a goal, and it is told.
+    end = loop.goal.pose if loop.path is None else loop.path.end
+    goal, measurements = faults.given(feed.given(now, measured, loop.goal), now, end, detected=detected)
     arguments: dict[str, Any] = {"goal": goal}
     if feed.lookout is not None:
         arguments["measurements"] = measurements
@@ -259,7 +289,8 @@ def _given(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles
 def _sample(loop: _Loop, time: float) -> None:
     plant, goal = loop.plant, loop.goal.pose
     # The first projection of a part is told its start: a self-near route must not put it elsewhere.
-    loop.theta = loop.path.parts[loop.part].project(plant.x, plant.y, near=loop.theta)
+    if loop.path is not None:
+        loop.theta = loop.path.parts[loop.part].project(plant.x, plant.y, near=loop.theta)
     pose = (plant.x, plant.y, plant.phi)
     loop.samples.append((time, *pose, plant.v, plant.delta, loop.theta, loop.part, goal.x, goal.y, goal.phi))
 

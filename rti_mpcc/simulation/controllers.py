@@ -2,15 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from geometry import Corridor, ReferencePath
-from rti_mpcc.config import ControllerConfig
+from geometry import ReferencePath
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
 from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.site import Site
 
 if TYPE_CHECKING:
     from rti_mpcc.docking import DockingController
+
+
+@runtime_checkable
+class Planner(Protocol):
+    """What a controller that plans its way tells of that.
+
+    Attributes:
+        path: that it drives on; None before it has found one.
+        replans: how often it planned another way than the first one.
+        planning_seconds: that all searches took [s].
+    """
+
+    @property
+    def path(self) -> ReferencePath | None: ...  # noqa: D102
+    @property
+    def replans(self) -> int: ...  # noqa: D102
+    @property
+    def planning_seconds(self) -> float: ...  # noqa: D102
+
+
+def planner_in(controller: object) -> Planner | None:
+    """The controller, or the one that it is wrapped around, if it plans its way."""
+    while (inner := getattr(controller, "controller", None)) is not None:
+        controller = inner
+    return controller if isinstance(controller, Planner) else None
 
 
 def docking_controller(
@@ -27,12 +52,4 @@ def docking_controller(
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
-    path = scenario.build_path()
-    return controller_on(path, scenario.build_corridor(path), config)
-
-
-def controller_on(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> DockingController:
-    """A `DockingController`, which is loaded here and not before: the harness serves others without it."""
-    from rti_mpcc.docking import DockingController
-
-    return DockingController(path, corridor, config)
+    return Site.of(scenario).controller(config)

@@ -16,7 +16,8 @@ solver_timeout                  every QP is taken as stopped by its time limit, 
 goal_jump       [m] (0.5)       the goal told, or every detection of it, is shifted by so much to its left
 goal_nan                        the goal told, or every detection of it, is NaN
 blocked         [m] (5.0)       something fills the way, along the route so far ahead of where the body was
-                                when it appeared; the controller is told
+                                when it appeared; the controller is told. In an area it is as wide as the
+                                body and BESIDE more on both sides, and before a way was found straight ahead
 stuck_steering                  the steering angle does not move
 weak_brakes     share (0.4)     only this share of an acceleration against the motion acts; below 1
 

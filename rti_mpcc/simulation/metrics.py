@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry import Area
 from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_polygons
@@ -16,7 +17,8 @@ from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.result import RunResult, Truth
+from rti_mpcc.simulation.result import RunResult, Truth, cusps_of
+from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
@@ -59,6 +61,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "expected_time_s": _expected_time(result),
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **_computing(result),
+        **_planning(result),
         "goal": goal_summary(result),
         "ended": result.ended,
         "duration_s": float(truth.times[-1]),
@@ -92,7 +95,12 @@ def final_error(truth: Truth) -> dict[str, float]:
 
 
 def clearances(result: RunResult) -> Array:
-    """(n,) signed clearance [m] of the body to the active part's boundaries and the obstacles of the time."""
+    """(n,) signed clearance [m] of the body to the active part's boundaries and the obstacles of the time.
+
+    In an area to its boundary and all that is solid there at the time.
+    """
+    if result.area is not None:
+        return _clearances_in(result.area, result)
     truth = result.truth
     bodies = body_polygons(truth.poses, result.config.vehicle)
     begins = np.array([begin for begin, _ in result.corridors])
@@ -103,6 +111,18 @@ def clearances(result: RunResult) -> Array:
         for begin in range(0, len(rows), _SLICE):
             some = rows[begin : begin + _SLICE]
             distances[some] = result.corridors[key[0]][1].clearance(key[1], bodies[some])
+    return distances
+
+
+def _clearances_in(area: Area, result: RunResult) -> Array:
+    truth = result.truth
+    begins = np.array([begin for begin, _ in result.besides])
+    scene = np.searchsorted(begins, truth.times + SAME_TIME, side="right") - 1
+    distances = np.empty(len(truth.times))
+    for index in np.unique(scene).tolist():
+        rows = np.flatnonzero(scene == index)
+        solid = SolidThings.of(area.with_obstacles(result.besides[index][1]))
+        distances[rows] = solid.clearance(truth.poses[rows], result.config.vehicle)
     return distances
 
 
@@ -152,7 +172,10 @@ def energy(truth: Truth, until: float | None) -> dict[str, float]:
 
 def untimed(figures: Mapping[str, Any]) -> dict[str, Any]:
     """Those of `summary` that are the same each time."""
-    return {name: value for name, value in figures.items() if name not in TIMED}
+    same = {name: value for name, value in figures.items() if name not in TIMED}
+    if "planning" in same:
+        same["planning"] = {name: value for name, value in same["planning"].items() if name != "seconds"}
+    return same
 
 
 def peak(truth: Truth, until: float | None) -> dict[str, float]:
@@ -163,11 +186,27 @@ def peak(truth: Truth, until: float | None) -> dict[str, float]:
 
 def _expected_time(result: RunResult) -> float | None:
     """What the controller would have told before the run; None where no time is known before."""
+    if result.planning is not None:
+        return None
     goal = result.scenario.planned_goal(result.path)
     try:
         return expected_docking_time(result.path, result.config, goal)
     except ConfigError:
         return None
+
+
+def _planning(result: RunResult) -> dict[str, Any]:
+    """How the way was planned in an area: length and cusps are those of the first one, from the start."""
+    if result.planning is None:
+        return {}
+    path = result.paths[0][1] if result.paths else None
+    planning = {
+        "seconds": result.planning.seconds,
+        "replans": result.planning.replans,
+        "length_m": None if path is None else path.length - path.parts[0].start,
+        "cusps": None if path is None else cusps_of(path.parts),
+    }
+    return {"planning": planning}
 
 
 def _square_integral(times: Array, values: Array, until: float | None) -> float:

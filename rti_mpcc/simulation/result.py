@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimation import GoalStatus, Judgement
-from geometry import Corridor, ReferencePath
+from geometry import Area, Corridor, PathPart, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.goal_feed import GoalSource
+from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Array, Objective, Source, Status
+
+
+def cusps_of(parts: Iterable[PathPart]) -> int:
+    """How often the direction changes; the vehicle may also stop between parts to turn its wheels."""
+    return sum(before.direction != after.direction for before, after in pairwise(parts))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,8 +32,8 @@ class Truth:
         times: (n,) [s].
         poses: (n, 3) x [m], y [m], phi [rad] of the rear axle; phi is continuous.
         v, delta: (n,) speed [m/s], steering angle as measured [rad].
-        theta: (n,) progress along the route [m].
-        part: (n,) index of the active one-direction part.
+        theta: (n,) progress along the route [m]; anew from 0 along each one that is planned, 0 before.
+        part: (n,) index of the active one-direction part of it.
         acceleration, steering_rate: (n,) what the actuators did [m/s²], [rad/s], mean from this step to the
             next; the last entry repeats the one before.
         lateral_acceleration: (n,) v times the yaw rate [m/s²].
@@ -101,6 +110,19 @@ class Tracking:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Planning:
+    """How ways were planned in a run in an area.
+
+    Attributes:
+        seconds: that all searches took [s].
+        replans: how often another way was planned than the first one.
+    """
+
+    seconds: float = 0.0
+    replans: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
     """A whole run.
 
@@ -108,8 +130,12 @@ class RunResult:
         scenario, preset, method, seed: what was asked for.
         goal_source: how the controller knew the goal.
         config: the controller's settings.
-        path: the route.
-        corridors: (from time [s], corridor) in order of time; more than one where obstacles came and went.
+        paths: (from time [s], route) in order of time: the one that was given, or those that were planned.
+        corridors: (from time [s], corridor) in order of time; more than one where obstacles came and went;
+            none in an area.
+        area: where the vehicle was; None along a path.
+        besides: (from time [s], obstacles (k, 2) [m] that were there besides those of the area) likewise.
+        planning: of the ways in an area; None along a path.
         truth, cycles: what happened; tracking: of the goal, None in a run without a detector.
         ended: why the run ended: "docked", "stopped" or "duration".
     """
@@ -120,12 +146,30 @@ class RunResult:
     seed: int
     goal_source: GoalSource
     config: ControllerConfig
-    path: ReferencePath
+    paths: tuple[tuple[float, ReferencePath], ...]
     corridors: tuple[tuple[float, Corridor], ...]
+    area: Area | None
+    besides: tuple[tuple[float, tuple[Array, ...]], ...]
+    planning: Planning | None
     truth: Truth
     cycles: Cycles
     tracking: Tracking | None
     ended: str
+
+    @property
+    def path(self) -> ReferencePath:
+        """The route, of several the last one. Raises InputError where none was found."""
+        if not self.paths:
+            raise InputError(f"{self.scenario.name}: no way was found")
+        return self.paths[-1][1]
+
+    def on_last_part(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """(k,) whether the vehicle was on the last part of its route at samples `rows` (k,) of the truth."""
+        begins = np.array([begin for begin, _ in self.paths])
+        lasts = np.array([-1, *(len(path.parts) - 1 for _, path in self.paths)])
+        place = np.searchsorted(begins, self.truth.times[rows] + SAME_TIME, side="right")
+        found: NDArray[np.bool_] = self.truth.part[rows] == lasts[place]
+        return found
 
     @property
     def title(self) -> str:

@@ -1,20 +1,21 @@
 """What a scenario file says, as frozen validated models, and the objects that follow from it.
 
-The models check each value by itself (type, range, finiteness, unknown keys); what values must be to one
-another is checked by `scenario_checks`. `scenario_file.load_scenario` does both and words the errors.
+A scenario gives either a path and its corridor, or a start and an area in which the way to the goal is
+planned. The models check each value by itself (type, range, finiteness, unknown keys); what values must be to
+one another is checked by `scenario_checks`. `scenario_file.load_scenario` does both and words the errors.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from estimation import DetectionNoise, GoalFilterConfig
-from geometry import Corridor, Narrowing, Pose2, ReferencePath
+from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.baselines import with_method
-from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Vehicle
+from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, RoutePlanner, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
@@ -32,9 +33,16 @@ Length = Annotated[float, Field(gt=0.0, le=100.0)]
 Rate = Annotated[float, Field(gt=0.0, le=100.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
+AnySection = TypeVar("AnySection", bound=Section)
 StateNoise = Annotated[
     tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
 ]
+
+
+def beside_the_scenario(file: str | None, info: ValidationInfo) -> str | None:
+    """A relative file lies relative to the scenario file."""
+    folder = (info.context or {}).get("folder")
+    return file if file is None or folder is None else str(Path(folder) / file)
 
 
 class SegmentSection(Section):
@@ -52,12 +60,7 @@ class PathSection(Section):
     segments: Annotated[tuple[SegmentSection, ...], Field(strict=False, min_length=1)] | None = None
     file: str | None = None
 
-    @field_validator("file")
-    @classmethod
-    def _beside_the_scenario(cls, file: str | None, info: ValidationInfo) -> str | None:
-        """A relative path file lies relative to the scenario file."""
-        folder = (info.context or {}).get("folder")
-        return file if file is None or folder is None else str(Path(folder) / file)
+    _beside = field_validator("file")(beside_the_scenario)
 
 
 class NarrowingSection(Section):
@@ -77,6 +80,25 @@ class CorridorSection(Section):
     narrowings: Annotated[tuple[NarrowingSection, ...], Field(strict=False)] = ()
     polygon: Polygon | None = None
     obstacles: Annotated[tuple[Polygon, ...], Field(strict=False)] = ()
+
+
+class StartSection(Section):
+    """Where the vehicle stands at the beginning: x, y [m], heading [rad]."""
+
+    pose: Triple
+
+
+class AreaSection(Section):
+    """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
+
+    Without a boundary it is a box around all that is given, see `RoutePlanner.box`.
+    """
+
+    boundary: Polygon | None = None
+    obstacles: Annotated[tuple[Polygon, ...], Field(strict=False)] = ()
+    map: str | None = None
+
+    _beside = field_validator("map")(beside_the_scenario)
 
 
 class ShiftSection(Section):
@@ -124,7 +146,10 @@ class MeasurementSection(Section):
 
 
 class GoalSection(Section):
-    """The goal by `offset` from the path's last pose or by its `pose`; neither: the path's last pose."""
+    """The goal by `offset` from the path's last pose or by its `pose`; neither: the path's last pose.
+
+    In an area it is its `pose`.
+    """
 
     offset: Triple | None = None
     pose: Triple | None = None
@@ -184,18 +209,44 @@ class SimulationSection(Section):
 
 
 class Scenario(Section):
-    """A whole scenario file. Units are SI and radians; arc lengths count along the whole route."""
+    """A whole scenario file. Units are SI and radians; arc lengths count along the whole route.
+
+    What it need not give is None here where it does not: `given_path` and `given_corridor`, or `start` and
+    `area`. `path` and `corridor` are those of a scenario that has them.
+    """
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     description: str = ""
-    path: PathSection
-    corridor: CorridorSection
+    given_path: PathSection | None = Field(default=None, alias="path")
+    given_corridor: CorridorSection | None = Field(default=None, alias="corridor")
+    start: StartSection | None = None
+    area: AreaSection | None = None
     goal: GoalSection = GoalSection()
     vehicle: VehicleSection = VehicleSection()
     limits: LimitsSection = LimitsSection()
     controller: ControllerSection = ControllerSection()
     simulation: SimulationSection = SimulationSection()
     faults: Annotated[tuple[FaultSection, ...], Field(strict=False)] = ()
+
+    @property
+    def in_area(self) -> bool:
+        """It gives a start and an area: the way to the goal is planned."""
+        return self.area is not None
+
+    @property
+    def path(self) -> PathSection:
+        """The path. Raises InputError where there is none."""
+        return self._had(self.given_path, "path")
+
+    @property
+    def corridor(self) -> CorridorSection:
+        """The corridor. Raises InputError where there is none."""
+        return self._had(self.given_corridor, "corridor")
+
+    def _had(self, section: AnySection | None, name: str) -> AnySection:
+        if section is None:
+            raise InputError(f"{self.name}: has no [{name}]")
+        return section
 
     @property
     def goal_is_path_end(self) -> bool:
@@ -211,7 +262,7 @@ class Scenario(Section):
         return Limits(**self.limits.model_dump())
 
     def build_path(self) -> ReferencePath:
-        """The route. Raises PathError."""
+        """The route. Raises PathError, or InputError where none is given."""
         if self.path.file is not None:
             return ReferencePath.from_csv(self.path.file)
         if self.path.start is None or self.path.segments is None:
@@ -220,7 +271,7 @@ class Scenario(Section):
         return ReferencePath.from_segments(start=Pose2(*self.path.start), segments=segments)
 
     def build_corridor(self, path: ReferencePath) -> Corridor:
-        """The drivable area along `path`. Raises CorridorError."""
+        """The drivable area along `path`. Raises CorridorError, or InputError where none is given."""
         section = self.corridor
         if section.polygon is not None:
             return Corridor.from_polygon(path, section.polygon, obstacles=section.obstacles)
@@ -233,16 +284,35 @@ class Scenario(Section):
             path, left=section.left, right=section.right, narrowings=narrowings, obstacles=section.obstacles
         )
 
-    def goal_pose(self, path: ReferencePath) -> Pose2:
-        """The true goal before any shift, world frame."""
+    def start_pose(self) -> Pose2:
+        """Where the vehicle stands at the beginning, world frame. Raises as `build_path`."""
+        return self.build_path().start if self.start is None else Pose2(*self.start.pose)
+
+    def build_area(self) -> Area:
+        """Where the vehicle may be. Raises AreaError, or InputError where none is given."""
+        section = self._had(self.area, "area")
+        if section.map is not None:
+            area = Area.from_map(section.map)
+        else:
+            area = Area(boundary=section.boundary, obstacles=section.obstacles)
+        ends = [(pose.x, pose.y) for pose in (self.start_pose(), self.goal_pose())]
+        return area.bounded(ends, RoutePlanner().box)
+
+    def goal_pose(self, path: ReferencePath | None = None) -> Pose2:
+        """The true goal before any shift, world frame.
+
+        `path`: the route, where there is one. Raises InputError where only a route says where the goal is.
+        """
         if self.goal.pose is not None:
             return Pose2(*self.goal.pose)
+        if path is None:
+            raise InputError("goal.pose: required where there is no path")
         return path.end if self.goal.offset is None else path.end.compose(Pose2(*self.goal.offset))
 
-    def planned_goal(self, path: ReferencePath) -> Pose2 | None:
+    def planned_goal(self, path: ReferencePath | None = None) -> Pose2 | None:
         """The goal that the controller is told at the start: the true one where it is known.
 
-        None where that is the path's last pose.
+        None where that is the path's last pose. Arguments and errors as `goal_pose`.
         """
         if self.goal.measurement is not None:
             return self.goal_pose(path).compose(Pose2(*self.goal.measurement.initial_offset))

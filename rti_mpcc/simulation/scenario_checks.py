@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from math import tan
 
 from geometry import Corridor, Pose2, ReferencePath
+from geometry.outline import checked_polygon
 from rti_mpcc.config import COMFORT_ACCELERATION, GoalLimits
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning import goals
 from rti_mpcc.simulation.faults import SIZES
 from rti_mpcc.simulation.scenario import Scenario
+
+_EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,10 +28,16 @@ class Problem:
 
 def problems(scenario: Scenario) -> list[Problem]:
     """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
-    checks = (_path_choice, _corridor_choice, _goal_choice, _ranges, _clock, _comfort, _faults)
+    ground = (_area_choice, _polygons) if scenario.in_area else (_path_choice, _corridor_choice)
+    checks = (_ground_choice, *ground, _goal_choice, _ranges, _clock, _comfort, _faults)
     found = [problem for check in checks for problem in check(scenario)]
     if found:
         return found
+    return _problems_in_area(scenario) if scenario.in_area else _problems_on_path(scenario)
+
+
+def _problems_on_path(scenario: Scenario) -> list[Problem]:
+    """Of path, corridor and goals, in this order; later ones are only looked at where earlier ones can be."""
     try:
         path = scenario.build_path()
     except InputError as error:
@@ -40,16 +49,31 @@ def problems(scenario: Scenario) -> list[Problem]:
         corridor = scenario.build_corridor(path)
     except InputError as error:
         return [Problem(key="corridor", value=None, allowed=str(error))]
-    found = [*_width(scenario, corridor), *_goals(scenario, path, corridor)]
+    return [*_width(scenario, corridor), *_goals(scenario, path, corridor), *_settings(scenario)]
+
+
+def _problems_in_area(scenario: Scenario) -> list[Problem]:
+    """Of the area's map; whether a goal is in reach shows when the way to it is planned."""
+    try:
+        scenario.build_area()
+    except InputError as error:
+        file = scenario.area.map if scenario.area is not None else None
+        return [Problem(key="area" if file is None else "area.map", value=file, allowed=str(error))]
+    return list(_settings(scenario))
+
+
+def _settings(scenario: Scenario) -> Iterator[Problem]:
     try:
         scenario.controller_config("default")
     except InputError as error:
-        found.append(Problem(key="controller", value=None, allowed=str(error)))
-    return found
+        yield Problem(key="controller", value=None, allowed=str(error))
 
 
-def remarks(scenario: Scenario, path: ReferencePath) -> list[str]:
+def remarks(scenario: Scenario) -> list[str]:
     """What is allowed but will show: one line each."""
+    if scenario.in_area:
+        return []
+    path = scenario.build_path()
     possible = tan(scenario.limits.steering) / scenario.vehicle.wheelbase
     if path.max_curvature <= possible * (1.0 + 1e-9):
         return []
@@ -59,8 +83,54 @@ def remarks(scenario: Scenario, path: ReferencePath) -> list[str]:
     ]
 
 
+def _ground_choice(scenario: Scenario) -> Iterator[Problem]:
+    """Whether there is a path with its corridor or a start in an area with the goal's pose, and not both."""
+    on_path = {"path": scenario.given_path, "corridor": scenario.given_corridor}
+    in_area = {"start": scenario.start, "area": scenario.area}
+    given = [key for key, section in in_area.items() if section is not None]
+    if given and any(section is not None for section in on_path.values()):
+        for key in given:
+            yield Problem(key=key, value=None, allowed=f"{_EITHER}, not both")
+        return
+    needed = {**in_area, "goal.pose": scenario.goal.pose} if given else on_path
+    for key, section in needed.items():
+        if section is None:
+            yield Problem(key=key, value=None, allowed=f"required: {_EITHER}")
+
+
+def _area_choice(scenario: Scenario) -> Iterator[Problem]:
+    section = scenario.area
+    if section is not None and section.map is not None and (section.boundary or section.obstacles):
+        allowed = "either map, or boundary and obstacles, not both"
+        yield Problem(key="area.map", value=section.map, allowed=allowed)
+    if scenario.goal.offset is not None:
+        allowed = "only with [path], from whose end it is counted: give goal.pose"
+        yield Problem(key="goal.offset", value=scenario.goal.offset, allowed=allowed)
+    if (time := scenario.controller.docking_time) is not None:
+        allowed = "only with [path]: how long an unknown way takes is not known before"
+        yield Problem(key="controller.docking_time", value=time, allowed=allowed)
+
+
+def _polygons(scenario: Scenario) -> Iterator[Problem]:
+    """Each polygon of the area by itself, so that the message can name it."""
+    section = scenario.area
+    if section is None:
+        return
+    given = [(f"area.obstacles[{index}]", polygon) for index, polygon in enumerate(section.obstacles)]
+    if section.boundary is not None:
+        given.insert(0, ("area.boundary", section.boundary))
+    for key, polygon in given:
+        try:
+            checked_polygon(polygon, "it")
+        except InputError as error:
+            allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
+            yield Problem(key=key, value=[list(corner) for corner in polygon], allowed=allowed)
+
+
 def _path_choice(scenario: Scenario) -> Iterator[Problem]:
-    path = scenario.path
+    path = scenario.given_path
+    if path is None:
+        return
     if path.file is not None and (path.start is not None or path.segments is not None):
         yield Problem(
             key="path.file", value=path.file, allowed="either file, or start and segments, not both"
@@ -72,7 +142,9 @@ def _path_choice(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _corridor_choice(scenario: Scenario) -> Iterator[Problem]:
-    corridor = scenario.corridor
+    corridor = scenario.given_corridor
+    if corridor is None:
+        return
     for key in ("left", "right"):
         if corridor.polygon is None and getattr(corridor, key) is None:
             yield Problem(

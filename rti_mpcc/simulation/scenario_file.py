@@ -35,7 +35,7 @@ def load_scenario(name_or_file: str | Path) -> Scenario:
     name = str(name_or_file)
     if name in builtin_names():
         text = (_BUILT_IN / f"{name}.toml").read_text(encoding="utf-8")
-        return _parse(text, source=f"{name}.toml", folder=Path())
+        return _parse(text, source=f"{name}.toml", folder=Path(str(_BUILT_IN)))
     file = Path(name_or_file)
     if file.suffix != ".toml":
         raise ScenarioError(f"{name}: must be a .toml file or one of {', '.join(builtin_names())}")
@@ -53,8 +53,8 @@ def scenario_from_dict(
 ) -> Scenario:
     """A scenario from the tables of a file as dicts and lists.
 
-    `source` stands in front of error messages; a relative path.file is taken from `folder` (default: the
-    working directory). Raises ScenarioError as `load_scenario`.
+    `source` stands in front of error messages; a relative path.file or area.map is taken from `folder`
+    (default: the working directory). Raises ScenarioError as `load_scenario`.
     """
     try:
         scenario = Scenario.model_validate(dict(data), context={"folder": folder})
@@ -63,7 +63,7 @@ def scenario_from_dict(
     found = problems(scenario)
     if found:
         raise ScenarioError("\n".join(f"{source}: {_line(p.key, p.value, p.allowed)}" for p in found))
-    for remark in remarks(scenario, scenario.build_path()):
+    for remark in remarks(scenario):
         _LOG.warning("%s: %s", source, remark)
     return scenario
 

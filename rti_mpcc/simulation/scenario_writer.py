@@ -12,11 +12,12 @@ from rti_mpcc.simulation.scenario import Scenario
 def scenario_text(scenario: Scenario) -> str:
     """The scenario file (TOML): only what was set, so that defaults stay defaults. It is read back as equal.
 
-    A path.file is written as an absolute path: the text may be put anywhere.
+    A path.file or area.map is written as an absolute path: the text may be put anywhere.
     """
     data = scenario.model_dump(by_alias=True, exclude_unset=True, exclude_none=True)
-    if scenario.path.file is not None:
-        data["path"]["file"] = str(Path(scenario.path.file).absolute())
+    for table, key in (("path", "file"), ("area", "map")):
+        if key in data.get(table, {}):
+            data[table][key] = str(Path(data[table][key]).absolute())
     return tomlkit.dumps(data)
 
 

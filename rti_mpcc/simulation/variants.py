@@ -1,7 +1,7 @@
 """The same docking problem elsewhere, mirrored, or driven the other way round.
 
 A controller must not care; tests compare the runs. Noise is what it was: it is not mirrored or turned. All
-take and give a `Scenario` whose path is made of segments.
+take and give a `Scenario` whose path is made of segments, or one in an area that is no map.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scenario import AreaSection, CorridorSection, Scenario
 from rti_mpcc.simulation.scenario_file import changed
 
 Points = list[list[float]]
@@ -21,7 +21,7 @@ Points = list[list[float]]
 def moved(scenario: Scenario, to: Pose2) -> Scenario:
     """The scenario turned by `to.phi` [rad] about the world's origin and then shifted by x, y [m]."""
     start = to.compose(_start(scenario))
-    changes: dict[str, Any] = {"path.start": [start.x, start.y, start.phi]}
+    changes: dict[str, Any] = {_start_key(scenario): [start.x, start.y, start.phi]}
     if scenario.goal.pose is not None:
         pose = to.compose(Pose2(*scenario.goal.pose))
         changes["goal.pose"] = [pose.x, pose.y, pose.phi]
@@ -32,16 +32,14 @@ def moved(scenario: Scenario, to: Pose2) -> Scenario:
 
 def mirrored(scenario: Scenario) -> Scenario:
     """The scenario mirrored at the world's x axis: left and right change places."""
-    start, corridor, goal = _start(scenario), scenario.corridor, scenario.goal
+    start, goal = _start(scenario), scenario.goal
     changes: dict[str, Any] = {
-        "path.start": [start.x, -start.y, -start.phi],
-        "path.segments": _segments(scenario, direction=1),
+        _start_key(scenario): [start.x, -start.y, -start.phi],
+        **_segments(scenario, direction=1),
+        **_swapped_sides(scenario),
         **_body(scenario, lambda x, y: [x, -y]),
         **_outlines(scenario, lambda x, y: [x, -y]),
     }
-    if corridor.left is not None and corridor.right is not None:
-        changes["corridor.left"], changes["corridor.right"] = -corridor.right, -corridor.left
-        changes["corridor.narrowings"] = _swapped_narrowings(scenario)
     for key, value in (("offset", goal.offset), ("pose", goal.pose)):
         if value is not None:
             changes[f"goal.{key}"] = [value[0], -value[1], -value[2]]
@@ -58,15 +56,13 @@ def turned_round(scenario: Scenario) -> Scenario:
 
     Front and rear of the body are exchanged, so the body passes over the same ground.
     """
-    start, corridor, goal = _start(scenario), scenario.corridor, scenario.goal
+    start, goal = _start(scenario), scenario.goal
     changes: dict[str, Any] = {
-        "path.start": [start.x, start.y, start.phi + pi],
-        "path.segments": _segments(scenario, direction=-1),
+        _start_key(scenario): [start.x, start.y, start.phi + pi],
+        **_segments(scenario, direction=-1),
+        **_swapped_sides(scenario),
         **_body(scenario, lambda x, y: [-x, -y]),
     }
-    if corridor.left is not None and corridor.right is not None:
-        changes["corridor.left"], changes["corridor.right"] = -corridor.right, -corridor.left
-        changes["corridor.narrowings"] = _swapped_narrowings(scenario)
     if goal.offset is not None:
         changes["goal.offset"] = [-goal.offset[0], -goal.offset[1], goal.offset[2]]
     if goal.pose is not None:
@@ -80,17 +76,40 @@ def turned_round(scenario: Scenario) -> Scenario:
 
 
 def _start(scenario: Scenario) -> Pose2:
+    if scenario.area is not None:
+        if scenario.area.map is not None:
+            raise InputError(f"area.map = {scenario.area.map!r}: only an area of polygons can be changed")
+        return scenario.start_pose()
     if scenario.path.start is None or scenario.path.segments is None:
         raise InputError(f"path.file = {scenario.path.file!r}: only a path made of segments can be changed")
     return Pose2(*scenario.path.start)
 
 
-def _segments(scenario: Scenario, *, direction: int) -> list[dict[str, float]]:
+def _start_key(scenario: Scenario) -> str:
+    return "start.pose" if scenario.in_area else "path.start"
+
+
+def _segments(scenario: Scenario, *, direction: int) -> dict[str, list[dict[str, float]]]:
     """All curvatures negated, directions multiplied by `direction`."""
-    return [
+    if scenario.in_area:
+        return {}
+    segments = [
         {"direction": direction * piece.direction, "curvature": -piece.curvature, "length": piece.length}
         for piece in scenario.path.segments or ()
     ]
+    return {"path.segments": segments}
+
+
+def _swapped_sides(scenario: Scenario) -> dict[str, Any]:
+    """The offsets of the corridor, where it has some, on the other side."""
+    corridor = scenario.given_corridor
+    if corridor is None or corridor.left is None or corridor.right is None:
+        return {}
+    return {
+        "corridor.left": -corridor.right,
+        "corridor.right": -corridor.left,
+        "corridor.narrowings": _swapped_narrowings(scenario),
+    }
 
 
 def _swapped_narrowings(scenario: Scenario) -> list[dict[str, float]]:
@@ -121,14 +140,18 @@ def _faults_aside(scenario: Scenario) -> dict[str, Any]:
 
 
 def _outlines(scenario: Scenario, move: Any) -> dict[str, list[Any]]:
-    """Corridor polygon and obstacles with every point moved."""
-    corridor, changes = scenario.corridor, {}
-    if corridor.polygon is not None:
-        changes["corridor.polygon"] = [move(*point) for point in corridor.polygon]
-    if corridor.obstacles:
-        changes["corridor.obstacles"] = [
-            [move(*point) for point in outline] for outline in corridor.obstacles
-        ]
+    """Corridor polygon or boundary, and obstacles, with every point moved."""
+    section: CorridorSection | AreaSection
+    if scenario.area is not None:
+        table, section, outline = "area.boundary", scenario.area, scenario.area.boundary
+    else:
+        table, section, outline = "corridor.polygon", scenario.corridor, scenario.corridor.polygon
+    changes: dict[str, list[Any]] = {}
+    if outline is not None:
+        changes[table] = [move(*point) for point in outline]
+    if section.obstacles:
+        key = f"{table.partition('.')[0]}.obstacles"
+        changes[key] = [[move(*point) for point in obstacle] for obstacle in section.obstacles]
     return changes
 
 

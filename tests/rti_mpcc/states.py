@@ -86,7 +86,7 @@ def _put(whole: Any, path: tuple[str, ...], name: str, value: Any) -> Any:
 
 def state(**values: Any) -> ControllerState:
     """A state in the usual cycle, with these values: see `put`."""
-    return put(ControllerState(area=AREA, task=Task.begun(SEGMENTS)), **{"time": NOW, **values})
+    return put(ControllerState(area=AREA, path=PATH, task=Task.begun(SEGMENTS)), **{"time": NOW, **values})
 
 
 def after_changes(count: int) -> Surroundings:

@@ -52,6 +52,8 @@ def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -
     assert main(["scenarios"]) == 0
     lines = capsys.readouterr().out.splitlines()
     names = [
+        "aisle_dock",
+        "bay_perpendicular",
         "docking_behind",
         "docking_blackout",
         "docking_full_course",
@@ -59,7 +61,10 @@ def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -
         "docking_moving_goal",
         "docking_noisy",
         "long_approach",
+        "obstacle_appears",
         "path_following",
+        "slot_parallel",
+        "yard_dead_end",
     ]
     assert [line.split()[0] for line in lines] == names
     assert all(len(line.split()) > 3 for line in lines)
@@ -174,7 +179,7 @@ def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str
 
 def test_files_that_are_not_there_or_not_toml(capsys: pytest.CaptureFixture[str]) -> None:
     assert "nowhere.toml: cannot be read, No such file" in refusal(capsys, "run", "nowhere.toml")
-    assert "docking: must be a .toml file or one of docking_behind" in refusal(capsys, "run", "docking")
+    assert "docking: must be a .toml file or one of aisle_dock" in refusal(capsys, "run", "docking")
     Path("broken.toml").write_text("name = ")
     assert "broken.toml: is not TOML" in refusal(capsys, "run", "broken.toml")
     Path("binary.toml").write_bytes(b"\xff\xfe")

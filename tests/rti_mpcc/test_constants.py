@@ -32,7 +32,7 @@ NEUTRAL = "nothing acts beside the commands, or is asked for"
 COUNT = "what a count or a time begins with"
 ROUNDING = "what rounding may leave of a number"
 MODULES: dict[str, dict[str, str]] = {
-    "manoeuvre.py": {NEUTRAL: "dwell"},
+    "manoeuvre.py": {NEUTRAL: "dwell", COUNT: "nearest nodes seconds"},
     "baselines.py": {"weights in the name of a method that the paper compares": "CONSTANT"},
     "planning/cusp.py": {"the grid of poses tried around a cusp, its size is a setting": "_STEPS"},
     "planning/goals.py": {COUNT: "excess changes"},
@@ -40,7 +40,10 @@ MODULES: dict[str, dict[str, str]] = {
     "planning/search.py": {
         "one iteration from a solution of the last cycle": "patience least unsolved settled"
     },
-    "planning/state.py": {COUNT: "restarts stood clear_of driving_since offset pulled_out unsolved seen_to"},
+    "planning/state.py": {
+        COUNT: "restarts stood clear_of driving_since offset pulled_out unsolved seen_to "
+        "since changes planned seconds"
+    },
     "planning/surroundings.py": {COUNT: "given_at changes"},
     "behaviour/status.py": {NEUTRAL: "pull_out"},
     "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},

@@ -86,7 +86,8 @@ def test_wheel_holds_the_packages_their_data_and_nothing_else(wheel: Path) -> No
         expected = {
             file.relative_to(ROOT).as_posix()
             for file in (ROOT / package).rglob("*")
-            if file.suffix in (".py", ".toml", ".csv", ".html", ".css") or file.name == "py.typed"
+            if file.suffix in (".py", ".toml", ".yaml", ".pgm", ".csv", ".html", ".css")
+            or file.name == "py.typed"
         }
         assert f"{package}/py.typed" in expected
         assert package != "rti_mpcc" or "rti_mpcc/report/templates/campaign.html" in expected

@@ -51,6 +51,7 @@ def test_what_moves_is_where_the_cycle_has_it(film: Film, scene: Scene, index: i
 def test_boundaries_of_the_active_part_stand_out(film: Film, scene: Scene) -> None:
     scene.show(len(film.views) - 1)
     assert film.views[-1].observed.command.diagnostics.part == 0
+    assert film.corridor is not None
     left, right = film.corridor.lines(0)
     assert all((one == other).all() for one, other in zip(lines(scene.walls), [*left, *right], strict=True))
 
@@ -94,6 +95,7 @@ def test_no_half_plane_is_no_line() -> None:
 def test_all_that_is_driven_and_stands_there_lies_in_view(film: Film, scene: Scene) -> None:
     left, right, bottom, top = extent(film)
     assert (scene.axes.get_xlim(), scene.axes.get_ylim()) == ((left, right), (bottom, top))
+    assert film.corridor is not None
     points = [view.pose[:2] for view in film.views]
     points += [line for part in (0, 1) for side in film.corridor.lines(part) for line in side]
     points += film.views[0].obstacles

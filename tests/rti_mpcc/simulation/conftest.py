@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from estimation import GoalMeasurement
-from geometry import Pose2
+from geometry import Pose2, ReferencePath
 from rti_mpcc.simulation import Scenario, scenario_from_dict
 from rti_mpcc.types import (
     Array,
@@ -91,9 +91,30 @@ class Scripted:
         )
 
 
+@dataclass(kw_only=True)
+class ScriptedPlanner(Scripted):
+    """The same, in an area: it is on a path by a function of time."""
+
+    planned: Callable[[float], ReferencePath | None]
+    path: ReferencePath | None = None
+    replans: int = 0
+    planning_seconds: float = 0.25
+
+    def step(self, state: VehicleState, *, now: float, **given: Any) -> Command:
+        path = self.planned(now)
+        self.replans += self.path is not None and path is not self.path
+        self.path = path
+        return super().step(state, now=now, **given)
+
+
 @pytest.fixture
 def scripted() -> type[Scripted]:
     return Scripted
+
+
+@pytest.fixture
+def scripted_planner() -> type[ScriptedPlanner]:
+    return ScriptedPlanner
 
 
 def straight_tables() -> dict[str, Any]:
@@ -113,3 +134,26 @@ def tables() -> dict[str, Any]:
 @pytest.fixture
 def straight() -> Scenario:
     return scenario_from_dict(straight_tables())
+
+
+def area_tables() -> dict[str, Any]:
+    """A hall of 30 m by 12 m with a box in it, to be crossed along x."""
+    return {
+        "name": "hall",
+        "start": {"pose": [0.0, 0.0, 0.0]},
+        "area": {
+            "boundary": [[-5.0, -6.0], [25.0, -6.0], [25.0, 6.0], [-5.0, 6.0]],
+            "obstacles": [[[8.0, 2.0], [10.0, 2.0], [10.0, 4.0], [8.0, 4.0]]],
+        },
+        "goal": {"pose": [15.0, 0.0, 0.0]},
+    }
+
+
+@pytest.fixture
+def hall_tables() -> dict[str, Any]:
+    return area_tables()
+
+
+@pytest.fixture
+def hall() -> Scenario:
+    return scenario_from_dict(area_tables())

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Pose2
+from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import Scenario, changed, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.scenery import ACROSS, THICKNESS, wall_ahead
+from rti_mpcc.simulation.scenery import ACROSS, BESIDE, THICKNESS, wall_ahead, wall_on
 from rti_mpcc.types import Array, VehicleState
 
 VEHICLE = Vehicle()
@@ -118,3 +118,76 @@ def test_without_changes_no_obstacles_are_told(scripted: Any, straight: Scenario
     result = simulate(scenario, controller=controller)
     assert {told[3] for told in controller.given} == {None}
     assert len(result.corridors[0][1].obstacles) == 1
+
+
+# -- in an area ------------------------------------------------------------------------------------------
+
+HALF = 0.5 * VEHICLE.width + BESIDE
+
+
+def test_in_an_area_it_is_somewhat_wider_than_the_body() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+    outline = wall_on(path, Pose2(1.0, 0.7, 0.1), VEHICLE, part=0, near=1.0, gap=4.0)
+    near = 1.0 + VEHICLE.front + 4.0
+    assert extent(outline) == pytest.approx((near, -HALF, near + THICKNESS, HALF))
+
+
+def test_in_an_area_it_stands_behind_a_cusp_where_the_body_comes_to_it() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 6.0), (-1, 0.0, 20.0)])
+    # 2 m forward and 10 m back: the rear axle is at -4 m by then.
+    outline = wall_on(path, Pose2(4.0, 0.0, 0.0), VEHICLE, part=0, near=4.0, gap=12.0)
+    near = -4.0 - VEHICLE.rear
+    assert extent(outline) == pytest.approx((near - THICKNESS, -HALF, near, HALF))
+
+
+def test_in_an_area_it_does_not_stand_on_the_body() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 6.0), (-1, 0.0, 20.0)])
+    # 2 m forward and 2 m back: there the vehicle is now, so it stands beyond the cusp.
+    outline = wall_on(path, Pose2(4.0, 0.0, 0.0), VEHICLE, part=0, near=4.0, gap=4.0)
+    near = 4.0 + VEHICLE.front + 4.0
+    assert extent(outline) == pytest.approx((near, -HALF, near + THICKNESS, HALF))
+
+
+def test_in_an_area_behind_the_end_it_lies_straight_ahead() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(-1, 0.0, 5.0)])
+    outline = wall_on(path, Pose2(-4.0, 0.0, 0.0), VEHICLE, part=0, near=4.0, gap=7.0)
+    near = -11.0 - VEHICLE.rear
+    assert extent(outline) == pytest.approx((near - THICKNESS, -HALF, near, HALF))
+
+
+def test_before_there_is_a_way_it_stands_straight_ahead(scripted: Any, hall: Scenario) -> None:
+    controller = scripted(script=forward)
+    result = simulate(blocked(hall), controller=controller)
+    assert [len(told[3]) for told in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
+    assert [begin for begin, _ in result.besides] == [0.0, 1.0, 2.0]
+    near = 0.5 + VEHICLE.front + 1.0
+    assert extent(controller.given[20][3][0]) == pytest.approx((near, -HALF, near + THICKNESS, HALF))
+    assert summary(result)["min_clearance_m"] == pytest.approx(-0.5, abs=0.02)
+
+
+def test_it_stands_across_the_way_that_was_planned(scripted_planner: Any, hall: Scenario) -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.1, 10.0)])
+    controller = scripted_planner(script=still, planned=lambda now: path)
+    simulate(blocked(hall), controller=controller)
+    foot = path.parts[0].pose(VEHICLE.front + 1.0)
+    (wall,) = controller.given[20][3]
+    corners = [Pose2(x, y, 0.0).relative_to(foot) for x, y in wall.tolist()]
+    assert [(p.x, p.y) for p in corners] == [
+        pytest.approx(corner) for corner in ((0.0, -HALF), (THICKNESS, -HALF), (THICKNESS, HALF), (0.0, HALF))
+    ]
+
+
+def test_obstacles_at_a_time_come_besides_those_of_the_area(scripted: Any, hall: Scenario) -> None:
+    controller = scripted(script=still)
+    scenario = changed(hall, {"simulation.duration": 0.2})
+    result = simulate(scenario, controller=controller, obstacles_at=lambda now: [np.array(BOX)])
+    assert [len(told[3]) for told in controller.given] == [1] * 5
+    assert [len(outlines) for _, outlines in result.besides] == [1]
+    assert result.area is not None
+    assert len(result.area.obstacles) == 1
+
+
+def test_in_an_area_without_changes_no_obstacles_are_told(scripted: Any, hall: Scenario) -> None:
+    controller = scripted(script=still)
+    simulate(changed(hall, {"simulation.duration": 0.2}), controller=controller)
+    assert {told[3] for told in controller.given} == {None}

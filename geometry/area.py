@@ -1,0 +1,237 @@
+"""Areas: where a vehicle may be, inside a boundary and outside of obstacles, drawn or read from a map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, isfinite
+from os import PathLike
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from geometry.arrays import Array
+from geometry.errors import AreaError, CorridorError
+from geometry.outline import checked_polygon, convex_pieces
+from geometry.shape_grid import Body, ShapeGrid
+
+_FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid
+_DRAWN = 1e-6  # [m] to which what is only drawn is rounded
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Area:
+    """Where a vehicle may be: inside a boundary, if there is any, and outside of all obstacles.
+
+    What is solid is kept as convex shapes: the obstacles, and what is outside the boundary, up to 100 m
+    around its bounding box. With coordinates of 1e9 m nothing is lost but what they are rounded by. Pickles.
+
+    Attributes:
+        boundary: corners (m, 2) of the outline, counter-clockwise [m]; None: there is none.
+        obstacles: corners (m, 2) of each, counter-clockwise [m].
+        grid: all that is solid, as convex shapes of one owner.
+    """
+
+    boundary: Array | None
+    obstacles: tuple[Array, ...]
+    grid: ShapeGrid
+
+    def __init__(self, *, boundary: ArrayLike | None = None, obstacles: Sequence[ArrayLike] = ()) -> None:
+        """Check and build.
+
+        Args:
+            boundary: corners (m, 2) of the outline [m].
+            obstacles: polygons (m, 2) to keep out of [m]; they may overlap, and cross the boundary.
+
+        Raises:
+            AreaError: a polygon of fewer than 3 corners, of another shape, with numbers that are not finite,
+                or with an outline that crosses itself.
+        """
+        outline = None if boundary is None else _checked(boundary, "boundary")
+        rings = _all_checked(obstacles, "obstacles")
+        self._hold(outline, rings, [*_outside(outline), *_pieces(rings)])
+
+    @classmethod
+    def from_map(cls, file: str | PathLike[str], *, unknown_is_free: bool = False) -> Area:
+        """Read an occupancy grid in the format of the ROS map_server, see geometry.map_file.
+
+        Its boundary is the outline of the map, its obstacles are rectangles of occupied cells.
+
+        Args:
+            file: the YAML file.
+            unknown_is_free: whether cells that are neither occupied nor free count as free.
+
+        Raises:
+            AreaError: a file is missing or cannot be read, or an entry is not usable.
+        """
+        from geometry.map_file import read_map  # what reads pictures is loaded with the first map
+
+        found = read_map(file, unknown_is_free=unknown_is_free)
+        rectangles = list(found.rectangles)
+        area = cls.__new__(cls)
+        area._hold(found.outline, rectangles, [*_outside(found.outline), *rectangles])
+        return area
+
+    def bounded(self, points: ArrayLike, beyond: float) -> Area:
+        """Return the same area with a boundary: a box so far beyond its obstacles and points (n, 2) [m].
+
+        An area that has a boundary is returned itself.
+
+        Raises:
+            AreaError: there are neither obstacles nor points, points of another shape or not finite, or
+                beyond <= 0.
+        """
+        if self.boundary is not None:
+            return self
+        if not (isfinite(beyond) and beyond > 0.0):
+            raise AreaError(f"beyond = {beyond}: must be > 0 m and finite.")
+        around = np.concatenate([_checked_points(points), *self.obstacles])
+        if len(around) == 0:
+            raise AreaError("points is empty and there are no obstacles: there is nothing to be bounded.")
+        (left, bottom), (right, top) = around.min(axis=0) - beyond, around.max(axis=0) + beyond
+        outline = _checked([(left, bottom), (right, bottom), (right, top), (left, top)], "boundary")
+        return self._with(outline, self.obstacles, _outside(outline))
+
+    def with_obstacles(self, polygons: Sequence[ArrayLike]) -> Area:
+        """Return the same area with more obstacles, polygons (m, 2) [m].
+
+        Raises:
+            AreaError: as the constructor does.
+        """
+        more = _all_checked(polygons, "polygons")
+        return self._with(self.boundary, (*self.obstacles, *more), _pieces(more)) if more else self
+
+    def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
+        """Return the signed distances (n,) [m] of a body at `poses` (n, 3) to all that is solid.
+
+        Exact where they are apart. Negative where they overlap: the least way out of the convex shape that
+        the body is deepest in. +inf without anything nearer than `within` [m].
+
+        Raises:
+            InputError: wrong shape, or poses that are not finite.
+        """
+        return self.grid.signed_distances(body, poses, within)[:, 0]
+
+    @cached_property
+    def polygons(self) -> tuple[Array, ...]:
+        """Corners (m, 2) of what is to be drawn as solid [m]: the obstacles, those that meet put together.
+
+        Cut where they enclose anything; rounded to 1e-6 m.
+        """
+        if not self.obstacles:
+            return ()
+        origin = _near(self.obstacles[0])
+        whole = shapely.union_all(
+            [shapely.Polygon(ring - origin) for ring in self.obstacles], grid_size=_DRAWN
+        )
+        drawn = [piece for part in shapely.get_parts(whole) for piece in _without_holes(part)]
+        return tuple(_read_only(_corners(piece) + origin) for piece in drawn)
+
+    def _with(self, boundary: Array | None, obstacles: Sequence[Array], more: Sequence[Array]) -> Area:
+        """An area with more that is solid: convex pieces (m_i, 2)."""
+        first, stop = self.grid.starts[:-1], self.grid.starts[1:]
+        solid = [self.grid.corners[i:j] for i, j in zip(first, stop, strict=True)]
+        area = Area.__new__(Area)
+        area._hold(boundary, obstacles, [*solid, *more])
+        return area
+
+    def _hold(self, boundary: Array | None, obstacles: Sequence[Array], solid: Sequence[Array]) -> None:
+        """Set all attributes, once; `solid` are convex pieces (m_i, 2)."""
+        object.__setattr__(self, "boundary", boundary)
+        object.__setattr__(self, "obstacles", tuple(obstacles))
+        object.__setattr__(self, "grid", ShapeGrid.of_shapes(solid, np.zeros(len(solid)), 1))
+
+
+def _checked(corners: ArrayLike, name: str) -> Array:
+    """Corners (m, 2) of a polygon, counter-clockwise."""
+    try:
+        return _read_only(_corners(checked_polygon(corners, name)))
+    except CorridorError as error:
+        raise AreaError(str(error)) from error
+
+
+def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
+    try:
+        given = list(polygons)
+    except TypeError as error:
+        raise AreaError(f"{name} must be a sequence of polygons (m, 2).") from error
+    return [_checked(polygon, f"{name}[{i}]") for i, polygon in enumerate(given)]
+
+
+def _checked_points(points: ArrayLike) -> Array:
+    try:
+        found = np.array(points, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise AreaError("points must be numbers of shape (n, 2).") from error
+    if found.size == 0:
+        return np.zeros((0, 2))
+    if found.ndim != 2 or found.shape[1] != 2:
+        raise AreaError(f"points has shape {found.shape}, it must be (n, 2).")
+    if not np.isfinite(found).all():
+        raise AreaError("points must be finite numbers.")
+    return found
+
+
+def _pieces(rings: Sequence[Array]) -> list[Array]:
+    """Convex pieces (m_i, 2) of polygons, all corners of which are corners of these."""
+    found = []
+    for ring in rings:
+        origin = _near(ring)  # shapely works on small numbers; whole metres make both ways exact
+        found += [piece + origin for piece in convex_pieces(shapely.Polygon(ring - origin))]
+    return found
+
+
+def _outside(boundary: Array | None) -> list[Array]:
+    """Convex pieces (m_i, 2) of what is outside a boundary: beside its bounding box, and between the two."""
+    if boundary is None:
+        return []
+    origin = _near(boundary)
+    inside = shapely.Polygon(boundary - origin)
+    left, bottom, right, top = inside.bounds
+    low_x, low_y, high_x, high_y = left - _FRAME, bottom - _FRAME, right + _FRAME, top + _FRAME
+    beside = [
+        (low_x, low_y, left, high_y),
+        (right, low_y, high_x, high_y),
+        (low_x, low_y, high_x, bottom),
+        (low_x, top, high_x, high_y),
+    ]
+    # What is left of the box has no holes: the boundary meets each side of it.
+    between = shapely.get_parts(shapely.difference(shapely.box(left, bottom, right, top), inside))
+    corners = [_corners(shapely.box(*sides)) for sides in beside]
+    for part in shapely.orient_polygons(between):
+        corners += [] if part.is_empty else convex_pieces(part)
+    return [piece + origin for piece in corners]
+
+
+def _without_holes(shape: shapely.Polygon) -> list[shapely.Polygon]:
+    """A polygon, cut through its holes until no piece has any."""
+    if len(shape.interiors) == 0:
+        return [shape]
+    left, bottom, right, top = shape.bounds
+    boxes = np.array([hole.bounds for hole in shape.interiors])
+    axis = 0 if right - left > top - bottom else 1
+    at = float(np.sort(boxes[:, axis] + boxes[:, axis + 2])[len(boxes) // 2]) / 2.0
+    if axis == 0:
+        halves = shapely.box(left, bottom, at, top), shapely.box(at, bottom, right, top)
+    else:
+        halves = shapely.box(left, bottom, right, at), shapely.box(left, at, right, top)
+    parts = [part for half in halves for part in shapely.get_parts(shapely.intersection(shape, half))]
+    return [piece for part in parts if part.geom_type == "Polygon" for piece in _without_holes(part)]
+
+
+def _corners(shape: shapely.Polygon) -> Array:
+    """Corners (m, 2) of the outline, counter-clockwise."""
+    found: Array = shapely.get_coordinates(shapely.orient_polygons(shape).exterior)[:-1]
+    return found
+
+
+def _near(ring: Array) -> Array:
+    """A point (2,) in whole metres near a polygon."""
+    return np.asarray(np.round(ring[0]))
+
+
+def _read_only(corners: Array) -> Array:
+    corners.setflags(write=False)
+    return corners

@@ -1,0 +1,66 @@
+"""How ways are planned in an area."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from geometry.settings import NonNegative, Positive, Settings
+
+
+class RoutePlanner(Settings):
+    """How `plan_manoeuvre` looks for a way.
+
+    Attributes:
+        margin: distance that the body keeps to all that stands where there is room [m];
+            hard_minimum: and everywhere [m].
+        curvature_share: of the vehicle's largest curvature that a way takes: the rest is for control.
+        steering_slope: change of the steering along the way, at most [rad/m].
+        final_straight: length of the straight last stretch into the goal [m].
+        reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
+            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard minimum,
+            on top of its own, falling to 0 at the margin.
+        search_share: the same for the search, which knows no change of the steering: less than it leaves room
+            to smoothing; reserve: kept on top of the hard minimum in the search [m].
+        arc: length of the arcs of the search; open: room beside the body from which on they are twice as long,
+            both in radii of the sharpest bend; weight: of the estimate
+            of what is left to the goal; finer: by these factors the
+            lattice is finer near the ends, one search after the other until there is a way; cells: of the grid
+            of estimates, at most.
+        places: on a way that are tried to be joined directly; knots: distance of the curvatures of a smoothed
+            way, in radii of the vehicle's sharpest bend; smoothing_iterations: at most.
+        box: without a boundary the area reaches so far beyond all that is given [m].
+        replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s];
+            goal_moved: so does one whose goal is farther than this from the one that its way leads to [m], [rad].
+        unmoved: what is planned is kept while the vehicle and its goal are within this of where they were [m],
+            [rad]; slices: of planning in one cycle, at most.
+        nodes: poses expanded, at most; seconds: time of a search, at most [s].
+    """
+
+    margin: NonNegative = 0.2
+    hard_minimum: NonNegative = 0.05
+    curvature_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
+    steering_slope: Positive = 0.6
+    search_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
+    reserve: NonNegative = 0.03
+    final_straight: NonNegative = 0.0
+    reverse_cost: Annotated[float, Field(ge=1.0, le=100.0)] = 1.2
+    cusp_cost: NonNegative = 2.0
+    steering_cost: NonNegative = 0.2
+    closeness_cost: NonNegative = 1.5
+    arc: Annotated[float, Field(gt=0.0, le=1.0)] = 0.16
+    open: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
+    weight: Annotated[float, Field(ge=1.0, le=100.0)] = 3.0
+    finer: tuple[Positive, ...] = (1.0, 4.0, 16.0, 32.0)
+    cells: Annotated[int, Field(ge=100, le=10**8)] = 200_000
+    places: Annotated[int, Field(ge=1, le=10_000)] = 40
+    knots: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
+    smoothing_iterations: Annotated[int, Field(ge=0, le=1000)] = 40
+    box: Positive = 15.0
+    replan_after: NonNegative = 1.0
+    goal_moved: tuple[Positive, Positive] = (1.0, 0.35)
+    unmoved: NonNegative = 0.03
+    slices: Annotated[int, Field(ge=1, le=10_000)] = 4
+    nodes: Annotated[int, Field(ge=1, le=10**9)] = 100_000
+    seconds: Positive = 10.0

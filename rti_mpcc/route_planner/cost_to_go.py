@@ -1,0 +1,105 @@
+"""How far it is from every place to one, past all that stands, for a point: Dijkstra on a grid.
+
+The point is the middle of the rear axle, with the largest disc around it that is inside the body. So what the
+grid tells is less than any vehicle takes. Near to what stands a metre counts more: the body is larger than
+that disc.
+"""
+
+from __future__ import annotations
+
+from math import hypot, inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from geometry.arrays import Array
+from geometry.compiled import Array1, Array2, Index1, Out1, Out2, inner, kernel, record
+from geometry.shape_grid import Body, ShapeGrid
+from rti_mpcc.config import RoutePlanner, Vehicle
+from rti_mpcc.route_planner.priority_queue import pop, push
+
+
+@record
+class CostToGo(NamedTuple):
+    """Costs at the middles of square cells.
+
+    Attributes:
+        cost: (rows, columns) [m]; inf where there is no way.
+        origin: (2,) of the first cell's corner [m]; cell: [m].
+    """
+
+    cost: Array2
+    origin: Array1
+    cell: float
+
+
+def axle_clearances(solid: ShapeGrid, low: Array, high: Array, cell: float, reach: float) -> Array:
+    """Distances (rows, columns) of the rear axle to all that is solid, up to `reach` [m], at the middles of cells
+    from `low` (2,) to `high` (2,) [m]."""
+    columns, rows = np.maximum(np.ceil((high - low) / cell).astype(int), 1)
+    x, y = low[0] + cell * (np.arange(columns) + 0.5), low[1] + cell * (np.arange(rows) + 0.5)
+    points = np.zeros((rows * columns, 3))
+    points[:, 0], points[:, 1] = np.tile(x, rows), np.repeat(y, columns)
+    apart = solid.signed_distances(Body.of([(0.0, 0.0)]), points, reach)[:, 0]
+    return np.minimum(apart, reach).reshape(rows, columns)
+
+
+def disc_of(vehicle: Vehicle) -> float:
+    """Radius of the largest disc around the rear axle that is inside a rectangular body [m]."""
+    return 0.0 if vehicle.outline is not None else min(0.5 * vehicle.width, vehicle.rear, vehicle.front)
+
+
+def cost_to_go(
+    apart: Array, low: Array, cell: float, radius: float, at: tuple[float, float], config: RoutePlanner
+) -> CostToGo:
+    """The costs to `at`, from distances as `axle_clearances` gives them.
+
+    Args:
+        radius: of the disc that has to fit [m].
+    """
+    cost = np.full(apart.shape, inf)
+    # A cell counts as free if any place in it may be.
+    _dijkstra(apart, radius - 0.5 * sqrt(2.0) * cell, radius + config.margin, config.closeness_cost,
+              (at[1] - low[1]) / cell, (at[0] - low[0]) / cell, cell, cost)  # fmt: skip
+    cost.setflags(write=False)
+    origin = low.copy()
+    origin.setflags(write=False)
+    return CostToGo(cost=cost, origin=origin, cell=cell)
+
+
+@kernel
+def _dijkstra(
+    apart: Array2, least: float, near: float, closeness: float, row: float, column: float, cell: float, cost: Out2
+) -> None:
+    rows, columns = apart.shape
+    heap, member = np.empty(8 * rows * columns), np.empty(8 * rows * columns, np.int64)
+    first = min(max(int(row), 0), rows - 1) * columns + min(max(int(column), 0), columns - 1)
+    cost[first // columns, first % columns] = 0.0
+    size = push(heap, member, 0, 0.0, first)
+    while size > 0:
+        value, node = heap[0], member[0]
+        size = pop(heap, member, size)
+        i, j = node // columns, node % columns
+        if value > cost[i, j]:
+            continue
+        for di in range(-1, 2):
+            for dj in range(-1, 2):
+                k, m = i + di, j + dj
+                if (di == 0 and dj == 0) or k < 0 or m < 0 or k >= rows or m >= columns:
+                    continue
+                if apart[k, m] < least:
+                    continue
+                lack = min(max((near - apart[k, m]) / (near - least), 0.0), 1.0)
+                there = value + cell * hypot(di, dj) * (1.0 + closeness * lack)
+                if there < cost[k, m]:
+                    cost[k, m] = there
+                    size = push(heap, member, size, there, k * columns + m)
+
+
+@inner
+def looked_up(known: CostToGo, x: float, y: float) -> float:
+    """Cost at a place, of the cell that it is in, less what it may be off within a cell [m]; inf outside."""
+    row, column = int((y - known.origin[1]) / known.cell), int((x - known.origin[0]) / known.cell)
+    if y < known.origin[1] or x < known.origin[0] or row >= known.cost.shape[0] or column >= known.cost.shape[1]:
+        return inf
+    return max(known.cost[row, column] - known.cell, 0.0)

@@ -1,0 +1,255 @@
+"""Areas, beside what shapely says of the same polygons."""
+
+from __future__ import annotations
+
+import pickle
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from geometry import Area, AreaError, InputError
+from geometry.arrays import Array
+from geometry.shape_grid import Body
+from tests.geometry.convex_shapes import placed
+
+CAR = np.array([[-0.8, -1.0], [3.7, -1.0], [3.7, 1.0], [-0.8, 1.0]])
+BODY = Body.of(CAR)
+YARD = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)]
+BEND = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (12.0, 10.0), (12.0, 4.0), (0.0, 4.0)]
+BLOCK = [(4.0, 2.0), (6.0, 2.0), (6.0, 4.0), (4.0, 4.0)]
+
+
+def star(random: np.random.Generator, corners: int, size: float, middle: Array) -> Array:
+    """A polygon (corners, 2), not convex."""
+    angle = 2.0 * np.pi * (np.arange(corners) + random.uniform(0.1, 0.9, corners)) / corners
+    radius = size * random.uniform(0.3, 1.0, corners)
+    return np.asarray(middle + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
+
+
+def drawn(seed: int) -> tuple[Array | None, list[Array]]:
+    """A boundary, mostly, and obstacles, which may overlap and cross it."""
+    random = np.random.default_rng(seed)
+    boundary = star(random, int(random.integers(3, 30)), 30.0, random.uniform(-5.0, 5.0, 2))
+    obstacles = [
+        star(random, int(random.integers(3, 12)), random.uniform(0.5, 6.0), random.uniform(-20.0, 20.0, 2))
+        for _ in range(random.integers(0, 9))
+    ]
+    return (None if seed % 4 == 0 else boundary), obstacles
+
+
+def poses(seed: int, count: int = 60) -> Array:
+    random = np.random.default_rng(1000 + seed)
+    return np.column_stack([random.uniform(-40.0, 40.0, (count, 2)), random.uniform(-4.0, 4.0, count)])
+
+
+def solid(boundary: Array | None, obstacles: list[Array]) -> shapely.Geometry:
+    """All of it as one."""
+    shapes = [shapely.Polygon(ring) for ring in obstacles]
+    if boundary is not None:
+        shapes.append(shapely.box(-200.0, -200.0, 200.0, 200.0).difference(shapely.Polygon(boundary)))
+    return shapely.union_all(shapes)
+
+
+# -- distances -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_distances_are_those_of_shapely(seed: int) -> None:
+    boundary, obstacles = drawn(seed)
+    area, whole = Area(boundary=boundary, obstacles=obstacles), solid(boundary, obstacles)
+    for value, pose in zip(area.signed_distances(BODY, poses(seed)), poses(seed), strict=True):
+        car = shapely.Polygon(placed(CAR, pose))
+        if whole.is_empty:
+            assert value == inf
+        elif shapely.distance(car, whole) > 0.0:
+            assert value == pytest.approx(shapely.distance(car, whole), abs=1e-9)
+        else:
+            assert value <= 1e-9
+            assert (value < -1e-9) == (shapely.area(shapely.intersection(car, whole)) > 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_its_convex_shapes_are_made_of_the_corners_given_and_cover_what_is_solid(seed: int) -> None:
+    boundary, obstacles = drawn(seed)
+    grid = Area(boundary=boundary, obstacles=obstacles).grid
+    shapes = [
+        shapely.Polygon(grid.corners[i:j]) for i, j in zip(grid.starts[:-1], grid.starts[1:], strict=True)
+    ]
+    covered, known = shapely.union_all(shapes), solid(boundary, obstacles)
+    window = shapely.box(-100.0, -100.0, 100.0, 100.0)
+    assert covered.intersection(window).symmetric_difference(known.intersection(window)).area < 1e-8
+    assert all(shape.exterior.is_ccw and shape.convex_hull.area < shape.area + 1e-9 for shape in shapes)
+    # Nothing that is computed, but the corners of the bounding box and of the frame around it.
+    given = [ring.ravel() for ring in (*obstacles, *([] if boundary is None else [boundary]))]
+    numbers = np.concatenate([[0.0], *given])
+    if boundary is not None:
+        numbers = np.concatenate([numbers, boundary.min(axis=0) - 100.0, boundary.max(axis=0) + 100.0])
+    assert np.abs(grid.corners.ravel()[:, None] - numbers).min(axis=1, initial=inf).max(initial=0.0) < 1e-12
+
+
+def test_beyond_the_boundary_it_is_negative() -> None:
+    area = Area(boundary=YARD)
+    asked = np.array(
+        [[10.0, 5.0, 0.0], [17.0, 5.0, 0.0], [10.0, 9.5, 0.0], [10.0, 15.0, 0.0], [60.0, 60.0, 1.0]]
+    )
+    found = area.signed_distances(BODY, asked)
+    np.testing.assert_allclose(found[:4], [4.0, -0.7, -0.5, -6.0], atol=1e-12)
+    assert found[4] < -40.0
+
+
+def test_without_anything_solid_nothing_is_near() -> None:
+    area = Area()
+    assert area.boundary is None
+    assert area.obstacles == area.polygons == ()
+    assert (area.signed_distances(BODY, np.zeros((2, 3))) == inf).all()
+
+
+def test_only_what_is_near_is_told_if_asked() -> None:
+    area = Area(boundary=YARD, obstacles=[BLOCK])
+    asked = np.array([[9.0, 5.0, 0.0], [7.8, 6.0, 0.0]])
+    np.testing.assert_allclose(area.signed_distances(BODY, asked, 2.1), [inf, np.sqrt(2.0)])
+
+
+@pytest.mark.parametrize("far", [(1e9, -1e9), (-3e8 + 0.25, 1e9 + 0.5)])
+@pytest.mark.parametrize("seed", range(1, 8))
+def test_far_from_zero_it_is_the_same(seed: int, far: tuple[float, float]) -> None:
+    boundary, obstacles = drawn(seed)
+    there = Area(
+        boundary=None if boundary is None else boundary + far, obstacles=[ring + far for ring in obstacles]
+    )
+    here = Area(boundary=boundary, obstacles=obstacles)
+    moved = poses(seed) + np.array([*far, 0.0])
+    exactly_moved = moved - np.array([*far, 0.0])  # the poses, too, are rounded by adding so much
+    np.testing.assert_allclose(
+        there.signed_distances(BODY, moved), here.signed_distances(BODY, exactly_moved), atol=1e-6
+    )
+    np.testing.assert_allclose(
+        sum(shapely.Polygon(ring - far).area for ring in there.polygons),
+        sum(shapely.Polygon(ring).area for ring in here.polygons),
+        atol=1e-4,
+    )
+
+
+# -- what it is made of --------------------------------------------------------------------------------------
+
+
+def test_either_sense_and_a_closed_list_are_the_same() -> None:
+    expected = Area(boundary=BEND, obstacles=[BLOCK])
+    for turned in (BEND[::-1], [*BEND, BEND[0]], BEND[2:] + BEND[:2]):
+        area = Area(boundary=turned, obstacles=[BLOCK[::-1]])
+        for ring in (area.boundary, *area.obstacles):
+            assert shapely.LinearRing(ring).is_ccw
+        np.testing.assert_allclose(
+            area.signed_distances(BODY, poses(0)), expected.signed_distances(BODY, poses(0)), atol=1e-12
+        )
+
+
+def test_its_arrays_are_read_only_and_it_cannot_be_changed() -> None:
+    corners = np.array(BEND)
+    area = Area(boundary=corners, obstacles=[BLOCK])
+    corners[:] = 0.0
+    np.testing.assert_array_equal(area.boundary, BEND)
+    for each in (area.boundary, *area.obstacles, *area.polygons, area.grid.corners):
+        assert each is not None
+        assert not each.flags.writeable
+    with pytest.raises(AttributeError):
+        area.boundary = None  # type: ignore[misc]
+
+
+def test_it_pickles() -> None:
+    area = Area(boundary=BEND, obstacles=[BLOCK])
+    same = pickle.loads(pickle.dumps(area))
+    np.testing.assert_array_equal(same.boundary, BEND)
+    np.testing.assert_array_equal(
+        same.signed_distances(BODY, poses(0)), area.signed_distances(BODY, poses(0))
+    )
+
+
+def test_more_obstacles_are_the_same_as_given_at_once() -> None:
+    area = Area(boundary=BEND).with_obstacles([BLOCK]).with_obstacles([[(15, 5), (16, 5), (16, 6)]])
+    once = Area(boundary=BEND, obstacles=[BLOCK, [(15, 5), (16, 5), (16, 6)]])
+    assert len(area.obstacles) == 2
+    np.testing.assert_array_equal(
+        area.signed_distances(BODY, poses(0)), once.signed_distances(BODY, poses(0))
+    )
+    assert area.with_obstacles([]) is area
+    np.testing.assert_array_equal(
+        Area().with_obstacles([BLOCK]).signed_distances(BODY, poses(0)),
+        Area(obstacles=[BLOCK]).signed_distances(BODY, poses(0)),
+    )
+
+
+def test_a_box_around_all_that_is_given_bounds_it() -> None:
+    area = Area(obstacles=[BLOCK]).bounded([(-1.0, 3.0), (5.0, 12.0)], 15.0)
+    np.testing.assert_array_equal(area.boundary, [(-16, -13), (21, -13), (21, 27), (-16, 27)])
+    np.testing.assert_array_equal(area.obstacles, [BLOCK])
+    np.testing.assert_allclose(
+        area.signed_distances(BODY, np.array([[16.0, 0.0, 0.0], [16.0, -15.0, 0.0]])), [1.3, -3.0]
+    )
+    assert area.bounded([(100.0, 100.0)], 15.0) is area
+    np.testing.assert_array_equal(
+        Area(obstacles=[BLOCK]).bounded([], 1.0).boundary, [(3, 1), (7, 1), (7, 5), (3, 5)]
+    )
+    np.testing.assert_array_equal(
+        Area().bounded([(2.0, 3.0)], 1.0).boundary, [(1, 2), (3, 2), (3, 4), (1, 4)]
+    )
+
+
+def test_what_is_drawn_is_put_together_and_has_no_holes() -> None:
+    sides = [(0, 0, 10, 1), (0, 9, 10, 10), (0, 0, 1, 10), (9, 0, 10, 10), (4, 0, 5, 10), (20, 20, 21, 21)]
+    area = Area(obstacles=[shapely.get_coordinates(shapely.box(*side)) for side in sides])
+    shapes = [shapely.Polygon(ring) for ring in area.polygons]
+    assert len(shapes) < len(sides) + 1
+    assert all(shape.is_valid for shape in shapes)
+    whole = shapely.union_all([shapely.box(*side) for side in sides])
+    assert shapely.union_all(shapes).symmetric_difference(whole).area < 1e-9
+    assert sum(shape.area for shape in shapes) == pytest.approx(whole.area)
+
+
+# -- what is refused -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"boundary": [(0, 0), (1, 0)]}, r"^boundary has 2 corner\(s\), a polygon needs at least 3\.$"),
+        (
+            {"boundary": [(0, 0), (1, 0), (0, 0)]},
+            r"^boundary has 2 corner\(s\), a polygon needs at least 3\.$",
+        ),
+        ({"boundary": [(0, 0), (2, 2), (2, 0), (0, 2)]}, r"^boundary is not a simple polygon \(Self-inter.*"),
+        ({"boundary": [(0, 0), (1, 1), (2, 2)]}, r"^boundary is not a simple polygon .*"),
+        ({"boundary": [(0, 0), (1, nan), (2, 2)]}, r"^boundary must be finite numbers\.$"),
+        ({"boundary": [(0, 0, 0), (1, 0, 0), (1, 1, 0)]}, r"^boundary has shape \(3, 3\), it must be"),
+        ({"boundary": "yard"}, r"^boundary must be numbers of shape \(m, 2\)\.$"),
+        ({"boundary": []}, r"^boundary has shape \(0,\), it must be \(m, 2\)\.$"),
+        ({"obstacles": [BLOCK, BLOCK, BLOCK, [(0, 0), (1, 0)]]}, r"^obstacles\[3\] has 2 corner\(s\)"),
+        ({"obstacles": [[(0, 0), (1, inf), (2, 2)]]}, r"^obstacles\[0\] must be finite numbers\.$"),
+        ({"obstacles": BLOCK}, r"^obstacles\[0\] has shape \(2,\), it must be \(m, 2\)\.$"),
+        ({"obstacles": 5}, r"^obstacles must be a sequence of polygons \(m, 2\)\.$"),
+    ],
+)
+def test_bad_polygons_are_refused(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(AreaError, match=message):
+        Area(**given)
+
+
+def test_bad_arguments_are_refused() -> None:
+    area = Area()
+    with pytest.raises(AreaError, match=r"^polygons\[1\] has 1 corner"):
+        area.with_obstacles([BLOCK, [(0, 0)]])
+    with pytest.raises(AreaError, match=r"^beyond = 0.0: must be > 0 m and finite\.$"):
+        area.bounded([(0, 0)], 0.0)
+    with pytest.raises(AreaError, match=r"^points is empty and there are no obstacles"):
+        area.bounded([], 1.0)
+    with pytest.raises(AreaError, match=r"^points has shape \(2,\), it must be \(n, 2\)\.$"):
+        area.bounded([0.0, 1.0], 1.0)
+    with pytest.raises(AreaError, match=r"^points must be finite numbers\.$"):
+        area.bounded([(0.0, nan)], 1.0)
+    with pytest.raises(AreaError, match=r"^points must be numbers of shape \(n, 2\)\.$"):
+        area.bounded([(0.0, 1.0), (2.0,)], 1.0)
+    with pytest.raises(InputError, match="poses"):
+        area.signed_distances(BODY, np.zeros((2, 2)))
