@@ -158,7 +158,16 @@ class RtiMpcc:
         walls = self._walls(shifted.states, states, weights)
         goal = frame.pose_in(target.pose)
         cost = quadratic_cost(
-            states, controls, weights, errors, walls, goal, wheelbase, config.comfort, config.weights
+            states,
+            controls,
+            weights,
+            errors,
+            walls,
+            goal,
+            wheelbase,
+            config.comfort,
+            config.weights,
+            wheels=target.wheels or 0.0,
         )
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path = objective.along_path

@@ -155,7 +155,7 @@ class DockingController:
 
         1. Check what comes in, and take what can be used.
         2. Filter the detections of the goal, and let the pose made for follow.
-        3. In an area, go on planning a way, if there is none or none that leads on.
+        3. In an area, take another way if one is needed and planned; plan on with the time that is left.
         4. Predict where the command will begin to act; begin the next segment where this one is over.
         5. Drive what the phase asks for, or the next rung of the fallback.
         6. Keep the command within the limits, and say why it is what it is.
@@ -179,7 +179,7 @@ class DockingController:
         try:
             s, remarks = self._given(s, state, now, goal, obstacles)
             s, detections, unfit = self._goal_located(s, measurements)
-            s = s if self._rerouter is None else self._rerouter.routed(s, clock)
+            s = s if self._rerouter is None else self._rerouter.routed(s)
             s, context, w = self._on_segment(s, clock)
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
@@ -187,6 +187,8 @@ class DockingController:
             after = _sent(after, decision.control, context.begin, context.state)
             after = _looking_again(after, status, decision.verdict.reason, self.config)
             remarks = (*remarks, unfit, *aim.remarks(s.goal))
+            if self._rerouter is not None:
+                after = self._rerouter.planned_on(after, clock)
             sent = command(decision, status, context, after, detections, remarks, self.config, clock)
         except Exception as error:
             # A mistake of this program must not leave the vehicle without a command.

@@ -11,7 +11,7 @@ from rti_mpcc.behaviour.conditions import replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.manoeuvre import SegmentEnd
-from rti_mpcc.model.layout import DELTA_DOT, V
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.recovery import Recovery, next_recovery
@@ -73,6 +73,8 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     stands, latched = s.is_stationary, s.task.latched
     if stands and not replan_due(s, context, w.config):
         return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched))
+    if _wheels_are_off(s, context, w):
+        return _turn_wheels(s, context, w)
     s, attempt, context = first_plan(s, context, w)
     if s.task.phase is Phase.HOLDING:
         return _hold(s, context, w)
@@ -88,6 +90,28 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     verdict = Verdict(Reason.SEARCHES_PLAN, attempt.problem)
     firm = fallback.braking(w.config)
     return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
+
+
+def _wheels_are_off(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
+    """Whether the wheels are to be turned at rest before the segment is begun."""
+    segment, settings = s.task.whole, w.config.behaviour
+    if segment.wheels is None or not s.is_stationary:
+        return False
+    driven = float(context.state[THETA]) - segment.part.start
+    return driven <= settings.wheels_reach and (
+        abs(segment.wheels - float(context.state[DELTA])) > settings.wheels_off
+    )
+
+
+def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    angle = s.task.whole.wheels
+    assert angle is not None
+    decision = ControlDecision(
+        control=fallback.turn_wheels(context.state, angle, w.config),
+        verdict=Verdict(Reason.TURNS_WHEELS, f"{angle:.2f}"),
+        trajectory=lookout.braking(context, w.config.comfort_acceleration, w.config),
+    )
+    return Driven(s, decision)
 
 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:

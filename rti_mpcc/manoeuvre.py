@@ -79,6 +79,8 @@ class Segment:
         part: what is driven; index: of the route's part whose boundaries count.
         end: see `SegmentEnd`; tolerance: of that (longitudinal [m], lateral [m], heading [rad]).
         speed, steering: limits of its own [m/s], [rad], or None for the vehicle's.
+        wheels: angle that the wheels are turned to at rest before it is begun [rad]; None: it is begun with
+            them as they stand.
         dwell: how long the vehicle stands at its end, a cusp or staging pose, at least [s].
         objective: on the way, until an arrival is planned.
         final: what is asked for near its end instead of an arrival, or None.
@@ -96,6 +98,7 @@ class Segment:
     tolerance: tuple[float, float, float] = Behaviour().cusp_tolerance
     speed: float | None = None
     steering: float | None = None
+    wheels: float | None = None
     dwell: float = 0.0
     objective: HorizonObjective = CONTOURING
     final: FinalObjective | None = None

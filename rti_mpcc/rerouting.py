@@ -1,12 +1,13 @@
 """When the way in an area is planned, and planned anew, slice by slice beside the control.
 
 A controller that was given an area instead of a path knows no recovery of its own: where it cannot get on, it
-asks for another way from where it is. While one is planned the vehicle stands, on a route of no length.
+asks for another way from where it is. While one is planned the vehicle stands, on a route of no length, or
+makes for a stop from which it is planned.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
@@ -22,6 +23,22 @@ NO_MANOEUVRE = 1.0
 """Length of the straight route that a vehicle stands on while it has no manoeuvre [m]."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Asked:
+    """What a way is planned for: from where, to what goal, and after how many obstacle changes."""
+
+    start: Pose2
+    goal: Pose2
+    changes: int
+
+    def answers(self, other: _Asked, most: tuple[float, float, float]) -> bool:
+        """Whether a way that was planned for this serves the other as well."""
+        near = other.start.relative_to(self.start).within(most) and other.goal.relative_to(self.goal).within(
+            most
+        )
+        return near and self.changes == other.changes
+
+
 class Rerouter:
     """Plans the ways of one controller.
 
@@ -31,35 +48,57 @@ class Rerouter:
 
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
+        self._asked: _Asked | None = None
         self._planning: RoutePlanning | None = None
-        self._planned_from: tuple[Pose2, Pose2, int] | None = None
-
-    def routed(self, s: ControllerState, clock: CycleClock) -> ControllerState:
-        """The state with another way, if one was asked for and is found by now."""
-        if s.task.phase is not Phase.PLANNING:
-            why = self._asks(s)
-            return s if not why else self._without_way(s, why)
-        return self._advanced(s, clock)
 
     def forget(self) -> None:
         """Keep nothing of a search that is under way."""
-        self._planning = self._planned_from = None
+        self._asked = self._planning = None
+
+    def routed(self, s: ControllerState) -> ControllerState:
+        """The state with another way, where one is needed and found, or without any, where one is needed."""
+        if s.task.phase is not Phase.PLANNING:
+            why = self._asks(s)
+            if not why:
+                return s
+            s = moves.without_way(s, *standing_route(_here(s)), why)
+        return self._answered(s)
+
+    def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
+        """Go on planning, with what time this cycle has left."""
+        asked = self._needed(s)
+        if asked is None:
+            return s
+        if self._asked is None or not self._asked.answers(asked, self._config.route.unmoved):
+            known = self._area.with_obstacles([each.outline for each in s.area.standing])
+            self._asked = asked
+            self._planning = RoutePlanning(asked.start, asked.goal, known, self._config)
+        planning = self._planning
+        assert planning is not None
+        before = planning.seconds
+        slices = self._config.route.slices if s.is_stationary else 1
+        for _ in range(slices):
+            if planning.manoeuvre is not None or not clock.grants():
+                break
+            planning.advance()
+        if planning.seconds == before:
+            return s
+        assert s.route is not None
+        return replace(s, route=replace(s.route, seconds=s.route.seconds + planning.seconds - before))
 
     def _asks(self, s: ControllerState) -> str:
         """Why another way is needed, or ""."""
         route, task, settings = s.route, s.task, self._config.route
         assert route is not None
-        if route.manoeuvre is None:
-            return ""
-        goal = s.goal.pose
-        if goal is not None and self._elsewhere(goal, route.manoeuvre.goal):
+        goal, planned = s.goal.pose, route.manoeuvre
+        if goal is not None and planned is not None and self._elsewhere(goal, planned.goal):
             return "the goal is elsewhere"
+        if task.phase is Phase.HOLDING and task.stop is not None:
+            return "something fills the way"
         if not s.vehicle.is_stationary(s.now, settings.replan_after):
             return ""
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
-        if task.phase is Phase.HOLDING and task.stop is not None:
-            return "something fills the way"
         if task.halt is not None:
             return "something is in the way"
         if task.phase is Phase.STARTING and task.latched:
@@ -71,54 +110,36 @@ class Rerouter:
         off = goal.relative_to(planned)
         return apart(goal, planned) > position or abs(off.phi) > heading
 
-    def _without_way(self, s: ControllerState, why: str) -> ControllerState:
-        """The vehicle is to stand until there is another way."""
-        self._planning = None
-        return moves.without_way(s, *standing_route(_here(s)), why)
+    def _needed(self, s: ControllerState) -> _Asked | None:
+        """What is to be planned for now; None: nothing.
 
-    def _advanced(self, s: ControllerState, clock: CycleClock) -> ControllerState:
-        """Go on planning; drive what is found."""
-        route, goal = s.route, s.goal.pose
-        assert route is not None
-        if goal is None or s.vehicle.monitor.state is None or not s.is_stationary or s.vehicle.monitor.why:
-            return s
-        here = _here(s)
-        asked = here, goal, s.area.changes
-        if self._planned_from is None or self._moved(asked, self._planned_from):
+        A vehicle that makes for a stop before something that fills its way will need another one from there.
+        """
+        goal, monitor = s.goal.pose, s.vehicle.monitor
+        if goal is None or monitor.state is None or monitor.why:
+            return None
+        if s.task.phase is Phase.PLANNING:
             if not s.vehicle.is_stationary(s.now, self._config.dead_time):
-                return s
-            self._planned_from = asked
-            known = self._area.with_obstacles([each.outline for each in s.area.standing])
-            self._planning = RoutePlanning(here, goal, known, self._config)
-        planning = self._planning
-        if planning is None:
-            return s  # what there was to find is known
-        for _ in range(self._config.route.slices):
-            if planning.manoeuvre is not None or not clock.grants():
-                break
-            planning.advance()
-        found = planning.manoeuvre
-        if found is None:
+                return None
+            return _Asked(start=_here(s), goal=goal, changes=s.area.changes)
+        if s.task.stop is None:
+            return None
+        part = s.task.segment.part
+        return _Asked(start=part.pose(min(s.task.stop.at, part.end)), goal=goal, changes=s.area.changes)
+
+    def _answered(self, s: ControllerState) -> ControllerState:
+        """Drive a way that was found for where the vehicle stands; say why there is none."""
+        asked, route, settings = self._needed(s), s.route, self._config.route
+        found = None if self._planning is None else self._planning.manoeuvre
+        if asked is None or found is None or self._asked is None or route is None:
             return s
-        self._planning = None
-        told = replace(
-            route,
-            manoeuvre=found,
-            seconds=route.seconds + planning.seconds,
-            changes=s.area.changes,
-            since=s.now,
-        )
+        if not self._asked.answers(asked, settings.near):
+            return s
+        told = replace(route, manoeuvre=found, changes=s.area.changes)
         if not found.found:
             return replace(s, route=replace(told, why=found.reason))
-        self._planned_from = None
-        return moves.onto_way(s, found, replace(told, planned=route.planned + 1, why=""))
-
-    def _moved(self, now: tuple[Pose2, Pose2, int], before: tuple[Pose2, Pose2, int]) -> bool:
-        """Whether what is planned for has changed by more than it is known."""
-        least = self._config.route.unmoved
-        start, goal = now[0].relative_to(before[0]), now[1].relative_to(before[1])
-        still = start.within((least, least, least)) and goal.within((least, least, least))
-        return not still or now[2] != before[2]
+        self.forget()
+        return moves.onto_way(s, found, replace(told, planned=route.planned + 1, why="", since=s.now))
 
 
 def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:

@@ -103,6 +103,10 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
     """From a first guess along the path; finds out what fills the way of it."""
     context = scouting.context
     s = schedule.scheduled(scouting.s, context, w.config)
+    filled = _met_on_planned_way(s, context, w)
+    if filled is not None:
+        nothing = SqpResult(solutions=(), problem="something fills the way", corridor_infeasible=True)
+        return replace(scouting, found=Found(s.suspending(None), nothing, context), obstruction=filled)
     s, attempt, guess = _from_guess(s, context, w)
     obstruction = None
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
@@ -122,6 +126,18 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
     return replace(scouting, found=Found(s, attempt, context), obstruction=obstruction)
+
+
+def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspace) -> Obstruction | None:
+    """What fills a way that was planned past all that was known then: there is no passing it, another way is
+    planned; None: nothing."""
+    if s.route is None or not context.free or not s.area.corridor.obstacles:
+        return None
+    guess = search.first_guess(w.mpcc, s, context)
+    distance = contact.distance_to_obstacle(guess, s.area.corridor, s.task.segment.index, w.config, inf)
+    if distance == inf:
+        return None
+    return Obstruction(at=lookout.progress_of_contact(s, guess, distance, w.config), detours=())
 
 
 def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:

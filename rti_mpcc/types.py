@@ -92,6 +92,7 @@ class Reason(Enum):
     """There is none that may be driven, what follows says why."""
     SEARCHES_PLAN = "searches plan", "{}"
     """There is no first one yet."""
+    TURNS_WHEELS = "turns wheels", "turning the wheels at rest to {} rad"
     LOOKS_SOON = "looks soon", "standing, looks again soon: {}"
     OVERLAP = "overlap", "{}"
     """The body overlaps something."""

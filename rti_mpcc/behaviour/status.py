@@ -19,6 +19,7 @@ STATUS_OF = {
     Reason.LOOKS_SOON: Status.FAILED,
     Reason.GOAL_UNCERTAIN: Status.GOAL_LOST,
     Reason.LATE: Status.STARTING,
+    Reason.TURNS_WHEELS: Status.STARTING,
     Reason.SEARCHES_PLAN: Status.STARTING,
     Reason.SETTLES: Status.SETTLING,
     Reason.STANDS_AT_CUSP: Status.CHANGING_DIRECTION,

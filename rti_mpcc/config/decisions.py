@@ -48,6 +48,8 @@ class Behaviour(Settings):
             on from there [m].
         cusp_shift: share of the tolerance at a cusp by which the pose that is made for may lie beside it:
             the rest is for how the vehicle gets there (docs/decisions/13-cusps.md).
+        wheels_off: a segment that says so is begun with the wheels within this of the angle that it begins
+            with [rad]; wheels_reach: as long as no more of it than this is driven [m].
         near_stop: a vehicle this near to a stop before something stays where it is [m].
         stop_tolerance: what counts as being at such a stop: longitudinal [m], lateral [m], heading [rad].
     """
@@ -64,6 +66,8 @@ class Behaviour(Settings):
     cusp_tolerance: Tolerance = (0.1, 0.1, radians(3.0))
     cusp_reach: NonNegative = 0.5
     cusp_shift: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
+    wheels_off: Positive = 0.1
+    wheels_reach: NonNegative = 0.5
     near_stop: NonNegative = 0.2
     stop_tolerance: Tolerance = (0.2, 1.0, 0.5)
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from geometry.settings import NonNegative, Positive, Settings
+from geometry.settings import NonNegative, Positive, Settings, Tolerance
 
 
 class RoutePlanner(Settings):
@@ -33,8 +33,8 @@ class RoutePlanner(Settings):
         box: without a boundary the area reaches so far beyond all that is given [m].
         replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s];
             goal_moved: so does one whose goal is farther than this from the one that its way leads to [m], [rad].
-        unmoved: what is planned is kept while the vehicle and its goal are within this of where they were [m],
-            [rad]; slices: of planning in one cycle, at most.
+        unmoved: what is planned goes on while the vehicle and its goal are within this of where they were
+            (longitudinal [m], lateral [m], heading [rad]); near: and is driven from within this. slices: of planning in one cycle, at most.
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
     """
 
@@ -60,7 +60,8 @@ class RoutePlanner(Settings):
     box: Positive = 15.0
     replan_after: NonNegative = 1.0
     goal_moved: tuple[Positive, Positive] = (1.0, 0.35)
-    unmoved: NonNegative = 0.03
+    unmoved: Tolerance = (0.03, 0.03, 0.03)
+    near: Tolerance = (0.1, 0.05, 0.035)
     slices: Annotated[int, Field(ge=1, le=10_000)] = 4
     nodes: Annotated[int, Field(ge=1, le=10**9)] = 100_000
     seconds: Positive = 10.0

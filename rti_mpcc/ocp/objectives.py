@@ -42,7 +42,8 @@ class ComfortWeights(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StageWeights:
-    """Effective weights: (N+1,) on states, (N,) on controls, goal (3,) and goal_speed at stage N only.
+    """Effective weights: (N+1,) on states, (N,) on controls, goal (3,), goal_speed and goal_wheels at stage N
+    only.
     `comfort` is on what goes beyond `Comfort`.
 
     `by_progress` has their slopes where they are blended. `slack` is the linear weight of the corridor slack
@@ -67,6 +68,7 @@ class StageWeights:
     slack: float
     scale: float
     by_progress: WeightSlopes | None = None
+    goal_wheels: float = 0.0
 
     @property
     def follows_path(self) -> bool:
@@ -272,6 +274,8 @@ def arrival_weights(
         goal_clipped=True,
         scale=1.0 / weights.arrival_pose,
     )
+    if target.wheels is not None:
+        found = replace(found, goal_wheels=weights.arrival_wheels)
     if weights.arrival_contouring == 0.0:
         return found
     on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)

@@ -2,7 +2,8 @@
 
 (C1)  stage:    q_l e_l² + q_c e_c² + q_phi e_phi² + q_lat a_lat² + soft distance to the boundaries
 (C2)  control:  r_a a² + r_delta delta_dot² + r_theta theta_dot² - gamma theta_dot
-(C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²
+(C3)  end:      |z_N - goal|² with q_N on position and heading, beyond the clip linear; q_v v_N²;
+               q_w (delta_N - wheels)² where the next segment begins with such an angle
 (C4)  comfort:  q_comfort e² for f = a_lat of a stage, a and delta_dot of a control, beyond the clip linear;
                 e = max(0, |f| - f_comfort) rounded off: e = c log(1 + exp((|f| - f_comfort) / c))
 
@@ -55,6 +56,7 @@ def quadratic_cost(
     wheelbase: float,
     comfort: Comfort,
     settings: Weights,
+    wheels: float = 0.0,
 ) -> QuadraticCost:
     """The model about `states` (N+1, 6) and `controls` (N, 3), paper Eq. 2 (C3) and Eq. 5 (C1), (C2); (C4).
 
@@ -63,6 +65,7 @@ def quadratic_cost(
         walls: of the rear axle, where the soft distance acts.
         goal: what the last stage is to reach, in the frame and on the branch of `states`.
         settings: from where on terms act, and where they are clipped; what they weigh is in `weights`.
+        wheels: angle that the wheels are to have at the last stage, where a weight is on it [rad].
     """
     hessian = np.zeros((len(states), STATES, STATES))
     gradient = np.zeros((len(states), STATES))
@@ -86,7 +89,8 @@ def quadratic_cost(
             _add_wall_slopes(walls.distance, slopes.bound_distance, reaches[0], gradient)
     pull = np.array((goal.x, goal.y, goal.phi))
     clip_goal = settings.goal_clip if weights.goal_clipped else (np.inf, np.inf)
-    _add_goal(states[-1], pull, weights.goal, weights.goal_speed, *clip_goal, hessian, gradient)
+    at_end = weights.goal_speed, weights.goal_wheels, wheels
+    _add_goal(states[-1], pull, weights.goal, *at_end, *clip_goal, hessian, gradient)
     on_controls = weights.acceleration, weights.steering_rate, weights.virtual_speed
     _control_cost(controls, *on_controls, weights.progress_reward, control_hessian, control_gradient)
     for column, most, on_excess in (
@@ -257,12 +261,15 @@ def _add_goal(
     goal: Array1,
     weights: Array1,
     on_speed: float,
+    on_wheels: float,
+    wheels: float,
     most_position: float,
     most_heading: float,
     hessian: Out3,
     gradient: Out2,
 ) -> None:
-    """Equation (C3), `weights` (3,) on the pose, the `goal` (3,); `most_...`: the clip."""
+    """Equation (C3), `weights` (3,) on the pose, the `goal` (3,), the angle of the `wheels`; `most_...`: the
+    clip."""
     end = len(gradient) - 1
     dx, dy, turn = last[X] - goal[X], last[Y] - goal[Y], last[PHI] - goal[PHI]
     share = min(1.0, most_position / max(hypot(dx, dy), 1e-12))
@@ -272,6 +279,7 @@ def _add_goal(
         (Y, weights[Y], share * dy),
         (PHI, weights[PHI], turn),
         (V, on_speed, last[V]),
+        (DELTA, on_wheels, last[DELTA] - wheels),
     ):
         hessian[end, i, i] += 2.0 * weight
         gradient[end, i] += 2.0 * weight * error

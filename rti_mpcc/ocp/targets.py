@@ -26,6 +26,7 @@ class Target:
         theta_end: end of the part [m].
         kind: the path's own end (or cusp), or a goal pose beside or behind it.
         goal: that pose as it was given, with its heading on any branch; None for the path's end.
+        wheels: angle that the wheels are to come to there [rad], or None.
     """
 
     pose: Pose2
@@ -33,6 +34,7 @@ class Target:
     theta_end: float
     kind: TargetKind
     goal: Pose2 | None = None
+    wheels: float | None = None
 
     @property
     def stop(self) -> float:
@@ -73,9 +75,9 @@ def path_end(part: PathPart) -> Target:
     return Target(pose=part.last, theta=part.end, theta_end=part.end, kind=TargetKind.PATH_END)
 
 
-def ended_at(part: PathPart, pose: Pose2) -> Target:
-    """A pose just beside the part's own end as its target."""
-    return replace(path_end(part), pose=replace(pose, phi=lift(pose.phi, part.last.phi)))
+def ended_at(part: PathPart, pose: Pose2, wheels: float | None = None) -> Target:
+    """A pose just beside the part's own end as its target, with the wheels at an angle [rad]."""
+    return replace(path_end(part), pose=replace(pose, phi=lift(pose.phi, part.last.phi)), wheels=wheels)
 
 
 def stop_on(part: PathPart, theta: float) -> Target:

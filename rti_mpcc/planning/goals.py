@@ -112,9 +112,7 @@ def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig
     if moved <= limits.unmoved:
         return True
     if _misplaced(goal, last.beside, vehicle, limits)[0]:
-        return (
-            False  # by that place of the path: another one may be nearer
-        )
+        return False  # by that place of the path: another one may be nearer
     left = last.room - moved
     clear = known and left > _margin(config) and not last.remark
     return clear or (moved <= limits.nearly_unmoved and left > 0.0)

@@ -159,7 +159,12 @@ def _too_short(arrival: Arrival, needed: float, context: PlanningContext, config
 
 
 def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there."""
+    """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there.
+
+    Not on a way that was planned from where it stands: that one can be driven.
+    """
+    if s.route is not None and s.task.restarts == 0:
+        return False
     error, (_, across, heading) = context.error, context.tolerance
     near = hypot(error.x, error.y) <= config.retries.retreat_reach
     return near and s.is_stationary and (abs(error.y) > across or abs(error.phi) > heading)

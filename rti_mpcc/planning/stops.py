@@ -91,5 +91,5 @@ def way_may_be_free(s: ControllerState, config: ControllerConfig) -> bool:
         return False
     before, most = stop.goal, config.arrival_timing.target_moved
     elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > most
-    there_now = s.task.phase is Phase.HOLDING and not stop.from_there
+    there_now = s.route is None and s.task.phase is Phase.HOLDING and not stop.from_there
     return elsewhere or there_now or stop.obstacles != s.area.changes

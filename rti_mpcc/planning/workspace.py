@@ -107,7 +107,8 @@ class Workspaces:
         if end is SegmentEnd.GOAL and goal is not None:
             return goal_on(part, goal, s.task.target, reach=self._config.progress.projection_reach)
         if end is SegmentEnd.CUSP and self._config.arrival:
-            return ended_at(part, self._cusp(s, part))
+            then = s.task.on_whole().segments[1]
+            return ended_at(part, self._cusp(s, part), then.wheels)
         return path_end(part)
 
     def _cusp(self, s: ControllerState, part: PathPart) -> Pose2:

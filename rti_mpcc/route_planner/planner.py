@@ -322,6 +322,7 @@ def _found(problem: _Problem, stretches: list[Array], clearance: float, nodes: i
                 index=index,
                 end=SegmentEnd.GOAL if last else SegmentEnd.CUSP,
                 tolerance=config.goal_tolerance if last else config.behaviour.cusp_tolerance,
+                wheels=atan(config.vehicle.wheelbase * float(part.curvatures[0])),
             )
         )
         pose, theta = part.last, part.end

@@ -18,7 +18,7 @@ driving, as gently as it stands in time. It is blocked until the way has been cl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -26,7 +26,7 @@ import numpy as np
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import rollout
-from rti_mpcc.model.layout import DELTA_DOT, PHI, A, V, X, Y
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, resample, stage_times
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.types import Array, Source, Trajectory
@@ -87,6 +87,13 @@ def hold(state: Array, config: ControllerConfig) -> ControlInput:
     most = config.limits.acceleration
     wanted = max(min(-float(state[V]) / config.fallback.holding_time, most), -most)
     return ControlInput(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
+
+
+def turn_wheels(state: Array, angle: float, config: ControllerConfig) -> ControlInput:
+    """Stay at a standstill and turn the wheels to an angle [rad], as fast as comfort has it."""
+    most = min(config.comfort_steering_rate, config.limits.steering_rate)
+    rate = (angle - float(state[DELTA])) / config.cycle
+    return replace(hold(state, config), steering_rate=max(min(rate, most), -most))
 
 
 def braking(config: ControllerConfig) -> float:
