@@ -1,4 +1,4 @@
-"""Where the pieces of a body are nearest to what is solid on each of their flanks: half-planes on open ground.
+"""Where the pieces of a body are nearest to what is solid on each flank: half-planes on open ground.
 
 In a corridor a side is a boundary. On open ground there are solid shapes all around, and the body may have to
 stand between two of them: the nearest one alone would show a slot as one wall. So the sides are those of the

@@ -35,8 +35,8 @@ class Weights(Settings):
             h / stage_length times. 0.1 s is the printed sum, 1 s the published code's integral.
         arrival_pose, arrival_speed: on position [1/m²], heading [1/rad²] and speed [s²/m²] at the
             end of a planned arrival.
-        arrival_wheels: on the angle of the wheels at the end of a planned arrival, where one is to come after it
-            for which they are turned [1/rad²].
+        arrival_wheels: on the angle of the wheels at the end of a planned arrival, where the next segment
+            begins with another one [1/rad²].
         arrival_contouring: contouring weight far from the goal during an arrival.
         comfort, arrival_comfort: on the squared excess over comfort, in the order of `Comfort` [s⁴/m²],
             [s⁴/m²], [s²/rad²], while contouring and during an arrival.

@@ -10,31 +10,34 @@ from geometry.settings import NonNegative, Positive, Settings, Tolerance
 
 
 class RoutePlanner(Settings):
-    """How `plan_manoeuvre` looks for a way.
+    """How `plan_manoeuvre` looks for a way, and when a controller in an area looks for another one.
 
     Attributes:
         margin: distance that the body keeps to all that stands where there is room [m];
             hard_minimum: and everywhere [m].
         curvature_share: of the vehicle's largest curvature that a way takes: the rest is for control.
         steering_slope: change of the steering along the way, at most [rad/m].
+        search_share: as `curvature_share`, of the search: it knows no change of the steering, and less leaves
+            room to smoothing; reserve: kept on top of the hard minimum in the search [m].
         final_straight: length of the straight last stretch into the goal [m].
         reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
-            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard minimum,
-            on top of its own, falling to 0 at the margin.
-        search_share: the same for the search, which knows no change of the steering: less than it leaves room
-            to smoothing; reserve: kept on top of the hard minimum in the search [m].
-        arc: length of the arcs of the search; open: room beside the body from which on they are twice as long,
-            both in radii of the sharpest bend; weight: of the estimate
-            of what is left to the goal; finer: by these factors the
-            lattice is finer near the ends, one search after the other until there is a way; cells: of the grid
-            of estimates, at most.
-        places: on a way that are tried to be joined directly; knots: distance of the curvatures of a smoothed
-            way, in radii of the vehicle's sharpest bend; smoothing_iterations: at most.
+            steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard
+            minimum, on top of its own, falling to 0 at the margin.
+        arc: length of the arcs of the search; open: room beside the body from which on they are twice as
+            long, both in radii of the sharpest bend.
+        weight: of the estimate of what is left to the goal.
+        finer: by these factors the lattice is finer near the ends, one search after the other until there
+            is a way; cells: of the grid of estimates, at most.
+        places: on a way that are tried to be joined directly.
+        knots: distance of the curvatures of a smoothed way, in radii of the sharpest bend;
+            smoothing_iterations: at most.
         box: without a boundary the area reaches so far beyond all that is given [m].
-        replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s];
-            goal_moved: so does one whose goal is farther than this from the one that its way leads to [m], [rad].
+        replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s].
+        goal_moved: so does one whose goal is farther than this from the one that its way leads to [m],
+            [rad].
         unmoved: what is planned goes on while the vehicle and its goal are within this of where they were
-            (longitudinal [m], lateral [m], heading [rad]); near: and is driven from within this. slices: of planning in one cycle, at most.
+            (longitudinal [m], lateral [m], heading [rad]); near: and is driven from within this.
+        slices: of planning in one cycle of a vehicle that stands, at most; one of a vehicle that drives.
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
     """
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import osqp
+from scipy.sparse import csc_matrix
 
 from geometry.compiled import Array1, Out1, kernel
 from rti_mpcc.config import AdmmSettings, SolverSettings
@@ -79,6 +80,54 @@ class QpSolution:
     residuals: tuple[float, float]
     stopped: Stop | None
     seconds: float
+
+
+def solve_once(
+    cost: Array,
+    gradient: Array,
+    constraints: Array,
+    lower: Array,
+    upper: Array,
+    *,
+    accuracy: float,
+    iterations: int,
+) -> Array | None:
+    """The solution (n,) of min x'Px/2 + q'x, l <= Ax <= u, or None: of a QP that is not solved again.
+
+    Args:
+        cost: P (n, n), dense; gradient: q (n,); constraints: A (m, n), dense; lower, upper: (m,).
+        accuracy: absolute and relative, of the residuals; iterations: at most. Numbers are to be about 1:
+            nothing is scaled.
+
+    Raises:
+        ValueError: lengths that do not fit, numbers that are none, or a lower bound above its upper one.
+    """
+    m, n = constraints.shape
+    if cost.shape != (n, n) or gradient.shape != (n,) or lower.shape != (m,) or upper.shape != (m,):
+        raise ValueError(f"a QP of {n} variables and {m} rows: other lengths were given")
+    finite = all(np.isfinite(each).all() for each in (cost, gradient, constraints))
+    if not finite or not (lower <= upper).all():
+        raise ValueError(BAD_BOUNDS)
+    solver = osqp.OSQP()
+    solver.setup(
+        csc_matrix(np.triu(cost)),
+        gradient,
+        csc_matrix(constraints),
+        lower,
+        upper,
+        verbose=False,
+        scaling=0,
+        rho=1.0,
+        eps_abs=accuracy,
+        eps_rel=accuracy,
+        max_iter=iterations,
+        check_termination=10,
+    )
+    answer = solver.solve(raise_error=False)
+    if int(answer.info.status_val) not in GOOD | UNFINISHED or not np.isfinite(answer.x).all():
+        return None
+    found: Array = np.asarray(answer.x)
+    return found
 
 
 class QpSolver:

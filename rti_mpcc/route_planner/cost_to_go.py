@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array1, Array2, Index1, Out1, Out2, inner, kernel, record
+from geometry.compiled import Array1, Array2, Out2, inner, kernel, record
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import RoutePlanner, Vehicle
 from rti_mpcc.route_planner.priority_queue import pop, push
@@ -34,8 +34,8 @@ class CostToGo(NamedTuple):
 
 
 def axle_clearances(solid: ShapeGrid, low: Array, high: Array, cell: float, reach: float) -> Array:
-    """Distances (rows, columns) of the rear axle to all that is solid, up to `reach` [m], at the middles of cells
-    from `low` (2,) to `high` (2,) [m]."""
+    """Distances (rows, columns) of the rear axle to all that is solid, up to `reach` [m], at the middles of
+    cells from `low` (2,) to `high` (2,) [m]."""
     columns, rows = np.maximum(np.ceil((high - low) / cell).astype(int), 1)
     x, y = low[0] + cell * (np.arange(columns) + 0.5), low[1] + cell * (np.arange(rows) + 0.5)
     points = np.zeros((rows * columns, 3))
@@ -69,7 +69,14 @@ def cost_to_go(
 
 @kernel
 def _dijkstra(
-    apart: Array2, least: float, near: float, closeness: float, row: float, column: float, cell: float, cost: Out2
+    apart: Array2,
+    least: float,
+    near: float,
+    closeness: float,
+    row: float,
+    column: float,
+    cell: float,
+    cost: Out2,
 ) -> None:
     rows, columns = apart.shape
     heap, member = np.empty(8 * rows * columns), np.empty(8 * rows * columns, np.int64)
@@ -100,6 +107,12 @@ def _dijkstra(
 def looked_up(known: CostToGo, x: float, y: float) -> float:
     """Cost at a place, of the cell that it is in, less what it may be off within a cell [m]; inf outside."""
     row, column = int((y - known.origin[1]) / known.cell), int((x - known.origin[0]) / known.cell)
-    if y < known.origin[1] or x < known.origin[0] or row >= known.cost.shape[0] or column >= known.cost.shape[1]:
+    if (
+        y < known.origin[1]
+        or x < known.origin[0]
+        or row >= known.cost.shape[0]
+        or column >= known.cost.shape[1]
+    ):
         return inf
-    return max(known.cost[row, column] - known.cell, 0.0)
+    left: float = max(known.cost[row, column] - known.cell, 0.0)
+    return left

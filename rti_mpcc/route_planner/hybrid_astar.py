@@ -1,10 +1,10 @@
 """Hybrid A*: a way for a car from one pose to another, past all that stands.
 
 After Dolgov, Thrun, Montemerlo, Diebel, "Path planning for autonomous vehicles in unknown semi-structured
-environments", IJRR 2010. Nodes are poses (x, y, heading) with the direction in which they were reached; of the
-poses in one cell of a lattice the cheapest one is kept, exactly. From a node the vehicle drives arcs in both
-directions, with the wheels straight, half and fully turned; one that is blocked on the way ends where it is
-blocked.
+environments", IJRR 2010. Nodes are poses (x, y, heading) with the direction in which they were reached; of
+the poses in one cell of a lattice the cheapest one is kept, exactly. From a node the vehicle drives arcs in
+both directions, with the wheels straight, half and fully turned; one that is blocked on the way ends where it
+is blocked.
 
 Two trees grow in turn, one from the start and, against time, one from the goal: what is tight at one end is
 easily left and hard to come into. Now and then the cheapest Reeds-Shepp curves from a node to places of the
@@ -34,7 +34,7 @@ SEARCHING: Final = 0
 EXHAUSTED: Final = 1
 ENDED: Final = 2
 FULL: Final = 3
-"""How a slice of a search ended: it may go on, all is searched, no better way is to be expected, no memory."""
+"""How a slice of a search ended: it may go on, all is searched, no better way is expected, no memory."""
 
 _NODES: Final = 0
 _QUEUED: Final = 1
@@ -67,8 +67,8 @@ class Terms(NamedTuple):
         reach: of the body from the rear axle [m].
         margin: that the body keeps at least; near: closer than this costs more [m].
         ahead, back: cost of a metre forward and in reverse; cusp, steering, closeness: see `RoutePlanner`.
-        weight: of the estimate; finer: by this factor the lattice is finer near the ends, within a distance of
-            `fine` [m], where the body has less than `tight` [m] beside it.
+        weight: of the estimate; finer: by this factor the lattice is finer near the ends, within a distance
+            of `fine` [m], where the body has less than `tight` [m] beside it.
         more: after a first way so many times the nodes until then are expanded for a better one.
     """
 
@@ -102,8 +102,8 @@ class Tree(NamedTuple):
         cost: (n,) from the root; room: (n,) clearance at the pose, as far as it is looked at [m].
         parent: (n,); closed: (n,) 1 once expanded.
         priority, member: the heap; keys, place: the table of lattice cells.
-        counters: see above; places: nodes that a curve from the other tree may lead to, and the table of cells
-            by which they are chosen, one of each.
+        counters: see above; places: nodes that a curve from the other tree may lead to; taken: the table of
+            cells by which they are chosen, one of each.
     """
 
     pose: Out2
@@ -142,8 +142,8 @@ class Whole(NamedTuple):
 def _key(x: float, y: float, phi: float, forward: bool, share: float, cell: float) -> int:
     """Of a place in the lattice that is finer by this share."""
     size, headings = cell / share, int(_HEADINGS * share)
-    i, j = int(floor(x / size)) & 0xFFFFF, int(floor(y / size)) & 0xFFFFF
-    turn = int(floor(phi / (2.0 * pi) * headings + 0.5)) % headings
+    i, j = floor(x / size) & 0xFFFFF, floor(y / size) & 0xFFFFF
+    turn = floor(phi / (2.0 * pi) * headings + 0.5) % headings
     level = 0 if share < 1.0 else 1 if share == 1.0 else 2
     return (((((i << 20) | j) << 12) | turn) << 3) | (level << 1) | (1 if forward else 0)
 
@@ -166,7 +166,9 @@ def _free_cost(x: float, y: float, phi: float, target: Array, terms: Terms) -> f
     dx, dy, turn = target[0] - x, target[1] - y, target[2] - phi
     along, across = c * dx + s * dy, c * dy - s * dx
     if terms.ahead > terms.back:  # searched against the way it will be driven: forward there is reverse here
-        return least_cost(-along, across, -turn, terms.radius, terms.ahead / terms.back, terms.cusp) * terms.back
+        return (
+            least_cost(-along, across, -turn, terms.radius, terms.ahead / terms.back, terms.cusp) * terms.back
+        )
     return least_cost(along, across, turn, terms.radius, terms.back / terms.ahead, terms.cusp) * terms.ahead
 
 
@@ -213,7 +215,7 @@ def advance(
             return ENDED if whole.best[0] < inf else FULL
         tree.closed[node] = 1
         counters[_EXPANDED] += 1
-        x, y, phi = tree.pose[node, 0], tree.pose[node, 1], tree.pose[node, 2]
+        x, y = tree.pose[node, 0], tree.pose[node, 1]
         left = hypot(other.pose[0, 0] - x, other.pose[0, 1] - y)
         whole.best[1] = min(whole.best[1], left)
         _take_place(tree, node, terms)
@@ -232,8 +234,8 @@ def _take_place(tree: Tree, node: int, terms: Terms) -> None:
     """Let curves from the other tree lead to this node, if it is the first in its place."""
     x, y = tree.pose[node, 0] - tree.pose[0, 0], tree.pose[node, 1] - tree.pose[0, 1]
     size = 0.5 * terms.radius
-    i, j = int(floor(x / size)) & 0xFFFFF, int(floor(y / size)) & 0xFFFFF
-    turn = int(floor(tree.pose[node, 2] / (2.0 * pi) * 8.0 + 0.5)) % 8
+    i, j = floor(x / size) & 0xFFFFF, floor(y / size) & 0xFFFFF
+    turn = floor(tree.pose[node, 2] / (2.0 * pi) * 8.0 + 0.5) % 8
     key = (((i << 20) | j) << 3) | turn
     count = tree.counters[_PLACES]
     if count >= len(tree.places):
@@ -306,15 +308,18 @@ def _branch(
             cost = base + metre * driven + extra
             if cost >= whole.best[0]:
                 continue
-            ends = min(
-                hypot(x - target[0], y - target[1]), hypot(x - root[0], y - root[1])
+            ends = min(hypot(x - target[0], y - target[1]), hypot(x - root[0], y - root[1]))
+            share = (
+                terms.finer
+                if clear < terms.tight and ends < terms.fine
+                else 0.5
+                if clear >= terms.open
+                else 1.0
             )
-            share = terms.finer if clear < terms.tight and ends < terms.fine else 0.5 if clear >= terms.open else 1.0
             key = _key(x - root[0], y - root[1], phi, sign > 0, share, terms.cell)
             at = slot_of(tree.keys, key)
-            if tree.keys[at] != EMPTY:
-                if tree.cost[tree.place[at]] <= cost:
-                    continue
+            if tree.keys[at] != EMPTY and tree.cost[tree.place[at]] <= cost:
+                continue
             left = _estimate(x, y, phi, target, terms, grid)
             if left == inf:
                 continue
@@ -432,8 +437,8 @@ def as_pieces(lengths: Array, turns: Array, radius: float, pieces: Array) -> Non
 
 @inner
 def cost_along(pieces: Array, came: float, bent: float, terms: Terms) -> float:
-    """Cost of a curve, after a piece of signed length `came` [m] and curvature `bent` [1/m], but for how close
-    it is to anything."""
+    """Cost of a curve, after a piece of signed length `came` [m] and curvature `bent` [1/m], but for how
+    close it is to anything."""
     cost, before, steering = 0.0, came, atan(terms.wheelbase * bent)
     for k in range(len(pieces)):
         length = pieces[k, 0]
@@ -500,8 +505,8 @@ class HybridAStar:
 
     Args:
         body, solid: the vehicle, and all that is solid; terms: see there.
-        starts, goals: (n, 3) poses; last: (n, 2) signed length [m] and curvature [1/m] of a piece that leads on
-            from each of the goals.
+        start: (3,); goals: (n, 3); last: (n, 2) signed length [m] and curvature [1/m] of a piece that leads
+            on from each of the goals.
         grids: estimates of the cost to the goal and, against time, to the start; nodes: expanded at most.
     """
 

@@ -1,7 +1,7 @@
 """From any pose to any other: a manoeuvre that the vehicle can drive, past all that stands in an area.
 
-1. Hybrid A* from the start and, against time, from the goal, slice by slice in turn: the one that begins where
-   it is tight is soon done, and nobody has to know which one that is (`hybrid_astar`).
+1. Hybrid A* from the start and, against time, from the goal, in turn: who begins where it is tight is soon
+   out of it, and nobody has to know which end that is (`hybrid_astar`).
 2. The way found is made cheaper by Reeds-Shepp curves between places on it (`shortening`).
 3. It is made drivable without standing still to steer (`smoothing`), and checked at every centimetre.
 4. Where that fails the way stays as it was found, and the wheels are turned at rest between its pieces.
@@ -9,16 +9,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 from math import atan, ceil, hypot, inf, sqrt
 from time import perf_counter
 
 import numpy as np
 
-from geometry import Area, PathPart, Pose2, ReferencePath
+from geometry import Area, Pose2, ReferencePath
 from geometry.arrays import Array
-from geometry.compiled import Array1, Array2, Out2, kernel
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
@@ -30,11 +29,16 @@ from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
 
 _SLICE = 64  # nodes between two questions whether there is time
 _CHECK = 0.01  # [m] between the poses that are checked in the end
-_NEAR_GOAL, _SETTLED = 1e-2, 0.03  # error at the goal [m], [rad], change of a curvature as a share, of a smooth way
+_NEAR_GOAL, _SETTLED = (
+    1e-2,
+    0.03,
+)  # error at the goal [m], [rad], change of a curvature as a share, of a smooth way
 _FIRMER = 3  # so often a way that is smooth but not clear is made to keep its margin by a larger weight
 
 
-def plan_manoeuvre(start: Pose2, goal: Pose2, area: Area, config: ControllerConfig | None = None) -> Manoeuvre:
+def plan_manoeuvre(
+    start: Pose2, goal: Pose2, area: Area, config: ControllerConfig | None = None
+) -> Manoeuvre:
     """A manoeuvre from a start to a goal in an area, or why there is none; the same for the same input.
 
     Args:
@@ -131,7 +135,7 @@ class _Problem:
         )
 
 
-def _planned(problem: _Problem, spent: Callable[[], float]) -> Iterator[None]:
+def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, None, Manoeuvre]:
     """Plan; yields between slices, and returns the `Manoeuvre`."""
     config, settings = problem.config, problem.config.route
     enough = 2.0 * settings.margin + 1.0
@@ -157,10 +161,14 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Iterator[None]:
     yield
     nodes, nearest = 0, inf
     for finer in settings.finer:
-        # A lattice as fine as it has to be: a coarse one, in which there is nothing more to reach, is soon done.
+        # A lattice as fine as it has to be: a coarse one, in which nothing more can be reached, is soon done.
         search = _search(problem, terms._replace(finer=finer), known, settings.nodes - nodes)
         yield
-        while search.state == SEARCHING and search.expanded + nodes < settings.nodes and spent() < settings.seconds:
+        while (
+            search.state == SEARCHING
+            and search.expanded + nodes < settings.nodes
+            and spent() < settings.seconds
+        ):
             search.advance(_SLICE)
             yield
         nodes, nearest = nodes + search.expanded, min(nearest, search.nearest)
@@ -247,7 +255,7 @@ def _search(problem: _Problem, terms: Terms, known: _Estimates, nodes: int) -> H
 
 
 def _last_straights(problem: _Problem, terms: Terms) -> Array:
-    """The last straight pieces (n, 2) that lead into the goal, forward and in reverse, as far as they are clear."""
+    """The last straight pieces (n, 2) into the goal, forward and in reverse, as far as they are clear."""
     length, goal = problem.config.route.final_straight, problem.goal
     if length == 0.0:
         return np.zeros((1, 2))
@@ -299,7 +307,9 @@ def _clearance(problem: _Problem, way: Array) -> float:
         [[start.x, start.y, start.phi], poses_after(np.array([start.x, start.y, start.phi]), fine)]
     )
     within = 2.0 * problem.config.route.margin + 1.0
-    return min(float(problem.area.signed_distances(body_of(problem.config.vehicle), poses, within).min()), within)
+    return min(
+        float(problem.area.signed_distances(body_of(problem.config.vehicle), poses, within).min()), within
+    )
 
 
 def _stretches(way: Array) -> list[Array]:

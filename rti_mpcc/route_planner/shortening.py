@@ -11,11 +11,18 @@ from math import ceil, inf
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array2, Index1, IndexOut1, Out1, Out2, Out3, kernel
+from geometry.compiled import Array2, IndexOut1, Out1, Out2, Out3, kernel
 from geometry.convex import WITNESS
 from geometry.reeds_shepp import PIECES, WORDS, words
 from geometry.shape_grid import BodyShape, SolidShapes
-from rti_mpcc.route_planner.hybrid_astar import Terms, as_pieces, bound, closeness_along, cost_along, poses_after
+from rti_mpcc.route_planner.hybrid_astar import (
+    Terms,
+    as_pieces,
+    bound,
+    closeness_along,
+    cost_along,
+    poses_after,
+)
 
 _TRIED = 2  # curves, the cheapest ones, that are looked at between two places
 
@@ -79,7 +86,9 @@ def _shorten(
         curve[:] = 0.0
         curve[0, 0], curve[0, 1] = way[j - 1, 0], way[j - 1, 1]
         # It was found to be clear where it was checked, which need not be where it is looked at now.
-        extra = closeness_along(at[j - 1, 0], at[j - 1, 1], at[j - 1, 2], curve, terms, body, solid, shape, witness)
+        extra = closeness_along(
+            at[j - 1, 0], at[j - 1, 1], at[j - 1, 2], curve, terms, body, solid, shape, witness
+        )
         cost[j] = cost[j - 1] + cost_along(curve, came[j - 1, 0], came[j - 1, 1], terms)
         cost[j] += extra if extra < inf else terms.closeness * abs(way[j - 1, 0])
         before[j], came[j, 0], came[j, 1] = j - 1, way[j - 1, 0], way[j - 1, 1]
@@ -101,7 +110,9 @@ def _shorten(
                 if cost[i] + order[k] >= cost[j] - 1e-6:
                     break
                 as_pieces(lengths[k], turns[k], terms.radius, curve)
-                extra = closeness_along(at[i, 0], at[i, 1], at[i, 2], curve, terms, body, solid, shape, witness)
+                extra = closeness_along(
+                    at[i, 0], at[i, 1], at[i, 2], curve, terms, body, solid, shape, witness
+                )
                 if cost[i] + order[k] + extra < cost[j] - 1e-6:
                     cost[j], before[j], pieces[j] = cost[i] + order[k] + extra, i, curve
                     for each in range(PIECES):

@@ -9,7 +9,7 @@ changes of these; a pose is where the arcs up to it lead, exactly, and it change
 with the pieces' lengths h, midpoints m, tangents t and direction d, and R a turn by 90 degrees to the left;
 the heading changes by d (h dkappa + kappa dh). The QP asks for
 
-(R2)  min  w_k sum (dkappa/ds)² + w_c (jump of the curvature at changes of direction)² + w_S S + w_m (lack of margin)²
+(R2)  min  w_k sum (dkappa/ds)² + w_c (jump at a change of direction)² + w_S S + w_m (lack of margin)²
 
 so that the last pose is the goal, and curvature and slope keep to their limits. Half-planes to all that is
 near come from geometry.flanks. What is near is looked at anew in each iteration; at the end a Newton step
@@ -22,19 +22,18 @@ from dataclasses import dataclass, replace
 from math import ceil, cos, inf, sin
 
 import numpy as np
-import osqp
-from scipy import sparse
 
 from geometry.arrays import Array, Index
 from geometry.compiled import Array1, Index1, Out2, Out3, inner, kernel
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
 from geometry.flanks import flank_contacts
 from geometry.shape_grid import Body, ShapeGrid
+from rti_mpcc.qp.solver import solve_once
 from rti_mpcc.route_planner.hybrid_astar import after
-
 
 _NEWTON_STEPS = 6
 _ROUNDING = 1e-9
+_ACCURACY, _ITERATIONS = 1e-4, 1000  # of a QP: its step is judged by what it does
 _BEYOND = 0.02  # share of the largest curvature by which the last steps may pass it: there is a reserve
 
 
@@ -47,8 +46,8 @@ class SmoothingTerms:
         margin: of the body, wanted [m]; spacing: of knots [m]; piece: length of an arc [m].
         look: distance of the poses whose surroundings are looked at [m].
         slopes, jump, length, lack: weights w_k, w_c, w_S, w_m of (R2); damping: on all changes;
-            goal: on the error at the goal, and on slopes beyond the limit, where steps are judged; steeper: share of
-            such a slope that is to go in one iteration; trust: largest change in one iteration, of a
+            goal: on the error at the goal, and on slopes beyond the limit, where steps are judged; steeper:
+            share of such a slope that is to go in one iteration; trust: largest change in one iteration, of a
             curvature as a share of the largest one, of a length in its radius.
     """
 
@@ -120,7 +119,9 @@ class Stretches:
 
 
 @kernel
-def _arcs(direction: Array1, length: Array1, first: Index1, knots: Array1, pieces: Index1, found: Out2) -> None:
+def _arcs(
+    direction: Array1, length: Array1, first: Index1, knots: Array1, pieces: Index1, found: Out2
+) -> None:
     for m in range(len(direction)):
         count = pieces[m + 1] - pieces[m]
         for j in range(count):
@@ -201,12 +202,12 @@ class _Linearised:
 
 
 class Smoothing:
-    """The iterations, one a call of `iterate`: a trust-region method, steps that make it worse are taken back.
+    """The iterations, one a call of `iterate`: a trust-region method, no step is taken that makes it worse.
 
     Args:
         start, goal: (3,) poses, the goal's heading on the branch on which the way ends.
-        body, grid: of the vehicle, and all that is solid; terms: see there; way: (n, 2) signed lengths [m] and
-            curvatures [1/m], to begin with.
+        body, grid: of the vehicle, and all that is solid; terms: see there.
+        way: (n, 2) signed lengths [m] and curvatures [1/m], to begin with.
 
     Attributes:
         stretches: as they are now.
@@ -226,6 +227,7 @@ class Smoothing:
 
     @property
     def error(self) -> float:
+        """See above."""
         return float(np.abs(self._at.error).max())
 
     def iterate(self) -> None:
@@ -270,15 +272,15 @@ class Smoothing:
         return cost + terms.goal * float(np.abs(at.error / (radius, radius, 1.0)).sum())
 
     def settled(self) -> Array | None:
-        """Arcs (n, 2), signed lengths [m] and curvatures [1/m], that end at the goal but for rounding, by Newton
-        steps of least norm from where the iterations are; None if there are none within the limits."""
+        """Arcs (n, 2), signed lengths [m] and curvatures [1/m], that end at the goal but for rounding, by
+        Newton steps of least norm from where the iterations are; None if there are none within the limits."""
         now = self.stretches
         for _ in range(_NEWTON_STEPS):
             arcs, many = int(now.pieces[-1]), len(now.knots) + len(now.length)
             poses, slopes = np.empty((arcs, 3)), np.empty((1, 3, many))
             _poses_and_slopes(
-                self._start, now.direction, now.length, now.first, now.knots, now.pieces, np.array([arcs - 1]),
-                poses, slopes,
+                self._start, now.direction, now.length, now.first, now.knots, now.pieces,
+                np.array([arcs - 1]), poses, slopes,
             )  # fmt: skip
             error = self._goal - poses[-1]
             if np.abs(error).max() < _ROUNDING:
@@ -343,22 +345,13 @@ class Smoothing:
         limits = np.maximum(limits, terms.steeper * np.minimum(limits, 0.0))
         low = np.concatenate((low, np.full(len(limits), -np.inf), error, at.lacking / terms.margin))
         high = np.concatenate((high, limits, error, np.full(planes, np.inf)))
-        solver = osqp.OSQP()
-        solver.setup(
-            sparse.csc_matrix(np.triu(hessian)), linear, sparse.csc_matrix(matrix), low, high,
-            verbose=False, eps_abs=1e-4, eps_rel=1e-4, max_iter=1000, check_termination=10, scaling=0,
-            rho=1.0,
-        )  # fmt: skip
-        answer = solver.solve(raise_error=False)
-        if answer.info.status_val not in (1, 2, 7):
-            return np.zeros(many)
-        found: Array = answer.x[:many] * units
-        return found
+        answer = solve_once(hessian, linear, matrix, low, high, accuracy=_ACCURACY, iterations=_ITERATIONS)
+        return np.zeros(many) if answer is None else answer[:many] * units
 
 
 def _slopes(now: Stretches, terms: SmoothingTerms) -> tuple[Array, Array, Array]:
-    """Rows of dkappa/ds, weighted by their stretch, and rows and upper bounds of its limit; in the units of the
-    QP."""
+    """Rows of dkappa/ds, weighted by their stretch, and rows and upper bounds of its limit; in the units of
+    the QP."""
     radius, knots = 1.0 / terms.curvature, len(now.knots)
     counts = np.diff(now.first) - 1
     stretch = np.repeat(np.arange(len(counts)), counts)
