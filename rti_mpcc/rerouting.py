@@ -62,6 +62,9 @@ class Rerouter:
             if not why:
                 return s
             s = moves.without_way(s, *standing_route(_here(s)), why)
+        elif apart(_here(s), s.path.start) > self._config.plausibility.off_path:
+            # It is first heard of there, or was set down: nothing would be driven so far off a route.
+            s = moves.without_way(s, *standing_route(_here(s)), s.route.why if s.route else "")
         return self._answered(s)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
@@ -95,7 +98,7 @@ class Rerouter:
             return "the goal is elsewhere"
         if task.phase is Phase.HOLDING and task.stop is not None:
             return "something fills the way"
-        if not s.vehicle.is_stationary(s.now, settings.replan_after):
+        if not s.vehicle.is_stationary(s.now, settings.replan_after) or self._was_asked(s):
             return ""
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
@@ -104,6 +107,14 @@ class Rerouter:
         if task.phase is Phase.STARTING and task.latched:
             return task.latched
         return ""
+
+    def _was_asked(self, s: ControllerState) -> bool:
+        """Whether the way was planned from right here a moment ago: the same again would come of it."""
+        route = s.route
+        if route is None or route.manoeuvre is None or s.now - route.since >= self._config.route.again_after:
+            return False
+        here = _here(s).relative_to(route.manoeuvre.start)
+        return here.within(self._config.route.near) and route.changes == s.area.changes
 
     def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
         position, heading = self._config.route.goal_moved

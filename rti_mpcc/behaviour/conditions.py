@@ -125,7 +125,7 @@ def replan_due(s: ControllerState, context: PlanningContext, config: ControllerC
 
 def may_change_direction(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether the next segment may begin: standing at the end of this one for its dwell, with nothing left in
-    the queue."""
+    the queue; or near it for long, but on a planned way, on which the next one is for the end alone."""
     dwell, settings = max(config.dead_time, s.task.segment.dwell), config.behaviour
     if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
         return False
@@ -133,6 +133,8 @@ def may_change_direction(s: ControllerState, context: PlanningContext, config: C
         return False
     if context.inside(context.error):
         return True
+    if s.route is not None:
+        return False
     long = s.vehicle.is_stationary(context.now, max(settings.standstill_time, dwell))
     return long and _near(context, config)
 

@@ -31,8 +31,11 @@ class RoutePlanner(Settings):
         places: on a way that are tried to be joined directly.
         knots: distance of the curvatures of a smoothed way, in radii of the sharpest bend;
             smoothing_iterations: at most.
+        whole_tolerance: length of a stretch from which on its end has the whole of `Behaviour.cusp_tolerance`
+            [m]; a shorter one has a share of it, least_tolerance at least.
         box: without a boundary the area reaches so far beyond all that is given [m].
         replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s].
+        again_after: but not before so long [s] where it has not come away from where the last one begins.
         goal_moved: so does one whose goal is farther than this from the one that its way leads to [m],
             [rad].
         unmoved: what is planned goes on while the vehicle and its goal are within this of where they were
@@ -60,8 +63,11 @@ class RoutePlanner(Settings):
     places: Annotated[int, Field(ge=1, le=10_000)] = 40
     knots: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
     smoothing_iterations: Annotated[int, Field(ge=0, le=1000)] = 40
+    whole_tolerance: Positive = 1.0
+    least_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
     box: Positive = 15.0
     replan_after: NonNegative = 1.0
+    again_after: NonNegative = 8.0
     goal_moved: tuple[Positive, Positive] = (1.0, 0.35)
     unmoved: Tolerance = (0.03, 0.03, 0.03)
     near: Tolerance = (0.1, 0.05, 0.035)

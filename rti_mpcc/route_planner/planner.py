@@ -33,6 +33,7 @@ _NEAR_GOAL, _SETTLED = (
     1e-2,
     0.03,
 )  # error at the goal [m], [rad], change of a curvature as a share, of a smooth way
+_CLOSER = 1.0 / 3.0  # as far apart are the poses that are looked at once a way was nearer to something
 _FIRMER = 3  # so often a way that is smooth but not clear is made to keep its margin by a larger weight
 
 
@@ -137,7 +138,7 @@ class _Problem:
 
 def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, None, Manoeuvre]:
     """Plan; yields between slices, and returns the `Manoeuvre`."""
-    config, settings = problem.config, problem.config.route
+    settings = problem.config.route
     enough = 2.0 * settings.margin + 1.0
     room = problem.room(problem.start, enough), problem.room(problem.goal, enough)
     for place, outcome, pose in (
@@ -159,35 +160,45 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, N
         return problem.failed(PlanOutcome.NO_WAY, reason)
     known = _Estimates.of(problem, terms)
     yield
-    nodes, nearest = 0, inf
+    nodes, nearest, reason = 0, inf, ""
     for finer in settings.finer:
         # A lattice as fine as it has to be: a coarse one, in which nothing more can be reached, is soon done.
         search = _search(problem, terms._replace(finer=finer), known, settings.nodes - nodes)
         yield
-        while (
-            search.state == SEARCHING
-            and search.expanded + nodes < settings.nodes
-            and spent() < settings.seconds
-        ):
+        most = settings.nodes - nodes
+        while search.state == SEARCHING and search.expanded < most and spent() < settings.seconds:
             search.advance(_SLICE)
             yield
         nodes, nearest = nodes + search.expanded, min(nearest, search.nearest)
-        if search.cost < inf or search.state != EXHAUSTED:
-            break
-    if search.cost == inf:
-        far = f"the nearest is {nearest:.2f} m from the goal"
-        if search.state == EXHAUSTED:
-            reason = f"all of {nodes} poses that can be reached were looked at; {far}"
-            return problem.failed(PlanOutcome.NO_WAY, reason, nodes, nearest)
-        reason = f"{nodes} poses were looked at in {spent():.1f} s; {far}"
-        return problem.failed(PlanOutcome.BUDGET_SPENT, reason, nodes, nearest)
-    way = joined(search.way())
-    yield
+        if search.cost < inf:
+            found, clear = yield from _drivable(problem, terms, joined(search.way()))
+            if found:
+                return _found(problem, found, clear, nodes)
+            # It was nearer to something between the poses that the search looked at.
+            reason = f"the way found leaves {clear:.3f} m, at least {settings.hard_minimum} m are kept"
+            terms = terms._replace(check=_CLOSER * terms.check)
+        elif search.state != EXHAUSTED:
+            reason = f"{nodes} poses were looked at in {spent():.1f} s, {_nearest(nearest)}"
+            return problem.failed(PlanOutcome.BUDGET_SPENT, reason, nodes, nearest)
+    reason = reason or f"all of {nodes} poses that can be reached were looked at, {_nearest(nearest)}"
+    return problem.failed(PlanOutcome.NO_WAY, reason, nodes, nearest)
+
+
+def _nearest(distance: float) -> str:
+    return f"the nearest is {distance:.2f} m from the goal"
+
+
+def _drivable(
+    problem: _Problem, terms: Terms, way: Array
+) -> Generator[None, None, tuple[list[Array], float]]:
+    """The stretches of a found way made cheaper and, if it can be, smooth, and their clearance [m]; none where
+    that is less than the hard minimum."""
+    config, settings = problem.config, problem.config.route
     at = np.array([problem.start.x, problem.start.y, problem.start.phi])
     body, solid = body_of(config.vehicle), problem.area.grid
+    yield
     way = shortened(at, way, body.shape, solid.solid, terms, places=settings.places)
     yield
-    smooth: tuple[Array, float] | None = None
     smoothing, firmer = _smoothing(problem, way), 0
     for _ in range(settings.smoothing_iterations):
         smoothing.iterate()
@@ -199,21 +210,15 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, N
             continue
         clear = _clearance(problem, arcs)
         if clear >= settings.hard_minimum:
-            smooth = arcs, clear
-            break
+            return _stretches(arcs), clear
         if firmer == _FIRMER:
             break
         # It gives way where it must not: what is lacking of the margin costs more.
         firmer += 1
         smoothing.firmer(10.0)
         yield
-    if smooth is not None:
-        return _found(problem, _stretches(smooth[0]), smooth[1], nodes)
     clear = _clearance(problem, way)
-    if clear < settings.hard_minimum:
-        reason = f"the way found leaves {clear:.3f} m, at least {settings.hard_minimum} m are kept"
-        return problem.failed(PlanOutcome.NO_WAY, reason, nodes, 0.0)
-    return _found(problem, [piece[None] for piece in way], clear, nodes)
+    return [piece[None] for piece in way] if clear >= settings.hard_minimum else [], clear
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -317,6 +322,14 @@ def _stretches(way: Array) -> list[Array]:
     return np.split(way, np.flatnonzero(way[1:, 0] * way[:-1, 0] < 0.0) + 1)
 
 
+def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, float]:
+    """At the end of a stretch [m], [m], [rad]: a short one must not be over where it begins."""
+    behaviour, settings = config.behaviour, config.route
+    share = min(max(length / settings.whole_tolerance, settings.least_tolerance), 1.0)
+    along, across, heading = behaviour.cusp_tolerance
+    return share * along, share * across, share * heading
+
+
 def _found(problem: _Problem, stretches: list[Array], clearance: float, nodes: int) -> Manoeuvre:
     """The manoeuvre of ways (n, 2) of one direction each, at the ends of which the wheels may be turned."""
     config, pose, theta = problem.config, problem.start, 0.0
@@ -331,7 +344,7 @@ def _found(problem: _Problem, stretches: list[Array], clearance: float, nodes: i
                 part=part,
                 index=index,
                 end=SegmentEnd.GOAL if last else SegmentEnd.CUSP,
-                tolerance=config.goal_tolerance if last else config.behaviour.cusp_tolerance,
+                tolerance=config.goal_tolerance if last else _tolerance(part.end - part.start, config),
                 wheels=atan(config.vehicle.wheelbase * float(part.curvatures[0])),
             )
         )
