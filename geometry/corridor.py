@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry import clearance as bodies_against
 from geometry.area import Area
 from geometry.arrays import Array, Index
+from geometry.clearance import Segments
 from geometry.contacts import Contacts, contacts
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
@@ -182,7 +183,7 @@ class Corridor:
 
         Exact and slow. Raises as `half_planes`.
         """
-        return bodies_against.clearance(self._part(part).segments, self.kept_out.shapes, bodies)
+        return bodies_against.clearance(*self._measured(part), bodies)
 
     def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
@@ -195,7 +196,7 @@ class Corridor:
 
         Raises as `half_planes`, or for a negative margin.
         """
-        return bodies_against.collides(self._part(part).segments, self.kept_out.shapes, bodies, margin)
+        return bodies_against.collides(*self._measured(part), bodies, margin)
 
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
         """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
@@ -289,6 +290,15 @@ class Corridor:
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
         return self._part(part).lines
+
+    def _measured(self, part: int) -> tuple[Segments, NDArray[np.object_]]:
+        """The boundaries of a part, or of the area, and all obstacles."""
+        if self.area is None:
+            return self._part(part).segments, self.kept_out.shapes
+        outline = self.area.boundary
+        around = () if outline is None else (np.concatenate((outline, outline[:1])),)
+        solid = np.array([shapely.Polygon(ring) for ring in self.area.obstacles], dtype=np.object_)
+        return Segments.of(around), np.concatenate((solid, self.kept_out.shapes))
 
     def _part(self, part: int) -> PartWalls:
         if self.area is not None:

@@ -81,7 +81,7 @@ def _flank_contacts(
                         continue
                     if witness[VALUE] > 0.0:
                         reach_out(body.corners, first, stop, shape, count, body.middle[0], outward, witness)
-                    slot = piece * FLANKS + _flank(witness[NORMAL_X], witness[NORMAL_Y])
+                    slot = piece * FLANKS + _flank(witness, body.middle[1])
                     if witness[VALUE] < found[n, slot, APART]:
                         found[n, slot, APART] = witness[VALUE]
                         found[n, slot, ALONG], found[n, slot, ACROSS] = witness[NORMAL_X], witness[NORMAL_Y]
@@ -89,8 +89,8 @@ def _flank_contacts(
 
 
 @inner
-def _flank(along: float, across: float) -> int:
-    """On which flank a shape is that a body is pushed by along this normal."""
-    if abs(across) >= abs(along):
-        return LEFT if across < 0.0 else RIGHT
-    return END_LEFT if across < 0.0 else END_RIGHT
+def _flank(witness: Array, middle: float) -> int:
+    """On which flank a shape is by this witness; where the body is met straight from an end, by the place."""
+    if abs(witness[NORMAL_Y]) >= abs(witness[NORMAL_X]):
+        return LEFT if witness[NORMAL_Y] < 0.0 else RIGHT
+    return END_LEFT if witness[ON_A_Y] > middle else END_RIGHT

@@ -172,14 +172,14 @@ class ShapeGrid:
     def solid(self) -> SolidShapes:
         """The same as kernels take it."""
         return SolidShapes(
-            corners=self.corners,
-            starts=self.starts,
-            circles=self.circles,
-            origin=self.origin,
+            corners=_read_only(self.corners),
+            starts=_read_only(self.starts),
+            circles=_read_only(self.circles),
+            origin=_read_only(self.origin),
             cell=self.cell,
-            counts=self.counts,
-            begins=self.begins,
-            members=self.members,
+            counts=_read_only(self.counts),
+            begins=_read_only(self.begins),
+            members=_read_only(self.members),
             largest=self.largest,
         )
 

@@ -11,7 +11,14 @@ from rti_mpcc.errors import CampaignError
 from rti_mpcc.report.campaign_tally import tally_table
 from rti_mpcc.report.console import rate_bar, tell_lines, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable
-from rti_mpcc.simulation.campaign import CampaignSettings, Engine, Level, ProcessEngine, run_campaign
+from rti_mpcc.simulation.campaign import (
+    CampaignSettings,
+    Engine,
+    Level,
+    Problems,
+    ProcessEngine,
+    run_campaign,
+)
 from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
 from rti_mpcc.simulation.campaign.settings import FILE as SETTINGS
 from rti_mpcc.simulation.scenario import PRESETS
@@ -46,6 +53,7 @@ def add_to(commands: Commands) -> None:
     )
     parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
     parser.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
+    add_problems(parser)
     parser.set_defaults(command=_campaign)
 
 
@@ -60,6 +68,21 @@ def add_level(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_problems(parser: argparse.ArgumentParser) -> None:
+    """`--scenes` and `--deadline S`."""
+    parser.add_argument(
+        "--scenes",
+        dest="problems",
+        action="store_const",
+        const=Problems.SCENES,
+        default=Problems.COURSES,
+        help="problems without a path: a start, a goal and what stands there; default: courses, with a path",
+    )
+    parser.add_argument(
+        "--deadline", type=float, metavar="S", help="of each cycle of the controllers [s]; default: none"
+    )
+
+
 def _campaign(arguments: argparse.Namespace) -> int:
     settings = CampaignSettings(
         count=arguments.count,
@@ -67,6 +90,8 @@ def _campaign(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         method=arguments.method,
         preset=arguments.preset,
+        problems=arguments.problems,
+        deadline=arguments.deadline,
     )
     engine = _engine(arguments)
     folder: Path = arguments.out

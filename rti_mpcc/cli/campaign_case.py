@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from rti_mpcc.cli.arguments import DOCKED, Commands, seed
-from rti_mpcc.cli.campaign import add_level
+from rti_mpcc.cli.campaign import add_level, add_problems
 from rti_mpcc.cli.run import add_run_options, run_scenario
 from rti_mpcc.report.console import tell_lines, tell_written
 from rti_mpcc.simulation import save_scenario
@@ -28,6 +28,7 @@ def add_to(commands: Commands) -> None:
     )
     parser.add_argument("--index", type=seed, required=True, metavar="I", help="of the case")
     parser.add_argument("--no-run", action="store_true", help="write the scenario file only")
+    add_problems(parser)
     add_run_options(parser)
     parser.set_defaults(command=_campaign_case)
 
@@ -39,6 +40,8 @@ def _campaign_case(arguments: argparse.Namespace) -> int:
         index=arguments.index,
         method=arguments.method,
         preset=arguments.preset,
+        problems=arguments.problems,
+        deadline=arguments.deadline,
     )
     folder = Path("runs") / case.name if arguments.out is None else arguments.out
     scenario = case.scenario()

@@ -42,6 +42,14 @@ def draw_path(axes: Axes, path: ReferencePath, *, color: str = style.ORANGE, lab
     _add_lines(axes, path_lines(path), color=color, label=label)
 
 
+def draw_ways(axes: Axes, paths: Sequence[ReferencePath]) -> None:
+    """Ways that were planned one after the other, the last one as the path."""
+    for place, path in enumerate(paths[:-1]):
+        draw_path(axes, path, color=style.PINK, label="_" if place else "path planned before")
+    for path in paths[-1:]:
+        draw_path(axes, path)
+
+
 def draw_area(axes: Axes, area: Area) -> None:
     """What is solid: the obstacles, and all that is outside the boundary. It does not widen the view."""
     outlines = _solid_outlines(area)

@@ -11,7 +11,14 @@ from geometry import Area
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
-from rti_mpcc.report.ground import draw_area, draw_boundaries, draw_obstacles, draw_path, show_driven
+from rti_mpcc.report.ground import (
+    draw_area,
+    draw_boundaries,
+    draw_obstacles,
+    draw_path,
+    draw_ways,
+    show_driven,
+)
 from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
 
@@ -92,10 +99,7 @@ def _draw_area(axes: Axes, area: Area, result: RunResult) -> None:
     """What is solid, what came and went besides, and all paths that were planned."""
     draw_area(axes, area)
     draw_obstacles(axes, [outline for _, outlines in result.besides for outline in outlines])
-    for place, (_, path) in enumerate(result.paths[:-1]):
-        draw_path(axes, path, color=style.PINK, label="_" if place else "path planned before")
-    for _, path in result.paths[-1:]:
-        draw_path(axes, path)
+    draw_ways(axes, [path for _, path in result.paths])
 
 
 def _draw_bodies(axes: Axes, result: RunResult, poses: Array) -> None:

@@ -191,7 +191,7 @@ def _nearest(distance: float) -> str:
 def _drivable(
     problem: _Problem, terms: Terms, way: Array
 ) -> Generator[None, None, tuple[list[Array], float]]:
-    """The stretches of a found way made cheaper and, if it can be, smooth, and their clearance [m]; none where
+    """The stretches of a found way, cheaper and, if it can be, smooth, and their clearance [m]; none where
     that is less than the hard minimum."""
     config, settings = problem.config, problem.config.route
     at = np.array([problem.start.x, problem.start.y, problem.start.phi])

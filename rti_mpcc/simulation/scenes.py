@@ -110,7 +110,7 @@ def draws(seed: int, number: int, kind: str | None = None) -> Iterator[Scene | N
     for name, value in (("seed", seed), ("number", number)):
         if value < 0:
             raise InputError(f"{name} = {value}: must be >= 0")
-    kind = list(KINDS)[number % len(KINDS)] if kind is None else kind
+    kind = kind_of_number(number) if kind is None else kind
     if kind not in KINDS:
         raise InputError(f"kind = {kind!r}: must be one of {', '.join(KINDS)}")
     random = np.random.default_rng([seed, number])
@@ -119,6 +119,11 @@ def draws(seed: int, number: int, kind: str | None = None) -> Iterator[Scene | N
         yield scene
         if scene is not None:
             return
+
+
+def kind_of_number(number: int) -> str:
+    """Of a scene that is drawn without asking for a kind: they take turns."""
+    return list(KINDS)[number % len(KINDS)]
 
 
 def proven(scene: Scene) -> float:

@@ -1,4 +1,4 @@
-"""A case from above: its course and, where it was driven, how, and where it came nearest to a boundary."""
+"""A case from above: where it takes place and, if it was driven, how, and where it came nearest to a boundary."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
-from rti_mpcc.report.ground import draw_path
+from rti_mpcc.report.ground import draw_area, draw_obstacles, draw_path, draw_ways, show_driven
 from rti_mpcc.report.overview import fit_plane
 from rti_mpcc.simulation import RunResult, Scenario
 from rti_mpcc.simulation.metrics import clearances
@@ -27,22 +27,33 @@ _EARLIER, _LAST = ("earlier parts", style.GREY), ("last part", style.BLACK)
 def case_figure(scenario: Scenario, result: RunResult | None, title: str) -> Figure:
     """Path, corridor by part, obstacles, goal; the body each second, at the end, at its least clearance.
 
-    `result`: None for a case that was not driven: then the body stands at its start. Scales are equal.
+    In an area what is solid in it, and the ways that were planned. `result`: None for a case that was not
+    driven: then the body stands at its start. Scales are equal.
     """
     figure = Figure()
     axes = figure.add_subplot()
-    path = scenario.build_path()
-    _draw_corridor(axes, scenario, path)
-    draw_path(axes, path)
+    path = None if scenario.in_area else scenario.build_path()
+    if path is None:
+        _draw_ways(axes, scenario, result)
+    else:
+        _draw_corridor(axes, scenario, path)
+        draw_path(axes, path)
+    start, goal = scenario.start_pose(), scenario.goal_pose(path)
     if result is None:
-        _bodies(axes, scenario, [path.start], edgecolors=style.BLUE, label="body at the start")
-        _draw_goals(axes, scenario, path, scenario.goal_pose(path))
+        _bodies(axes, scenario, [start], edgecolors=style.BLUE, label="body at the start")
     else:
         _draw_run(axes, scenario, result)
-        _draw_goals(axes, scenario, path, Pose2(*result.truth.goals[-1].tolist()))
+        goal = Pose2(*result.truth.goals[-1].tolist())
+    _draw_goals(axes, scenario, path, goal)
     axes.set_aspect("equal", adjustable="box", anchor="NW")
-    axes.margins(0.05)
-    axes.autoscale_view()
+    if scenario.in_area:
+        ends = np.array([(pose.x, pose.y, pose.phi) for pose in (start, goal)])
+        poses = ends if result is None else np.concatenate((ends, result.truth.poses))
+        bodies = body_polygons(poses, scenario.build_vehicle())
+        show_driven(axes, bodies.reshape(-1, 2), scenario.build_area())
+    else:
+        axes.margins(0.05)
+        axes.autoscale_view()
     fit_plane(figure, axes)
     plane(axes)
     axes.set_title(title, fontsize="medium", loc="left")
@@ -64,6 +75,15 @@ def _draw_corridor(axes: Axes, scenario: Scenario, path: ReferencePath) -> None:
         axes.add_collection(
             PolyCollection(shapes, facecolors=style.GREY, edgecolors=style.BLACK, label="obstacle")
         )
+
+
+def _draw_ways(axes: Axes, scenario: Scenario, result: RunResult | None) -> None:
+    """What is solid in an area, what came and went besides, and the ways that were planned."""
+    draw_area(axes, scenario.build_area())
+    if result is None:
+        return
+    draw_obstacles(axes, [outline for _, outlines in result.besides for outline in outlines])
+    draw_ways(axes, [path for _, path in result.paths])
 
 
 def _draw_run(axes: Axes, scenario: Scenario, result: RunResult) -> None:
@@ -101,7 +121,7 @@ def _draw_run(axes: Axes, scenario: Scenario, result: RunResult) -> None:
         )
 
 
-def _draw_goals(axes: Axes, scenario: Scenario, path: ReferencePath, goal: Pose2) -> None:
+def _draw_goals(axes: Axes, scenario: Scenario, path: ReferencePath | None, goal: Pose2) -> None:
     """The true goal at the end, and the planned one where the goal is detected."""
     planned = scenario.planned_goal(path)
     if scenario.goal.measurement is not None and planned is not None:

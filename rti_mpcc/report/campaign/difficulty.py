@@ -1,4 +1,4 @@
-"""Success and time against what makes a case hard: its course, and what disturbs it."""
+"""Success and time against what makes a case hard: its course or scene, and what disturbs it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from rti_mpcc.report.campaign.figures import known, success_interval
+from rti_mpcc.report.campaign.figures import known, spread, success_interval
 
 BINS = 6
 """Most of them."""
@@ -48,6 +48,20 @@ COURSE = (
     Scale("direction", "last part, −1 reverse, 1 forward", 0),
     Scale("narrowings", "narrowings", 0),
     Scale("obstacles", "obstacles", 0),
+)
+SCENE = (
+    Scale("apart_m", "start to goal [m]", 1),
+    Scale("turned_rad", "start to goal, turned [rad]", 2),
+    Scale("room_at_goal_m", "room around the body at the goal [m]", 2),
+    Scale("room_at_start_m", "room around the body at the start [m]", 2),
+    Scale("radius_m", "sharpest bend, radius [m]", 2),
+    Scale("wheelbase_m", "wheelbase [m]", 2),
+    Scale("obstacles", "obstacles", 0),
+    Scale("bounded", "with a boundary", 0),
+    Scale("comfort_acceleration", "comfort acceleration [m/s²]", 2),
+    Scale("length_m", "length of the first way [m]", 1),
+    Scale("cusps", "cusps of the first way", 0),
+    Scale("planning.replans", "further ways", 0),
 )
 DISTURBANCES = (
     Scale("position_std_m", "std of a detected position [m]", 3),
@@ -100,6 +114,25 @@ def bins(rows: pd.DataFrame, scale: Scale) -> pd.DataFrame:
     for percent in QUARTILES:
         table[f"p{percent}"] = groups["time_to_dock_s"].quantile(percent / 100.0)
     return table
+
+
+def kinds(rows: pd.DataFrame) -> list[dict[str, Any]]:
+    """What became of the scenes of each kind; times and planning in seconds, ways in metres."""
+    return [
+        {
+            "kind": kind,
+            "cases": len(some),
+            "docked": int(some["docked"].sum()),
+            "collisions": int(some["crossed"].sum()),
+            "time_to_dock_s": spread(some["time_to_dock_s"], 50, 95),
+            "over_yardstick": spread(some["over_yardstick"], 50, 95),
+            "length_m": spread(some["length_m"], 50, 95),
+            "cusps": spread(some["cusps"], 50, 95),
+            "replans": int(some["planning.replans"].sum()),
+            "planning_s": spread(some["timed.planning_s"], 50, 95),
+        }
+        for kind, some in rows[rows["kind"] != ""].groupby("kind")
+    ]
 
 
 def _places(values: pd.Series[float]) -> pd.Series[Any]:

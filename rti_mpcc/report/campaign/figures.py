@@ -61,6 +61,39 @@ def overall(campaign: Campaign) -> dict[str, Any]:
             "most": int(turns.fillna(0.0).max()),
         },
         "cycles_by_status": dict(campaign.statuses),
+        "planning": _planning(campaign),
+        **_computing(campaign),
+    }
+
+
+def _planning(campaign: Campaign) -> dict[str, Any] | None:
+    """How ways were planned; None where they were given."""
+    if not campaign.of_scenes:
+        return None
+    rows = campaign.rows
+    replans = rows["planning.replans"]
+    return {
+        "seconds": spread(rows["timed.planning_s"], 50, 95),
+        "length_m": spread(rows["planning.length_m"], 50, 95),
+        "cusps": spread(rows["planning.cusps"], 50, 95),
+        "replans": {"total": int(replans.sum()), "cases": int((replans > 0.0).sum()), **spread(replans)},
+    }
+
+
+def _computing(campaign: Campaign) -> dict[str, Any]:
+    """Times of cycles, p50 and p99 those of the median case, max of all; None where none are kept."""
+    rows = campaign.rows
+    if rows["timed.cycle_ms.p50"].isna().all():
+        return {"cycle_ms": None, "deadline_misses": None, "deadline_miss_cases": None}
+    misses = rows["timed.deadline_misses"]
+    return {
+        "cycle_ms": {
+            "p50": known(rows["timed.cycle_ms.p50"].median()),
+            "p99": known(rows["timed.cycle_ms.p99"].median()),
+            "max": known(rows["timed.cycle_ms.max"].max()),
+        },
+        "deadline_misses": int(misses.sum()),
+        "deadline_miss_cases": int((misses > 0.0).sum()),
     }
 
 

@@ -23,8 +23,11 @@ from rti_mpcc.report.page import rendered
 PAGE, NUMBERS = "report.html", "report.json"
 _DIFFICULTIES = {
     "course": ("the course", difficulty.COURSE),
+    "scene": ("the scene", difficulty.SCENE),
     "disturbances": ("what disturbs", difficulty.DISTURBANCES),
 }
+_OF_OTHERS = {True: "course", False: "scene"}
+"""What there is none of in a campaign of scenes, and in one of courses."""
 Progress = Callable[[int, int], None]
 
 
@@ -52,7 +55,9 @@ def write_report(
     """
     figures = {**overall(campaign), "losses": losses(campaign)}
     said, versions = in_short(figures), Machine.here().versions
-    difficulties = list(filter(None, (_difficulty(campaign, name) for name in _DIFFICULTIES)))
+    names = [name for name in _DIFFICULTIES if name != _OF_OTHERS[campaign.of_scenes]]
+    difficulties = list(filter(None, (_difficulty(campaign, name) for name in names)))
+    kinds = difficulty.kinds(campaign.rows)
     against = _against(pairs)
     cases = _worst(campaign, worst, progress)
     page = rendered(
@@ -65,6 +70,7 @@ def write_report(
         overall=overall_rows(figures),
         spread=pictures.spread_figure(campaign.rows),
         difficulties=difficulties,
+        kinds=kinds,
         **against,
         **cases,
         versions=versions,
@@ -79,6 +85,7 @@ def write_report(
         "difficulty": {
             scale.column: difficulty.told(table) for one in difficulties for scale, table in one["bins"]
         },
+        **({"kinds": kinds} if kinds else {}),
         **({} if pairs is None else {"against": against["against"]}),
         **({"worst": cases["worst"]} if worst else {}),
         "told": sentences_told,
@@ -132,8 +139,8 @@ def console_table(campaign: Campaign, figures: dict[str, Any]) -> ConsoleTable:
     """The figures of the campaign for a terminal."""
     settings = campaign.settings
     table = ConsoleTable(
-        title=f"{campaign.name}: {settings['level']}, seed {settings['seed']}, method {settings['method']}, "
-        f"preset {settings['preset']}",
+        title=f"{campaign.name}: {settings['problems']}, {settings['level']}, seed {settings['seed']}, "
+        f"method {settings['method']}, preset {settings['preset']}",
         title_justify="left",
     )
     table.add_column("", no_wrap=True)

@@ -20,6 +20,8 @@ from rti_mpcc.simulation.campaign import (
     CourseFigures,
     DisturbanceFigures,
     Level,
+    Problems,
+    SceneFigures,
     read_rows,
     read_settings,
 )
@@ -37,6 +39,7 @@ SEVERITY = (
 )
 """What may become of a case, the worst first."""
 COURSE = tuple(field.name for field in fields(CourseFigures))
+SCENE = tuple(field.name for field in fields(SceneFigures) if field.name != "kind")
 LISTS = ("initial_offset", "state_noise")
 """What of `disturbances` is a list: told by two sizes, and by `NOISES`."""
 DISTURBANCES = tuple(field.name for field in fields(DisturbanceFigures) if field.name not in LISTS)
@@ -45,9 +48,20 @@ FIGURES = (
     *("time_to_tolerance_s", "time_to_dock_s", "min_clearance_m", "direction_changes", "distance_m"),
     *("final_error.longitudinal_m", "final_error.lateral_m", "final_error.heading_rad"),
     *("energy_to_dock.acceleration", "energy_to_dock.steering_rate", "energy_to_dock.lateral_acceleration"),
-    *("comfort.acceleration", "solver.failures", "failures_driven", "fallback_cycles"),
+    *("comfort.acceleration", "peak.acceleration", "solver.failures", "failures_driven", "fallback_cycles"),
 )
 """Columns from `figures` of a row, by their path in it."""
+PLANNING = ("planning.length_m", "planning.cusps", "planning.replans")
+"""The same, of rows in areas only."""
+TIMED = (
+    "planning_s",
+    "deadline_misses",
+    "cycle_ms.p50",
+    "cycle_ms.p99",
+    "cycle_ms.max",
+    "slowest_ms.planning",
+)
+"""Columns from `timed` of a row, likewise; they are called timed.<path>."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,9 +72,10 @@ class Campaign:
         name: of its folder.
         settings: what campaign.json says; asked: the same, checked, without the versions.
         rows: a line a case, by index, in order. `scenario`, `detail` and `outcome` (ordered, the worst
-            first); `course`, `disturbances`: text that is equal where these are; numbers, NaN where a row has
-            none: `COURSE`, `DISTURBANCES`, `initial_offset_m`, `initial_turned_rad`, `NOISES`, `FIGURES`;
-            and what follows from these, see `_completed`.
+            first); `course`, `disturbances`: text that is equal where these are; `kind` of a scene, else "";
+            numbers, NaN where a row has none: `COURSE`, `SCENE`, `DISTURBANCES`, `initial_offset_m`,
+            `initial_turned_rad`, `NOISES`, `FIGURES`, `PLANNING`, `TIMED`; and what follows from these, see
+            `_completed`. In an area `length_m` and `cusps` are those of the first way that was planned.
         statuses: how many cycles of all cases had which status, the most first.
         torn: the last line is not whole, and left out; repeated: lines left out because their case was
             there already.
@@ -73,6 +88,11 @@ class Campaign:
     statuses: Mapping[str, int]
     torn: bool
     repeated: int
+
+    @property
+    def of_scenes(self) -> bool:
+        """Its problems have no path."""
+        return self.asked.problems is Problems.SCENES
 
 
 def read_campaign(folder: Path) -> Campaign:
@@ -109,6 +129,8 @@ def _asked(settings: Mapping[str, Any], file: Path) -> CampaignSettings:
             seed=settings["seed"],
             method=settings["method"],
             preset=settings["preset"],
+            problems=Problems(settings["problems"]),
+            deadline=settings["deadline"],
         )
     except (KeyError, TypeError, ValueError) as error:
         told = f"does not tell {error}" if isinstance(error, KeyError) else str(error)
@@ -120,10 +142,12 @@ def _record(row: Any, place: str) -> dict[str, Any]:
     try:
         index, outcome = int(row["index"]), CaseOutcome(row["outcome"]).value
         course, disturbances, figures = row["course"], row["disturbances"], row["figures"] or {}
+        timed = row.get("timed") or {}
         numbers = {
-            **{name: course[name] if course else nan for name in COURSE},
+            **_drawn(course),
             **_disturbed(disturbances or _UNKNOWN),
-            **{path: _at(figures, path) for path in FIGURES},
+            **{path: _at(figures, path) for path in (*FIGURES, *PLANNING)},
+            **{f"timed.{path}": _at(timed, path) for path in TIMED},
         }
         return {
             "index": index,
@@ -132,6 +156,7 @@ def _record(row: Any, place: str) -> dict[str, Any]:
             # On one line; a backtick would begin code in a page.
             "detail": " ".join(str(row.get("detail") or "").replace("`", "'").split()),
             "course": json.dumps(course, sort_keys=True),
+            "kind": str((course or {}).get("kind", "")),
             "disturbances": json.dumps(disturbances, sort_keys=True),
             "statuses": {
                 str(name): int(count) for name, count in figures.get("cycles_by_status", {}).items()
@@ -144,6 +169,15 @@ def _record(row: Any, place: str) -> dict[str, Any]:
 
 
 _UNKNOWN = {**dict.fromkeys(DISTURBANCES, nan), "initial_offset": (nan,) * 3, "state_noise": (nan,) * 5}
+
+
+def _drawn(course: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The numbers of a course or scene; those that it does not have are not known."""
+    unknown = dict.fromkeys((*COURSE, *SCENE), nan)
+    if not course:
+        return unknown
+    names = SCENE if "kind" in course else COURSE
+    return unknown | {name: course[name] for name in names}
 
 
 def _disturbed(disturbances: Mapping[str, Any]) -> dict[str, Any]:
@@ -167,7 +201,7 @@ def _at(figures: Mapping[str, Any], path: str) -> Any:
 def _completed(rows: pd.DataFrame) -> pd.DataFrame:
     """With the columns that follow from others.
 
-    `docked`; `crossed`: the body left the corridor or met an obstacle, False where that is not known;
+    `docked`; `crossed`: the body left the corridor or area or met an obstacle, False where that is not known;
     `time_to_dock_s`: of the cases that docked only; `turns_beyond`: changes of direction that the route does
     not ask for; `over_yardstick`: time to dock as a multiple of T [s], the time for the way D [m] at the
     comfort acceleration a [m/s²], without a limit on speed: full acceleration over one half of each part,
@@ -175,11 +209,16 @@ def _completed(rows: pd.DataFrame) -> pd.DataFrame:
 
         T = 2 sqrt((c + 1) D / a),   D = length of the route + goal behind its end                        (1)
 
-    It makes long and short ways comparable; it is no bound: cusps cut in unequal parts, corners are cut.
+    It makes long and short ways comparable; it is no bound: cusps cut in unequal parts, corners are cut. In
+    an area the route is the first way that was planned, which ends at the goal.
     """
     docked = rows["outcome"] == CaseOutcome.DOCKED.value
     time = rows["time_to_dock_s"].where(docked)
-    way = (rows["length_m"] + rows["goal_behind_m"]).clip(lower=0.0)
+    rows = rows.assign(
+        length_m=rows["length_m"].fillna(rows["planning.length_m"]),
+        cusps=rows["cusps"].fillna(rows["planning.cusps"]),
+    )
+    way = (rows["length_m"] + rows["goal_behind_m"].fillna(0.0)).clip(lower=0.0)
     yardstick = 2.0 * np.sqrt((rows["cusps"] + 1.0) * way / rows["comfort.acceleration"])
     return rows.assign(
         outcome=pd.Categorical(rows["outcome"], [one.value for one in SEVERITY], ordered=True),

@@ -42,7 +42,20 @@ def in_short(figures: Figures) -> list[str]:
         f"{_in_cases(figures['fallback_cycles'], figures['fallback_cases'])}. Changes of direction beyond "
         f"the cusps: {turns['total']}, in {counted(turns['cases'], 'case')}.",
     ]
-    return [*_not_whole(figures), *told]
+    return [*_not_whole(figures), *told, *_planned(figures)]
+
+
+def _planned(figures: Figures) -> list[str]:
+    """How ways were planned, where they were."""
+    planning = figures["planning"]
+    if planning is None:
+        return []
+    seconds, replans = planning["seconds"], planning["replans"]
+    return [
+        f"Planning took {number(seconds['p50'], 2)} s in the median of the cases, "
+        f"{number(seconds['max'], 2)} s at most. "
+        f"Ways beyond the first: {replans['total']}, in {counted(replans['cases'], 'case')}."
+    ]
 
 
 def _in_cases(cycles: int, cases: int) -> str:
@@ -105,6 +118,40 @@ def overall_rows(figures: Figures) -> list[tuple[str, str]]:
             (f"energy to dock {sign} p50 / p95", several(energies[name], ("p50", "p95"), 2))
             for name, sign in ENERGIES.items()
         ),
+        *_planning_rows(figures),
+        *_computing_rows(figures),
+    ]
+
+
+def _planning_rows(figures: Figures) -> list[tuple[str, str]]:
+    planning = figures["planning"]
+    if planning is None:
+        return []
+    replans = planning["replans"]
+    return [
+        ("planning in all, p50 / p95 / largest [s]", several(planning["seconds"], ("p50", "p95", "max"), 2)),
+        (
+            "length of the first way p50 / p95 / largest [m]",
+            several(planning["length_m"], ("p50", "p95", "max"), 1),
+        ),
+        ("cusps of the first way p50 / p95 / largest", several(planning["cusps"], ("p50", "p95", "max"), 0)),
+        (
+            "further ways / cases / most",
+            f"{replans['total']} / {replans['cases']} / {number(replans['max'], 0)}",
+        ),
+    ]
+
+
+def _computing_rows(figures: Figures) -> list[tuple[str, str]]:
+    if figures["cycle_ms"] is None:
+        return []
+    misses = f"{figures['deadline_misses']} / {figures['deadline_miss_cases']}"
+    return [
+        (
+            "cycle p50 / p99 of the median case / largest [ms]",
+            several(figures["cycle_ms"], ("p50", "p99", "max"), 1),
+        ),
+        ("missed deadlines, cycles / cases", misses),
     ]
 
 

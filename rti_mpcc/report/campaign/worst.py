@@ -14,7 +14,7 @@ from rti_mpcc.report.campaign.rows import Campaign
 from rti_mpcc.report.numbers import in_words, number
 from rti_mpcc.simulation import Scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive
-from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome
+from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Problems
 
 SAME = {"time_to_dock_s": 0.005, "min_clearance_m": 0.0005}
 """Figures of a case that differ by less are the same [s], [m]."""
@@ -103,9 +103,11 @@ def shown(
 
 def command_of(case: CampaignCase) -> str:
     """One line for a shell that drives a case again, and draws it."""
+    scenes = " --scenes" if case.problems is Problems.SCENES else ""
+    deadline = "" if case.deadline is None else f" --deadline {case.deadline:g}"
     return (
         f"rti-mpcc campaign-case --level {case.level.value} --seed {case.seed} --index {case.index} "
-        f"--method {case.method} --preset {case.preset}"
+        f"--method {case.method} --preset {case.preset}{scenes}{deadline}"
     )
 
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from rti_mpcc.simulation.campaign.case import CampaignCase, drive_case
+from rti_mpcc.simulation.campaign.case import CampaignCase, Problems, drive_case
 from rti_mpcc.simulation.campaign.engine import Engine, ProcessEngine
 from rti_mpcc.simulation.campaign.levels import DisturbanceRange, Level, at_level
-from rti_mpcc.simulation.campaign.row import CampaignRow, CaseOutcome, CourseFigures, DisturbanceFigures
+from rti_mpcc.simulation.campaign.row import (
+    CampaignRow,
+    CaseOutcome,
+    CourseFigures,
+    DisturbanceFigures,
+    SceneFigures,
+)
 from rti_mpcc.simulation.campaign.rows_file import RowsFile, Tally, read_rows
 from rti_mpcc.simulation.campaign.runner import run_campaign
 from rti_mpcc.simulation.campaign.settings import CampaignSettings, read_settings
@@ -20,8 +26,10 @@ __all__ = [
     "DisturbanceRange",
     "Engine",
     "Level",
+    "Problems",
     "ProcessEngine",
     "RowsFile",
+    "SceneFigures",
     "Tally",
     "at_level",
     "drive_case",

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from enum import Enum
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.batch import Case, drive
@@ -23,6 +24,9 @@ from rti_mpcc.simulation.campaign.row import (
 )
 from rti_mpcc.simulation.courses import CAMPAIGN, drawn_course
 from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.scene_scenario import scenario_of
+from rti_mpcc.simulation.scenes import drawn_scene, kind_of_number
 
 MOST = 1_000_000
 """Cases of a campaign, at most."""
@@ -30,9 +34,20 @@ DIED = "its worker process ended while it was under way"
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
+class Problems(Enum):
+    """What a campaign draws."""
+
+    COURSES = "courses"
+    """A path with its corridor, and a goal near its end: `drawn_course`."""
+    SCENES = "scenes"
+    """No path: a start, a goal and what stands there, `drawn_scene`."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CampaignCase:
     """Case number `index` of a campaign of this seed and level, driven by a method and preset.
+
+    `deadline` is that of the controller [s], or None.
 
     Raises InputError for a negative seed, or an index that is not in 0 ... MOST - 1.
     """
@@ -42,6 +57,8 @@ class CampaignCase:
     index: int
     method: str = "dynamic"
     preset: str = "default"
+    problems: Problems = Problems.COURSES
+    deadline: float | None = None
 
     def __post_init__(self) -> None:
         if self.seed < 0:
@@ -57,11 +74,21 @@ class CampaignCase:
     @property
     def name(self) -> str:
         """Of its scenario."""
+        if self.problems is Problems.SCENES:
+            return f"{kind_of_number(self.index)}_{self.seed}_{self.index}_{self.level.value}"
         return f"{CAMPAIGN.prefix}_{self.seed}_{self.index:02d}_{self.level.value}"
 
     def scenario(self) -> Scenario:
         """Drawn, always the same. Raises InputError where none of many draws can be docked in."""
-        return at_level(drawn_course(self.seed, self.index, CAMPAIGN), self.level, self.seed, self.index)
+        scenario = at_level(self._drawn(), self.level, self.seed, self.index)
+        return (
+            scenario if self.deadline is None else changed(scenario, {"controller.deadline": self.deadline})
+        )
+
+    def _drawn(self) -> Scenario:
+        if self.problems is Problems.SCENES:
+            return scenario_of(drawn_scene(self.seed, self.index))
+        return drawn_course(self.seed, self.index, CAMPAIGN)
 
 
 Drive = Callable[[CampaignCase], CampaignRow]

@@ -1,9 +1,10 @@
-"""Levels of difficulty: the same drawn course, with what disturbs a real vehicle on top.
+"""Levels of difficulty: the same drawn course or scene, with what disturbs a real vehicle on top.
 
 All that a case is disturbed by stands in its scenario, so a saved case is driven again as it was. What it is
 drawn from is a `DisturbanceRange`. Every value is drawn at every level, from a stream of the case's own, and
 only those of the level are put into the scenario: a case of `hard` has the noise of the same case of `noisy`
-and the model errors of the same case of `mismatched`, on the course of all four.
+and the model errors of the same case of `mismatched`, on the course of all four. In a scene something fills
+the way for a while at level `hard`.
 """
 
 from __future__ import annotations
@@ -15,10 +16,13 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from geometry import Pose2
 from geometry.settings import NonNegative, Positive, Settings
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.scenes import SLOT_CLEARANCE
+from rti_mpcc.simulation.solid import SolidThings
 
 STREAM = 7
 """Told the generator behind seed and index, so that courses don't change with what is drawn here."""
@@ -52,7 +56,7 @@ class Level(Enum):
     MISMATCHED = "mismatched"
     """The plant is not the model, and its dead time is not the one assumed."""
     HARD = "hard"
-    """All of it."""
+    """All of it, and in a scene something that fills the way for a while."""
 
     @property
     def noisy(self) -> bool:
@@ -79,6 +83,8 @@ class DisturbanceRange(Settings):
             of the measured state.
         wheelbase_error: relative; steering_offset: [rad]; acceleration_gain: of the plant.
         dead_time: of the plant [s]; assumed_dead_time: what the controller takes it for [s].
+        appears: when something fills the way of a vehicle in an area [s]; stays: for so long [s]; ahead: so
+            far beyond the way in which the vehicle can stop at its largest speed [m].
     """
 
     position_std: PositiveSpan = (0.02, 0.08)
@@ -101,6 +107,9 @@ class DisturbanceRange(Settings):
     acceleration_gain: PositiveSpan = (0.8, 1.2)
     dead_time: Span = (0.1, 0.25)
     assumed_dead_time: NonNegative = 0.18
+    appears: Span = (3.0, 15.0)
+    stays: Span = (3.0, 10.0)
+    ahead: Span = (1.0, 4.0)
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -121,11 +130,14 @@ def at_level(
     within = within or DisturbanceRange()
     random = np.random.default_rng([seed, index, STREAM])
     noise, mismatch = _noise(random, within), _mismatch(random, within)
+    appearing = _appearing(random, course, within)
     changes: dict[str, Any] = {"name": f"{course.name}_{level.value}"}
     if level.noisy:
         changes |= noise
     if level.mismatched:
         changes |= mismatch
+    if level is Level.HARD and course.in_area:
+        changes |= appearing
     return _with_room(course, changes) if level.noisy else changed(course, changes)
 
 
@@ -153,6 +165,20 @@ def _mismatch(random: np.random.Generator, within: DisturbanceRange) -> dict[str
     }
 
 
+def _appearing(random: np.random.Generator, course: Scenario, within: DisturbanceRange) -> dict[str, Any]:
+    """Keys of the scenario: what fills the way of a vehicle in an area, which can still stop before it.
+
+    With the largest speed v, acceleration a, its least gain g and the longest dead time t, that takes
+
+        t v + v²/(2 g a)                                                                                  (1)
+    """
+    begin, stays, beyond = (_number(random, *span) for span in (within.appears, within.stays, within.ahead))
+    v, a = course.limits.speed, within.acceleration_gain[0] * course.limits.acceleration
+    gap = within.dead_time[1] * v + 0.5 * v**2 / a + beyond
+    fault = {"kind": "blocked", "from": begin, "to": round(begin + stays, DIGITS), "size": round(gap, DIGITS)}
+    return {"faults": [fault]}
+
+
 def _with_room(course: Scenario, changes: dict[str, Any]) -> Scenario:
     """The changed course, the planned goal drawn nearer to the true one until the body has room there."""
     measurement = changes["goal.measurement"]
@@ -160,10 +186,24 @@ def _with_room(course: Scenario, changes: dict[str, Any]) -> Scenario:
     for halved in range(_HALVINGS):
         offset = [round(0.5**halved * value, DIGITS) for value in whole]
         try:
-            return changed(course, changes | {"goal.measurement": measurement | {"initial_offset": offset}})
+            found = changed(course, changes | {"goal.measurement": measurement | {"initial_offset": offset}})
         except ScenarioError:
             continue
+        if _has_room(found):
+            return found
     return changed(course, changes | {"goal.measurement": measurement | {"initial_offset": [0.0, 0.0, 0.0]}})
+
+
+def _has_room(scenario: Scenario) -> bool:
+    """Whether the body has room at the planned goal; along a path that has been checked by then."""
+    goal = scenario.planned_goal() if scenario.in_area else None
+    return goal is None or _room(scenario, goal) >= SLOT_CLEARANCE
+
+
+def _room(scenario: Scenario, pose: Pose2) -> float:
+    """Clearance of the body at a pose in its area [m]."""
+    poses = np.array([[pose.x, pose.y, pose.phi]])
+    return float(SolidThings.of(scenario.build_area()).clearance(poses, scenario.build_vehicle())[0])
 
 
 def _number(random: np.random.Generator, low: float, high: float) -> float:

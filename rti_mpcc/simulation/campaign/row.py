@@ -1,7 +1,8 @@
 """What a campaign keeps of a case: one line of JSON, the same whatever drove it, where and when.
 
-No computing times and nothing of the machine: a row follows from level, seed, index, method, preset and the
-versions that campaign.json names.
+No computing times and nothing of the machine: a row follows from what is drawn, level, seed, index, method,
+preset and the versions that campaign.json names. Only where times matter, in areas and with a deadline, a row
+has some, and those under one key, `timed`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum
 from itertools import pairwise
+from math import hypot, tan
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,8 @@ from rti_mpcc.simulation.batch import Outcome
 from rti_mpcc.simulation.metrics import untimed
 from rti_mpcc.simulation.result import Cycles, RunResult
 from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scene_scenario import kind_of
+from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.types import Source, Status
 
 DIGITS = 6
@@ -74,6 +78,31 @@ class CourseFigures:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SceneFigures:
+    """How difficult a scene is.
+
+    Attributes:
+        kind: of scene.
+        wheelbase_m, radius_m: of the vehicle, and of its sharpest bend [m].
+        apart_m, turned_rad: from the start to the goal [m], [rad], without the sign.
+        room_at_start_m, room_at_goal_m: from the body there to all that is solid [m].
+        obstacles: how many; bounded: 1 where there is a boundary, else 0.
+        comfort_acceleration: [m/s²].
+    """
+
+    kind: str
+    wheelbase_m: float
+    radius_m: float
+    apart_m: float
+    turned_rad: float
+    room_at_start_m: float
+    room_at_goal_m: float
+    obstacles: int
+    bounded: int
+    comfort_acceleration: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DisturbanceFigures:
     """What a case is disturbed by: zeros, and a gain of 1, where by nothing.
 
@@ -109,19 +138,23 @@ class CampaignRow:
         figures: of `metrics.summary` but those that are timed, with cycles_by_status (counts) and
             failures_driven (cycles whose QP was refused and whose command is its solution all the same); None
             where nothing was driven to its end.
+        timed: what is not the same the next time, see `timed_figures`; None along a path without a deadline.
     """
 
     index: int
     scenario: str
     outcome: CaseOutcome
     detail: str
-    course: CourseFigures | None
+    course: CourseFigures | SceneFigures | None
     disturbances: DisturbanceFigures | None
     figures: Mapping[str, Any] | None
+    timed: Mapping[str, Any] | None = None
 
     def line(self) -> str:
         """The row as JSON, with its line end. Raises ValueError for figures that are not finite."""
         table = asdict(self) | {"outcome": self.outcome.value}
+        if self.timed is None:
+            del table["timed"]
         return json.dumps(table, allow_nan=False, separators=(",", ":"), ensure_ascii=False) + "\n"
 
 
@@ -143,7 +176,33 @@ def row_of(index: int, outcome: Outcome) -> CampaignRow:
         course=course_figures(result.scenario),
         disturbances=disturbance_figures(result.scenario),
         figures=figures,
+        timed=timed_figures(outcome),
     )
+
+
+def timed_figures(outcome: Outcome) -> dict[str, Any] | None:
+    """What differs from run to run; None along a path without a deadline.
+
+    That all searches took (planning_s), cycle_ms and deadline_misses as in summary.json, and by status the
+    slowest cycle (slowest_ms) and how many missed the deadline (misses). Times leave the first cycle out.
+    """
+    result, figures = outcome.result, outcome.figures
+    if result.planning is None and result.config.deadline is None:
+        return None
+    cycles = result.cycles
+    slowest: dict[str, float] = {}
+    for status, time in zip(cycles.status[1:], cycles.step_ms[1:].tolist(), strict=True):
+        slowest[status.value] = max(slowest.get(status.value, 0.0), time)
+    missed = (
+        status.value for status, late in zip(cycles.status, cycles.deadline_missed, strict=True) if late
+    )
+    return {
+        "planning_s": None if result.planning is None else result.planning.seconds,
+        "cycle_ms": figures["cycle_ms"],
+        "deadline_misses": figures["deadline_misses"],
+        "slowest_ms": dict(sorted(slowest.items())),
+        "misses": dict(sorted(Counter(missed).items())),
+    }
 
 
 def outcome_of(result: RunResult, *, docked: bool) -> CaseOutcome:
@@ -163,8 +222,13 @@ def failures_driven(cycles: Cycles) -> int:
     return int(np.count_nonzero(cycles.failed & driven))
 
 
-def course_figures(scenario: Scenario) -> CourseFigures:
-    """Of a scenario with arcs for a route and offsets for corridor and goal. Raises InputError for others."""
+def course_figures(scenario: Scenario) -> CourseFigures | SceneFigures:
+    """Of a scene, or of a scenario with arcs for a route and offsets for corridor and goal.
+
+    Raises InputError for others.
+    """
+    if scenario.in_area:
+        return scene_figures(scenario)
     route, corridor, offset = scenario.path.segments, scenario.corridor, scenario.goal.offset
     if route is None or corridor.left is None or corridor.right is None or offset is None:
         raise InputError(f"{scenario.name}: needs path.segments, corridor.left and .right and goal.offset")
@@ -184,6 +248,27 @@ def course_figures(scenario: Scenario) -> CourseFigures:
         goal_behind_m=directions[-1] * along,
         goal_beside_m=beside,
         goal_turned_rad=turned,
+    )
+
+
+def scene_figures(scenario: Scenario) -> SceneFigures:
+    """Of a scenario in an area."""
+    vehicle, area = scenario.build_vehicle(), scenario.area
+    assert area is not None
+    start, goal = scenario.start_pose(), scenario.goal_pose()
+    poses = np.array([(pose.x, pose.y, pose.phi) for pose in (start, goal)])
+    room = SolidThings.of(scenario.build_area()).clearance(poses, vehicle)
+    return SceneFigures(
+        kind=kind_of(scenario),
+        wheelbase_m=vehicle.wheelbase,
+        radius_m=round(vehicle.wheelbase / tan(scenario.limits.steering), DIGITS),
+        apart_m=round(hypot(goal.x - start.x, goal.y - start.y), DIGITS),
+        turned_rad=round(abs(goal.relative_to(start).phi), DIGITS),
+        room_at_start_m=round(float(room[0]), DIGITS),
+        room_at_goal_m=round(float(room[1]), DIGITS),
+        obstacles=len(area.obstacles),
+        bounded=int(area.boundary is not None),
+        comfort_acceleration=scenario.controller_config().comfort_acceleration,
     )
 
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import geometry
 from rti_mpcc.baselines import METHODS
-from rti_mpcc.config import Method
+from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.campaign.case import MOST, CampaignCase
+from rti_mpcc.simulation.campaign.case import MOST, CampaignCase, Problems
 from rti_mpcc.simulation.campaign.levels import Level
 from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
 from rti_mpcc.simulation.scenario import PRESETS
@@ -24,6 +24,8 @@ from rti_mpcc.simulation.scenario import PRESETS
 FILE = "campaign.json"
 LIBRARIES = ("rti-mpcc", "numpy", "scipy", "shapely", "osqp", "filterpy", "numba")
 """Those whose versions a row may depend on."""
+_BEFORE = {"problems": Problems.COURSES.value, "deadline": None}
+"""What files mean that were written before these were asked for."""
 _PACKAGES = ("geometry", "estimation", "rti_mpcc")
 _ONLY_SHOWS = ("rti_mpcc/cli", "rti_mpcc/report")
 
@@ -32,7 +34,10 @@ _ONLY_SHOWS = ("rti_mpcc/cli", "rti_mpcc/report")
 class CampaignSettings:
     """Cases 0 ... count - 1 of a level and seed, driven by a method and preset.
 
-    Raises InputError for a count that is not in 1 ... MOST, a negative seed, or an unknown method or preset.
+    `deadline` is that of the controllers [s], or None.
+
+    Raises InputError for a count that is not in 1 ... MOST, a negative seed, an unknown method or preset, or
+    a deadline that a controller cannot have.
     """
 
     count: int
@@ -40,6 +45,8 @@ class CampaignSettings:
     seed: int
     method: str = Method.DYNAMIC.value
     preset: str = "default"
+    problems: Problems = Problems.COURSES
+    deadline: float | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.count <= MOST:
@@ -48,12 +55,19 @@ class CampaignSettings:
             raise InputError(f"method = {self.method!r}: must be one of {', '.join(METHODS)}")
         if self.preset not in PRESETS:
             raise InputError(f"preset = {self.preset!r}: must be one of {', '.join(PRESETS)}")
+        ControllerConfig(deadline=self.deadline)
         self.case(0)
 
     def case(self, index: int) -> CampaignCase:
         """Case number `index`. Raises InputError for one that cannot be."""
         return CampaignCase(
-            seed=self.seed, level=self.level, index=index, method=self.method, preset=self.preset
+            seed=self.seed,
+            level=self.level,
+            index=index,
+            method=self.method,
+            preset=self.preset,
+            problems=self.problems,
+            deadline=self.deadline,
         )
 
     def table(self) -> dict[str, Any]:
@@ -64,6 +78,8 @@ class CampaignSettings:
             "seed": self.seed,
             "method": self.method,
             "preset": self.preset,
+            "problems": self.problems.value,
+            "deadline": self.deadline,
             "versions": versions(),
         }
 
@@ -116,14 +132,14 @@ def read_settings(folder: Path) -> dict[str, Any]:
         raise InputError(f"{file}: cannot be read, {error}") from error
     if not isinstance(table, dict) or not isinstance(table.get("count"), int):
         raise InputError(f"{file}: is no campaign's")
-    return table
+    return {**_BEFORE, **table}
 
 
 def _differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
     """What must not be another than it was, in words."""
     if now["count"] < before["count"]:
         yield f"count was {before['count']} and must not be less, {now['count']}"
-    for key in ("level", "seed", "method", "preset"):
+    for key in ("problems", "level", "seed", "method", "preset", "deadline"):
         if now[key] != before.get(key):
             yield f"{key} was {before.get(key)}, not {now[key]}"
     known = before.get("versions")
