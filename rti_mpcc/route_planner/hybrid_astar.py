@@ -558,8 +558,9 @@ class HybridAStar:
         """How near to its other end a tree came [m]."""
         return 0.0 if self.cost < inf else float(self._whole.best[1])
 
-    def way(self) -> Array:
-        """The best way: (n, 2) signed lengths [m] and curvatures [1/m] of its pieces."""
+    def way(self) -> tuple[Array, Array]:
+        """The best way, (n, 2) signed lengths [m] and curvatures [1/m] of its pieces, and the last piece that
+        comes after it (1, 2), or none (0, 2)."""
         whole = self._whole
         curve = whole.curve[whole.curve[:, 0] != 0.0]
         here, there = int(whole.nodes[_HERE]), int(whole.nodes[_THERE])
@@ -568,7 +569,7 @@ class HybridAStar:
         to_here, _ = _branch_to(self._trees[0], here)
         to_there, root = _branch_to(self._trees[1], there)
         last = self._last[root : root + 1]
-        return np.vstack([to_here, curve, to_there[::-1] * (-1.0, 1.0), last[last[:, 0] != 0.0]])
+        return np.vstack([to_here, curve, to_there[::-1] * (-1.0, 1.0)]), last[last[:, 0] != 0.0]
 
 
 def _rooted(roots: Array, came: Array, nodes: int) -> Tree:

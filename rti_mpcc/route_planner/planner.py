@@ -167,11 +167,11 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, N
         yield
         most = settings.nodes - nodes
         while search.state == SEARCHING and search.expanded < most and spent() < settings.seconds:
-            search.advance(_SLICE)
+            search.advance(min(_SLICE, most - search.expanded))
             yield
         nodes, nearest = nodes + search.expanded, min(nearest, search.nearest)
         if search.cost < inf:
-            found, clear = yield from _drivable(problem, terms, joined(search.way()))
+            found, clear = yield from _drivable(problem, terms, *search.way())
             if found:
                 return _found(problem, found, clear, nodes)
             # It was nearer to something between the poses that the search looked at.
@@ -189,17 +189,17 @@ def _nearest(distance: float) -> str:
 
 
 def _drivable(
-    problem: _Problem, terms: Terms, way: Array
+    problem: _Problem, terms: Terms, way: Array, last: Array
 ) -> Generator[None, None, tuple[list[Array], float]]:
     """The stretches of a found way, cheaper and, if it can be, smooth, and their clearance [m]; none where
-    that is less than the hard minimum."""
+    that is less than the hard minimum. `last`: straight piece (1, 2) that it ends with, or none (0, 2)."""
     config, settings = problem.config, problem.config.route
     at = np.array([problem.start.x, problem.start.y, problem.start.phi])
     body, solid = body_of(config.vehicle), problem.area.grid
     yield
-    way = shortened(at, way, body.shape, solid.solid, terms, places=settings.places)
+    way = shortened(at, joined(way), body.shape, solid.solid, terms, places=settings.places)
     yield
-    smoothing, firmer = _smoothing(problem, way), 0
+    smoothing, firmer = _smoothing(problem, way, last), 0
     for _ in range(settings.smoothing_iterations):
         smoothing.iterate()
         yield
@@ -208,6 +208,7 @@ def _drivable(
         arcs = smoothing.settled()
         if arcs is None:
             continue
+        arcs = np.vstack([arcs, last])
         clear = _clearance(problem, arcs)
         if clear >= settings.hard_minimum:
             return _stretches(arcs), clear
@@ -217,6 +218,7 @@ def _drivable(
         firmer += 1
         smoothing.firmer(10.0)
         yield
+    way = np.vstack([way, last])
     clear = _clearance(problem, way)
     return [piece[None] for piece in way] if clear >= settings.hard_minimum else [], clear
 
@@ -280,7 +282,8 @@ def _last_straights(problem: _Problem, terms: Terms) -> Array:
     return np.array(found).reshape(-1, 2)
 
 
-def _smoothing(problem: _Problem, way: Array) -> Smoothing:
+def _smoothing(problem: _Problem, way: Array, last: Array) -> Smoothing:
+    """Of a way that a straight piece comes after, or none."""
     config, settings = problem.config, problem.config.route
     start = problem.start
     radius = 1.0 / config.max_curvature
@@ -295,12 +298,14 @@ def _smoothing(problem: _Problem, way: Array) -> Smoothing:
     )
     at = np.array([start.x, start.y, start.phi])
     end = poses_after(at, way)[-1]
-    # The heading on the branch on which the way ends.
+    # The heading on the branch on which the way ends; the place as it was given, less the last piece.
     turns = round((end[2] - problem.goal.phi) / (2.0 * np.pi))
-    goal = np.array([problem.goal.x, problem.goal.y, problem.goal.phi + 2.0 * np.pi * turns])
+    phi, back = problem.goal.phi + 2.0 * np.pi * turns, float(last[:, 0].sum())
+    goal = np.array([problem.goal.x - back * np.cos(phi), problem.goal.y - back * np.sin(phi), phi])
+    goes_on = len(last) > 0 and float(last[0, 0]) * float(way[-1, 0]) > 0.0
     return Smoothing(
         start=at, goal=goal, body=body_of(config.vehicle), grid=problem.area.grid, terms=terms,
-        way=way,
+        way=way, straight_end=goes_on,
     )  # fmt: skip
 
 
@@ -332,12 +337,15 @@ def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, f
 
 def _found(problem: _Problem, stretches: list[Array], clearance: float, nodes: int) -> Manoeuvre:
     """The manoeuvre of ways (n, 2) of one direction each, at the ends of which the wheels may be turned."""
-    config, pose, theta = problem.config, problem.start, 0.0
+    # From the origin, and then put in place: so no coordinate is rounded more than once.
+    place = np.array([problem.start.x, problem.start.y])
+    config, pose, theta = problem.config, Pose2(0.0, 0.0, problem.start.phi), 0.0
     segments: list[Segment] = []
     for index, way in enumerate(stretches):
         pieces = [(1 if length > 0.0 else -1, curvature, abs(length)) for length, curvature in way.tolist()]
         (part,) = ReferencePath.from_segments(start=pose, segments=pieces).parts
-        part = replace(part, knots=part.knots + theta)
+        pose = part.last
+        part = replace(part, knots=part.knots + theta, x=part.x + place[0], y=part.y + place[1])
         last = index == len(stretches) - 1
         segments.append(
             Segment(
@@ -348,7 +356,7 @@ def _found(problem: _Problem, stretches: list[Array], clearance: float, nodes: i
                 wheels=atan(config.vehicle.wheelbase * float(part.curvatures[0])),
             )
         )
-        pose, theta = part.last, part.end
+        theta = part.end
     return Manoeuvre(
         start=problem.start,
         goal=problem.goal,
