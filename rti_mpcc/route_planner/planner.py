@@ -27,7 +27,7 @@ from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridASta
 from rti_mpcc.route_planner.shortening import joined, shortened, split
 from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
 
-_SLICE = 64  # nodes between two questions whether there is time
+_SLICE = 16  # nodes between two questions whether there is time
 _CHECK = 0.01  # [m] between the poses that are checked in the end
 _NEAR_GOAL, _SETTLED = (
     1e-2,
@@ -197,7 +197,7 @@ def _drivable(
     at = np.array([problem.start.x, problem.start.y, problem.start.phi])
     body, solid = body_of(config.vehicle), problem.area.grid
     yield
-    way = shortened(at, joined(way), body.shape, solid.solid, terms, places=settings.places)
+    way = yield from shortened(at, joined(way), body.shape, solid.solid, terms, places=settings.places)
     yield
     smoothing, firmer = _smoothing(problem, way, last), 0
     for _ in range(settings.smoothing_iterations):

@@ -6,6 +6,7 @@ the way itself or by one curve from any place before.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from math import ceil, inf
 
 import numpy as np
@@ -24,22 +25,28 @@ from rti_mpcc.route_planner.hybrid_astar import (
     poses_after,
 )
 
+_SLICE = 2  # places that are looked at at a time
 _TRIED = 2  # curves, the cheapest ones, that are looked at between two places
 
 
 def shortened(
     start: Array, way: Array, body: BodyShape, solid: SolidShapes, terms: Terms, *, places: int
-) -> Array:
+) -> Generator[None, None, Array]:
     """A way (m, 2) from the same start (3,) to the same end that costs no more than `way` (n, 2).
 
-    Ways are signed lengths [m] and curvatures [1/m] of pieces. `places`: on the way, about.
+    It comes slice by slice. Ways are signed lengths [m] and curvatures [1/m] of pieces. `places`: on the way,
+    about.
     """
     way = split(way, max(float(np.abs(way[:, 0]).sum()) / places, 2.0 * terms.check))
     count = len(way)
     at = np.vstack([start[None], poses_after(start, way)])
     cost, before = np.full(count + 1, inf), np.zeros(count + 1, np.int64)
     came, pieces = np.zeros((count + 1, 2)), np.zeros((count + 1, PIECES, 2))
-    _shorten(at, way, body, solid, terms, cost, before, came, pieces)
+    for first in range(1, count + 1, _SLICE):
+        _shorten(
+            at, way, first, min(first + _SLICE, count + 1), body, solid, terms, cost, before, came, pieces
+        )
+        yield
     found, j = [], count
     while j > 0:
         found.append(pieces[j])
@@ -70,6 +77,8 @@ def joined(way: Array) -> Array:
 def _shorten(
     at: Array2,
     way: Array2,
+    first: int,
+    stop: int,
     body: BodyShape,
     solid: SolidShapes,
     terms: Terms,
@@ -82,7 +91,7 @@ def _shorten(
     lengths, turns, order = np.empty((WORDS, PIECES)), np.empty((WORDS, PIECES)), np.empty(WORDS)
     curve = np.zeros((PIECES, 2))
     cost[0] = 0.0
-    for j in range(1, len(at)):
+    for j in range(first, stop):
         curve[:] = 0.0
         curve[0, 0], curve[0, 1] = way[j - 1, 0], way[j - 1, 1]
         # It was found to be clear where it was checked, which need not be where it is looked at now.

@@ -33,7 +33,8 @@ from rti_mpcc.route_planner.hybrid_astar import after
 
 _NEWTON_STEPS = 6
 _ROUNDING = 1e-9
-_ACCURACY, _ITERATIONS = 1e-4, 1000  # of a QP: its step is judged by what it does
+_NEAR = 0.15  # [m] beyond the margin what is near is looked at: so far one step may go
+_ACCURACY, _ITERATIONS = 1e-4, 300  # of a QP: its step is judged by what it does
 _BEYOND = 0.02  # share of the largest curvature by which the last steps may pass it: there is a reserve
 
 
@@ -303,7 +304,7 @@ class Smoothing:
 
     def _half_planes(self, poses: Array, slopes: Array) -> tuple[Array, Array]:
         """What is lacking of the margin (n,) [m], and how the variables (n, many) make up for it."""
-        margin, within = self.terms.margin, self.terms.margin + 0.3
+        margin, within = self.terms.margin, self.terms.margin + _NEAR
         found = flank_contacts(self._body, poses, (self._grid,), within=within, outward=0.0)
         pose, piece, side = np.nonzero(found[..., APART] < within)
         contact = found[pose, piece, side]
