@@ -73,4 +73,4 @@ class RoutePlanner(Settings):
     near: Tolerance = (0.1, 0.05, 0.035)
     slices: Annotated[int, Field(ge=1, le=10_000)] = 4
     nodes: Annotated[int, Field(ge=1, le=10**9)] = 100_000
-    seconds: Positive = 10.0
+    seconds: Positive = 20.0

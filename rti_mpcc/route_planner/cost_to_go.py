@@ -7,6 +7,7 @@ that disc.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from math import hypot, inf, sqrt
 from typing import NamedTuple
 
@@ -17,6 +18,9 @@ from geometry.compiled import Array1, Array2, Out2, inner, kernel, record
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import RoutePlanner, Vehicle
 from rti_mpcc.route_planner.priority_queue import pop, push
+
+_AXLE = Body.of([(0.0, 0.0)])
+_SLICE = 4096  # places that are looked at at a time
 
 
 @record
@@ -33,14 +37,20 @@ class CostToGo(NamedTuple):
     cell: float
 
 
-def axle_clearances(solid: ShapeGrid, low: Array, high: Array, cell: float, reach: float) -> Array:
+def axle_clearances(
+    solid: ShapeGrid, low: Array, high: Array, cell: float, reach: float
+) -> Generator[None, None, Array]:
     """Distances (rows, columns) of the rear axle to all that is solid, up to `reach` [m], at the middles of
-    cells from `low` (2,) to `high` (2,) [m]."""
+    cells from `low` (2,) to `high` (2,) [m]; slice by slice."""
     columns, rows = np.maximum(np.ceil((high - low) / cell).astype(int), 1)
     x, y = low[0] + cell * (np.arange(columns) + 0.5), low[1] + cell * (np.arange(rows) + 0.5)
     points = np.zeros((rows * columns, 3))
     points[:, 0], points[:, 1] = np.tile(x, rows), np.repeat(y, columns)
-    apart = solid.signed_distances(Body.of([(0.0, 0.0)]), points, reach)[:, 0]
+    apart = np.empty(rows * columns)
+    for first in range(0, len(points), _SLICE):
+        some = slice(first, first + _SLICE)
+        apart[some] = solid.signed_distances(_AXLE, points[some], reach)[:, 0]
+        yield
     return np.minimum(apart, reach).reshape(rows, columns)
 
 

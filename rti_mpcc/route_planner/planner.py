@@ -158,7 +158,7 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, N
     if not len(_last_straights(problem, terms)):
         reason = f"there is no straight way of {settings.final_straight} m into the goal"
         return problem.failed(PlanOutcome.NO_WAY, reason)
-    known = _Estimates.of(problem, terms)
+    known = yield from _Estimates.of(problem, terms)
     yield
     nodes, nearest, reason = 0, inf, ""
     for finer in settings.finer:
@@ -238,19 +238,20 @@ class _Estimates:
     grids: tuple[CostToGo, CostToGo]
 
     @classmethod
-    def of(cls, problem: _Problem, terms: Terms) -> _Estimates:
+    def of(cls, problem: _Problem, terms: Terms) -> Generator[None, None, _Estimates]:
         config, settings = problem.config, problem.config.route
         boundary, lasts = problem.area.boundary, _last_straights(problem, terms)
         assert boundary is not None
         low, high = boundary.min(axis=0), boundary.max(axis=0)
         cell = max(settings.arc * terms.radius, sqrt(float(np.prod(high - low)) / settings.cells))
         radius = disc_of(config.vehicle)
-        apart = axle_clearances(problem.area.grid, low, high, cell, radius + settings.margin + cell)
+        reach = radius + settings.margin + cell
+        apart = yield from axle_clearances(problem.area.grid, low, high, cell, reach)
         start, goal = (np.array([pose.x, pose.y, pose.phi]) for pose in (problem.start, problem.goal))
         goals = goal - lasts[:, :1] * np.array([np.cos(goal[2]), np.sin(goal[2]), 0.0])
-        to_goal, to_start = (
-            cost_to_go(apart, low, cell, radius, (end[0], end[1]), settings) for end in (goals[0], start)
-        )
+        to_goal = cost_to_go(apart, low, cell, radius, (goals[0, 0], goals[0, 1]), settings)
+        yield
+        to_start = cost_to_go(apart, low, cell, radius, (start[0], start[1]), settings)
         return cls(start=start, goals=goals, lasts=lasts, grids=(to_goal, to_start))
 
 

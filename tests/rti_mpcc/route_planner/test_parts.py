@@ -51,7 +51,12 @@ def test_the_table_finds_what_was_entered() -> None:
 def grid() -> tuple[Array, Array, float]:
     low, high, cell = np.array([-5.0, -5.0]), np.array([9.0, 7.0]), 0.5
     solid = Area(obstacles=[BOX]).grid
-    return axle_clearances(solid, low, high, cell, 2.0), low, cell
+    slices = axle_clearances(solid, low, high, cell, 2.0)
+    while True:
+        try:
+            next(slices)
+        except StopIteration as ended:
+            return ended.value, low, cell
 
 
 def test_clearances_of_the_axle_are_those_of_a_point() -> None:
