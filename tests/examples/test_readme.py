@@ -19,9 +19,11 @@ def run_blocks(page: Path, count: int) -> None:
         exec(compile(block, str(page), "exec"), names)
 
 
-def test_the_block_of_the_readme_gives_a_command(capsys: pytest.CaptureFixture[str]) -> None:
-    run_blocks(ROOT / "README.md", 1)
-    status, acceleration, rate = capsys.readouterr().out.split()
+def test_the_blocks_of_the_readme_give_a_command_and_dock(capsys: pytest.CaptureFixture[str]) -> None:
+    run_blocks(ROOT / "README.md", 2)
+    first, docked = capsys.readouterr().out.splitlines()
+    assert docked.startswith("docked after")
+    status, acceleration, rate = first.split()
     assert status == "Status.ARRIVING"
     assert float(acceleration) < 0.0  # it reverses
     assert abs(float(rate)) <= 1.0
