@@ -57,3 +57,15 @@ class PoseHistory:
             before.y + share * (last.y - before.y),
             before.phi + share * turn,
         )
+
+    def mean(self, since: float) -> Pose2 | None:
+        """The mean of the poses from `since` on [s], on the branch of the latest; None: there are none."""
+        poses = self.poses[bisect_left(self.stamps, since) :]
+        if not poses:
+            return None
+        last, share = poses[-1], 1.0 / len(poses)
+        return Pose2(
+            last.x + share * sum(pose.x - last.x for pose in poses),
+            last.y + share * sum(pose.y - last.y for pose in poses),
+            last.phi + share * sum(lift(pose.phi, last.phi) - last.phi for pose in poses),
+        )

@@ -61,10 +61,10 @@ class Rerouter:
             why = self._asks(s)
             if not why:
                 return s
-            s = moves.without_way(s, *standing_route(_here(s)), why)
-        elif apart(_here(s), s.path.start) > self._config.plausibility.off_path:
+            s = moves.without_way(s, *standing_route(self._here(s)), why)
+        elif apart(self._here(s), s.path.start) > self._config.plausibility.off_path:
             # It is first heard of there, or was set down: nothing would be driven so far off a route.
-            s = moves.without_way(s, *standing_route(_here(s)), s.route.why if s.route else "")
+            s = moves.without_way(s, *standing_route(self._here(s)), s.route.why if s.route else "")
         return self._answered(s)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
@@ -108,12 +108,24 @@ class Rerouter:
             return task.latched
         return ""
 
+    def _here(self, s: ControllerState) -> Pose2:
+        """Where the vehicle is; of one that stands the mean of the last moments, for noise must not begin a
+        search anew."""
+        state, since = s.vehicle.monitor.state, s.vehicle.standing_since
+        if state is None:
+            return Pose2(0.0, 0.0, 0.0)
+        here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+        if since is None or s.vehicle.monitor.why:
+            return here
+        moments = s.now - self._config.goal_tracking.filter.history
+        return s.vehicle.poses.mean(max(since, moments)) or here
+
     def _was_asked(self, s: ControllerState) -> bool:
         """Whether the way was planned from right here a moment ago: the same again would come of it."""
         route = s.route
         if route is None or route.manoeuvre is None or s.now - route.since >= self._config.route.again_after:
             return False
-        here = _here(s).relative_to(route.manoeuvre.start)
+        here = self._here(s).relative_to(route.manoeuvre.start)
         return here.within(self._config.route.near) and route.changes == s.area.changes
 
     def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
@@ -132,7 +144,7 @@ class Rerouter:
         if s.task.phase is Phase.PLANNING:
             if not s.vehicle.is_stationary(s.now, self._config.dead_time):
                 return None
-            return _Asked(start=_here(s), goal=goal, changes=s.area.changes)
+            return _Asked(start=self._here(s), goal=goal, changes=s.area.changes)
         if s.task.stop is None:
             return None
         part = s.task.segment.part
@@ -157,10 +169,3 @@ def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:
     """A straight route where the vehicle stands: nothing is driven on it."""
     path = ReferencePath.from_segments(start=here, segments=[(1, 0.0, NO_MANOEUVRE)])
     return path, (Segment(part=path.parts[0], index=0, end=SegmentEnd.STOP),)
-
-
-def _here(s: ControllerState) -> Pose2:
-    state = s.vehicle.monitor.state
-    if state is None:
-        return Pose2(0.0, 0.0, 0.0)
-    return Pose2(float(state[X]), float(state[Y]), float(state[PHI]))

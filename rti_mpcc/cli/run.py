@@ -96,8 +96,6 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     )
     if arguments.dump_failed is not None and arguments.record is None:
         raise InputError("--dump-failed needs --record: what is recorded is looked through for failed cycles")
-    if scenario.in_area and arguments.record is not None:
-        raise InputError(f"--record: a recording knows no area, and {scenario.name} has no [path]")
     folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
     animation = _animation(arguments.animate, folder)
     for place in [folder, *(file.parent for file in animation)]:

@@ -10,7 +10,7 @@ from math import hypot, nan, radians
 
 import numpy as np
 
-from geometry import Corridor, PathPart, Pose2, ReferencePath, wrap
+from geometry import Area, Corridor, PathPart, Pose2, ReferencePath, wrap
 from rti_mpcc.config import ControllerConfig, GoalLimits, Vehicle
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.planning.surroundings import Surroundings
@@ -56,6 +56,8 @@ def checked(
     In an area a goal may be anywhere: the way there is planned.
     """
     if corridor.area is not None:
+        if not _in_box(goal, corridor.area):
+            return GoalFit(pose=goal, problem="it is beyond the boundary of the area", beside=goal)
         room = _room(goal, path, corridor, vehicle)
         problem = f"the body there {_crossing(room)}" if room < 0.0 else ""
         excess, remark = max(-room, 0.0), "" if problem else _tight(room, margin)
@@ -163,6 +165,14 @@ def _beside(pose: Pose2, part: PathPart) -> Pose2:
 
 def _turn(one: Pose2, other: Pose2) -> float:
     return abs(float(wrap(one.phi - other.phi)))
+
+
+def _in_box(goal: Pose2, area: Area) -> bool:
+    """Whether it is in the box around the boundary: far outside of that nothing is solid any more."""
+    if area.boundary is None:
+        return True
+    (left, bottom), (right, top) = area.boundary.min(axis=0), area.boundary.max(axis=0)
+    return bool(left <= goal.x <= right and bottom <= goal.y <= top)
 
 
 def _room(goal: Pose2, path: ReferencePath, corridor: Corridor, vehicle: Vehicle) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from os import PathLike
 from pathlib import Path
@@ -106,14 +106,19 @@ def film_of_recording(
     config, path = recording.header.config, recording.header.path
     controller = recording.header.controller()
     first, views = controller.corridor, list[CycleView]()
+    in_area = first.area is not None
     for done, observed in enumerate(_driven_along(controller, recording.cycles), start=1):
         if observed is not None:
+            if in_area and controller.path is not None:
+                observed = replace(observed, path=controller.path, corridor=controller.corridor)
             now = recording.cycles[done - 1].inputs.now
             time = _later(views[-1].time if views else None, now)
             views.append(_measured_view(observed, time, controller.corridor, config))
         if progress is not None:
             progress(done, len(recording.cycles))
     name = Path(file).name if recording.complete else f"{Path(file).name} (truncated)"
+    if in_area:
+        return _film(name, None, None, config, tuple(views), area=first.area)
     return _film(name, path, first, config, tuple(views))
 
 

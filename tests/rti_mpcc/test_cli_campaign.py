@@ -10,7 +10,7 @@ import pytest
 from rti_mpcc.cli import campaign, main
 from rti_mpcc.errors import CampaignError
 from rti_mpcc.simulation import load_scenario
-from rti_mpcc.simulation.campaign import CampaignCase, CampaignSettings, Level, Tally, read_rows
+from rti_mpcc.simulation.campaign import CampaignCase, CampaignSettings, Level, Problems, Tally, read_rows
 from rti_mpcc.simulation.campaign.runner import run_campaign
 from tests.rti_mpcc.simulation.campaign import drives
 from tests.rti_mpcc.simulation.campaign.engines import Puppet
@@ -101,6 +101,8 @@ def test_what_ends_a_campaign_is_told(
             "not allowed with argument",
         ),
         (["--count", "2", "--out", "there", "--seed", "-1"], "'-1' must be an integer >= 0"),
+        (["--count", "2", "--out", "there", "--deadline", "soon"], "invalid float value: 'soon'"),
+        (["--count", "2", "--out", "there", "--deadline", "0"], "deadline"),
     ],
 )
 def test_what_is_no_campaign_is_refused(
@@ -122,6 +124,29 @@ def test_a_case_is_written_as_a_scenario(capsys: pytest.CaptureFixture[str]) -> 
     assert f"written: {file}" in said.out
     assert f"rti-mpcc run {file} --method dynamic --preset default --seed 11000003\n" in said.out
     assert len(list(Path("runs").rglob("*.*"))) == 1
+
+
+def test_a_case_may_be_a_scene_with_a_deadline(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["campaign-case", "--scenes", "--deadline", "0.02", "--seed", "11", "--index", "3", "--no-run"]
+    assert main(asked) == 0
+    case = CampaignCase(seed=11, level=Level.NOMINAL, index=3, problems=Problems.SCENES, deadline=0.02)
+    file = "runs/clutter_11_3_nominal/clutter_11_3_nominal.toml"
+    assert load_scenario(file) == case.scenario()
+    assert (
+        f"rti-mpcc run {file} --method dynamic --preset default --seed 11000003\n" in capsys.readouterr().out
+    )
+
+
+@pytest.mark.usefixtures("_made_up")
+def test_a_campaign_may_be_of_scenes(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["campaign", "--scenes", "--count", "2", "--seed", "3", "--out", "there"]
+    assert main(asked) == 0
+    assert "scenes, nominal, seed 3, dynamic, default" in capsys.readouterr().out
+    settings = json.loads(Path("there/campaign.json").read_text())
+    assert (settings["problems"], settings["deadline"]) == ("scenes", None)
+    assert {row["scenario"] for row in read_rows(Path("there"))} == {"bay_3_0_nominal", "slot_3_1_nominal"}
+    assert main(asked[:1] + asked[2:]) == 2
+    assert "problems was scenes, not courses" in capsys.readouterr().err
 
 
 def test_a_case_is_run_with_its_own_noise(

@@ -13,8 +13,25 @@ import pytest
 
 from rti_mpcc.cli import main
 from rti_mpcc.simulation import Scenario, changed, load_scenario
-from rti_mpcc.simulation.campaign import CampaignCase, CampaignRow, CampaignSettings, Level, drive_case
-from tests.rti_mpcc.report.campaign.made_up import SETTINGS, docked, raised, stalled, write
+from rti_mpcc.simulation.campaign import (
+    CampaignCase,
+    CampaignRow,
+    CampaignSettings,
+    CaseOutcome,
+    Level,
+    Problems,
+    drive_case,
+)
+from tests.rti_mpcc.report.campaign.made_up import (
+    SCENES,
+    SETTINGS,
+    docked,
+    figures,
+    raised,
+    scene,
+    stalled,
+    write,
+)
 from tests.rti_mpcc.report.pages import Wellformed, parsed
 
 QUICK = 29
@@ -100,6 +117,63 @@ def test_what_is_not_finished_says_so(capsys: pytest.CaptureFixture[str]) -> Non
     page, numbers = report()
     assert (numbers["finished"], numbers["torn_line"], numbers["cases_asked"]) == (False, True, 4)
     assert "The campaign is not finished" in page
+
+
+def test_a_campaign_of_scenes_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
+    lost = scene(1, figures(None), kind="slot", outcome=CaseOutcome.UNFINISHED, detail="no way")
+    undrawn = replace(scene(3, None, outcome=CaseOutcome.WORKER_DIED), course=None)
+    rows = [scene(0, figures(20.0)), lost, scene(2, figures(30.0), kind="slot"), undrawn]
+    made_up("one", rows, settings=SCENES)
+    assert main(["campaign-report", "one", "--worst", "0"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert "one: scenes, nominal, seed 1" in said.out
+    assert "Planning took 0.20 s in the median of the cases, 0.30 s at most." in said.out
+    assert "Ways beyond the first: 3, in 2 cases." in said.out
+    page, numbers = report()
+    assert numbers["planning"]["seconds"] == pytest.approx({"p50": 0.2, "p95": 0.29, "max": 0.3})
+    assert numbers["planning"]["replans"] == {"total": 3, "cases": 2, "max": 2.0}
+    assert numbers["cycle_ms"] == {"p50": 2.0, "p99": 4.0, "max": 42.0}
+    assert (numbers["deadline_misses"], numbers["deadline_miss_cases"]) == (3, 2)
+    assert [(one["kind"], one["cases"], one["docked"]) for one in numbers["kinds"]] == [
+        ("bay", 1, 1),
+        ("slot", 2, 1),
+    ]
+    assert [part["cases"] for part in numbers["difficulty"]["apart_m"]] == [1, 1, 1]
+    assert "goal_beside_m" not in numbers["difficulty"]
+    text = "".join(self_contained(page).text)
+    assert "the length of the first way that was planned" in text
+    assert "left the area or met an obstacle" in " ".join(text.split())
+
+
+def test_the_page_of_courses_has_nothing_of_scenes() -> None:
+    made_up("one", [docked(0), docked(1)])
+    assert main(["campaign-report", "one", "--worst", "0"]) == 0
+    page, numbers = report()
+    assert "kinds" not in numbers
+    assert (numbers["planning"], numbers["cycle_ms"], numbers["deadline_misses"]) == (None, None, None)
+    assert "apart_m" not in numbers["difficulty"]
+    text = "".join(self_contained(page).text)
+    assert "planning" not in text
+    assert "left the corridor or met an obstacle" in " ".join(text.split())
+
+
+def test_the_worst_scenes_are_driven_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = CampaignCase.scenario
+    monkeypatch.setattr(
+        CampaignCase, "scenario", lambda case: changed(whole(case), {"simulation.duration": 1.0})
+    )
+    settings = CampaignSettings(count=9, level=Level.NOMINAL, seed=1, problems=Problems.SCENES, deadline=0.5)
+    made_up("one", [drive_case(settings.case(0))], settings=settings)
+    assert main(["campaign-report", "one", "--worst", "1"]) == 0
+    page, numbers = report()
+    (one,) = numbers["worst"]
+    assert one["command"].endswith(
+        "--seed 1 --index 0 --method dynamic --preset default --scenes --deadline 0.5"
+    )
+    assert "what is solid, path, obstacles, goal, and the driven body" in page
 
 
 def test_two_campaigns_are_compared(capsys: pytest.CaptureFixture[str]) -> None:

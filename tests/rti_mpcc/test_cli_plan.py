@@ -167,10 +167,6 @@ def test_bad_input_is_one_line(capsys: pytest.CaptureFixture[str], old: str, new
             ["run", "hall.toml", "--docking-time", "30"],
             "hall: controller.docking_time = 30.0: only with [path]",
         ),
-        (
-            ["run", "hall.toml", "--record", "hall.jsonl"],
-            "--record: a recording knows no area, and hall has no",
-        ),
     ],
 )
 def test_wrong_arguments_exit_2(

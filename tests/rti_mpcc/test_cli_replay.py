@@ -9,6 +9,7 @@ import pytest
 from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.recording import Machine, read_recording
+from rti_mpcc.simulation import changed, load_scenario, save_scenario
 from tests.rti_mpcc.cli_runs import write_short
 
 
@@ -41,6 +42,14 @@ def test_a_recorded_run_replays_identically(recording: Path, capsys: pytest.Capt
     assert said.out == (
         "identical: 11 cycles compared bit for bit, on the machine and with the versions of the recording\n"
     )
+
+
+def test_a_run_in_an_area_is_recorded_and_replays(capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = changed(load_scenario("bay_perpendicular"), {"simulation.duration": 1.0})
+    file = save_scenario(scenario, Path())
+    assert main(["run", str(file), "--no-plots", "--record", "run.jsonl"]) == 1
+    assert main(["replay", "run.jsonl"]) == 0
+    assert "identical: 21 cycles compared bit for bit" in capsys.readouterr().out
 
 
 def test_options_of_the_run_reach_the_recorded_controller(capsys: pytest.CaptureFixture[str]) -> None:

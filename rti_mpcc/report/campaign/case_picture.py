@@ -1,4 +1,4 @@
-"""A case from above: where it takes place and, if it was driven, how, and where it came nearest to a boundary."""
+"""A case from above: where it is and, if it was driven, how, and where it came nearest to a boundary."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Recorder, read_recording
 from rti_mpcc.report.film import Film, film_of_recording, film_of_run
 from rti_mpcc.report.views import ObservedCycle, Observer
-from rti_mpcc.simulation import RunResult, docking_controller
+from rti_mpcc.simulation import RunResult, changed, docking_controller, load_scenario, simulate
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
     BACK,
@@ -159,3 +159,20 @@ def test_from_where_the_replay_differs_stages_are_left_out_and_that_is_told(
     assert not any(insides[5:])
     (message,) = [record.getMessage() for record in caplog.records if "replayed" in record.getMessage()]
     assert message.startswith("cycle 5 is not replayed as it was recorded")
+
+
+def test_a_recording_in_an_area_shows_it_and_the_way_that_is_driven(tmp_path: Path) -> None:
+    scenario = changed(load_scenario("bay_perpendicular"), {"simulation.duration": 2.0})
+    with Recorder(docking_controller(scenario), tmp_path / "bay.jsonl") as recorder:
+        simulate(scenario, controller=recorder)
+    film = film_of_recording(tmp_path / "bay.jsonl")
+    assert (film.path, film.corridor) == (None, None)
+    assert film.area is not None
+    assert film.area.boundary is not None
+    assert np.array_equal(film.area.boundary, np.array(scenario.build_area().boundary))
+    first, last = film.views[0].observed, film.views[-1].observed
+    assert first.path is None
+    assert last.path is not None
+    assert last.path.start.x == pytest.approx(scenario.start_pose().x)
+    assert last.corridor is not None
+    assert last.inside is not None

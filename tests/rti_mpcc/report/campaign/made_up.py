@@ -16,6 +16,8 @@ from rti_mpcc.simulation.campaign import (
     CourseFigures,
     DisturbanceFigures,
     Level,
+    Problems,
+    SceneFigures,
 )
 
 COURSE = CourseFigures(
@@ -31,6 +33,18 @@ COURSE = CourseFigures(
     goal_beside_m=-1.0,
     goal_turned_rad=0.2,
 )
+SCENE = SceneFigures(
+    kind="bay",
+    wheelbase_m=2.8,
+    radius_m=3.0,
+    apart_m=12.0,
+    turned_rad=1.5,
+    room_at_start_m=1.0,
+    room_at_goal_m=0.3,
+    obstacles=7,
+    bounded=0,
+    comfort_acceleration=0.4,
+)
 CALM = DisturbanceFigures(
     position_std_m=0.0,
     heading_std_rad=0.0,
@@ -45,6 +59,7 @@ CALM = DisturbanceFigures(
     dead_time_s=0.18,
 )
 SETTINGS = CampaignSettings(count=4, level=Level.NOMINAL, seed=1)
+SCENES = CampaignSettings(count=4, level=Level.NOMINAL, seed=1, problems=Problems.SCENES)
 
 
 def figures(time: float | None = 20.0, clearance: float | None = 0.2, **changes: Any) -> dict[str, Any]:
@@ -93,6 +108,27 @@ def row(
 
 def docked(index: int, time: float = 20.0, clearance: float | None = 0.2, **changes: Any) -> CampaignRow:
     return row(index, figures(time, clearance), **changes)
+
+
+def scene(index: int, told: dict[str, Any] | None, *, kind: str = "bay", **changes: Any) -> CampaignRow:
+    """A row of a scene: the yardstick of its first way, of 10 m with a cusp, is sqrt(200) s."""
+    planning = {"length_m": 10.0, "cusps": 1, "replans": index}
+    cycle = {"p50": 1.0 + index, "p95": 2.0, "p99": 3.0 + index, "max": 40.0 + index}
+    timed = {
+        "planning_s": 0.1 * (index + 1),
+        "cycle_ms": cycle,
+        "deadline_misses": index,
+        "slowest_ms": {"planning": 30.0},
+        "misses": {"planning": index} if index else {},
+    }
+    plain = row(index, None, **changes)
+    return replace(
+        plain,
+        scenario=f"{kind}_1_{index}_nominal",
+        course=replace(SCENE, kind=kind, apart_m=12.0 + index),
+        figures=None if told is None else {**told, "planning": planning},
+        timed=None if told is None else timed,
+    )
 
 
 def stalled(index: int, clearance: float = 0.2, **changes: Any) -> CampaignRow:

@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.campaign.case_picture import case_figure
-from rti_mpcc.simulation import RunResult
+from rti_mpcc.simulation import RunResult, changed, load_scenario, simulate
 from rti_mpcc.simulation.metrics import clearances
 
 
@@ -46,6 +46,20 @@ def test_a_case_that_was_not_driven_has_its_course(run: RunResult) -> None:
     assert shapes(axes, "body at the start")[0] == pytest.approx(start)
     assert len(shapes(axes, "goal")) == len(shapes(axes, "obstacle")) == 1
     assert not axes.lines
+
+
+def test_a_scene_has_what_is_solid_and_the_ways_that_were_planned() -> None:
+    tables = {"goal.measurement": {}, "simulation.duration": 1.5}
+    scenario = changed(load_scenario("bay_perpendicular"), tables)
+    result = simulate(scenario)
+    axes = case_figure(scenario, result, "case 7").axes[0]
+    labels = {str(one.get_label()) for one in axes.get_children()}
+    assert {"solid", "path", "goal", "planned goal", "body at the end", "rear axle, driven"} <= labels
+    goal = body_polygons(result.truth.goals[-1:], result.config.vehicle)[0]
+    assert shapes(axes, "goal")[0] == pytest.approx(goal)
+    undriven = case_figure(scenario, None, "case 7").axes[0]
+    start = body_polygons(result.truth.poses[:1], result.config.vehicle)[0]
+    assert shapes(undriven, "body at the start")[0] == pytest.approx(start)
 
 
 def test_a_detected_goal_has_its_planned_one_beside_it(watched: RunResult) -> None:

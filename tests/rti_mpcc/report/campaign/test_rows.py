@@ -11,7 +11,18 @@ import pytest
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.campaign.rows import read_campaign
-from tests.rti_mpcc.report.campaign.made_up import CALM, campaign, docked, raised, stalled, write
+from rti_mpcc.simulation.campaign import CaseOutcome
+from tests.rti_mpcc.report.campaign.made_up import (
+    CALM,
+    SCENES,
+    campaign,
+    docked,
+    figures,
+    raised,
+    scene,
+    stalled,
+    write,
+)
 
 
 def test_columns_are_in_the_order_of_the_cases(tmp_path: Path) -> None:
@@ -96,6 +107,30 @@ def test_the_yardstick_time_is_that_of_the_way(tmp_path: Path) -> None:
 def test_no_way_has_no_yardstick(tmp_path: Path) -> None:
     read = campaign(tmp_path, docked(0, course={"goal_behind_m": -30.0}), docked(1))
     assert read.rows["over_yardstick"].isna().tolist() == [True, False]
+
+
+def test_scenes_have_the_way_that_was_planned_first(tmp_path: Path) -> None:
+    stuck = figures(None) | {"direction_changes": 4}
+    lost = scene(1, stuck, kind="slot", outcome=CaseOutcome.UNFINISHED)
+    read = campaign(tmp_path, scene(0, figures(200.0**0.5)), lost, settings=SCENES)
+    rows = read.rows
+    assert read.of_scenes
+    assert rows["kind"].tolist() == ["bay", "slot"]
+    assert rows["apart_m"].tolist() == [12.0, 13.0]
+    assert rows["curvature"].isna().all()
+    assert rows["length_m"].tolist() == [10.0, 10.0]
+    assert rows["over_yardstick"][0] == pytest.approx(1.0)
+    assert rows["turns_beyond"].tolist() == [0.0, 3.0]
+    assert rows["timed.planning_s"].tolist() == pytest.approx([0.1, 0.2])
+    assert rows["timed.cycle_ms.max"].tolist() == [40.0, 41.0]
+
+
+def test_courses_have_no_times(tmp_path: Path) -> None:
+    read = campaign(tmp_path, docked(0))
+    assert not read.of_scenes
+    assert read.rows["kind"].tolist() == [""]
+    for name in ("apart_m", "planning.length_m", "timed.cycle_ms.p50"):
+        assert read.rows[name].isna().all()
 
 
 def test_fewer_turns_than_cusps_are_none_beyond(tmp_path: Path) -> None:

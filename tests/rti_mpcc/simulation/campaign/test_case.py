@@ -10,9 +10,10 @@ import pytest
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import CAMPAIGN, changed, drawn_course, scenario_from_dict, scenario_text
 from rti_mpcc.simulation.batch import Case, drive
-from rti_mpcc.simulation.campaign import CampaignCase, Level
+from rti_mpcc.simulation.campaign import CampaignCase, Level, Problems
 from rti_mpcc.simulation.campaign.case import DIED, MOST, died_line, drive_case, driven_line
 from rti_mpcc.simulation.campaign.row import row_of
+from rti_mpcc.simulation.scenes import drawn_scene
 from tests.rti_mpcc.simulation.campaign import drives
 
 
@@ -23,6 +24,25 @@ def case(index: int = 3, seed: int = 11, level: Level = Level.HARD) -> CampaignC
 def test_a_case_is_named_like_its_scenario() -> None:
     assert case().name == case().scenario().name == "campaign_11_03_hard"
     assert case().scenario().path == drawn_course(11, 3, CAMPAIGN).path
+
+
+@pytest.mark.parametrize("level", Level)
+@pytest.mark.parametrize("index", [1, 12])
+def test_a_case_may_be_a_scene(index: int, level: Level) -> None:
+    one = CampaignCase(seed=11, level=level, index=index, problems=Problems.SCENES)
+    scenario, scene = one.scenario(), drawn_scene(11, index)
+    assert one.name == scenario.name == f"{scene.name}_{level.value}"
+    assert scenario == one.scenario()
+    assert (scenario.start_pose(), scenario.goal_pose()) == (scene.start, scene.goal)
+    assert scenario.area is not None
+    assert len(scenario.area.obstacles) == len(scene.obstacles)
+
+
+def test_a_case_may_have_a_deadline() -> None:
+    plain = CampaignCase(seed=11, level=Level.HARD, index=3)
+    hurried = CampaignCase(seed=11, level=Level.HARD, index=3, deadline=0.02)
+    assert plain.scenario().controller.deadline is None
+    assert hurried.scenario() == changed(plain.scenario(), {"controller.deadline": 0.02})
 
 
 def test_every_case_has_noise_of_its_own() -> None:

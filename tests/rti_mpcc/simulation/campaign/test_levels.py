@@ -1,16 +1,20 @@
-"""Levels: the same course below all of them, repeatable disturbances within their range."""
+"""Levels: the same course or scene below all of them, repeatable disturbances within their range."""
 
 from __future__ import annotations
 
 from math import radians
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.simulation import CAMPAIGN, Scenario, changed, drawn_course, scenario_from_dict, scenario_text
 from rti_mpcc.simulation.campaign import DisturbanceRange, Level, at_level
 from rti_mpcc.simulation.scenario import MeasurementSection
+from rti_mpcc.simulation.scene_scenario import scenario_of
+from rti_mpcc.simulation.scenes import SLOT_CLEARANCE, drawn_scene
+from rti_mpcc.simulation.solid import SolidThings
 
 RANGE = DisturbanceRange()
 
@@ -18,6 +22,11 @@ RANGE = DisturbanceRange()
 @pytest.fixture(scope="module")
 def course() -> Scenario:
     return drawn_course(1, 3, CAMPAIGN)
+
+
+@pytest.fixture(scope="module")
+def scenes() -> list[Scenario]:
+    return [scenario_of(drawn_scene(6, number)) for number in range(10)]
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +129,40 @@ def test_a_planned_goal_without_room_comes_nearer_to_the_true_one() -> None:
         shares.add(round(share, 2))
     assert shares <= {1.0, 0.5, 0.25, 0.13, 0.12, 0.06, 0.03}
     assert len(shares) > 1
+
+
+def test_something_fills_the_way_in_scenes_of_level_hard_only(
+    scenes: list[Scenario], course: Scenario
+) -> None:
+    assert not at_level(course, Level.HARD, 1, 3).faults
+    for index, scene in enumerate(scenes):
+        others = [at_level(scene, level, 6, index) for level in Level if level is not Level.HARD]
+        assert not any(one.faults for one in others)
+        hard = at_level(scene, Level.HARD, 6, index)
+        (fault,) = hard.faults
+        assert fault.kind == "blocked"
+        assert RANGE.appears[0] <= fault.begin <= RANGE.appears[1]
+        assert RANGE.stays[0] <= fault.end - fault.begin <= RANGE.stays[1] + 1e-9
+        # There is a way in which the vehicle can stop, its plant being what it is.
+        speed, plant = scene.limits.speed, hard.simulation
+        most = plant.acceleration_gain * scene.limits.acceleration
+        assert fault.amount > plant.dead_time * speed + 0.5 * speed**2 / most + RANGE.ahead[0] - 1e-4
+
+
+def test_the_body_has_room_at_the_planned_goal_of_a_scene(scenes: list[Scenario]) -> None:
+    wide, whole = DisturbanceRange(initial_offset=(1.5, 1.5, 0.4)), 0
+    for index, scene in enumerate(scenes):
+        noisy = at_level(scene, Level.NOISY, 6, index, wide)
+        planned = noisy.planned_goal()
+        assert planned is not None
+        pose = np.array([[planned.x, planned.y, planned.phi]])
+        room = SolidThings.of(noisy.build_area()).clearance(pose, noisy.build_vehicle())
+        assert room[0] >= SLOT_CLEARANCE
+        assert any(seen(noisy).initial_offset)
+        bare = changed(scene, {"area.obstacles": [], "area.boundary": None})
+        far = seen(at_level(bare, Level.NOISY, 6, index, wide)).initial_offset
+        whole += far == seen(noisy).initial_offset
+    assert 0 < whole < len(scenes)
 
 
 @pytest.mark.parametrize(

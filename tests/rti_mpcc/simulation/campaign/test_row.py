@@ -20,8 +20,11 @@ from rti_mpcc.simulation.campaign.row import (
     failures_driven,
     outcome_of,
     row_of,
+    scene_figures,
 )
 from rti_mpcc.simulation.metrics import TIMED
+from rti_mpcc.simulation.scene_scenario import scenario_of
+from rti_mpcc.simulation.scenes import drawn_scene
 from rti_mpcc.types import Source, Status
 
 COURSE: dict[str, Any] = {
@@ -70,6 +73,43 @@ def test_a_course_is_told_in_figures(course: Scenario) -> None:
         "goal_beside_m": 0.5,
         "goal_turned_rad": 0.1,
     }
+
+
+def test_a_scene_is_told_in_figures() -> None:
+    scene = drawn_scene(1, 2)
+    found = scene_figures(scenario_of(scene))
+    assert course_figures(scenario_of(scene)) == found
+    assert (found.kind, found.obstacles, found.bounded) == ("yard", len(scene.obstacles), 1)
+    assert found.wheelbase_m == scene.vehicle.wheelbase
+    assert found.radius_m == pytest.approx(0.9 / scene.curvature, abs=1e-5)
+    assert found.apart_m == pytest.approx(
+        np.hypot(scene.goal.x - scene.start.x, scene.goal.y - scene.start.y), abs=1e-5
+    )
+    assert 0.0 <= found.turned_rad <= np.pi
+    assert min(found.room_at_start_m, found.room_at_goal_m) >= scene.clearance
+    assert found.comfort_acceleration == scene.comfort_acceleration
+
+
+def test_what_is_timed_is_kept_apart_in_areas_and_with_a_deadline(course: Scenario, outcome: Outcome) -> None:
+    assert row_of(7, outcome).timed is None
+    scene = changed(scenario_of(drawn_scene(1, 0)), {"simulation.duration": 1.0})
+    driven = drive(Case(scenario=scene, seed=4))
+    row = row_of(0, driven)
+    assert row.figures is not None
+    assert set(row.figures["planning"]) == {"replans", "length_m", "cusps"}
+    assert row.figures["planning"]["length_m"] > 0.0
+    timed = json.loads(row.line())["timed"]
+    assert timed["planning_s"] == driven.figures["planning"]["seconds"] > 0.0
+    assert timed["cycle_ms"] == driven.figures["cycle_ms"]
+    assert (timed["deadline_misses"], timed["misses"]) == (0, {})
+    assert max(timed["slowest_ms"].values()) == timed["cycle_ms"]["max"]
+    assert set(timed["slowest_ms"]) <= set(row.figures["cycles_by_status"])
+    hurried = drive(Case(scenario=changed(course, {"controller.deadline": 0.0015}), seed=4))
+    found = row_of(7, hurried).timed
+    assert found is not None
+    assert found["planning_s"] is None
+    assert sum(found["misses"].values()) == found["deadline_misses"]
+    assert found["deadline_misses"] == np.count_nonzero(hurried.result.cycles.deadline_missed)
 
 
 def test_a_scenario_that_is_no_course_is_refused() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 import geometry
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.campaign import CampaignCase, CampaignSettings, Level, read_settings
+from rti_mpcc.simulation.campaign import CampaignCase, CampaignSettings, Level, Problems, read_settings
 from rti_mpcc.simulation.campaign.settings import keep_settings, source_digest, versions
 
 SETTINGS = CampaignSettings(count=5, level=Level.NOISY, seed=3)
@@ -29,6 +29,8 @@ def test_a_case_has_the_settings_of_its_campaign() -> None:
     settings = replace(SETTINGS, method="switched", preset="paper")
     expected = CampaignCase(seed=3, level=Level.NOISY, index=4, method="switched", preset="paper")
     assert settings.case(4) == expected
+    scenes = replace(SETTINGS, problems=Problems.SCENES, deadline=0.02)
+    assert scenes.case(4) == replace(SETTINGS.case(4), problems=Problems.SCENES, deadline=0.02)
 
 
 def test_the_file_tells_what_was_asked_for_and_what_it_depends_on(folder: Path) -> None:
@@ -54,6 +56,8 @@ def test_the_same_or_more_is_gone_on_with(folder: Path) -> None:
         ({"seed": 4}, "seed was 3, not 4"),
         ({"level": Level.HARD}, "level was noisy, not hard"),
         ({"method": "switched"}, "method was dynamic, not switched"),
+        ({"problems": Problems.SCENES}, "problems was courses, not scenes"),
+        ({"deadline": 0.02}, "deadline was None, not 0.02"),
         ({"preset": "paper", "seed": 1}, "seed was 3, not 1; preset was default, not paper"),
     ],
 )
@@ -76,6 +80,15 @@ def test_another_program_is_refused(folder: Path, name: str, message: str) -> No
     (folder / "campaign.json").write_text(json.dumps(table | {"versions": table["versions"] | {name: "1.0"}}))
     with pytest.raises(InputError, match=message):
         keep_settings(SETTINGS, folder)
+
+
+def test_files_from_before_there_were_scenes_are_of_courses(folder: Path) -> None:
+    table = SETTINGS.table()
+    for key in ("problems", "deadline"):
+        del table[key]
+    (folder / "campaign.json").write_text(json.dumps(table))
+    assert read_settings(folder) == SETTINGS.table()
+    keep_settings(SETTINGS, folder)
 
 
 def test_without_rows_there_is_nothing_to_mix_up(folder: Path) -> None:
@@ -109,6 +122,7 @@ def test_rows_of_no_campaign_are_refused(folder: Path, text: str | None, message
         ({"seed": -1}, "seed = -1: must be >= 0"),
         ({"method": "best"}, "method = 'best': must be one of dynamic"),
         ({"preset": "best"}, "preset = 'best': must be one of default"),
+        ({"deadline": 0.0}, "deadline"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(change: dict[str, Any], message: str) -> None:
