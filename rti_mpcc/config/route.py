@@ -32,7 +32,7 @@ class RoutePlanner(Settings):
         knots: distance of the curvatures of a smoothed way, in radii of the sharpest bend;
             smoothing_iterations: at most.
         whole_tolerance: length of a stretch from which on its end has the whole of `Behaviour.cusp_tolerance`
-            [m]; a shorter one has a share of it, least_tolerance at least.
+            [m]; a shorter one has a share of it; least_tolerance: of it, at least.
         box: without a boundary the area reaches so far beyond all that is given [m].
         replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s].
         again_after: but not before so long [s] where it has not come away from where the last one begins.

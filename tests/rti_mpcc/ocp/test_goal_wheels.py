@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import Comfort, ControllerConfig, SolverSettings, Weights
+from rti_mpcc.config import ControllerConfig, SolverSettings, Weights
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.model.layout import CONTROLS, DELTA, STATES, THETA
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -41,7 +41,7 @@ def model(states: Array, weights: StageWeights, wheels: float) -> QuadraticCost:
     controls = np.zeros((N, CONTROLS))
     goal = Pose2(3.0, 1.0, 0.2)
     return quadratic_cost(
-        states, controls, weights, None, None, goal, 2.875, Comfort(), WEIGHTS, wheels=wheels
+        states, controls, weights, None, None, goal, 2.875, ControllerConfig().comfort, WEIGHTS, wheels=wheels
     )
 
 
