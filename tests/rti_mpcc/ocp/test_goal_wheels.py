@@ -118,13 +118,19 @@ def arrived(path: ReferencePath, wheels: float | None, **changes: float) -> Traj
 def test_an_arrival_ends_with_the_wheels_as_the_next_segment_begins(
     path: ReferencePath, wheels: float
 ) -> None:
-    last, end = arrived(path, wheels).states[-1], path.parts[0].last
+    """With a weight that insists; the default one is a compromise with the pose, which in tight places is
+    worth more: the wheels come at least half of the way, and what is left they are turned at rest."""
+    end, free = path.parts[0].last, arrived(path, None).states[-1]
+    last = arrived(path, wheels, arrival_wheels=10.0 * WEIGHTS.arrival_wheels).states[-1]
     assert last[DELTA] == pytest.approx(wheels, abs=0.05)
-    error = Pose2(*last[:3].tolist()).relative_to(end)
-    assert error.within((0.02, 0.02, 0.02)), error
+    compromise = arrived(path, wheels).states[-1]
+    assert abs(compromise[DELTA] - wheels) <= 0.5 * abs(free[DELTA] - wheels)
+    for each in (last, compromise):
+        error = Pose2(*each[:3].tolist()).relative_to(end)
+        assert error.within((0.02, 0.02, 0.02)), error
 
 
 def test_without_an_angle_they_stand_as_the_path_has_left_them() -> None:
-    free, none = arrived(PATH, None), arrived(PATH, 0.5, arrival_wheels=0.0)
+    free, none = arrived(PATH, None), arrived(PATH, -0.5, arrival_wheels=0.0)
     np.testing.assert_allclose(free.states[-1], none.states[-1], atol=1e-4)
-    assert abs(free.states[-1, DELTA] - 0.5) > 0.1
+    assert abs(free.states[-1, DELTA] + 0.5) > 0.5
