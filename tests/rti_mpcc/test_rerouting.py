@@ -1,0 +1,485 @@
+"""What asks for another way and what does not, what is planned for, and what is made of the answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import PoseHistory
+from geometry import Area, Pose2, ReferencePath
+from rti_mpcc import rerouting
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd
+from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
+from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.rerouting import Rerouter, standing_route
+from rti_mpcc.types import Array
+from tests.rti_mpcc.docking_runs import granting
+from tests.rti_mpcc.encounters import square
+from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
+from tests.rti_mpcc.states import NOW, put, some_plan, stop_at, target_at
+from tests.rti_mpcc.yards import YARD
+
+CONFIG = ControllerConfig(dead_time=0.2)
+ROUTE = CONFIG.route
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 14.0)])
+GOAL = PATH.end
+WAY = manoeuvre_along(PATH)
+LONG_AGO = NOW - max(ROUTE.replan_after, ROUTE.again_after) - 1.0
+OPEN = Surroundings.in_area(YARD)
+PLENTY = 100
+
+
+@dataclass
+class Search:
+    """A search in the place of `RoutePlanning`: it takes three slices of 10 ms."""
+
+    start: Pose2
+    goal: Pose2
+    area: Area
+    config: ControllerConfig
+    seconds: float = 0.0
+    slices: int = 0
+    manoeuvre: Manoeuvre | None = None
+
+    def advance(self) -> None:
+        self.slices += 1
+        self.seconds += 0.01
+        if self.slices == 3:
+            path = ReferencePath.from_segments(self.start, [(1, 0.0, 5.0)])
+            self.manoeuvre = replace(manoeuvre_along(path, self.goal), start=self.start)
+
+
+@dataclass
+class InVain(Search):
+    """The same, but there is no way."""
+
+    def advance(self) -> None:
+        super().advance()
+        if self.manoeuvre is not None:
+            self.manoeuvre = no_manoeuvre(self.start, self.goal)
+
+
+@pytest.fixture
+def searches(monkeypatch: pytest.MonkeyPatch) -> list[Search]:
+    """Those that were begun."""
+    return begun(monkeypatch, Search)
+
+
+def begun(monkeypatch: pytest.MonkeyPatch, kind: type[Search]) -> list[Search]:
+    found: list[Search] = []
+
+    def begin(*given: Any) -> Search:
+        found.append(kind(*given))
+        return found[-1]
+
+    monkeypatch.setattr(rerouting, "RoutePlanning", begin)
+    return found
+
+
+def rerouter() -> Rerouter:
+    return Rerouter(YARD, CONFIG)
+
+
+def at(x: float, y: float = 0.0, phi: float = 0.0) -> StateMonitor:
+    """What is believed, and not doubted."""
+    return StateMonitor(at=NOW, state=np.array([x, y, phi, 0.0, 0.0, 0.0]))
+
+
+def on_way(x: float = 5.0, y: float = 0.0, phi: float = 0.0, **values: Any) -> ControllerState:
+    """On a way that was planned, so far along it, at rest for long unless the values say otherwise."""
+    route = RouteState(manoeuvre=WAY, planned=1, since=0.0)
+    usual: dict[str, Any] = {
+        "time": NOW,
+        "monitor": at(x, y, phi),
+        "standing_since": LONG_AGO,
+        "pose": GOAL,
+        "target": target_at(14.0),
+    }
+    task = replace(Task.begun(WAY.segments), phase=Phase.ARRIVING)
+    s = ControllerState(area=OPEN, path=PATH, task=task, route=route)
+    return put(s, **{**usual, **values})
+
+
+def without_way(x: float = 0.0, y: float = 0.0, phi: float = 0.0, **values: Any) -> ControllerState:
+    """Standing there, with no way yet."""
+    path, segments = standing_route(Pose2(x, y, phi))
+    task = replace(Task.begun(segments), phase=Phase.PLANNING)
+    route = RouteState(why="the first one")
+    s = ControllerState(area=OPEN, path=path, task=task, route=route)
+    usual = {"time": NOW, "monitor": at(x, y, phi), "standing_since": LONG_AGO, "pose": GOAL}
+    return put(s, **{**usual, **values})
+
+
+def asks(s: ControllerState) -> str:
+    """Why another way is asked for, or ""."""
+    after = rerouter().routed(s)
+    if after is s:
+        return ""
+    assert after.task.phase is Phase.PLANNING
+    assert after.route is not None
+    return after.route.why
+
+
+def changed(count: int = 1) -> Surroundings:
+    return replace(OPEN, changes=count)
+
+
+# -- what asks for another way -------------------------------------------------------------------------------
+
+ON_ITS_WAY = [phase for phase in Phase if phase is not Phase.PLANNING]
+
+
+@pytest.mark.parametrize("phase", [p for p in ON_ITS_WAY if p is not Phase.STALLED], ids=lambda p: p.name)
+def test_on_its_way_nothing_is_asked_for(phase: Phase) -> None:
+    for standing in (None, NOW, LONG_AGO):
+        assert asks(on_way(phase=phase, standing_since=standing)) == ""
+
+
+@pytest.mark.parametrize("phase", ON_ITS_WAY, ids=lambda p: p.name)
+@pytest.mark.parametrize("standing_since", [None, LONG_AGO])
+def test_a_goal_that_is_elsewhere_asks_at_once(phase: Phase, standing_since: float | None) -> None:
+    most, turn = ROUTE.goal_moved
+    for goal in (
+        GOAL.compose(Pose2(most + 0.01, 0.0, 0.0)),
+        GOAL.compose(Pose2(0.0, -most - 0.01, 0.0)),
+        GOAL.compose(Pose2(0.0, 0.0, turn + 0.01)),
+    ):
+        s = on_way(phase=phase, pose=goal, standing_since=standing_since)
+        assert asks(s) == "the goal is elsewhere"
+
+
+def test_a_goal_that_is_near_where_the_way_leads_does_not() -> None:
+    most, turn = ROUTE.goal_moved
+    for goal in (
+        GOAL.compose(Pose2(most - 0.01, 0.0, 0.0)),
+        GOAL.compose(Pose2(0.0, 0.0, 0.01 - turn)),
+        Pose2(GOAL.x, GOAL.y, GOAL.phi + 2.0 * np.pi),
+        None,
+    ):
+        assert asks(on_way(pose=goal)) == ""
+
+
+def test_standing_at_a_stop_before_something_asks_at_once() -> None:
+    held = on_way(phase=Phase.HOLDING, stop=stop_at(6.0), standing_since=NOW)
+    assert asks(held) == "something fills the way"
+    for phase in (Phase.STARTING, Phase.CONTOURING, Phase.ARRIVING, Phase.SETTLING):
+        assert asks(on_way(phase=phase, stop=stop_at(6.0))) == ""
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        ({"phase": Phase.STALLED}, "no plan from here ends inside the tolerance"),
+        ({"phase": Phase.ARRIVING, "halt": Halt()}, "something is in the way"),
+        ({"phase": Phase.STARTING, "halt": Halt()}, "something is in the way"),
+        ({"phase": Phase.STARTING, "latched": "no plan was found"}, "no plan was found"),
+    ],
+    ids=["stalled", "halts", "halts before it starts", "no plan"],
+)
+def test_a_vehicle_that_cannot_get_on_asks_after_it_has_stood_for_a_while(
+    values: dict[str, Any], why: str
+) -> None:
+    assert asks(on_way(**values)) == why
+    for since in (None, NOW, NOW - ROUTE.replan_after + 0.01):
+        assert asks(on_way(**values, standing_since=since)) == ""
+    assert asks(on_way(**values, standing_since=NOW - ROUTE.replan_after)) == why
+
+
+def test_a_plan_that_is_driven_although_there_was_none_before_asks_for_nothing() -> None:
+    for phase in (Phase.CONTOURING, Phase.ARRIVING, Phase.SETTLING, Phase.HOLDING):
+        assert asks(on_way(phase=phase, latched="no plan was found")) == ""
+
+
+def test_the_same_is_not_asked_for_again_from_where_the_way_begins() -> None:
+    """But after a while, from elsewhere, or with other obstacles it is."""
+    stalled, soon = on_way(0.02, 0.01, phase=Phase.STALLED), NOW - 0.5 * ROUTE.again_after
+
+    def driven_since(s: ControllerState, since: float) -> ControllerState:
+        assert s.route is not None
+        return replace(s, route=replace(s.route, since=since))
+
+    assert asks(driven_since(stalled, soon)) == ""
+    assert asks(driven_since(stalled, NOW - ROUTE.again_after)) != ""
+    assert asks(driven_since(on_way(0.5, phase=Phase.STALLED), soon)) != ""
+    assert asks(driven_since(put(stalled, area=changed()), soon)) != ""
+    elsewhere = put(stalled, pose=Pose2(10.0, 4.0, 0.0))
+    assert asks(driven_since(elsewhere, soon)) == "the goal is elsewhere"
+
+
+def test_whoever_asks_stands_on_a_route_of_no_length_with_no_plans() -> None:
+    s = on_way(5.0, 0.2, 0.1, phase=Phase.STALLED, driven=some_plan(), restarts=2, latched="why")
+    after = rerouter().routed(s)
+    assert after.path.start == Pose2(5.0, 0.2, 0.1)
+    (segment,) = after.task.segments
+    assert segment.end is SegmentEnd.STOP
+    assert segment.part is after.path.parts[0]
+    assert (after.plans, after.begin) == (Plans(), None)
+    assert (after.task.latched, after.task.restarts, after.task.stop) == ("", 0, None)
+    assert after.route is not None
+    assert (after.route.since, after.route.planned, after.route.manoeuvre) == (NOW, 1, WAY)
+    assert (after.goal, after.vehicle, after.area) == (s.goal, s.vehicle, s.area)
+
+
+# -- what is planned for -------------------------------------------------------------------------------------
+
+
+def test_a_vehicle_that_stands_without_a_way_plans_from_where_it_is(searches: list[Search]) -> None:
+    one = rerouter()
+    after = one.planned_on(without_way(1.0, 2.0, 0.3), granting(PLENTY))
+    (search,) = searches
+    assert (search.start, search.goal, search.config) == (Pose2(1.0, 2.0, 0.3), GOAL, CONFIG)
+    assert search.area is YARD
+    assert search.slices == 3 <= ROUTE.slices
+    assert after.route is not None
+    assert after.route.seconds == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"pose": None},
+        {"monitor": StateMonitor()},
+        {"monitor": replace(at(0.0), why="frozen")},
+        {"standing_since": None},
+        {"standing_since": NOW - 0.1},  # shorter than the dead time: commands are under way
+    ],
+    ids=["no goal", "no state", "doubted", "rolls", "has just stopped"],
+)
+def test_without_goal_or_state_or_before_it_stands_nothing_is_planned(
+    values: dict[str, Any], searches: list[Search]
+) -> None:
+    s = without_way(**values)
+    assert rerouter().planned_on(s, granting(PLENTY)) is s
+    assert searches == []
+
+
+def test_on_its_way_nothing_is_planned(searches: list[Search]) -> None:
+    for phase in ON_ITS_WAY:
+        s = on_way(phase=phase)
+        assert rerouter().planned_on(s, granting(PLENTY)) is s
+    assert searches == []
+
+
+@pytest.mark.parametrize(("granted", "taken"), [(0, 0), (1, 1), (2, 2), (PLENTY, ROUTE.slices)])
+def test_so_many_slices_are_taken_as_are_granted(granted: int, taken: int, searches: list[Search]) -> None:
+    class Long(Search):
+        def advance(self) -> None:
+            self.slices += 1
+            self.seconds += 0.01
+
+    searches.clear()
+    one, s = rerouter(), without_way()
+    with pytest.MonkeyPatch.context() as patch:
+        found = begun(patch, Long)
+        s = one.planned_on(s, granting(granted))
+        assert found[0].slices == taken
+        s = one.planned_on(s, granting(1))
+        assert (len(found), found[0].slices) == (1, taken + 1)  # it goes on
+    assert s.route is not None
+    assert s.route.seconds == pytest.approx(0.01 * (taken + 1))
+
+
+def test_a_vehicle_that_makes_for_a_stop_plans_from_there_one_slice_a_cycle(searches: list[Search]) -> None:
+    one = rerouter()
+    rolling = on_way(3.0, stop=stop_at(6.0), standing_since=None)
+    for cycle in range(1, 3):
+        one.planned_on(rolling, granting(PLENTY))
+        (search,) = searches
+        assert (search.start, search.slices) == (Pose2(6.0, 0.0, 0.0), cycle)
+    beyond = on_way(3.0, stop=stop_at(99.0), standing_since=None)
+    rerouter().planned_on(beyond, granting(PLENTY))
+    assert searches[-1].start == PATH.end
+
+
+def test_a_search_goes_on_while_nothing_of_what_it_is_for_has_changed(searches: list[Search]) -> None:
+    one, (along, across, turn) = rerouter(), ROUTE.unmoved
+    one.planned_on(without_way(), granting(1))
+    share = 0.9
+    for s in (
+        without_way(share * along, share * across, share * turn),
+        without_way(pose=GOAL.compose(Pose2(0.0, -share * across, 0.0))),
+    ):
+        one.planned_on(s, granting(0))
+    assert len(searches) == 1
+
+
+@pytest.mark.parametrize(
+    "s",
+    [
+        without_way(0.05),
+        without_way(phi=0.05),
+        without_way(pose=GOAL.compose(Pose2(0.05, 0.0, 0.0))),
+        without_way(area=changed()),
+    ],
+    ids=["moved", "turned", "another goal", "other obstacles"],
+)
+def test_another_search_is_begun_when_something_has(s: ControllerState, searches: list[Search]) -> None:
+    one = rerouter()
+    one.planned_on(without_way(), granting(1))
+    one.planned_on(s, granting(1))
+    assert [search.slices for search in searches] == [1, 1]
+
+
+def test_the_obstacles_that_stand_are_planned_round(searches: list[Search]) -> None:
+    around = OPEN.updated([square(6.0, 3.0, 1.0)], NOW, CONFIG)
+    rerouter().planned_on(without_way(area=around), granting(1))
+    assert len(searches[0].area.obstacles) == len(YARD.obstacles) + 1
+
+
+def noisy(x: float, y: float, since: float, random: np.random.Generator) -> ControllerState:
+    """Standing there since then, each cycle measured a few centimetres off."""
+    poses, values = PoseHistory(), np.zeros(3)
+    for stamp in np.arange(since, NOW + 1e-9, 0.05):
+        values = np.array([x, y, 0.0]) + random.normal(size=3) * [0.03, 0.03, 0.01]
+        poses = poses.noted(float(stamp), Pose2(*values.tolist()), length=1.0)
+    return without_way(*values.tolist(), poses=poses, standing_since=since)
+
+
+def test_noise_of_what_is_measured_begins_no_search_anew(searches: list[Search]) -> None:
+    one, random = rerouter(), np.random.default_rng(1)
+    for _ in range(40):
+        one.planned_on(noisy(1.0, 2.0, NOW - 1.0, random), granting(0))
+    assert len(searches) == 1
+    assert searches[0].start.relative_to(Pose2(1.0, 2.0, 0.0)).within((0.02, 0.02, 0.01))
+
+
+def test_where_it_was_before_it_stood_does_not_count(searches: list[Search]) -> None:
+    poses = PoseHistory()
+    for k in range(10):
+        poses = poses.noted(NOW - 0.5 + 0.05 * k, Pose2(0.1 * k, 0.0, 0.0), length=1.0)
+    s = without_way(0.9, poses=poses.noted(NOW, Pose2(0.9, 0.0, 0.0), length=1.0), standing_since=NOW - 0.2)
+    rerouter().planned_on(put(s, standing_since=NOW - 0.21), granting(1))
+    assert searches[0].start.x == pytest.approx(np.mean([0.6, 0.7, 0.8, 0.9, 0.9]), abs=0.05)
+
+
+# -- what is made of the answer ------------------------------------------------------------------------------
+
+
+def answered(s: ControllerState, *, then: ControllerState | None = None) -> ControllerState:
+    """The state after a search for `s` that was done, in the next cycle, where it is `then`."""
+    one = rerouter()
+    s = one.planned_on(s, granting(PLENTY))
+    return one.routed(s if then is None else replace(then, route=s.route))
+
+
+def test_a_way_that_was_found_is_driven(searches: list[Search]) -> None:
+    s = without_way(1.0, area=changed(3))
+    after = answered(s)
+    manoeuvre = searches[0].manoeuvre
+    assert manoeuvre is not None
+    assert after.task.phase is Phase.STARTING
+    assert after.task.segments == manoeuvre.segments
+    assert [part.end for part in after.path.parts] == [part.end for part in manoeuvre.path.parts]
+    assert after.path.start == Pose2(1.0, 0.0, 0.0)
+    assert after.route == RouteState(
+        manoeuvre=manoeuvre, why="", since=NOW, changes=3, planned=1, seconds=pytest.approx(0.03)
+    )
+
+
+def test_the_next_one_counts_as_planned_anew(searches: list[Search]) -> None:
+    s = without_way()
+    assert s.route is not None
+    after = answered(replace(s, route=replace(s.route, planned=2)))
+    assert after.route is not None
+    assert after.route.planned == 3
+
+
+def test_where_there_is_none_it_stands_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = begun(monkeypatch, InVain)
+    one = rerouter()
+    s = one.routed(one.planned_on(without_way(), granting(PLENTY)))
+    assert s.task.phase is Phase.PLANNING
+    assert s.route is not None
+    assert (s.route.manoeuvre, s.route.why, s.route.planned) == (found[0].manoeuvre, "too narrow", 0)
+    # It is not looked for again before something has changed.
+    for _ in range(3):
+        s = one.routed(one.planned_on(s, granting(PLENTY)))
+    assert (len(found), found[0].slices) == (1, 3)
+    s = one.planned_on(put(s, area=changed()), granting(1))
+    assert len(found) == 2
+
+
+def test_before_the_search_is_done_nothing_changes(searches: list[Search]) -> None:
+    one = rerouter()
+    s = one.planned_on(without_way(), granting(2))
+    assert one.routed(s) is s
+
+
+def test_a_way_planned_from_a_stop_is_driven_from_there(searches: list[Search]) -> None:
+    """Planned while it was made for; standing near enough to it there is nothing to plan any more."""
+    one, stop = rerouter(), stop_at(6.0)
+    rolling = on_way(3.0, stop=stop, standing_since=None)
+    for _ in range(3):
+        rolling = one.planned_on(rolling, granting(PLENTY))
+    along, across, turn = ROUTE.near
+    held = on_way(6.0 - 0.9 * along, 0.9 * across, 0.9 * turn, phase=Phase.HOLDING, stop=stop)
+    after = one.routed(held)
+    assert after.task.phase is Phase.STARTING
+    assert after.task.segments == (searches[0].manoeuvre or WAY).segments
+    assert after.task.stop is None
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "changes"), [(5.7, 0.0, 0), (6.0, 0.1, 0), (6.0, 0.0, 1)], ids=["short", "beside", "changed"]
+)
+def test_one_planned_from_elsewhere_or_without_knowing_all_is_not(
+    x: float, y: float, changes: int, searches: list[Search]
+) -> None:
+    one, stop = rerouter(), stop_at(6.0)
+    rolling = on_way(3.0, stop=stop, standing_since=None)
+    for _ in range(3):
+        rolling = one.planned_on(rolling, granting(PLENTY))
+    held = on_way(x, y, phase=Phase.HOLDING, stop=stop, area=changed(changes) if changes else OPEN)
+    after = one.routed(held)
+    assert after.task.phase is Phase.PLANNING
+    after = one.planned_on(after, granting(PLENTY))
+    assert [search.start.x for search in searches] == [6.0, x]
+    assert one.routed(after).task.phase is Phase.STARTING
+
+
+def test_forgotten_it_is_begun_anew(searches: list[Search]) -> None:
+    one = rerouter()
+    s = one.planned_on(without_way(), granting(PLENTY))
+    one.forget()
+    assert one.routed(s) is s
+    one.planned_on(s, granting(1))
+    assert len(searches) == 2
+
+
+# -- where it stands meanwhile -------------------------------------------------------------------------------
+
+
+def test_a_vehicle_first_heard_of_far_away_stands_on_a_route_there() -> None:
+    far = 2.0 * CONFIG.plausibility.off_path
+    s = put(without_way(), monitor=at(far, far), pose=Pose2(far + 5.0, far, 0.0))
+    after = rerouter().routed(s)
+    assert after.path.start == Pose2(far, far, 0.0)
+    assert after.route is not None
+    assert after.route.why == "the first one"
+    near = put(without_way(), monitor=at(0.5 * far, 0.0))
+    assert rerouter().routed(near).path is near.path
+
+
+def test_the_route_that_it_stands_on_is_none_to_be_driven() -> None:
+    path, segments = standing_route(Pose2(1.0, 2.0, 0.5))
+    assert path.start == Pose2(1.0, 2.0, 0.5)
+    assert len(path.parts) == len(segments) == 1
+    assert segments[0].end is SegmentEnd.STOP
+
+
+def test_a_mean_is_taken_on_the_branch_of_the_latest_heading() -> None:
+    history = PoseHistory()
+    turns: Array = np.array([np.pi - 0.01, -np.pi + 0.01, np.pi - 0.01, -np.pi + 0.01])
+    for k, phi in enumerate(turns.tolist()):
+        history = history.noted(float(k), Pose2(float(k), 1e9, phi), length=9.0)
+    mean = history.mean(1.0)
+    assert mean is not None
+    assert (mean.x, mean.y) == (2.0, 1e9)
+    assert mean.relative_to(Pose2(0.0, 0.0, np.pi)).phi == pytest.approx(0.01 / 3.0)
+    assert history.mean(4.0) is None
+    assert PoseHistory().mean(0.0) is None
