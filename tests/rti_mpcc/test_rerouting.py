@@ -352,9 +352,9 @@ def test_where_it_was_before_it_stood_does_not_count(searches: list[Search]) -> 
     poses = PoseHistory()
     for k in range(10):
         poses = poses.noted(NOW - 0.5 + 0.05 * k, Pose2(0.1 * k, 0.0, 0.0), length=1.0)
-    s = without_way(0.9, poses=poses.noted(NOW, Pose2(0.9, 0.0, 0.0), length=1.0), standing_since=NOW - 0.2)
-    rerouter().planned_on(put(s, standing_since=NOW - 0.21), granting(1))
-    assert searches[0].start.x == pytest.approx(np.mean([0.6, 0.7, 0.8, 0.9, 0.9]), abs=0.05)
+    poses = poses.noted(NOW, Pose2(0.9, 0.0, 0.0), length=1.0)
+    rerouter().planned_on(without_way(0.9, poses=poses, standing_since=NOW - 0.21), granting(1))
+    assert searches[0].start.x == pytest.approx(np.mean([0.6, 0.7, 0.8, 0.9, 0.9]))
 
 
 # -- what is made of the answer ------------------------------------------------------------------------------
@@ -376,9 +376,10 @@ def test_a_way_that_was_found_is_driven(searches: list[Search]) -> None:
     assert after.task.segments == manoeuvre.segments
     assert [part.end for part in after.path.parts] == [part.end for part in manoeuvre.path.parts]
     assert after.path.start == Pose2(1.0, 0.0, 0.0)
-    assert after.route == RouteState(
-        manoeuvre=manoeuvre, why="", since=NOW, changes=3, planned=1, seconds=pytest.approx(0.03)
-    )
+    assert after.route is not None
+    assert after.route.seconds == pytest.approx(0.03)
+    route = replace(after.route, seconds=0.0)
+    assert route == RouteState(manoeuvre=manoeuvre, why="", since=NOW, changes=3, planned=1)
 
 
 def test_the_next_one_counts_as_planned_anew(searches: list[Search]) -> None:
