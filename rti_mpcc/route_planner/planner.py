@@ -161,11 +161,14 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, N
     known = yield from _Estimates.of(problem, terms)
     yield
     nodes, nearest, reason = 0, inf, ""
-    for finer in settings.finer:
-        # A lattice as fine as it has to be: a coarse one, in which nothing more can be reached, is soon done.
+    levels = len(settings.finer)
+    for level, finer in enumerate(settings.finer):
+        # A lattice as fine as it has to be. A coarse one may be searched in vain all over the place while the
+        # way out of where it is tight needs a finer one: each gets half of what is left to the next.
         search = _search(problem, terms._replace(finer=finer), known, settings.nodes - nodes)
         yield
-        most = settings.nodes - nodes
+        last = level + 1 == levels
+        most = settings.nodes - nodes if last else settings.nodes // 2 ** (levels - level)
         while search.state == SEARCHING and search.expanded < most and spent() < settings.seconds:
             search.advance(min(_SLICE, most - search.expanded))
             yield
@@ -177,7 +180,7 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, N
             # It was nearer to something between the poses that the search looked at.
             reason = f"the way found leaves {clear:.3f} m, at least {settings.hard_minimum} m are kept"
             terms = terms._replace(check=_CLOSER * terms.check)
-        elif search.state != EXHAUSTED:
+        elif search.state != EXHAUSTED and (last or spent() >= settings.seconds):
             reason = f"{nodes} poses were looked at in {spent():.1f} s, {_nearest(nearest)}"
             return problem.failed(PlanOutcome.BUDGET_SPENT, reason, nodes, nearest)
     reason = reason or f"all of {nodes} poses that can be reached were looked at, {_nearest(nearest)}"
