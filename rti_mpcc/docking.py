@@ -90,7 +90,9 @@ class DockingController:
         """
         self = cls.__new__(cls)
         # It has one answer to all that goes wrong: another way.
-        config = (config or ControllerConfig()).model_copy(update={"recovery": False})
+        config = config or ControllerConfig()
+        retries = config.retries.model_copy(update={"restarts": 0})
+        config = config.model_copy(update={"recovery": False, "retries": retries})
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
         begun = ControllerState(
             area=Surroundings.in_area(area), path=path, task=Task.begun(segments), route=RouteState()

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment, SegmentEnd
+from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.schedule import apart
@@ -153,10 +153,12 @@ class Rerouter:
     def _answered(self, s: ControllerState) -> ControllerState:
         """Drive a way that was found for where the vehicle stands; say why there is none."""
         asked, route, settings = self._needed(s), s.route, self._config.route
-        found = None if self._planning is None else self._planning.manoeuvre
-        if asked is None or found is None or self._asked is None or route is None:
+        if asked is None or route is None:
             return s
-        if not self._asked.answers(asked, settings.near):
+        found = None if self._planning is None else self._planning.manoeuvre
+        if asked.start.relative_to(asked.goal).within(self._config.goal_tolerance):
+            found = _there(asked, self._config)
+        elif found is None or self._asked is None or not self._asked.answers(asked, settings.near):
             return s
         told = replace(route, manoeuvre=found, changes=s.area.changes)
         if not found.found:
@@ -169,3 +171,13 @@ def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:
     """A straight route where the vehicle stands: nothing is driven on it."""
     path = ReferencePath.from_segments(start=here, segments=[(1, 0.0, NO_MANOEUVRE)])
     return path, (Segment(part=path.parts[0], index=0, end=SegmentEnd.STOP),)
+
+
+def _there(asked: _Asked, config: ControllerConfig) -> Manoeuvre:
+    """The manoeuvre of a vehicle that stands in its goal: a straight one up to it, with nothing to drive."""
+    begin = asked.goal.compose(Pose2(-NO_MANOEUVRE, 0.0, 0.0))
+    (part,) = ReferencePath.from_segments(start=begin, segments=[(1, 0.0, NO_MANOEUVRE)]).parts
+    segment = Segment(part=part, index=0, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance)
+    return Manoeuvre(
+        start=asked.start, goal=asked.goal, outcome=PlanOutcome.FOUND, segments=(segment,), nearest=0.0
+    )

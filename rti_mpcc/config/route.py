@@ -64,7 +64,7 @@ class RoutePlanner(Settings):
     knots: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
     smoothing_iterations: Annotated[int, Field(ge=0, le=1000)] = 40
     whole_tolerance: Positive = 1.0
-    least_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
+    least_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
     box: Positive = 15.0
     replan_after: NonNegative = 1.0
     again_after: NonNegative = 8.0

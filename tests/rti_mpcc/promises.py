@@ -50,10 +50,15 @@ def hold_for(drawn: SearchStrategy[T], check: Callable[[T], None], draws: int, c
     promised()
 
 
-def keep_promises(run: Run) -> None:
+def on_path(here: World, config: ControllerConfig) -> DockingController:
+    """The controller of most runs."""
+    return DockingController(here.path, here.corridor, config)
+
+
+def keep_promises(run: Run, made: Callable[[World, ControllerConfig], DockingController] = on_path) -> None:
     """Drive a run; the plant follows the commands wherever the state is not drawn."""
     here, config = world(run.world), run.setting.config()
-    controller = DockingController(here.path, here.corridor, config)
+    controller = made(here, config)
     parameters = PlantParameters.of(config.vehicle, config.limits, dead_time=config.dead_time)
     limit, now = config.limits.speed, 0.0
     plant = _moved(PlantState(x=0.0, y=0.0, phi=0.0), run.start, here, limit)

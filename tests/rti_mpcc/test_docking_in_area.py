@@ -147,6 +147,15 @@ def test_without_a_goal_it_stands_and_says_so() -> None:
     assert (driver.controller.replans, driver.controller.planning_seconds) == (0, 0.0)
 
 
+@pytest.mark.parametrize("off", [(0.0, 0.0, 0.0), (0.03, -0.04, 0.03)], ids=["exactly", "nearly"])
+def test_a_vehicle_that_stands_in_its_goal_has_docked(off: tuple[float, float, float]) -> None:
+    driver = Driver(area=ROOMS, goal_at=lambda now: START.compose(Pose2(*off)))
+    drive = driver.drive(2.0)
+    assert drive.statuses == [Status.PLANNING, Status.DOCKED]
+    assert_stood(drive, 0.0, 2.0)
+    assert_sane(drive)
+
+
 # -- where there is no way -----------------------------------------------------------------------------------
 
 IN_THE_WALL = Pose2(5.0, 4.0, 0.0)

@@ -443,6 +443,32 @@ def test_one_planned_from_elsewhere_or_without_knowing_all_is_not(
     assert one.routed(after).task.phase is Phase.STARTING
 
 
+@pytest.mark.parametrize("share", [0.0, 0.9, -0.9])
+def test_a_vehicle_that_stands_in_its_goal_already_needs_no_search(
+    share: float, searches: list[Search]
+) -> None:
+    along, across, turn = (share * most for most in CONFIG.goal_tolerance)
+    goal = Pose2(3.0, 2.0, 0.5)
+    here = goal.compose(Pose2(along, across, turn))
+    s = rerouter().routed(without_way(here.x, here.y, here.phi, pose=goal))
+    assert s.task.phase is Phase.STARTING  # and stands inside the tolerance of its target
+    (segment,) = s.task.segments
+    assert (segment.end, segment.tolerance) == (SegmentEnd.GOAL, CONFIG.goal_tolerance)
+    assert s.path.end.relative_to(goal).within((1e-9, 1e-9, 1e-9))
+    assert s.route is not None
+    assert s.route.manoeuvre is not None
+    assert (s.route.manoeuvre.found, s.route.manoeuvre.goal, s.route.planned) == (True, goal, 1)
+    assert searches == []
+
+
+def test_beside_its_goal_it_does(searches: list[Search]) -> None:
+    goal = Pose2(0.0, 1.1 * CONFIG.goal_tolerance[1], 0.0)
+    s = without_way(pose=goal)
+    assert rerouter().routed(s) is s
+    rolls = without_way(pose=Pose2(0.0, 0.0, 0.0), standing_since=None)
+    assert rerouter().routed(rolls) is rolls
+
+
 def test_forgotten_it_is_begun_anew(searches: list[Search]) -> None:
     one = rerouter()
     s = one.planned_on(without_way(), granting(PLENTY))

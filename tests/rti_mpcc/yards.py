@@ -98,7 +98,9 @@ class Driver:
     Attributes:
         area: that it is judged by; controller: that drives, or one in the area; config: of it.
         goal_at, obstacles_at, measurements_at, clock_at: what is told, at a time [s]; None: nothing.
+        standing_at: what stands there besides the area, in truth; None: what is told.
         measured: what is measured of the truth; moved: the plant set down elsewhere, before a cycle.
+        shown: by the user's clock at a time [s]; lost: whether the cycle of a time is lost.
     """
 
     area: Area
@@ -108,10 +110,13 @@ class Driver:
     delta: float = 0.0
     goal_at: Callable[[float], Pose2 | None] = lambda now: BEYOND
     obstacles_at: Callable[[float], Outlines] | None = None
+    standing_at: Callable[[float], Outlines] | None = None
     measurements_at: Callable[[float, PlantState], list[GoalMeasurement]] | None = None
     clock_at: Callable[[float], CycleClock] | None = None
     measured: Callable[[PlantState], VehicleState] = field(default=lambda plant: plant.measured)
     moved: Callable[[PlantState], PlantState] = field(default=lambda plant: plant)
+    shown: Callable[[float], float] = field(default=lambda now: now)
+    lost: Callable[[float], bool] = field(default=lambda now: False)
 
     def drive(self, seconds: float, *, after_docking: float = 0.3) -> Drive:
         """For so long, or until it has said that it docked for a while [s]."""
@@ -125,10 +130,13 @@ class Driver:
         for k in range(round(seconds / CYCLE)):
             plant = self.moved(advance(plant, parameters, k * CYCLE))
             told = self._told(plant)
-            command = self.controller.step(self.measured(plant), now=plant.time, **told)
+            if self.lost(plant.time):
+                continue
+            command = self.controller.step(self.measured(plant), now=self.shown(plant.time), **told)
             times.append(plant.time)
             states.append((plant.x, plant.y, plant.phi, plant.v, plant.delta))
-            clearance.append(self._clearance(plant, told.get("obstacles", ())))
+            there = told.get("obstacles", ()) if self.standing_at is None else self.standing_at(plant.time)
+            clearance.append(self._clearance(plant, there))
             commands.append(command)
             docked_for = docked_for + CYCLE if command.docked else 0.0
             if docked_for >= after_docking:
