@@ -1,0 +1,47 @@
+"""The area that a corridor leaves, against what its boundaries say."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+import shapely
+
+from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry.corridor_area import area_of
+
+
+def polygon(area: Area) -> shapely.Polygon:
+    assert area.boundary is not None
+    return shapely.Polygon(area.boundary, area.obstacles)
+
+
+def test_a_straight_corridor_is_a_box_with_open_ends() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+    found = polygon(area_of(Corridor.from_offsets(path, left=3.0, right=-2.0), path, beyond=5.0))
+    assert found.symmetric_difference(shapely.box(-5.0, -2.0, 25.0, 3.0)).area < 0.01
+
+
+def test_the_parts_of_a_route_are_put_together() -> None:
+    segments = [(1, 0.0, 5.0), (1, 0.2, 5.0), (1, -0.2, 10.0), (-1, -0.2, 10.0), (-1, 0.2, 10.0)]
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.5 * pi), segments)
+    found = polygon(area_of(Corridor.from_offsets(path, left=3.0, right=-3.0), path, beyond=4.0))
+    for part in path.parts:
+        at = part.reference(np.linspace(part.start, part.end, 60))
+        assert shapely.contains_xy(found, at.x, at.y).all()
+        # Just inside its boundaries, and straight on at its ends.
+        for side in (2.9, -2.9):
+            beside = at.x - side * np.sin(at.phi), at.y + side * np.cos(at.phi)
+            assert shapely.contains_xy(found, *beside).all()
+        ends = part.reference(np.array([part.start - 3.9, part.end + 3.9]))
+        assert shapely.contains_xy(found, ends.x, ends.y).all()
+
+
+def test_a_polygon_corridor_is_its_polygon_and_an_area_itself() -> None:
+    path = ReferencePath.from_segments(Pose2(2.0, 5.0, 0.0), [(1, 0.0, 10.0)])
+    outline = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)]
+    found = polygon(area_of(Corridor.from_polygon(path, outline), path, beyond=5.0))
+    assert found.area == pytest.approx(200.0, abs=0.01)
+    area = Area(boundary=outline)
+    assert area_of(Corridor.in_area(area), path, beyond=5.0) is area
