@@ -9,7 +9,13 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
-NAMES = ("charuco_docking", "dock_with_python", "embed_in_your_loop", "own_path_and_polygon")
+NAMES = (
+    "charuco_docking",
+    "dock_with_python",
+    "embed_in_your_loop",
+    "own_path_and_polygon",
+    "park_from_map",
+)
 LONGEST = 60
 
 
