@@ -34,6 +34,9 @@ _NEAR_GOAL, _SETTLED = (
     0.03,
 )  # error at the goal [m], [rad], change of a curvature as a share, of a smooth way
 _CLOSER = 1.0 / 3.0  # as far apart are the poses that are looked at once a way was nearer to something
+_STANDING = 1.0
+"""Length of the straight way that a vehicle stands at the end of which is in its goal already [m]."""
+_SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, whatever the tolerance
 _FIRMER = 3  # so often a way that is smooth but not clear is made to keep its margin by a larger weight
 
 
@@ -41,6 +44,9 @@ def plan_manoeuvre(
     start: Pose2, goal: Pose2, area: Area, config: ControllerConfig | None = None
 ) -> Manoeuvre:
     """A manoeuvre from a start to a goal in an area, or why there is none; the same for the same input.
+
+    From a start within the goal tolerance there is nothing to drive: the manoeuvre is a straight metre that
+    ends in the goal, on the end of which the vehicle stands.
 
     Args:
         start, goal: poses of the rear axle; area: without a boundary it reaches `RoutePlanner.box` beyond all
@@ -94,6 +100,12 @@ class _Problem:
     def of(cls, start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> _Problem:
         around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), config.route.box)
         return cls(start=start, goal=goal, area=around, config=config)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the start is within the goal tolerance of the goal."""
+        along, across, heading = (max(most, _SAME) for most in self.config.goal_tolerance)
+        return self.start.relative_to(self.goal).within((along, across, heading))
 
     def room(self, pose: Pose2, within: float) -> float:
         """Clearance of the body at a pose, up to `within` [m]."""
@@ -153,6 +165,8 @@ def _planned(problem: _Problem, spent: Callable[[], float]) -> Generator[None, N
                 f"at least {settings.hard_minimum} m are kept"
             )
             return problem.failed(outcome, reason)
+    if problem.is_there:
+        return _standing(problem, min(room))
     yield
     terms = problem.terms(min(room))
     if not len(_last_straights(problem, terms)):
@@ -337,6 +351,17 @@ def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, f
     share = min(max(length / settings.whole_tolerance, settings.least_tolerance), 1.0)
     along, across, heading = behaviour.cusp_tolerance
     return share * along, share * across, share * heading
+
+
+def _standing(problem: _Problem, clearance: float) -> Manoeuvre:
+    """The manoeuvre of a vehicle that stands in its goal: a straight way up to it, with nothing to drive."""
+    begin = problem.goal.compose(Pose2(-_STANDING, 0.0, 0.0))
+    (part,) = ReferencePath.from_segments(start=begin, segments=[(1, 0.0, _STANDING)]).parts
+    segment = Segment(part=part, index=0, end=SegmentEnd.GOAL, tolerance=problem.config.goal_tolerance)
+    return Manoeuvre(
+        start=problem.start, goal=problem.goal, outcome=PlanOutcome.FOUND, segments=(segment,),
+        clearance=clearance, nearest=0.0,
+    )  # fmt: skip
 
 
 def _found(problem: _Problem, stretches: list[Array], clearance: float, nodes: int) -> Manoeuvre:

@@ -14,7 +14,16 @@ import pytest
 import shapely
 
 from geometry import Area, Pose2
-from rti_mpcc import ControllerConfig, Limits, Manoeuvre, PathError, PlanOutcome, Vehicle, plan_manoeuvre
+from rti_mpcc import (
+    ControllerConfig,
+    Limits,
+    Manoeuvre,
+    PathError,
+    PlanOutcome,
+    SegmentEnd,
+    Vehicle,
+    plan_manoeuvre,
+)
 from rti_mpcc.config import RoutePlanner
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.route_planner.planner import RoutePlanning
@@ -142,6 +151,42 @@ def test_straight_ahead_is_straight_ahead() -> None:
     assert manoeuvre.length == pytest.approx(10.0, abs=1e-6)
     assert (manoeuvre.cusps, len(manoeuvre.segments)) == (0, 1)
     assert np.abs(manoeuvre.segments[0].part.curvatures).max() < 1e-6
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (0.04, -0.04, 0.03), (1e-12, 0.0, 2.0 * pi)])
+def test_who_is_within_the_tolerance_of_the_goal_has_nothing_to_drive(
+    offset: tuple[float, float, float],
+) -> None:
+    start, area = Pose2(4.0, 2.0, 0.7), Area(boundary=YARD)
+    goal = start.compose(Pose2(*offset))
+    manoeuvre = plan_manoeuvre(start, goal, area, CONFIG)
+    assert manoeuvre.found
+    assert (manoeuvre.start, manoeuvre.goal, manoeuvre.nearest, manoeuvre.nodes) == (start, goal, 0.0, 0)
+    (segment,) = manoeuvre.segments
+    assert segment.end is SegmentEnd.GOAL
+    assert segment.tolerance == CONFIG.goal_tolerance
+    assert segment.part.direction == 1
+    assert not segment.part.curvatures.any()
+    assert segment.part.last.relative_to(goal).within((1e-9, 1e-9, 1e-9))
+    assert manoeuvre.clearance == pytest.approx(1.4)  # as far as it is looked at
+
+
+def test_who_stands_in_the_goal_but_too_near_to_something_is_told_so() -> None:
+    bumper = CONFIG.vehicle.front
+    box = [(bumper + 0.02, -2.0), (bumper + 1.0, -2.0), (bumper + 1.0, 2.0), (bumper + 0.02, 2.0)]
+    area = Area(obstacles=[box])
+    assert plan_manoeuvre(START, START, area, CONFIG).outcome is PlanOutcome.START_IN_COLLISION
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 1e-12])
+@pytest.mark.parametrize("apart", [1e-12, 1e-7, 1e-3, 0.01, 0.06])
+@pytest.mark.parametrize("at", [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+def test_near_goals_have_a_way(at: tuple[float, float, float], apart: float, tolerance: float) -> None:
+    config = CONFIG.model_copy(update={"goal_tolerance": (tolerance, tolerance, tolerance)})
+    goal = Pose2(*(apart * each for each in at))
+    manoeuvre = plan_manoeuvre(START, goal, Area(), config)
+    assert manoeuvre.found
+    assert manoeuvre.path.end.relative_to(goal).within((1e-6, 1e-6, 1e-6))
 
 
 def test_behind_is_reached_in_reverse() -> None:
