@@ -236,6 +236,34 @@ def test_nothing_is_lost_far_from_the_origin() -> None:
     assert clearance(manoeuvre, area, CONFIG.vehicle) >= CONFIG.route.hard_minimum - 1e-3
 
 
+def snapped(points: Any) -> Array:
+    """Rounded so that no digit is lost 1e9 m away."""
+    return np.asarray(np.round(np.array(points) * 2.0**18) / 2.0**18)
+
+
+@pytest.mark.parametrize("far", [(1e6, -1e6), (1e9, 0.0), (-1e9, 1e9)])
+@pytest.mark.parametrize(("kind", "number"), [("slot", 3), ("aisle", 1), ("clutter", 0)])
+def test_far_from_the_origin_the_same_way_is_found(kind: str, number: int, far: tuple[float, float]) -> None:
+    scene = drawn_scene(52, number, kind)
+
+    def planned(place: Array) -> Manoeuvre:
+        ends = [(snapped([pose.x, pose.y]) + place, pose.phi) for pose in (scene.start, scene.goal)]
+        start, goal = (Pose2(float(at[0]), float(at[1]), phi) for at, phi in ends)
+        boundary = None if scene.boundary is None else snapped(scene.boundary) + place
+        obstacles = [snapped(each) + place for each in scene.obstacles]
+        return plan_manoeuvre(start, goal, Area(boundary=boundary, obstacles=obstacles), config_of(scene))
+
+    here, there = planned(np.zeros(2)), planned(np.array(far))
+    assert (there.outcome, there.nodes, there.clearance) == (here.outcome, here.nodes, here.clearance)
+    assert len(there.segments) == len(here.segments)
+    rounding = np.spacing(max(abs(each) for each in far))
+    for one, other in zip(here.segments, there.segments, strict=True):
+        assert other.part.knots.tolist() == one.part.knots.tolist()
+        assert other.part.curvatures.tolist() == one.part.curvatures.tolist()
+        assert np.abs(other.part.x - far[0] - one.part.x).max() <= rounding
+        assert np.abs(other.part.y - far[1] - one.part.y).max() <= rounding
+
+
 def test_the_same_input_gives_the_same_way() -> None:
     scene = drawn_scene(52, 2, "slot")
     one, two = (plan_manoeuvre(scene.start, scene.goal, area_of(scene), config_of(scene)) for _ in range(2))

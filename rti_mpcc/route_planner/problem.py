@@ -1,0 +1,130 @@
+"""What is planned for, in coordinates from the start on: numbers are small wherever in the world that is.
+
+The start is at (0, 0); the axes point where those of the world do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import cos, hypot, sin
+
+import numpy as np
+
+from geometry import Area, Pose2
+from geometry.arrays import Array
+from geometry.shape_grid import Body, ShapeGrid
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.footprint import body_of
+from rti_mpcc.route_planner.hybrid_astar import Terms
+
+CHECK = 0.01
+"""[m] between the poses that are checked in the end."""
+_AROUND = 1.0  # [m] and twice the margin around the body clearances are told
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Problem:
+    """What is planned for.
+
+    Attributes:
+        given: start and goal as they were asked for, in the world.
+        start, goal: (3,) the same from the start on.
+        grid: all that is solid; low, high: (2,) corners of the box around where the vehicle may be [m].
+        body: of the vehicle; config: its settings.
+    """
+
+    given: tuple[Pose2, Pose2]
+    start: Array
+    goal: Array
+    grid: ShapeGrid
+    low: Array
+    high: Array
+    body: Body
+    config: ControllerConfig
+
+    @classmethod
+    def of(cls, start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> Problem:
+        """Build from poses and an area in the world."""
+        around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), config.route.box)
+        origin = np.array([start.x, start.y])
+        assert around.boundary is not None
+        return cls(
+            given=(start, goal),
+            start=np.array([0.0, 0.0, start.phi]),
+            goal=np.array([goal.x - start.x, goal.y - start.y, goal.phi]),
+            grid=_moved(around.grid, -origin),
+            low=around.boundary.min(axis=0) - origin,
+            high=around.boundary.max(axis=0) - origin,
+            body=body_of(config.vehicle),
+            config=config,
+        )
+
+    @property
+    def distance(self) -> float:
+        """Of the goal from the start [m]."""
+        return hypot(self.goal[0], self.goal[1])
+
+    @property
+    def within(self) -> float:
+        """So far clearances are told [m]."""
+        return 2.0 * self.config.route.margin + _AROUND
+
+    def clearances(self, poses: Array, within: float) -> Array:
+        """Clearances (n,) of the body at poses (n, 3), `within` where nothing is nearer [m]."""
+        return np.minimum(self.grid.signed_distances(self.body, poses, within)[:, 0], within)
+
+    def lasts(self, terms: Terms) -> Array:
+        """The last straight pieces (n, 2) into the goal, forward and in reverse, as far as they are clear."""
+        length = self.config.route.final_straight
+        if length == 0.0:
+            return np.zeros((1, 2))
+        marks = np.linspace(0.0, length, int(np.ceil(length / terms.check)) + 1)
+        found = []
+        for sign in (1.0, -1.0):
+            poses = np.array([self.before_goal(sign * mark) for mark in marks])
+            if float(self.clearances(poses, terms.near).min()) >= terms.margin:
+                found.append((sign * length, 0.0))
+        return np.array(found).reshape(-1, 2)
+
+    def before_goal(self, length: float) -> Array:
+        """The pose (3,) from which a straight piece of that signed length [m] leads into the goal."""
+        x, y, phi = self.goal
+        return np.array([x - length * cos(phi), y - length * sin(phi), phi])
+
+    def terms(self, room: float) -> Terms:
+        """What a way costs, and how it is searched, where the ends have so much room [m]."""
+        config, vehicle = self.config, self.config.vehicle
+        settings = config.route
+        radius = 1.0 / (settings.search_share * config.max_curvature)
+        length = vehicle.front + vehicle.rear
+        least = min(settings.hard_minimum + settings.reserve, room - CHECK)
+        return Terms(
+            radius=radius,
+            wheelbase=vehicle.wheelbase,
+            arc=settings.arc * radius,
+            check=settings.arc * radius / 5.0,
+            cell=1.2 * settings.arc * radius,
+            open=settings.open * radius,
+            reach=hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width),
+            margin=max(least, settings.hard_minimum),
+            near=max(settings.margin, least) + 1e-6,
+            ahead=1.0,
+            back=settings.reverse_cost,
+            cusp=settings.cusp_cost,
+            steering=settings.steering_cost,
+            closeness=settings.closeness_cost,
+            weight=settings.weight,
+            finer=1.0,
+            fine=1.5 * length,
+            tight=settings.margin,
+            more=0.5,
+        )
+
+
+def _moved(grid: ShapeGrid, by: Array) -> ShapeGrid:
+    """The same shapes elsewhere, by (2,) [m]: in the same cells."""
+    circles = grid.circles + np.array([by[0], by[1], 0.0])
+    corners, origin = grid.corners + by, grid.origin + by
+    for each in (circles, corners, origin):
+        each.setflags(write=False)
+    return replace(grid, corners=corners, circles=circles, origin=origin)
