@@ -162,6 +162,7 @@ class PlanOutcome(Enum):
     FOUND = "found"
     START_IN_COLLISION = "the body at the start is too near to something, or in it"
     GOAL_IN_COLLISION = "the body at the goal is too near to something, or in it"
+    GOAL_TOO_FAR = "the goal is farther away than ways are planned"
     NO_WAY = "there is none that this vehicle can drive"
     BUDGET_SPENT = "none was found within the budget"
 

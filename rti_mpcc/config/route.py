@@ -29,10 +29,11 @@ class RoutePlanner(Settings):
         finer: by these factors the lattice is finer near the ends, one search after the other until there
             is a way; cells: of the grid of estimates, at most.
         places: on a way that are tried to be joined directly.
-        knots: distance of the curvatures of a smoothed way, in radii of the sharpest bend;
-            smoothing_iterations: at most.
+        knots: distance of the curvatures of a smoothed way, and window: length of way that is smoothed at a
+            time, at most, both in radii of the sharpest bend; smoothing_iterations: at most.
         whole_tolerance: length of a stretch from which on its end has the whole of `Behaviour.cusp_tolerance`
             [m]; a shorter one has a share of it; least_tolerance: of it, at least.
+        farthest: distance of a goal, at most: one that is farther away is refused [m].
         box: without a boundary the area reaches so far beyond all that is given [m].
         replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s].
         again_after: but not before so long [s] where it has not come away from where the last one begins.
@@ -62,9 +63,11 @@ class RoutePlanner(Settings):
     cells: Annotated[int, Field(ge=100, le=10**8)] = 200_000
     places: Annotated[int, Field(ge=1, le=10_000)] = 40
     knots: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
+    window: Annotated[float, Field(ge=5.0, le=1000.0)] = 25.0
     smoothing_iterations: Annotated[int, Field(ge=0, le=1000)] = 40
     whole_tolerance: Positive = 1.0
     least_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
+    farthest: Positive = 2000.0
     box: Positive = 15.0
     replan_after: NonNegative = 1.0
     again_after: NonNegative = 8.0

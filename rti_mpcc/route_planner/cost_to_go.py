@@ -14,13 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Array
-from geometry.compiled import Array1, Array2, Out2, inner, kernel, record
+from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import RoutePlanner, Vehicle
 from rti_mpcc.route_planner.priority_queue import pop, push
 
 _AXLE = Body.of([(0.0, 0.0)])
 _SLICE = 4096  # places that are looked at at a time
+_POPS = 16384  # cells that are taken from the heap at a time
 
 
 @record
@@ -61,16 +62,25 @@ def disc_of(vehicle: Vehicle) -> float:
 
 def cost_to_go(
     apart: Array, low: Array, cell: float, radius: float, at: tuple[float, float], config: RoutePlanner
-) -> CostToGo:
-    """The costs to `at`, from distances as `axle_clearances` gives them.
+) -> Generator[None, None, CostToGo]:
+    """The costs to `at`, from distances as `axle_clearances` gives them; slice by slice.
 
     Args:
         radius: of the disc that has to fit [m].
     """
+    rows, columns = apart.shape
+    row = min(max(int((at[1] - low[1]) / cell), 0), rows - 1)
+    column = min(max(int((at[0] - low[0]) / cell), 0), columns - 1)
     cost = np.full(apart.shape, inf)
+    cost[row, column] = 0.0
+    # Each cell is entered by each of its neighbours at most.
+    heap, member = np.empty(8 * apart.size + 1), np.empty(8 * apart.size + 1, np.int64)
+    heap[0], member[0], size = 0.0, row * columns + column, 1
     # A cell counts as free if any place in it may be.
-    _dijkstra(apart, radius - 0.5 * sqrt(2.0) * cell, radius + config.margin, config.closeness_cost,
-              (at[1] - low[1]) / cell, (at[0] - low[0]) / cell, cell, cost)  # fmt: skip
+    least, near = radius - 0.5 * sqrt(2.0) * cell, radius + config.margin
+    while size > 0:
+        size = _dijkstra(apart, least, near, config.closeness_cost, cell, heap, member, size, _POPS, cost)
+        yield
     cost.setflags(write=False)
     origin = low.copy()
     origin.setflags(write=False)
@@ -83,17 +93,18 @@ def _dijkstra(
     least: float,
     near: float,
     closeness: float,
-    row: float,
-    column: float,
     cell: float,
+    heap: Out1,
+    member: IndexOut1,
+    size: int,
+    budget: int,
     cost: Out2,
-) -> None:
+) -> int:
+    """Take up to `budget` cells from a heap of so many; returns how many it has then."""
     rows, columns = apart.shape
-    heap, member = np.empty(8 * rows * columns), np.empty(8 * rows * columns, np.int64)
-    first = min(max(int(row), 0), rows - 1) * columns + min(max(int(column), 0), columns - 1)
-    cost[first // columns, first % columns] = 0.0
-    size = push(heap, member, 0, 0.0, first)
-    while size > 0:
+    for _ in range(budget):
+        if size == 0:
+            break
         value, node = heap[0], member[0]
         size = pop(heap, member, size)
         i, j = node // columns, node % columns
@@ -111,6 +122,7 @@ def _dijkstra(
                 if there < cost[k, m]:
                     cost[k, m] = there
                     size = push(heap, member, size, there, k * columns + m)
+    return size
 
 
 @inner

@@ -18,23 +18,25 @@ cost without obstacles and the cost of a point past them (`cost_to_go`), times a
 from __future__ import annotations
 
 from math import atan, cos, floor, hypot, inf, pi, sin, tan
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.arrays import Array, Index
-from geometry.compiled import Array1, Array2, IndexOut1, Out1, Out2, inner, kernel, record
+from geometry.compiled import Array1, Array2, Index1, IndexOut1, Out1, Out2, inner, kernel, record
 from geometry.convex import WITNESS
 from geometry.reeds_shepp import PIECES, WORDS, least_cost, words
 from geometry.shape_grid import BodyShape, SolidShapes, clearance_at
 from rti_mpcc.route_planner.cost_to_go import CostToGo, looked_up
 from rti_mpcc.route_planner.priority_queue import EMPTY, pop, push, slot_of
 
+Values = TypeVar("Values", bound=NDArray[Any])
+
 SEARCHING: Final = 0
 EXHAUSTED: Final = 1
 ENDED: Final = 2
-FULL: Final = 3
-"""How a slice of a search ended: it may go on, all is searched, no better way is expected, no memory."""
+"""How a slice of a search ended: it may go on, all is searched, no better way is expected."""
 
 _NODES: Final = 0
 _QUEUED: Final = 1
@@ -42,6 +44,8 @@ _EXPANDED: Final = 2
 _PLACES: Final = 3
 COUNTERS: Final = 4
 """Places in the counters of a tree."""
+_NONE: Final = -1
+"""No node: the parent of a root."""
 _HERE: Final = 0
 _THERE: Final = 1
 _FOUND_AT: Final = 2
@@ -49,11 +53,14 @@ _ASKED: Final = 3
 """Places in the whole way that was found: the nodes that it joins, and after how many it was found."""
 
 _HEADINGS: Final = 72
+_BRANCHES: Final = 10
+_FIRST: Final = 4096  # nodes that a tree has room for at first, a power of 2
 _SHOTS: Final = 3
 _WORDS_TRIED: Final = 4
 _SHOOTS: Final = 4
 _REACH: Final = 6.0
 _MOST_PLACES: Final = 1024
+_LOOKS: Final = 7
 
 
 @record
@@ -145,7 +152,7 @@ def _key(x: float, y: float, phi: float, forward: bool, share: float, cell: floa
     i, j = floor(x / size) & 0xFFFFF, floor(y / size) & 0xFFFFF
     turn = floor(phi / (2.0 * pi) * headings + 0.5) % headings
     level = 0 if share < 1.0 else 1 if share == 1.0 else 2
-    return (((((i << 20) | j) << 12) | turn) << 3) | (level << 1) | (1 if forward else 0)
+    return 1 + ((((((i << 20) | j) << 12) | turn) << 3) | (level << 1) | (1 if forward else 0))
 
 
 @inner
@@ -198,21 +205,19 @@ def advance(
     lengths, turns, order = np.empty((WORDS, PIECES)), np.empty((WORDS, PIECES)), np.empty(WORDS)
     near, near_cost = np.empty(_SHOTS, np.int64), np.empty(_SHOTS)
     for _ in range(budget):
-        node, least = EMPTY, inf
+        node, least = _NONE, inf
         while counters[_QUEUED] > 0:
             first, least = tree.member[0], tree.priority[0]
             counters[_QUEUED] = pop(tree.priority, tree.member, counters[_QUEUED])
             if tree.closed[first] == 0:
                 node = first
                 break
-        if node == EMPTY:
+        if node == _NONE:
             return ENDED if whole.best[0] < inf else EXHAUSTED
         if whole.best[0] < inf:
             expanded = counters[_EXPANDED] + other.counters[_EXPANDED]
             if least >= whole.best[0] or expanded > (1.0 + terms.more) * whole.nodes[_FOUND_AT]:
                 return ENDED
-        if counters[_NODES] + 16 >= len(tree.cost):
-            return ENDED if whole.best[0] < inf else FULL
         tree.closed[node] = 1
         counters[_EXPANDED] += 1
         x, y = tree.pose[node, 0], tree.pose[node, 1]
@@ -236,7 +241,7 @@ def _take_place(tree: Tree, node: int, terms: Terms) -> None:
     size = 0.5 * terms.radius
     i, j = floor(x / size) & 0xFFFFF, floor(y / size) & 0xFFFFF
     turn = floor(tree.pose[node, 2] / (2.0 * pi) * 8.0 + 0.5) % 8
-    key = (((i << 20) | j) << 3) | turn
+    key = 1 + ((((i << 20) | j) << 3) | turn)
     count = tree.counters[_PLACES]
     if count >= len(tree.places):
         return
@@ -263,7 +268,7 @@ def _branch(
     """Enter what can be reached from a node by one arc."""
     came, bent = tree.piece[node, 0], tree.piece[node, 1]
     root, target = tree.pose[0], other.pose[0]
-    for sign in range(-1, 2, 2):
+    for sign in range(-1, 2, 2):  # _BRANCHES in all
         for wheel in range(-2, 3):
             # Half and fully turned wheels, not half and full curvature.
             steering = 0.5 * wheel * atan(terms.wheelbase / terms.radius)
@@ -405,7 +410,7 @@ def _shoot(
             if order[i] >= whole.best[0]:
                 break
             as_pieces(lengths[i], turns[i], terms.radius, curve)
-            extra = closeness_along(x, y, phi, curve, terms, body, solid, shape, witness)
+            extra, _ = closeness_along(x, y, phi, curve, terms, body, solid, shape, witness)
             if order[i] + extra < whole.best[0]:
                 if whole.best[0] == inf:
                     whole.nodes[_FOUND_AT] = tree.counters[_EXPANDED] + other.counters[_EXPANDED]
@@ -465,9 +470,12 @@ def closeness_along(
     solid: SolidShapes,
     shape: Array,
     witness: Array,
-) -> float:
-    """What a curve costs for being close to something; inf where it is closer than the margin."""
-    extra, clear = 0.0, 0.0
+) -> tuple[float, int]:
+    """What a curve costs for being close to something, inf where it is closer than the margin, and the number
+    of poses that were looked at for that."""
+    if _is_blocked(x, y, phi, pieces, terms, body, solid, shape, witness):
+        return inf, _LOOKS
+    extra, clear, looks = 0.0, 0.0, _LOOKS
     for k in range(len(pieces)):
         if pieces[k, 0] == 0.0:
             continue
@@ -478,11 +486,40 @@ def closeness_along(
             step = left if step >= left else min(step, 0.5 * left)
             x, y, phi = after(x, y, phi, sign * step, pieces[k, 1])
             clear = clearance_at(body, solid, x, y, phi, terms.open, shape, witness)
+            looks += 1
             if clear < terms.margin:
-                return inf
+                return inf, looks
             extra += step * _closeness(clear, terms)
             left -= step
-    return extra
+    return extra, looks
+
+
+@inner
+def _is_blocked(
+    x: float,
+    y: float,
+    phi: float,
+    pieces: Array,
+    terms: Terms,
+    body: BodyShape,
+    solid: SolidShapes,
+    shape: Array,
+    witness: Array,
+) -> bool:
+    """Whether a curve is blocked at one of a few poses, from its middle on: soon known of most that are."""
+    whole = 0.0
+    for k in range(len(pieces)):
+        whole += abs(pieces[k, 0])
+    for eighths in (4, 2, 6, 1, 3, 5, 7):
+        at_x, at_y, at_phi, left = x, y, phi, 0.125 * eighths * whole
+        for k in range(len(pieces)):
+            length = min(max(pieces[k, 0], -left), left)
+            if length != 0.0:
+                at_x, at_y, at_phi = after(at_x, at_y, at_phi, length, pieces[k, 1])
+                left -= abs(length)
+        if clearance_at(body, solid, at_x, at_y, at_phi, terms.margin, shape, witness) < terms.margin:
+            return True
+    return False
 
 
 def poses_after(start: Array, way: Array) -> Array:
@@ -507,7 +544,7 @@ class HybridAStar:
         body, solid: the vehicle, and all that is solid; terms: see there.
         start: (3,); goals: (n, 3); last: (n, 2) signed length [m] and curvature [1/m] of a piece that leads
             on from each of the goals.
-        grids: estimates of the cost to the goal and, against time, to the start; nodes: expanded at most.
+        grids: estimates of the cost to the goal and, against time, to the start.
     """
 
     def __init__(
@@ -519,13 +556,12 @@ class HybridAStar:
         goals: Array,
         last: Array,
         grids: tuple[CostToGo, CostToGo],
-        nodes: int,
     ) -> None:
         self._body, self._solid, self._grids = body, solid, grids
         # Against time forward is reverse.
         self._terms = terms, terms._replace(ahead=terms.back, back=terms.ahead)
         self._last = last
-        self._trees = _rooted(start[None], np.zeros((1, 2)), nodes), _rooted(goals, last * (-1.0, 1.0), nodes)
+        self._trees = [_rooted(start[None], np.zeros((1, 2))), _rooted(goals, last * (-1.0, 1.0))]
         self._whole = Whole(
             best=np.array([inf, inf]),
             nodes=np.zeros(4, np.int64),
@@ -535,12 +571,13 @@ class HybridAStar:
         self.state = SEARCHING
 
     def advance(self, budget: int) -> None:
-        """Expand up to so many nodes, half of them in each tree."""
+        """Expand up to so many nodes in each tree."""
         for which in (1, 0):
             if self.state == SEARCHING:
+                self._trees[which] = _with_room(self._trees[which], budget)
                 self.state = advance(
                     self._trees[which], self._trees[1 - which], self._whole, which, self._body, self._solid,
-                    self._grids[which], self._terms[which], budget // 2,
+                    self._grids[which], self._terms[which], budget,
                 )  # fmt: skip
 
     @property
@@ -572,28 +609,27 @@ class HybridAStar:
         return np.vstack([to_here, curve, to_there[::-1] * (-1.0, 1.0)]), last[last[:, 0] != 0.0]
 
 
-def _rooted(roots: Array, came: Array, nodes: int) -> Tree:
+def _rooted(roots: Array, came: Array) -> Tree:
     """A tree of roots (n, 3), which were come to by pieces (n, 2)."""
-    most, count = 4 * nodes + 64, len(roots)
-    table = 1 << int(np.ceil(np.log2(2 * most)))
+    count = len(roots)
     tree = Tree(
-        pose=np.empty((most, 3)),
-        piece=np.empty((most, 2)),
-        cost=np.empty(most),
-        room=np.empty(most),
-        parent=np.empty(most, np.int64),
-        closed=np.empty(most, np.int64),
-        priority=np.empty(most),
-        member=np.empty(most, np.int64),
-        keys=np.full(table, EMPTY),
-        place=np.empty(table, np.int64),
+        pose=np.empty((_FIRST, 3)),
+        piece=np.empty((_FIRST, 2)),
+        cost=np.empty(_FIRST),
+        room=np.empty(_FIRST),
+        parent=np.empty(_FIRST, np.int64),
+        closed=np.empty(_FIRST, np.int64),
+        priority=np.empty(_FIRST),
+        member=np.empty(_FIRST, np.int64),
+        keys=np.full(2 * _FIRST, EMPTY),
+        place=np.empty(2 * _FIRST, np.int64),
         counters=np.zeros(COUNTERS, np.int64),
         places=np.empty(_MOST_PLACES, np.int64),
         taken=np.full(4 * _MOST_PLACES, EMPTY),
     )
     tree.pose[:count], tree.piece[:count] = roots, came
     tree.cost[:count], tree.room[:count] = 0.0, 0.0
-    tree.parent[:count], tree.closed[:count] = EMPTY, 0
+    tree.parent[:count], tree.closed[:count] = _NONE, 0
     tree.priority[:count], tree.member[:count] = 0.0, np.arange(count)
     tree.counters[_NODES] = tree.counters[_QUEUED] = count
     # Curves lead to a root from the first on.
@@ -601,10 +637,46 @@ def _rooted(roots: Array, came: Array, nodes: int) -> Tree:
     return tree
 
 
+def _with_room(tree: Tree, expanded: int) -> Tree:
+    """The same tree, with room for what comes of so many nodes that are expanded: twice of all, or itself."""
+    if tree.counters[_NODES] + _BRANCHES * expanded <= len(tree.cost):
+        return tree
+    keys, place = np.full(2 * len(tree.keys), EMPTY), np.empty(2 * len(tree.place), np.int64)
+    _enter_again(tree.keys, tree.place, keys, place)
+    return tree._replace(
+        pose=_doubled(tree.pose),
+        piece=_doubled(tree.piece),
+        cost=_doubled(tree.cost),
+        room=_doubled(tree.room),
+        parent=_doubled(tree.parent),
+        closed=_doubled(tree.closed),
+        priority=_doubled(tree.priority),
+        member=_doubled(tree.member),
+        keys=keys,
+        place=place,
+    )
+
+
+def _doubled(values: Values) -> Values:
+    """The same values, and as much room again."""
+    found = np.empty((2 * len(values), *values.shape[1:]), values.dtype)
+    found[: len(values)] = values
+    return cast("Values", found)
+
+
+@kernel
+def _enter_again(keys: Index1, place: Index1, new_keys: IndexOut1, new_place: IndexOut1) -> None:
+    """Enter all that is in one table into another one."""
+    for k in range(len(keys)):
+        if keys[k] != EMPTY:
+            at = slot_of(new_keys, keys[k])
+            new_keys[at], new_place[at] = keys[k], place[k]
+
+
 def _branch_to(tree: Tree, node: int) -> tuple[Array, int]:
     """Pieces (n, 2) from a root to a node, and the root."""
     found = []
-    while tree.parent[node] != EMPTY:
+    while tree.parent[node] != _NONE:
         found.append(tree.piece[node].copy())
         node = int(tree.parent[node])
     return np.array(found[::-1]).reshape(-1, 2), node

@@ -22,19 +22,14 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go, disc_of
-from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar, Terms, poses_after
-from rti_mpcc.route_planner.problem import CHECK, Problem
+from rti_mpcc.route_planner.drivable import drivable
+from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar, Terms
+from rti_mpcc.route_planner.problem import Problem
 from rti_mpcc.route_planner.results import failed, found, is_there, standing
-from rti_mpcc.route_planner.shortening import joined, shortened, split
-from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
+from rti_mpcc.route_planner.shortening import joined, shortened
 
-_SLICE = 16  # nodes between two questions whether there is time
-_NEAR_GOAL, _SETTLED = (
-    1e-2,
-    0.03,
-)  # error at the goal [m], [rad], change of a curvature as a share, of a smooth way
+_SLICE = 8  # nodes of each tree between two questions whether there is time
 _CLOSER = 1.0 / 3.0  # as far apart are the poses that are looked at once a way was nearer to something
-_FIRMER = 3  # so often a way that is smooth but not clear is made to keep its margin by a larger weight
 
 
 def plan_manoeuvre(
@@ -101,6 +96,9 @@ def _planned(problem: Problem, spent: Callable[[], float]) -> Generator[None, No
             return failed(problem, outcome, reason)
     if is_there(problem):
         return standing(problem, min(room))
+    if problem.distance > settings.farthest:
+        reason = f"the goal is {problem.distance:.0f} m away, ways are planned up to {settings.farthest:g} m"
+        return failed(problem, PlanOutcome.GOAL_TOO_FAR, reason)
     yield
     terms = problem.terms(min(room))
     lasts = problem.lasts(terms)
@@ -114,20 +112,25 @@ def _planned(problem: Problem, spent: Callable[[], float]) -> Generator[None, No
     for level, finer in enumerate(settings.finer):
         # A lattice as fine as it has to be. A coarse one may be searched in vain all over the place while the
         # way out of where it is tight needs a finer one: each gets half of what is left to the next.
-        search = _search(problem, terms._replace(finer=finer), known, settings.nodes - nodes)
-        yield
         last = level + 1 == levels
         most = settings.nodes - nodes if last else settings.nodes // 2 ** (levels - level)
-        while search.state == SEARCHING and search.expanded < most and spent() < settings.seconds:
-            search.advance(min(_SLICE, most - search.expanded))
+        search = _search(problem, terms._replace(finer=finer), known)
+        yield
+        while search.state == SEARCHING and most - search.expanded >= 2 and spent() < settings.seconds:
+            search.advance(min(_SLICE, (most - search.expanded) // 2))
             yield
         nodes, nearest = nodes + search.expanded, min(nearest, search.nearest)
         if search.cost < inf:
-            stretches, clear = yield from _drivable(problem, terms, *search.way())
-            if stretches:
-                return found(problem, stretches, clear, nodes)
+            way, last_piece = search.way()
+            yield
+            way = yield from _shortened(problem, terms, way)
+            driven = yield from drivable(problem, way, last_piece)
+            if driven.clearance >= settings.hard_minimum:
+                return found(problem, driven, nodes)
             # It was nearer to something between the poses that the search looked at.
-            reason = f"the way found leaves {clear:.3f} m, at least {settings.hard_minimum} m are kept"
+            reason = (
+                f"the way found leaves {driven.clearance:.3f} m, at least {settings.hard_minimum} m are kept"
+            )
             terms = terms._replace(check=_CLOSER * terms.check)
         elif search.state != EXHAUSTED and (last or spent() >= settings.seconds):
             reason = f"{nodes} poses were looked at in {spent():.1f} s, {_nearest(nearest)}"
@@ -136,43 +139,13 @@ def _planned(problem: Problem, spent: Callable[[], float]) -> Generator[None, No
     return failed(problem, PlanOutcome.NO_WAY, reason, nodes, nearest)
 
 
+def _shortened(problem: Problem, terms: Terms, way: Array) -> Generator[None, None, Array]:
+    body, solid, places = problem.body.shape, problem.grid.solid, problem.config.route.places
+    return (yield from shortened(problem.start, joined(way), body, solid, terms, places=places))
+
+
 def _nearest(distance: float) -> str:
     return f"the nearest is {distance:.2f} m from the goal"
-
-
-def _drivable(
-    problem: Problem, terms: Terms, way: Array, last: Array
-) -> Generator[None, None, tuple[list[Array], float]]:
-    """The stretches of a found way, cheaper and, if it can be, smooth, and their clearance [m]; none where
-    that is less than the hard minimum. `last`: straight piece (1, 2) that it ends with, or none (0, 2)."""
-    settings = problem.config.route
-    yield
-    way = yield from shortened(
-        problem.start, joined(way), problem.body.shape, problem.grid.solid, terms, places=settings.places
-    )
-    yield
-    smoothing, firmer = _smoothing(problem, way, last), 0
-    for _ in range(settings.smoothing_iterations):
-        smoothing.iterate()
-        yield
-        if smoothing.error > _NEAR_GOAL or smoothing.moved > _SETTLED:
-            continue
-        arcs = smoothing.settled()
-        if arcs is None:
-            continue
-        arcs = np.vstack([arcs, last])
-        clear = _clearance(problem, arcs)
-        if clear >= settings.hard_minimum:
-            return _stretches(arcs), clear
-        if firmer == _FIRMER:
-            break
-        # It gives way where it must not: what is lacking of the margin costs more.
-        firmer += 1
-        smoothing.firmer(10.0)
-        yield
-    way = np.vstack([way, last])
-    clear = _clearance(problem, way)
-    return [piece[None] for piece in way] if clear >= settings.hard_minimum else [], clear
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -198,13 +171,12 @@ class _Estimates:
         reach = radius + settings.margin + cell
         apart = yield from axle_clearances(problem.grid, low, high, cell, reach)
         goals = np.array([problem.before_goal(length) for length in lasts[:, 0]])
-        to_goal = cost_to_go(apart, low, cell, radius, (goals[0, 0], goals[0, 1]), settings)
-        yield
-        to_start = cost_to_go(apart, low, cell, radius, (start[0], start[1]), settings)
+        to_goal = yield from cost_to_go(apart, low, cell, radius, (goals[0, 0], goals[0, 1]), settings)
+        to_start = yield from cost_to_go(apart, low, cell, radius, (start[0], start[1]), settings)
         return cls(start=start, goals=goals, lasts=lasts, grids=(to_goal, to_start))
 
 
-def _search(problem: Problem, terms: Terms, known: _Estimates, nodes: int) -> HybridAStar:
+def _search(problem: Problem, terms: Terms, known: _Estimates) -> HybridAStar:
     return HybridAStar(
         problem.body.shape,
         problem.grid.solid,
@@ -213,40 +185,4 @@ def _search(problem: Problem, terms: Terms, known: _Estimates, nodes: int) -> Hy
         known.goals,
         known.lasts,
         known.grids,
-        nodes,
     )
-
-
-def _smoothing(problem: Problem, way: Array, last: Array) -> Smoothing:
-    """Of a way that a straight piece comes after, or none."""
-    config, settings = problem.config, problem.config.route
-    radius = 1.0 / config.max_curvature
-    terms = SmoothingTerms(
-        curvature=settings.curvature_share * config.max_curvature,
-        slope=settings.steering_slope,
-        wheelbase=config.vehicle.wheelbase,
-        margin=settings.margin,
-        spacing=settings.knots * radius,
-        piece=settings.knots * radius / 4.0,
-        look=settings.knots * radius / 2.0,
-    )
-    end = poses_after(problem.start, way)[-1]
-    # The place as it was given, less the last piece; the heading on the branch on which the way ends.
-    goal = problem.before_goal(float(last[:, 0].sum()))
-    goal[2] += 2.0 * np.pi * round((end[2] - goal[2]) / (2.0 * np.pi))
-    goes_on = len(last) > 0 and float(last[0, 0]) * float(way[-1, 0]) > 0.0
-    return Smoothing(
-        start=problem.start, goal=goal, body=problem.body, grid=problem.grid, terms=terms,
-        way=way, straight_end=goes_on,
-    )  # fmt: skip
-
-
-def _clearance(problem: Problem, way: Array) -> float:
-    """Least clearance of the body along a way, at every centimetre [m]."""
-    poses = poses_after(problem.start, split(way, CHECK))
-    return float(problem.clearances(np.vstack([problem.start, poses]), problem.within).min())
-
-
-def _stretches(way: Array) -> list[Array]:
-    """A way (n, 2) cut where the direction changes."""
-    return np.split(way, np.flatnonzero(way[1:, 0] * way[:-1, 0] < 0.0) + 1)

@@ -7,7 +7,8 @@ from typing import Final
 from geometry.arrays import Array, Index
 from geometry.compiled import inner
 
-EMPTY: Final = -1
+EMPTY: Final = 0
+"""In a table where no key stands: keys are larger."""
 
 
 @inner

@@ -8,9 +8,9 @@ from math import atan, inf
 import numpy as np
 
 from geometry import Pose2, ReferencePath
-from geometry.arrays import Array
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.route_planner.drivable import Drivable
 from rti_mpcc.route_planner.problem import Problem
 
 _STANDING = 1.0
@@ -46,13 +46,14 @@ def standing(problem: Problem, clearance: float) -> Manoeuvre:
     )  # fmt: skip
 
 
-def found(problem: Problem, stretches: list[Array], clearance: float, nodes: int) -> Manoeuvre:
-    """The manoeuvre of ways (n, 2) of one direction each, at the ends of which the wheels may be turned."""
+def found(problem: Problem, driven: Drivable, nodes: int) -> Manoeuvre:
+    """The manoeuvre of a way: a segment for each stretch, at the ends of which the wheels may be turned."""
     # From the start, and then put in place: so no coordinate is rounded more than once.
     start, goal = problem.given
     place = np.array([start.x, start.y])
     config, pose, theta = problem.config, Pose2(0.0, 0.0, start.phi), 0.0
     segments: list[Segment] = []
+    stretches = driven.stretches
     for index, way in enumerate(stretches):
         pieces = [(1 if length > 0.0 else -1, curvature, abs(length)) for length, curvature in way.tolist()]
         (part,) = ReferencePath.from_segments(start=pose, segments=pieces).parts
@@ -70,9 +71,14 @@ def found(problem: Problem, stretches: list[Array], clearance: float, nodes: int
         )
         theta = part.end
     return Manoeuvre(
-        start=start, goal=goal, outcome=PlanOutcome.FOUND, segments=tuple(segments), clearance=clearance,
-        nearest=0.0, nodes=nodes,
-    )  # fmt: skip
+        start=start,
+        goal=goal,
+        outcome=PlanOutcome.FOUND,
+        segments=tuple(segments),
+        clearance=driven.clearance,
+        nearest=0.0,
+        nodes=nodes,
+    )
 
 
 def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, float]:

@@ -208,8 +208,8 @@ class Smoothing:
     Args:
         start, goal: (3,) poses, the goal's heading on the branch on which the way ends.
         body, grid: of the vehicle, and all that is solid; terms: see there.
-        way: (n, 2) signed lengths [m] and curvatures [1/m], to begin with; straight_end: it is to end with no
-            curvature.
+        way: (n, 2) signed lengths [m] and curvatures [1/m], to begin with.
+        begin, end: curvatures [1/m] that it is to begin and end with; None: any.
 
     Attributes:
         stretches: as they are now.
@@ -226,12 +226,15 @@ class Smoothing:
         terms: SmoothingTerms,
         way: Array,
         *,
-        straight_end: bool = False,
+        begin: float | None = None,
+        end: float | None = None,
     ) -> None:
-        self._straight_end = straight_end
         self._start, self._goal, self._body, self._grid = start, goal, body, grid
         self.terms = terms
         self.stretches = Stretches.of(way, terms)
+        self._fixed = [
+            (k, bend) for k, bend in ((0, begin), (len(self.stretches.knots) - 1, end)) if bend is not None
+        ]
         self._trust = terms.trust
         self._at = self._linearised(self.stretches)
         self.moved = inf
@@ -297,8 +300,8 @@ class Smoothing:
             if np.abs(error).max() < _ROUNDING:
                 inside = np.abs(now.knots).max() <= self.terms.curvature * (1.0 + _BEYOND)
                 return now.way() if inside and float(_slopes(now, self.terms)[2].min()) > -_BEYOND else None
-            if self._straight_end:
-                slopes[:, :, len(now.knots) - 1] = 0.0
+            for k, _ in self._fixed:
+                slopes[:, :, k] = 0.0
             now = _changed(now, np.linalg.lstsq(slopes[0], error, rcond=None)[0])
         return None
 
@@ -354,8 +357,8 @@ class Smoothing:
             (np.minimum(1.0 - bends, trust), np.full(stretches, trust), np.full(planes, np.inf))
         )
         low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
-        if self._straight_end:
-            low[knots - 1] = high[knots - 1] = min(max(-bends[-1], -trust), trust)
+        for k, bend in self._fixed:
+            low[k] = high[k] = min(max(bend / terms.curvature - bends[k], -trust), trust)
         # What is beyond the limit of the slope comes back step by step.
         limits = np.maximum(limits, terms.steeper * np.minimum(limits, 0.0))
         low = np.concatenate((low, np.full(len(limits), -np.inf), error, at.lacking / terms.margin))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import heapq
+from collections.abc import Generator
 from math import hypot, inf
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go
 from rti_mpcc.route_planner.priority_queue import EMPTY, pop, push, slot_of
 from rti_mpcc.types import Array
 
+Made = TypeVar("Made")
 BOX = [(2.0, -1.0), (4.0, -1.0), (4.0, 3.0), (2.0, 3.0)]
 
 
@@ -48,15 +51,20 @@ def test_the_table_finds_what_was_entered() -> None:
     assert (keys != EMPTY).sum() == len(set(entered.tolist()))
 
 
-def grid() -> tuple[Array, Array, float]:
-    low, high, cell = np.array([-5.0, -5.0]), np.array([9.0, 7.0]), 0.5
-    solid = Area(obstacles=[BOX]).grid
-    slices = axle_clearances(solid, low, high, cell, 2.0)
+def whole(slices: Generator[None, None, Made]) -> Made:
+    """What comes of all slices."""
     while True:
         try:
             next(slices)
         except StopIteration as ended:
-            return ended.value, low, cell
+            made: Made = ended.value
+            return made
+
+
+def grid() -> tuple[Array, Array, float]:
+    low, high, cell = np.array([-5.0, -5.0]), np.array([9.0, 7.0]), 0.5
+    solid = Area(obstacles=[BOX]).grid
+    return whole(axle_clearances(solid, low, high, cell, 2.0)), low, cell
 
 
 def test_clearances_of_the_axle_are_those_of_a_point() -> None:
@@ -71,7 +79,7 @@ def test_clearances_of_the_axle_are_those_of_a_point() -> None:
 def test_costs_to_go_are_those_of_dijkstra(closeness: float) -> None:
     apart, low, cell = grid()
     settings, radius = RoutePlanner(closeness_cost=closeness), 0.8
-    found = cost_to_go(apart, low, cell, radius, (-3.0, 1.0), settings).cost
+    found = whole(cost_to_go(apart, low, cell, radius, (-3.0, 1.0), settings)).cost
     rows, columns = apart.shape
     least, near = radius - 0.5 * np.sqrt(2.0) * cell, radius + settings.margin
     i, j, costs = [], [], []

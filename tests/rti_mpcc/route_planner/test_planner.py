@@ -362,9 +362,10 @@ def test_where_there_is_no_way_it_is_said_why(
         _ = manoeuvre.path
 
 
-def test_a_spent_budget_is_said_and_how_near_it_came() -> None:
+@pytest.mark.parametrize("nodes", [2, 3])
+def test_a_spent_budget_is_said_and_how_near_it_came(nodes: int) -> None:
     scene = drawn_scene(52, 3, "yard")
-    config = config_of(scene).model_copy(update={"route": RoutePlanner(nodes=2)})
+    config = config_of(scene).model_copy(update={"route": RoutePlanner(nodes=nodes)})
     manoeuvre = plan_manoeuvre(scene.start, scene.goal, area_of(scene), config)
     assert manoeuvre.outcome is PlanOutcome.BUDGET_SPENT
     assert "2 poses" in manoeuvre.reason

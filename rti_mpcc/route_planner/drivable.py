@@ -1,0 +1,154 @@
+"""A found way made drivable: smooth, where that can be and is clear, and else with stops to turn the wheels.
+
+Each window of the way (`windows`) is made smooth on its own and checked at every centimetre. One that does
+not become smooth, or comes too near to something, stays as it was found: there the wheels are turned at rest
+wherever the curvature steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+
+from geometry.arrays import Array, Mask
+from rti_mpcc.route_planner.hybrid_astar import poses_after
+from rti_mpcc.route_planner.problem import CHECK, Problem
+from rti_mpcc.route_planner.shortening import split
+from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
+from rti_mpcc.route_planner.windows import Window, windows_of
+
+_POSES = 2048  # that are checked at a time
+_NEAR_GOAL = 1e-2  # error at the end [m], [rad] of a window that is as good as smooth, ...
+_SETTLED = 0.03  # ... and change of its curvatures in the last iteration, as a share
+_FIRMER = 3  # so often a way that is smooth but not clear is made to keep its margin by a larger weight, ...
+_TIMES = 10.0  # ... each time so many times as large
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drivable:
+    """A way, and where the vehicle has to stop on it.
+
+    Attributes:
+        way: (n, 2) signed lengths [m] and curvatures [1/m] of its pieces.
+        stops: (n,) whether the wheels are turned at rest after each.
+        clearance: least one of the body along it [m].
+    """
+
+    way: Array
+    stops: Mask
+    clearance: float
+
+    @property
+    def stretches(self) -> list[Array]:
+        """The ways (n_i, 2) between two stops: one where the direction changes, too."""
+        turns = self.way[1:, 0] * self.way[:-1, 0] < 0.0
+        return np.split(self.way, np.flatnonzero(turns | self.stops[:-1]) + 1)
+
+
+def drivable(problem: Problem, way: Array, last: Array) -> Generator[None, None, Drivable]:
+    """The way to be driven, slice by slice; it ends where its clearance is less than the hard minimum.
+
+    Args:
+        way: (n, 2) as it was found; last: straight piece (1, 2) that it ends with, or none (0, 2).
+    """
+    settings = problem.config.route
+    windows = windows_of(way, settings.window / problem.config.max_curvature)
+    at, whole = problem.start, []
+    reached = at
+    for window in windows:
+        reached = poses_after(reached, window.way)[-1]
+        ends_way = not window.joints[1]
+        target = _goal(problem, last, reached) if ends_way else reached
+        made = yield from _window(problem, window, at, target, last if ends_way else last[:0])
+        whole.append(made)
+        if made.clearance < settings.hard_minimum:
+            break
+        at = poses_after(at, made.way)[-1]
+    return Drivable(
+        way=np.vstack([each.way for each in whole]),
+        stops=np.concatenate([each.stops for each in whole]),
+        clearance=min(each.clearance for each in whole),
+    )
+
+
+def _goal(problem: Problem, last: Array, reached: Array) -> Array:
+    """Where a way that leads to about `reached` (3,) and goes on with a last piece has to end, (3,)."""
+    # The place as it was given, less the last piece; the heading on the branch on which the way ends.
+    goal = problem.before_goal(float(last[:, 0].sum()))
+    goal[2] += 2.0 * pi * round((reached[2] - goal[2]) / (2.0 * pi))
+    return goal
+
+
+def _window(
+    problem: Problem, window: Window, start: Array, target: Array, last: Array
+) -> Generator[None, None, Drivable]:
+    """One window from `start` (3,) to its `target` (3,), with the last piece after it, if any."""
+    if not window.alone:
+        smooth = yield from _smooth(problem, window, start, target, last)
+        if smooth is not None:
+            return smooth
+    way = np.vstack([window.way, last])
+    clearance = yield from _clearance(problem, start, way)
+    return Drivable(way=way, stops=np.arange(len(way)) < len(way) - 1, clearance=clearance)
+
+
+def _smooth(
+    problem: Problem, window: Window, start: Array, target: Array, last: Array
+) -> Generator[None, None, Drivable | None]:
+    """The same made smooth, or None where it does not become smooth and clear."""
+    settings = problem.config.route
+    smoothing, firmer = _smoothing(problem, window, start, target, last), 0
+    for _ in range(settings.smoothing_iterations):
+        smoothing.iterate()
+        yield
+        if smoothing.error > _NEAR_GOAL or smoothing.moved > _SETTLED:
+            continue
+        arcs = smoothing.settled()
+        if arcs is None:
+            continue
+        way = np.vstack([arcs, last])
+        clearance = yield from _clearance(problem, start, way)
+        if clearance >= settings.hard_minimum:
+            return Drivable(way=way, stops=np.zeros(len(way), bool), clearance=clearance)
+        if firmer == _FIRMER:
+            break
+        # It gives way where it must not: what is lacking of the margin costs more.
+        firmer += 1
+        smoothing.firmer(_TIMES)
+        yield
+    return None
+
+
+def _smoothing(problem: Problem, window: Window, start: Array, target: Array, last: Array) -> Smoothing:
+    config, settings = problem.config, problem.config.route
+    radius, way = 1.0 / config.max_curvature, window.way
+    terms = SmoothingTerms(
+        curvature=settings.curvature_share * config.max_curvature,
+        slope=settings.steering_slope,
+        wheelbase=config.vehicle.wheelbase,
+        margin=settings.margin,
+        spacing=settings.knots * radius,
+        piece=settings.knots * radius / 4.0,
+        look=settings.knots * radius / 2.0,
+    )
+    before, after = window.joints
+    goes_on = len(last) > 0 and float(last[0, 0]) * float(way[-1, 0]) > 0.0
+    return Smoothing(
+        start=start, goal=target, body=problem.body, grid=problem.grid, terms=terms, way=way,
+        begin=float(way[0, 1]) if before else None,
+        end=float(way[-1, 1]) if after else 0.0 if goes_on else None,
+    )  # fmt: skip
+
+
+def _clearance(problem: Problem, start: Array, way: Array) -> Generator[None, None, float]:
+    """Least clearance of the body along a way from `start` (3,), at every centimetre [m]."""
+    way = split(way, CHECK)
+    least, at = inf, start[None]
+    for first in range(0, len(way), _POSES):
+        poses = np.vstack([at, poses_after(at[-1], way[first : first + _POSES])])
+        least, at = min(least, float(problem.clearances(poses, problem.within).min())), poses[-1:]
+        yield
+    return least
