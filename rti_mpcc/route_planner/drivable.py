@@ -14,9 +14,8 @@ from math import inf, pi
 import numpy as np
 
 from geometry.arrays import Array, Mask
-from rti_mpcc.route_planner.hybrid_astar import poses_after
+from rti_mpcc.route_planner.arcs import poses_after, split, turns_of
 from rti_mpcc.route_planner.problem import CHECK, Problem
-from rti_mpcc.route_planner.shortening import split
 from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
 from rti_mpcc.route_planner.windows import Window, windows_of
 
@@ -44,8 +43,7 @@ class Drivable:
     @property
     def stretches(self) -> list[Array]:
         """The ways (n_i, 2) between two stops: one where the direction changes, too."""
-        turns = self.way[1:, 0] * self.way[:-1, 0] < 0.0
-        return np.split(self.way, np.flatnonzero(turns | self.stops[:-1]) + 1)
+        return np.split(self.way, np.flatnonzero(turns_of(self.way) | self.stops[:-1]) + 1)
 
 
 def drivable(problem: Problem, way: Array, last: Array) -> Generator[None, None, Drivable]:

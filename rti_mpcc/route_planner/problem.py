@@ -15,7 +15,7 @@ from geometry.arrays import Array
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.route_planner.hybrid_astar import Terms
+from rti_mpcc.route_planner.costs import Terms
 
 CHECK = 0.01
 """[m] between the poses that are checked in the end."""
@@ -68,6 +68,12 @@ class Problem:
     def within(self) -> float:
         """So far clearances are told [m]."""
         return 2.0 * self.config.route.margin + _AROUND
+
+    @property
+    def room(self) -> tuple[float, float]:
+        """Clearances of the body at the start and at the goal [m]."""
+        start, goal = self.clearances(np.array([self.start, self.goal]), self.within)
+        return float(start), float(goal)
 
     def clearances(self, poses: Array, within: float) -> Array:
         """Clearances (n,) of the body at poses (n, 3), `within` where nothing is nearer [m]."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Array
+from rti_mpcc.route_planner.arcs import length_of
 
 _ALONE = 0.5  # of the longest window: so much of a long piece is left to its neighbours
 _EARLIEST = 0.5  # of the longest window: no cut between two windows is nearer to the begin of the first
@@ -33,7 +34,7 @@ class Window:
 
 def windows_of(way: Array, longest: float) -> list[Window]:
     """The parts of a way (n, 2), none longer than `longest` [m] but those that stand alone."""
-    if float(np.abs(way[:, 0]).sum()) <= longest:
+    if length_of(way) <= longest:
         return [Window(way=way, joints=(False, False), alone=False)]
     parts = []
     for part in _between_long_pieces(way, _ALONE * longest):
@@ -64,7 +65,7 @@ def _between_long_pieces(way: Array, long: float) -> list[Array]:
 def _cut(way: Array, longest: float) -> list[Array]:
     """A way cut into parts of at most `longest` [m], each in the middle of the longest piece there."""
     parts = []
-    while float(np.abs(way[:, 0]).sum()) > longest:
+    while length_of(way) > longest:
         ends = np.cumsum(np.abs(way[:, 0]))
         first = np.maximum(ends - np.abs(way[:, 0]), _EARLIEST * longest)
         last = np.minimum(ends, longest)

@@ -17,6 +17,7 @@ from geometry.shape_grid import Body
 from rti_mpcc.config import RoutePlanner
 from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go
 from rti_mpcc.route_planner.priority_queue import EMPTY, pop, push, slot_of
+from rti_mpcc.route_planner.tree import BRANCHES, NODES, branch_to, rooted, with_room
 from rti_mpcc.types import Array
 
 Made = TypeVar("Made")
@@ -49,6 +50,28 @@ def test_the_table_finds_what_was_entered() -> None:
     for key in entered.tolist():
         assert keys[slot_of(keys, key)] == key
     assert (keys != EMPTY).sum() == len(set(entered.tolist()))
+
+
+def test_a_tree_that_grows_keeps_all_that_it_has() -> None:
+    tree = rooted(np.array([(1.0, 2.0, 3.0)]), np.array([(0.5, 0.1)]))
+    rng = np.random.default_rng(4)
+    count = 400
+    tree.pose[1:count], tree.cost[1:count] = rng.random((count - 1, 3)), rng.random(count - 1)
+    tree.parent[1:count], tree.counters[NODES] = np.arange(count - 1), count
+    keys = 1 + rng.integers(0, 2**54, count)
+    for node, key in enumerate(keys.tolist()):
+        at = slot_of(tree.keys, key)
+        tree.keys[at], tree.place[at] = key, node
+    room = len(tree.cost)
+    assert with_room(tree, 1) is tree
+    larger = with_room(tree, room // BRANCHES)
+    assert len(larger.cost) == len(larger.member) == 2 * room
+    assert len(larger.keys) == 2 * len(tree.keys)
+    assert larger.pose[:count].tolist() == tree.pose[:count].tolist()
+    assert larger.cost[:count].tolist() == tree.cost[:count].tolist()
+    for node, key in enumerate(keys.tolist()):
+        assert larger.place[slot_of(larger.keys, key)] == node
+    assert branch_to(larger, 5)[1] == 0
 
 
 def whole(slices: Generator[None, None, Made]) -> Made:

@@ -12,8 +12,8 @@ from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, Limits, PlanOutcome, plan_manoeuvre
 from rti_mpcc.config import RoutePlanner
 from rti_mpcc.route_planner import cost_to_go, drivable, shortening
+from rti_mpcc.route_planner.arcs import joined
 from rti_mpcc.route_planner.planner import RoutePlanning
-from rti_mpcc.route_planner.shortening import joined
 from rti_mpcc.route_planner.windows import windows_of
 from rti_mpcc.types import Array
 
