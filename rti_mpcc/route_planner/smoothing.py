@@ -21,7 +21,7 @@ from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
 from geometry.flanks import flank_contacts
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.qp.solver import solve_once
-from rti_mpcc.route_planner.stretches import Stretches
+from rti_mpcc.route_planner.stretches import Stretches, Traced
 
 _NEWTON_STEPS = 6
 _ROUNDING = 1e-9
@@ -173,18 +173,14 @@ class Smoothing:
         self._trust, self.moved = self.terms.trust, inf
 
     def _linearised(self, now: Stretches) -> _Linearised:
-        terms, at = self.terms, now.traced(self._start)
-        arcs = len(at.poses)
-        every = max(round(terms.look / terms.piece), 1)
-        rows = np.unique(np.append(np.arange(every - 1, arcs, every), [*(now.pieces[1:-1] - 1), arcs - 1]))
-        slopes = now.slopes(at, rows)
-        lacking, normals = self._half_planes(at.poses[rows[:-1]], slopes[:-1])
+        at = now.traced(self._start)
+        lacking, normals = self._half_planes(now, at)
         return _Linearised(
             error=self._goal - at.poses[-1],
-            goal=slopes[-1],
+            goal=now.slopes(at, np.array([len(at.poses) - 1]))[0],
             lacking=lacking,
             normals=normals,
-            slopes=_Slopes.of(now, terms),
+            slopes=_Slopes.of(now, self.terms),
         )
 
     def _merit(self, now: Stretches, at: _Linearised) -> float:
@@ -214,17 +210,23 @@ class Smoothing:
             now = now.changed(np.linalg.lstsq(slopes[0], error, rcond=None)[0])
         return None
 
-    def _half_planes(self, poses: Array, slopes: Array) -> tuple[Array, Array]:
-        """What is lacking of the margin (n,) [m], and how the variables (n, many) make up for it."""
+    def _half_planes(self, now: Stretches, at: Traced) -> tuple[Array, Array]:
+        """What is lacking of the margin (n,) [m], and how the variables (n, many) make up for it: at some of
+        the poses, and at all where it is lacking, for a corner may be passed between those."""
         margin, within = self.terms.margin, self.terms.margin + _NEAR
-        found = flank_contacts(self._body, poses, (self._grid,), within=within, outward=0.0)
-        pose, piece, side = np.nonzero(found[..., APART] < within)
-        contact = found[pose, piece, side]
-        c, s = np.cos(poses[pose, 2]), np.sin(poses[pose, 2])
+        found = flank_contacts(self._body, at.poses[:-1], (self._grid,), within=within, outward=0.0)
+        every = max(round(self.terms.look / self.terms.piece), 1)
+        looked = np.arange(len(found)) % every == every - 1
+        looked[now.pieces[1:-1] - 1] = True
+        apart = found[..., APART]
+        pose, piece, side = np.nonzero((apart < margin) | ((apart < within) & looked[:, None, None]))
+        contact, rows = found[pose, piece, side], np.unique(pose)
+        c, s = np.cos(at.poses[pose, 2]), np.sin(at.poses[pose, 2])
         along, across = contact[:, ALONG], contact[:, ACROSS]
         turning = contact[:, AT_X] * across - contact[:, AT_Y] * along
         normal = np.stack([c * along - s * across, s * along + c * across, turning], axis=1)
-        return margin - contact[:, APART], np.einsum("ni,nij->nj", normal, slopes[pose])
+        slopes = now.slopes(at, rows)[np.searchsorted(rows, pose)]
+        return margin - contact[:, APART], np.einsum("ni,nij->nj", normal, slopes)
 
     def _solved(self, at: _Linearised) -> Array:
         """The change (many,) of knots and lengths that the QP asks for; none where it has no solution.
