@@ -39,9 +39,9 @@ class SmoothingTerms:
         margin: of the body, wanted [m]; spacing: of knots [m]; piece: length of an arc [m].
         look: distance of the poses whose surroundings are looked at [m].
         slopes, jump, length, lack: weights w_k, w_c, w_S, w_m of (R2); damping: on all changes;
-            goal: on the error at the goal, and on slopes beyond the limit, where steps are judged; steeper:
-            share of such a slope that is to go in one iteration; trust: largest change in one iteration, of a
-            curvature as a share of the largest one, of a length in its radius.
+            goal: on slopes beyond the limit, and where steps are judged on the error at the goal; trust:
+            largest change in one iteration, of a curvature as a share of the largest one, of a length in its
+            radius.
     """
 
     curvature: float
@@ -57,7 +57,6 @@ class SmoothingTerms:
     lack: float = 10.0
     damping: float = 0.05
     goal: float = 10.0
-    steeper: float = 0.3
     trust: float = 0.25
 
 
@@ -231,57 +230,60 @@ class Smoothing:
     def _solved(self, at: _Linearised) -> Array:
         """The change (many,) of knots and lengths that the QP asks for; none where it has no solution.
 
-        Curvatures count in units of the largest one, lengths in its radius, lack of margin in `margin`.
+        Curvatures count in units of the largest one, lengths in its radius, lack of margin in `margin`. What
+        is beyond a limit of the slope now may stay there, at the cost that `_merit` has for it: else the QP
+        might have no solution, or one that `_merit` finds worse however short the step is.
         """
         now, terms = self.stretches, self.terms
         knots, many, planes = len(now.knots), now.variables, len(at.lacking)
         radius = 1.0 / terms.curvature
         units = np.concatenate((np.full(knots, terms.curvature), np.full(many - knots, radius)))
-        hessian, linear = self._cost(at)
-        matrix = np.zeros((many + planes + len(at.slopes.rises) + 3 + planes, many + planes))
-        of_variables, of_slopes, of_goal, of_planes = np.split(
-            matrix, np.cumsum((many + planes, len(at.slopes.rises), 3))
-        )
-        np.fill_diagonal(of_variables, 1.0)
+        beyond = np.flatnonzero(at.slopes.limits < 0.0)
+        count, slopes = many + planes + len(beyond), len(at.slopes.rises)
+        matrix = np.zeros((count + slopes + 3 + planes, count))
+        np.fill_diagonal(matrix, 1.0)
+        of_slopes, of_goal, of_planes = np.split(matrix[count:], (slopes, slopes + 3))
         of_slopes[:, :many] = at.slopes.rises
+        of_slopes[beyond, many + planes + np.arange(len(beyond))] = -1.0
         of_goal[:, :many] = at.goal * units / np.array([[radius], [radius], [1.0]])
         of_planes[:, :many] = at.normals * units / terms.margin
         np.fill_diagonal(of_planes[:, many:], 1.0)
-        low, high = self._bounds(at)
+        (hessian, linear), (low, high) = self._cost(at, count), self._bounds(at, count)
         answer = solve_once(hessian, linear, matrix, low, high, accuracy=_ACCURACY, iterations=_ITERATIONS)
         return np.zeros(many) if answer is None else answer[:many] * units
 
-    def _cost(self, at: _Linearised) -> tuple[Array, Array]:
-        """The QP's cost: of curvatures, lengths and lacks of margin, (R2), and damping."""
+    def _cost(self, at: _Linearised, count: int) -> tuple[Array, Array]:
+        """The QP's cost of so many variables: curvatures, lengths, lacks of margin, (R2), and slopes beyond
+        their limit."""
         now, terms = self.stretches, self.terms
         knots, many, planes = len(now.knots), now.variables, len(at.lacking)
         rows = np.vstack((np.sqrt(terms.slopes) * at.slopes.changes, np.sqrt(terms.jump) * _jumps(now)))
-        hessian = np.zeros((many + planes, many + planes))
+        hessian, linear = np.zeros((count, count)), np.full(count, terms.goal)
         hessian[:knots, :knots] = rows.T @ rows
-        hessian[np.arange(many), np.arange(many)] += terms.damping
-        hessian[np.arange(many, many + planes), np.arange(many, many + planes)] = terms.lack
-        linear = np.zeros(many + planes)
+        diagonal = np.einsum("ii->i", hessian)
+        diagonal[:many] += terms.damping
+        diagonal[many : many + planes] = terms.lack
         linear[:knots] = rows.T @ (rows @ (now.knots / terms.curvature))
         linear[knots:many] = terms.length
+        linear[many : many + planes] = 0.0
         return hessian, linear
 
-    def _bounds(self, at: _Linearised) -> tuple[Array, Array]:
-        """Of the QP's rows: the variables, the slopes, the goal and the half-planes."""
-        now, terms, trust, planes = self.stretches, self.terms, self._trust, len(at.lacking)
+    def _bounds(self, at: _Linearised, count: int) -> tuple[Array, Array]:
+        """Of the QP's rows: so many variables, the slopes, the goal and the half-planes."""
+        now, terms, trust = self.stretches, self.terms, self._trust
         radius, bends = 1.0 / terms.curvature, now.knots / terms.curvature
         shorter, longer = -np.minimum(0.5 * now.length / radius, trust), np.full(len(now.length), trust)
-        low = np.concatenate((np.maximum(-1.0 - bends, -trust), shorter, np.zeros(planes)))
-        high = np.concatenate((np.minimum(1.0 - bends, trust), longer, np.full(planes, np.inf)))
+        others = count - now.variables
+        low = np.concatenate((np.maximum(-1.0 - bends, -trust), shorter, np.zeros(others)))
+        high = np.concatenate((np.minimum(1.0 - bends, trust), longer, np.full(others, np.inf)))
         low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
         for k, bend in self._fixed:
             low[k] = high[k] = min(max(bend / terms.curvature - bends[k], -trust), trust)
-        # What is beyond the limit of the slope comes back step by step.
-        slopes = np.maximum(at.slopes.limits, terms.steeper * np.minimum(at.slopes.limits, 0.0))
         # Along the row of the goal as far as trust lets it.
-        error = at.error / (radius, radius, 1.0)
+        error, limits = at.error / (radius, radius, 1.0), at.slopes.limits
         error = error * min(1.0, trust / max(float(np.abs(error).max()), 1e-12))
-        low = np.concatenate((low, np.full(len(slopes), -np.inf), error, at.lacking / terms.margin))
-        high = np.concatenate((high, slopes, error, np.full(planes, np.inf)))
+        low = np.concatenate((low, np.full(len(limits), -np.inf), error, at.lacking / terms.margin))
+        high = np.concatenate((high, limits, error, np.full(len(at.lacking), np.inf)))
         return low, high
 
 

@@ -116,6 +116,17 @@ def test_drawn_scenes_have_a_way_that_can_be_driven(kind: str, number: int) -> N
     )
 
 
+@pytest.mark.parametrize(
+    ("kind", "number"),
+    [("slot", 11), ("slot", 18), ("yard", 14), ("clutter", 15), ("bay", 10), ("yard", 21), ("clutter", 0)],
+)
+def test_tight_ways_become_smooth_too(kind: str, number: int) -> None:
+    scene = drawn_scene(99, number, kind)
+    manoeuvre = plan_manoeuvre(scene.start, scene.goal, area_of(scene), config_of(scene))
+    assert_drivable(manoeuvre, area_of(scene), config_of(scene))
+    assert len(manoeuvre.segments) == manoeuvre.cusps + 1
+
+
 @pytest.mark.acceptance
 @pytest.mark.parametrize("kind", KINDS)
 def test_of_a_hundred_drawn_scenes_of_a_kind_at_most_one_has_no_way(kind: str) -> None:
