@@ -96,7 +96,8 @@ def connect(
             if curves.order[i] >= whole.best[COST]:
                 break
             take_curve(curves, i, terms.radius)
-            extra, _ = closeness_along(x, y, phi, curves.curve, terms, around)
+            most = whole.best[COST] - curves.order[i]
+            extra, _ = closeness_along(x, y, phi, curves.curve, most, terms, around)
             if curves.order[i] + extra < whole.best[COST]:
                 if whole.best[COST] == inf:
                     whole.nodes[FOUND_AT] = tree.counters[EXPANDED] + other.counters[EXPANDED]

@@ -191,10 +191,12 @@ def joint_cost(pieces: Array, onward: float, bent: float, terms: Terms) -> float
 
 @inner
 def closeness_along(
-    x: float, y: float, phi: float, pieces: Array, terms: Terms, around: Around
+    x: float, y: float, phi: float, pieces: Array, most: float, terms: Terms, around: Around
 ) -> tuple[float, int]:
-    """What a curve costs for being close to something, inf where it is closer than the margin, and the number
-    of poses that were looked at for that."""
+    """What a curve costs for being close to something, and the number of poses that were looked at for that.
+
+    The cost is inf where it is closer than the margin, or where it costs more than `most`.
+    """
     if _is_blocked(x, y, phi, pieces, terms, around):
         return inf, _LOOKS
     extra, clear, looks = 0.0, 0.0, _LOOKS
@@ -208,9 +210,9 @@ def closeness_along(
             x, y, phi = after(x, y, phi, sign * step, pieces[k, 1])
             clear = clear_at(around, x, y, phi, terms.open)
             looks += 1
-            if clear < terms.margin:
-                return inf, looks
             extra += step * closeness_of(clear, terms)
+            if clear < terms.margin or extra > most:
+                return inf, looks
             left -= step
     return extra, looks
 

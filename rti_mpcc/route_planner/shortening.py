@@ -112,7 +112,7 @@ def _go_on(known: _Places, j: int, around: Around, terms: Terms, curves: Curves)
     before, piece, curve = known.at[j - 1], known.way[j - 1], curves.curve
     curve[:] = 0.0
     curve[0, 0], curve[0, 1] = piece[0], piece[1]
-    extra, looks = closeness_along(before[0], before[1], before[2], curve, terms, around)
+    extra, looks = closeness_along(before[0], before[1], before[2], curve, inf, terms, around)
     # It was found to be clear where it was checked, which need not be where it is looked at now.
     extra = extra if extra < inf else terms.closeness * abs(piece[0])
     known.cost[j] = known.cost[j - 1] + cost_along(curve, known.came[j - 1, 0], known.came[j - 1, 1], terms)
@@ -135,12 +135,13 @@ def _join(known: _Places, i: int, j: int, around: Around, terms: Terms, curves: 
         order[k] = cost_along(curve, known.came[i, 0], known.came[i, 1], terms)
     for _ in range(min(count, _TRIED)):
         k = int(np.argmin(order[:count]))
-        if known.cost[i] + order[k] >= known.cost[j] - _CHEAPER:
+        most = known.cost[j] - _CHEAPER - known.cost[i] - order[k]
+        if most <= 0.0:
             break
         take_curve(curves, k, terms.radius)
-        extra, looked = closeness_along(here[0], here[1], here[2], curve, terms, around)
+        extra, looked = closeness_along(here[0], here[1], here[2], curve, most, terms, around)
         looks += looked
-        if known.cost[i] + order[k] + extra < known.cost[j] - _CHEAPER:
+        if extra < most:
             known.cost[j] = known.cost[i] + order[k] + extra
             known.before[j], known.pieces[j] = i, curve
             for each in range(PIECES):
