@@ -127,7 +127,7 @@ def _smoothing(problem: Problem, window: Window, start: Array, target: Array, la
         curvature=settings.curvature_share * config.max_curvature,
         slope=settings.steering_slope,
         wheelbase=config.vehicle.wheelbase,
-        margin=settings.margin,
+        margin=max(settings.margin, settings.hard_minimum + settings.reserve, CHECK),
         spacing=settings.knots * radius,
         piece=settings.knots * radius / 4.0,
         look=settings.knots * radius / 2.0,

@@ -27,7 +27,7 @@ _NEWTON_STEPS = 6
 _ROUNDING = 1e-9
 _NEAR = 0.15  # [m] beyond the margin what is near is looked at: so far one step may go
 _ACCURACY, _ITERATIONS = 1e-4, 300  # of a QP: its step is judged by what it does
-_BEYOND = 0.02  # share of the largest curvature by which the last steps may pass it: there is a reserve
+_BEYOND = 0.02  # share of the largest curvature by which a limit may be passed in the end: there is a reserve
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,18 +196,24 @@ class Smoothing:
     def settled(self) -> Array | None:
         """Arcs (n, 2), signed lengths [m] and curvatures [1/m], that end at the goal but for rounding, by
         Newton steps of least norm from where the iterations are; None if there are none within the limits."""
-        now, most = self.stretches, self.terms.curvature * (1.0 + _BEYOND)
+        now = self.stretches
         for _ in range(_NEWTON_STEPS):
             at = now.traced(self._start)
             error = self._goal - at.poses[-1]
             if np.abs(error).max() < _ROUNDING:
-                gentle = float(_Slopes.of(now, self.terms).limits.min()) > -_BEYOND
-                return now.way() if gentle and np.abs(now.knots).max() <= most else None
+                return now.way() if self._keeps_to_limits(now) else None
             slopes = now.slopes(at, np.array([len(at.poses) - 1]))
             for k, _ in self._fixed:
                 slopes[:, :, k] = 0.0
             now = now.changed(np.linalg.lstsq(slopes[0], error, rcond=None)[0])
         return None
+
+    def _keeps_to_limits(self, now: Stretches) -> bool:
+        """Whether no limit, and no curvature that is fixed, is missed by more than `_BEYOND`."""
+        terms = self.terms
+        bent = float(np.abs(now.knots).max()) <= (1.0 + _BEYOND) * terms.curvature
+        fixed = all(abs(now.knots[k] - bend) <= _BEYOND * terms.curvature for k, bend in self._fixed)
+        return bent and fixed and float(_Slopes.of(now, terms).limits.min()) > -_BEYOND
 
     def _half_planes(self, now: Stretches, at: Traced) -> tuple[Array, Array]:
         """What is lacking of the margin (n,) [m], and how the variables (n, many) make up for it: at some of
@@ -253,8 +259,7 @@ class Smoothing:
         return np.zeros(many) if answer is None else answer[:many] * units
 
     def _cost(self, at: _Linearised, count: int) -> tuple[Array, Array]:
-        """The QP's cost of so many variables: curvatures, lengths, lacks of margin, (R2), and slopes beyond
-        their limit."""
+        """The QP's cost of so many variables, (R2), and of slopes beyond their limit."""
         now, terms = self.stretches, self.terms
         knots, many, planes = len(now.knots), now.variables, len(at.lacking)
         rows = np.vstack((np.sqrt(terms.slopes) * at.slopes.changes, np.sqrt(terms.jump) * _jumps(now)))
