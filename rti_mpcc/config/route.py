@@ -18,7 +18,7 @@ class RoutePlanner(Settings):
         curvature_share: of the vehicle's largest curvature that a way takes: the rest is for control.
         steering_slope: change of the steering along the way, at most [rad/m].
         search_share: as `curvature_share`, of the search: it knows no change of the steering, and less leaves
-            room to smoothing; reserve: kept on top of the hard minimum in the search [m].
+            room to smoothing; reserve: kept on top of the hard minimum in the search and by smooth ways [m].
         final_straight: length of the straight last stretch into the goal [m].
         reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
             steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard

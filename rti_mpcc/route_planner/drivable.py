@@ -46,11 +46,12 @@ class Drivable:
         return np.split(self.way, np.flatnonzero(turns_of(self.way) | self.stops[:-1]) + 1)
 
 
-def drivable(problem: Problem, way: Array, last: Array) -> Generator[None, None, Drivable]:
+def drivable(problem: Problem, way: Array, last: Array, keep: float) -> Generator[None, None, Drivable]:
     """The way to be driven, slice by slice; it ends where its clearance is less than the hard minimum.
 
     Args:
         way: (n, 2) as it was found; last: straight piece (1, 2) that it ends with, or none (0, 2).
+        keep: clearance that the search kept [m]: what is made smooth has no less, for control needs it.
     """
     settings = problem.config.route
     windows = windows_of(way, settings.window / problem.config.max_curvature)
@@ -60,7 +61,7 @@ def drivable(problem: Problem, way: Array, last: Array) -> Generator[None, None,
         reached = poses_after(reached, window.way)[-1]
         ends_way = not window.joints[1]
         target = _goal(problem, last, reached) if ends_way else reached
-        made = yield from _window(problem, window, at, target, last if ends_way else last[:0])
+        made = yield from _window(problem, window, at, target, last if ends_way else last[:0], keep)
         whole.append(made)
         if made.clearance < settings.hard_minimum:
             break
@@ -81,11 +82,11 @@ def _goal(problem: Problem, last: Array, reached: Array) -> Array:
 
 
 def _window(
-    problem: Problem, window: Window, start: Array, target: Array, last: Array
+    problem: Problem, window: Window, start: Array, target: Array, last: Array, keep: float
 ) -> Generator[None, None, Drivable]:
     """One window from `start` (3,) to its `target` (3,), with the last piece after it, if any."""
     if not window.alone:
-        smooth = yield from _smooth(problem, window, start, target, last)
+        smooth = yield from _smooth(problem, window, start, target, last, keep)
         if smooth is not None:
             return smooth
     way = np.vstack([window.way, last])
@@ -94,7 +95,7 @@ def _window(
 
 
 def _smooth(
-    problem: Problem, window: Window, start: Array, target: Array, last: Array
+    problem: Problem, window: Window, start: Array, target: Array, last: Array, keep: float
 ) -> Generator[None, None, Drivable | None]:
     """The same made smooth, or None where it does not become smooth and clear."""
     settings = problem.config.route
@@ -109,7 +110,7 @@ def _smooth(
             continue
         way = np.vstack([arcs, last])
         clearance = yield from _clearance(problem, start, way)
-        if clearance >= settings.hard_minimum:
+        if clearance >= keep:
             return Drivable(way=way, stops=np.zeros(len(way), bool), clearance=clearance)
         if firmer == _FIRMER:
             break

@@ -95,7 +95,7 @@ def _planned(problem: Problem, spent: Callable[[], float]) -> Generator[None, No
         way, last = way_and_last
         yield
         way = yield from _shortened(problem, searches.terms, way)
-        driven = yield from drivable(problem, way, last)
+        driven = yield from drivable(problem, way, last, searches.terms.margin)
         if driven.clearance >= settings.hard_minimum:
             return found(problem, driven, searches.nodes)
         searches.reject(driven.clearance)

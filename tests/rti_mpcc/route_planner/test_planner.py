@@ -118,13 +118,23 @@ def test_drawn_scenes_have_a_way_that_can_be_driven(kind: str, number: int) -> N
 
 @pytest.mark.parametrize(
     ("kind", "number"),
-    [("slot", 11), ("slot", 18), ("yard", 14), ("clutter", 15), ("bay", 10), ("yard", 21), ("clutter", 0)],
+    [("slot", 7), ("slot", 11), ("yard", 14), ("clutter", 15), ("bay", 10), ("yard", 21), ("clutter", 0)],
 )
 def test_tight_ways_become_smooth_too(kind: str, number: int) -> None:
     scene = drawn_scene(99, number, kind)
     manoeuvre = plan_manoeuvre(scene.start, scene.goal, area_of(scene), config_of(scene))
     assert_drivable(manoeuvre, area_of(scene), config_of(scene))
     assert len(manoeuvre.segments) == manoeuvre.cusps + 1
+
+
+@pytest.mark.parametrize("number", [5, 13, 15, 19])
+def test_smooth_ways_keep_a_reserve_for_control(number: int) -> None:
+    scene = drawn_scene(99, number, "slot")
+    config = config_of(scene)
+    manoeuvre = plan_manoeuvre(scene.start, scene.goal, area_of(scene), config)
+    assert_drivable(manoeuvre, area_of(scene), config)
+    if len(manoeuvre.segments) == manoeuvre.cusps + 1:
+        assert manoeuvre.clearance >= config.route.hard_minimum + config.route.reserve
 
 
 @pytest.mark.acceptance
