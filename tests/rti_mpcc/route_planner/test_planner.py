@@ -118,7 +118,7 @@ def test_drawn_scenes_have_a_way_that_can_be_driven(kind: str, number: int) -> N
 
 @pytest.mark.parametrize(
     ("kind", "number"),
-    [("slot", 7), ("slot", 11), ("yard", 14), ("clutter", 15), ("bay", 10), ("yard", 21), ("clutter", 0)],
+    [("slot", 10), ("slot", 11), ("yard", 14), ("clutter", 15), ("bay", 10), ("yard", 21), ("clutter", 0)],
 )
 def test_tight_ways_become_smooth_too(kind: str, number: int) -> None:
     scene = drawn_scene(99, number, kind)
