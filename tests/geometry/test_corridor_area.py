@@ -17,10 +17,11 @@ def polygon(area: Area) -> shapely.Polygon:
     return shapely.Polygon(area.boundary, area.obstacles)
 
 
-def test_a_straight_corridor_is_a_box_with_open_ends() -> None:
+def test_a_straight_corridor_is_a_box_with_open_ends_and_open_to_the_sides_behind_its_end() -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
     found = polygon(area_of(Corridor.from_offsets(path, left=3.0, right=-2.0), path, beyond=5.0))
-    assert found.symmetric_difference(shapely.box(-5.0, -2.0, 25.0, 3.0)).area < 0.01
+    expected = shapely.box(-5.0, -2.0, 20.0, 3.0).union(shapely.box(20.0, -7.0, 25.0, 8.0))
+    assert found.symmetric_difference(expected).area < 0.01
 
 
 def test_the_parts_of_a_route_are_put_together() -> None:
