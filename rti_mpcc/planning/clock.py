@@ -62,13 +62,14 @@ class CycleClock:
         """What was decided so far."""
         return Decisions(granted=tuple(self._granted), stops=tuple(self._stops), late=bool(self._late))
 
-    def grants(self) -> bool:
-        """Whether an iteration may begin: there is time for one as long as the longest of this cycle."""
+    def grants(self, least: float = 0.0) -> bool:
+        """Whether an iteration may begin: there is time for one as long as the longest of this cycle, and for
+        `least` [s]."""
         now = perf_counter()
         if self._granted:
             self._longest = max(self._longest, now - self._asked)
         self._asked = now
-        granted = self._grants(self.left > self._longest)
+        granted = self._grants(self.left > max(self._longest, least))
         self._granted.append(granted)
         return granted
 

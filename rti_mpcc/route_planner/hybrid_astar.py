@@ -200,7 +200,8 @@ class HybridAStar:
 
     Args:
         body, solid: the vehicle, and all that is solid; terms: see there.
-        start: (3,); goals: (n, 3); last: (n, 2) signed length [m] and curvature [1/m] of a piece that leads
+        start: (3,); came: (2,) signed length [m] and curvature [1/m] of a piece that leads to it, or zeros.
+        goals: (n, 3); last: (n, 2) signed length [m] and curvature [1/m] of a piece that leads
             on from each of the goals.
         grids: estimates of the cost to the goal and, against time, to the start.
     """
@@ -211,6 +212,7 @@ class HybridAStar:
         solid: SolidShapes,
         terms: Terms,
         start: Array,
+        came: Array,
         goals: Array,
         last: Array,
         grids: tuple[CostToGo, CostToGo],
@@ -218,7 +220,7 @@ class HybridAStar:
         self._around, self._grids, self._last = around_of(body, solid), grids, last
         # Against time forward is reverse.
         self._terms = terms, terms._replace(ahead=terms.back, back=terms.ahead)
-        self._trees = [rooted(start[None], np.zeros((1, 2))), rooted(goals, last * (-1.0, 1.0))]
+        self._trees = [rooted(start[None], came[None]), rooted(goals, last * (-1.0, 1.0))]
         self._whole, self._shots, self._curves = none_found(), room_for_shots(), room_for_curves()
         self.state = SEARCHING
 

@@ -47,19 +47,39 @@ def plan_manoeuvre(
     return planning.manoeuvre
 
 
+FIRST = 0.01
+"""What a slice may take before any has been timed [s]."""
+_FORGOTTEN = 0.9  # share of the longest slice that is counted on after a cycle without one
+
+
 class RoutePlanning:
     """A manoeuvre in the making, slice by slice.
 
     Attributes:
         manoeuvre: what came of it; None: it goes on.
-        seconds: that its slices took.
+        seconds: that its slices took; longest: what the next one may take [s], as the longest one did.
+
+    Args:
+        start, goal, area, config: as `plan_manoeuvre`; came: signed length [m] and curvature [1/m] of the arc
+            on which a vehicle comes to the start that goes on without a stop, where that can be.
     """
 
-    def __init__(self, start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> None:
+    def __init__(
+        self,
+        start: Pose2,
+        goal: Pose2,
+        area: Area,
+        config: ControllerConfig,
+        came: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
         make_ready()
         self.manoeuvre: Manoeuvre | None = None
-        self.seconds = 0.0
-        self._steps = _planned(Problem.of(start, goal, area, config), lambda: self.seconds)
+        self.seconds, self.longest = 0.0, FIRST
+        self._steps = _planned(Problem.of(start, goal, area, config, came), lambda: self.seconds)
+
+    def waited(self) -> None:
+        """There was no time for a slice as long as the longest: one that was held up must not end it all."""
+        self.longest *= _FORGOTTEN
 
     def advance(self) -> None:
         """One slice: some milliseconds at most."""
@@ -70,7 +90,8 @@ class RoutePlanning:
             next(self._steps)
         except StopIteration as ended:
             self.manoeuvre = ended.value
-        self.seconds += perf_counter() - begun
+        took = perf_counter() - begun
+        self.seconds, self.longest = self.seconds + took, max(self.longest, took)
         if self.manoeuvre is not None:
             self.manoeuvre = replace(self.manoeuvre, seconds=self.seconds)
 
@@ -122,4 +143,6 @@ def _refused(problem: Problem, room: tuple[float, float]) -> Manoeuvre | None:
 
 def _shortened(problem: Problem, terms: Terms, way: Array) -> Generator[None, None, Array]:
     body, solid, places = problem.body.shape, problem.grid.solid, problem.config.route.places
-    return (yield from shortened(problem.start, joined(way), body, solid, terms, places=places))
+    return (
+        yield from shortened(problem.start, joined(way), body, solid, terms, places=places, came=problem.came)
+    )

@@ -29,6 +29,8 @@ class Problem:
     Attributes:
         given: start and goal as they were asked for, in the world.
         start, goal: (3,) the same from the start on.
+        came: (2,) signed length [m] and curvature [1/m] of the arc on which the vehicle comes to the start,
+            to go on without a stop; zeros: it stands there.
         grid: all that is solid; low, high: (2,) corners of the box around where the vehicle may be [m].
         body: of the vehicle; config: its settings.
     """
@@ -36,6 +38,7 @@ class Problem:
     given: tuple[Pose2, Pose2]
     start: Array
     goal: Array
+    came: Array
     grid: ShapeGrid
     low: Array
     high: Array
@@ -43,7 +46,14 @@ class Problem:
     config: ControllerConfig
 
     @classmethod
-    def of(cls, start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> Problem:
+    def of(
+        cls,
+        start: Pose2,
+        goal: Pose2,
+        area: Area,
+        config: ControllerConfig,
+        came: tuple[float, float] = (0.0, 0.0),
+    ) -> Problem:
         """Build from poses and an area in the world."""
         around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), config.route.box)
         origin = np.array([start.x, start.y])
@@ -52,6 +62,7 @@ class Problem:
             given=(start, goal),
             start=np.array([0.0, 0.0, start.phi]),
             goal=np.array([goal.x - start.x, goal.y - start.y, goal.phi]),
+            came=np.array(came),
             grid=_moved(around.grid, -origin),
             low=around.boundary.min(axis=0) - origin,
             high=around.boundary.max(axis=0) - origin,

@@ -110,7 +110,14 @@ class Searches:
         """A search that has come to its end, or to as many nodes or as late as it may."""
         problem, ends = self._problem, self._ends
         search = HybridAStar(
-            problem.body.shape, problem.grid.solid, terms, problem.start, ends.goals, ends.lasts, ends.grids
+            problem.body.shape,
+            problem.grid.solid,
+            terms,
+            problem.start,
+            problem.came,
+            ends.goals,
+            ends.lasts,
+            ends.grids,
         )
         yield
         while search.state == SEARCHING and most - search.expanded >= 2 and not self._is_late:

@@ -59,12 +59,19 @@ class _Places(NamedTuple):
 
 
 def shortened(
-    start: Array, way: Array, body: BodyShape, solid: SolidShapes, terms: Terms, *, places: int
+    start: Array,
+    way: Array,
+    body: BodyShape,
+    solid: SolidShapes,
+    terms: Terms,
+    *,
+    places: int,
+    came: Array,
 ) -> Generator[None, None, Array]:
     """A way (m, 2) from the same start (3,) to the same end that costs no more than `way` (n, 2).
 
     It comes slice by slice. Ways are signed lengths [m] and curvatures [1/m] of pieces. `places`: on the way,
-    about.
+    about; `came`: (2,) the piece before the first one, or zeros.
     """
     way = split(way, max(length_of(way) / places, 2.0 * terms.check))
     count, at = len(way), np.vstack([start[None], poses_after(start, way)])
@@ -79,7 +86,7 @@ def shortened(
         pieces=np.zeros((count + 1, PIECES, 2)),
         next_pair=np.array([0, 1]),
     )
-    known.cost[0] = 0.0
+    known.cost[0], known.came[0] = 0.0, came
     around, curves = around_of(body, solid), room_for_curves()
     while known.next_pair[_TO] <= count:
         _shorten(known, around, terms, curves, _SLICE)

@@ -94,3 +94,10 @@ def test_asked_more_often_than_it_was_it_grants_nothing() -> None:
     assert not clock.grants()
     assert clock.ends()(50) == ""
     assert not clock.late()
+
+
+def test_no_less_than_what_is_asked_for_has_to_be_left(watch: Watch) -> None:
+    clock = CycleClock(0.020)
+    assert clock.grants(0.015)
+    assert not clock.grants(0.025)
+    assert clock.decisions.granted == (True, False)
