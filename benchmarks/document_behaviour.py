@@ -7,13 +7,11 @@ A test compares the page with what this would write.
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
 
 from benchmarks.tables import ROOT, replace_block
 from rti_mpcc.behaviour.status import STATUS_OF
 from rti_mpcc.behaviour.transitions import TRANSITIONS, Transition
-from rti_mpcc.planning.recovery import Recovery
 from rti_mpcc.planning.state import Candidate, Phase
 from rti_mpcc.types import Reason
 
@@ -54,12 +52,7 @@ def statuses() -> str:
 
 def candidates() -> str:
     """What a first plan may be, in the order in which it is looked for."""
-    return _numbered(Candidate)
-
-
-def recovery() -> str:
-    """What a vehicle does that gets no nearer, in the order in which it is tried."""
-    return _numbered(Recovery)
+    return "\n".join(f"{k}. {each.name}: {each.value}" for k, each in enumerate(Candidate, start=1))
 
 
 BLOCKS = {
@@ -67,7 +60,6 @@ BLOCKS = {
     "transitions": transitions,
     "statuses": statuses,
     "candidates": candidates,
-    "recovery": recovery,
 }
 
 
@@ -75,11 +67,6 @@ def write(page: Path = PAGE) -> None:
     """Replace the blocks of the page."""
     for name, text in BLOCKS.items():
         replace_block(page, name, text())
-
-
-def _numbered(order: type[Enum]) -> str:
-    """The members of an enumeration, each with its meaning."""
-    return "\n".join(f"{k}. {each.name}: {each.value}" for k, each in enumerate(order, start=1))
 
 
 def _sources(row: Transition) -> str:

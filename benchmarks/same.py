@@ -53,7 +53,6 @@ STATUSES: Mapping[Status, int] = {
     Status.BLOCKED: 7,
     Status.GOAL_LOST: 8,
     Status.SEARCHING: 9,
-    Status.PULLING_OUT: 10,
     Status.STALLED: 11,
     Status.FAILED: 12,
     Status.PLANNING: 13,

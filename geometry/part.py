@@ -117,28 +117,6 @@ class PathPart:
             return theta
         return self.end + max(0.0, self.direction * pose.relative_to(self.last).x)
 
-    def driven_back(self, begin: float, end: float) -> PathPart:
-        """Return the way back along this part from theta `begin` to `end` [m], straight beyond its own ends.
-
-        It is a part of its own, with the same poses and the other direction; its theta goes on from `begin`.
-
-        Raises:
-            InputError: end >= begin, or a number that is not finite.
-        """
-        if not (isfinite(begin) and isfinite(end) and end < begin):
-            raise InputError(f"begin = {begin}, end = {end}: the way back needs two numbers, end < begin.")
-        inner = self.knots[(self.knots > end) & (self.knots < begin)]
-        theta = np.concatenate(([begin], inner[::-1], [end]))
-        at = self.reference(theta)
-        return PathPart(
-            direction=-self.direction,
-            knots=2.0 * begin - theta,
-            curvatures=self.curvature(0.5 * (theta[1:] + theta[:-1])),
-            x=at.x,
-            y=at.y,
-            phi=at.phi,
-        )
-
     def project(
         self,
         x: float,

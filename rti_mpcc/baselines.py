@@ -67,9 +67,7 @@ class CartesianPose:
         """It does."""
         return True
 
-    def weights(
-        self, config: ControllerConfig, target: Target, theta: Array, lengths: Array, *, insists: bool
-    ) -> StageWeights:
+    def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
         """See `cartesian_weights`."""
         return cartesian_weights(config.weights, lengths)
 

@@ -109,7 +109,6 @@ class RtiMpcc:
         last: Solution | None = None,
         plan: Trajectory | None = None,
         objective: HorizonObjective = CONTOURING,
-        retreat: float = 0.0,
         damping: float = 0.0,
         steps: AdmmSettings | None = None,
         again: bool = False,
@@ -123,7 +122,6 @@ class RtiMpcc:
             last: the solution to go on from; default: this object's last one.
             plan: a trajectory to begin afresh from, with nothing kept of the last solution.
             objective: what is asked for; default: contouring over the cruise horizon.
-            retreat: speed allowed against the part's direction near the target [m/s].
             damping: how little one iteration is trusted, see `fill_cost`; it moves no fixed point.
             steps: how the solver steps; None: `SolverSettings.warm` from the last solution, `cold` from a
                 `plan`, which may be far from its optimum.
@@ -150,7 +148,7 @@ class RtiMpcc:
         states, controls = frame.states_in(shifted.states), shifted.controls
         theta = states[:, THETA].copy()
 
-        weights = objective.weights(config, target, theta, lengths, insists=retreat > 0.0)
+        weights = objective.weights(config, target, theta, lengths)
         errors = None
         if weights.follows_path:
             reference = frame.reference_in(self.part.reference(theta))
@@ -171,7 +169,6 @@ class RtiMpcc:
         )
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path = objective.along_path
-        back, reach = (retreat, None) if along_path else (config.limits.speed, np.inf)
         most = self._speeds(shifted) if along_path else None
         bounds = stage_bounds(
             config,
@@ -179,8 +176,7 @@ class RtiMpcc:
             self.part.direction,
             theta,
             ends=objective.ends(config),
-            retreat=back,
-            reach=reach,
+            turns=not along_path,
             disturbance=disturbance,
             most=most,
         )

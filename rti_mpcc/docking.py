@@ -17,23 +17,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import has_pulled_out, may_change_direction, may_look_again
+from rti_mpcc.behaviour.conditions import may_change_direction, may_look_again
 from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
-from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd, Segments, checked
+from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.planning import aim, goals, offsets, recovery, sensing, stops, validation
+from rti_mpcc.planning import aim, goals, offsets, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
 from rti_mpcc.planning.state import ControllerState, Phase, RouteState, Task
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.rerouting import Rerouter, standing_route
@@ -75,7 +75,13 @@ class DockingController:
         self.segments = None if segments is None else checked(segments, path)
         task = Task.begun(self.segments or segments_of(path, config))
         around = Surroundings.of(corridor, path, config)
-        self._begin(config, ControllerState(area=around, path=path, task=task), None)
+        begun = ControllerState(area=around, path=path, task=task)
+        rerouter = None
+        if config.recovers:
+            rerouter = _rerouter_along(path, corridor, config)
+        if rerouter is not None:
+            begun = replace(begun, route=RouteState(end=path.end, ways=1))
+        self._begin(config, begun, rerouter)
 
     @classmethod
     def in_area(cls, area: Area, config: ControllerConfig | None = None) -> Self:
@@ -89,10 +95,7 @@ class DockingController:
             config: settings, all with defaults; of the way `ControllerConfig.route`.
         """
         self = cls.__new__(cls)
-        # It has one answer to all that goes wrong: another way.
         config = config or ControllerConfig()
-        retries = config.retries.model_copy(update={"restarts": 0})
-        config = config.model_copy(update={"recovery": False, "retries": retries})
         path, segments = standing_route(Pose2(0.0, 0.0, 0.0))
         begun = ControllerState(
             area=Surroundings.in_area(area), path=path, task=Task.begun(segments), route=RouteState()
@@ -110,18 +113,18 @@ class DockingController:
 
     @property
     def path(self) -> ReferencePath | None:
-        """The route that is driven; None in an area, while there is none."""
+        """The route that is driven, given or planned; None while there is none."""
         return None if self.state.task.phase is Phase.PLANNING else self.state.path
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
-        """The last one that was planned in an area, found or not."""
+        """The last one that was planned, found or not."""
         return None if self.state.route is None else self.state.route.manoeuvre
 
     @property
     def replans(self) -> int:
-        """How often another way than the first one was planned."""
-        return 0 if self.state.route is None else max(self.state.route.planned - 1, 0)
+        """How often the vehicle set out on another way than the first one."""
+        return 0 if self.state.route is None else max(self.state.route.ways - 1, 0)
 
     @property
     def planning_seconds(self) -> float:
@@ -141,7 +144,8 @@ class DockingController:
     def clear_goal(self) -> None:
         """Forget the goal and its detections: the path's last pose is the goal again."""
         known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
-        self.state = self._made_for(replace(self.state, goal=known), None)
+        end = self.state.route.end if self.state.on_planned_way and self.state.route else None
+        self.state = self._made_for(replace(self.state, goal=known), end)
 
     def step(
         self,
@@ -269,7 +273,7 @@ class DockingController:
         fit = None
         if estimate.pose is not None:
             fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, s.path, s.area, self.config)
-        end = s.path.end if s.route is None else None
+        end = None if s.on_planned_way else s.path.end
         goal = aim.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
         return replace(s, goal=goal), tuple(judgements), unfit
 
@@ -305,16 +309,8 @@ class DockingController:
         return moves.released(s) if stops.way_may_be_free(s, self.config) else s
 
     def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
-        """The state with which another segment begins now, or a way back; None: this one goes on."""
-        config = self.config
-        if s.task.whole.end is SegmentEnd.WAY_BACK:
-            return moves.coming_again(s, context) if has_pulled_out(s, context, config) else None
-        if may_change_direction(s, context, config):
-            return moves.next_segment(s)
-        back = recovery.way_back(s, context, config)
-        if back is not None and s.vehicle.is_stationary(s.now, config.dead_time):
-            return moves.pulling_out(s, context, back)
-        return None
+        """The state with which another segment begins now; None: this one goes on."""
+        return moves.next_segment(s) if may_change_direction(s, context, self.config) else None
 
     # -- what goes out --------------------------------------------------------------------------------
 
@@ -341,6 +337,16 @@ class DockingController:
         control = self._saturated(fallback.brake(start, fallback.braking(config), config), start, s)
         s = _sent(moves.begun_again(s, str(verdict)), control, at)
         return s, emergency(control, start, s, verdict, config, clock)
+
+
+def _rerouter_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Rerouter | None:
+    """What plans other ways than a path, in all of its corridor; None where that is not known."""
+    try:
+        area = area_along(path, corridor, config)
+    except CorridorError as error:
+        _log.warning("%s No other way than the path is planned", error)
+        return None
+    return Rerouter(area, config.model_copy(update={"route": config.route.along_path()}))
 
 
 def _sent(

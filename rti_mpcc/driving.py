@@ -14,7 +14,6 @@ from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.recovery import Recovery, next_recovery
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.workspace import Workspace
@@ -39,8 +38,6 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         late = Reason.LATE.message
         last = _go_on(after, s, context, w, late, decision.attempt, until_another=True)
         after, decision = last or _stop(after, context, w, Verdict(Reason.LATE), attempt=decision.attempt)
-    if s.task.whole.end is SegmentEnd.WAY_BACK:
-        decision = _pulling_out(decision, s)
     return Driven(after, decision)
 
 
@@ -75,11 +72,19 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched))
     if _wheels_are_off(s, context, w):
         return _turn_wheels(s, context, w)
+    if stands and s.route is not None and s.route.wanted:
+        return _wait_for_way(s, context, w)
     s, attempt, context = first_plan(s, context, w)
+    if stands and s.route is not None and s.route.wanted:
+        return _wait_for_way(s, context, w)
     if s.task.phase is Phase.HOLDING:
         return _hold(s, context, w)
     if not attempt.problem:
         return _accept(s, context, w, attempt)
+    if attempt.out_of_time and not stands:
+        last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=True)
+        if last is not None:
+            return last
     task = s.task
     going_on = task.looks_past and attempt.out_of_time
     if not (latched or going_on) and s.vehicle.is_stationary(s.now, w.config.retries.give_up_time):
@@ -135,18 +140,18 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 
 
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Stand stalled, until a way back is driven."""
-    s, stalled = _stop(s, context, w, Verdict(Reason.STALLED))
-    pulls_out = next_recovery(s, context, w.config) is Recovery.PULL_OUT
-    return Driven(s, _pulling_out(stalled, s) if pulls_out else stalled)
+    """Stand stalled, until another way is planned."""
+    return _stop(s, context, w, Verdict(Reason.STALLED))
 
 
 def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Stand, or brake to a standstill, while a way is planned, or where there is none."""
     route = s.route
     assert route is not None
-    if s.goal.pose is None:
+    if s.goal_pose is None:
         verdict = Verdict(Reason.PLANS_WAY, "there is no goal yet")
+    elif route.wanted:
+        verdict = Verdict(Reason.PLANS_WAY, route.wanted)
     elif route.manoeuvre is not None and not route.manoeuvre.found and route.why == route.manoeuvre.reason:
         verdict = Verdict(Reason.NO_WAY, route.why)
     else:
@@ -166,13 +171,7 @@ _STANDS_AT = {
     SegmentEnd.STOP: Reason.STANDS_BEFORE_SOMETHING,
     SegmentEnd.CUSP: Reason.STANDS_AT_CUSP,
     SegmentEnd.STAGING_POSE: Reason.STANDS_AT_STAGING_POSE,
-    SegmentEnd.WAY_BACK: Reason.STANDS_AT_WAY_BACK_END,
 }
-
-
-def _pulling_out(decision: ControlDecision, s: ControllerState) -> ControlDecision:
-    """The same on, or just before, a way back."""
-    return replace(decision, verdict=replace(decision.verdict, pull_out=s.task.pulled_out + 1))
 
 
 _BY_PHASE = {
@@ -348,9 +347,7 @@ def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
     unseen = aim.remark(s.goal)
     if not context.free:
         return Verdict(Reason.DRIVES_TO_STOP)
-    if unseen:
-        return Verdict(Reason.DRIVES_UNSEEN, unseen)
-    return Verdict(Reason.DRIVES_PAST_GOAL if s.task.segment.reverses_into_goal else Reason.DRIVES)
+    return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
 
 
 # -- what is in the way -----------------------------------------------------------------------------------

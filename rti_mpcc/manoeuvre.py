@@ -1,9 +1,9 @@
 """A manoeuvre is a list of segments, each driven in one direction and ended at rest.
 
-Parts of a path, the way to a staging pose, the one from there to the goal, a way back, a stop before what
-fills the way, backing up into the goal: all are segments, driven by one mechanism, which does not know who
-planned them. What is left of a manoeuvre is a tuple of them, the first one being driven. A stop is a piece of
-the segment that is driven on afterwards; backing up is the same segment with another end of its way.
+Parts of a path, the way to a staging pose, the one from there to the goal, stretches of a planned way, a stop
+before what fills the way: all are segments, driven by one mechanism, which does not know who planned them.
+What is left of a manoeuvre is a tuple of them, the first one being driven. A stop is a piece of the segment
+that is driven on afterwards.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ class SegmentEnd(Enum):
     CUSP = "cusp"
     STAGING_POSE = "staging pose"
     """On the path before the goal, see `ControllerConfig.staging`."""
-    WAY_BACK = "end of the way back"
-    """From where the segment that comes next is driven once more."""
     STOP = "stop before something in the way"
     """From where the segment that comes next is driven on."""
 
@@ -61,14 +59,12 @@ class PlannedStop:
         obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
             was no time yet.
         since: when that was, or when a way past was last looked for in vain [s].
-        from_there: the search in vain was from rest at the stop.
     """
 
     at: float
     goal: Pose2 | None
     obstacles: int | None
     since: float
-    from_there: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,7 +81,6 @@ class Segment:
         objective: on the way, until an arrival is planned.
         final: what is asked for near its end instead of an arrival, or None.
         stop: of one that ends before something in the way, which only the controller makes; None otherwise.
-        beyond: it passes the goal by so much and backs up into it [m]; None: it does not.
         piece_of: the whole segment that this is a variant of, or None.
 
     Raises:
@@ -103,7 +98,6 @@ class Segment:
     objective: HorizonObjective = CONTOURING
     final: FinalObjective | None = None
     stop: PlannedStop | None = None
-    beyond: float | None = None
     piece_of: Segment | None = None
 
     def __post_init__(self) -> None:
@@ -127,15 +121,6 @@ class Segment:
         return replace(
             self.whole, end=SegmentEnd.STOP, tolerance=tolerance, dwell=0.0, stop=stop, piece_of=self.whole
         )
-
-    def backing_up(self, beyond: float) -> Segment:
-        """The same, passing the goal by so much [m] and backing up into it."""
-        return replace(self.whole, beyond=beyond, piece_of=self.whole)
-
-    @property
-    def reverses_into_goal(self) -> bool:
-        """Whether it passes the goal and backs up into it."""
-        return self.beyond is not None
 
     @property
     def begins_final(self) -> bool:
@@ -226,7 +211,7 @@ def checked(segments: Segments, path: ReferencePath) -> Segments:
 
     Raises:
         InputError: none, one that is no part of the path, parts left out or out of order, one that ends at
-            the goal and is not the last, or a way back, stop or piece, which only the controller makes.
+            the goal and is not the last, or a stop, which only the controller makes.
     """
     if not segments:
         raise InputError("segments: a manoeuvre needs one at least")
@@ -238,9 +223,9 @@ def checked(segments: Segments, path: ReferencePath) -> Segments:
             raise InputError(f"{name}.part: must be part {segment.index} of the path")
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
-        own = segment.stop, segment.beyond, segment.piece_of
-        if segment.end in (SegmentEnd.WAY_BACK, SegmentEnd.STOP) or any(each is not None for each in own):
-            raise InputError(f"{name}: ways back, stops and backing up are made by the controller")
+        own = segment.stop, segment.piece_of
+        if segment.end is SegmentEnd.STOP or any(each is not None for each in own):
+            raise InputError(f"{name}: stops before something are made by the controller")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):
         raise InputError(f"segments: drive parts {driven} of the path, must be all of them in order")

@@ -1,19 +1,26 @@
-"""When the way in an area is planned, and planned anew, slice by slice beside the control.
+"""When another way is planned, slice by slice beside the control.
 
-A controller that was given an area instead of a path knows no recovery of its own: where it cannot get on, it
-asks for another way from where it is. While one is planned the vehicle stands, on a route of no length, or
-makes for a stop from which it is planned.
+A vehicle that cannot get on asks for another way, in the area that is known: the one that its controller was
+given, or all parts of the corridor along its path, with their open ends. In an area it stands meanwhile, on a
+route of no length; on the path that it was given it stays until there is another way. One that still drives,
+because there is a stop to make for or a plan that will miss its goal, asks for a way from where it will be in
+a moment, and goes on that without a stop; where that comes too late, for one from where it will stand.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import tan
+
+import numpy as np
 
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
-from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.manoeuvre import Segment, SegmentEnd
+from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
+from rti_mpcc.ocp.horizon import states_at
+from rti_mpcc.planning import ways
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Phase
@@ -25,18 +32,29 @@ NO_MANOEUVRE = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Asked:
-    """What a way is planned for: from where, to what goal, and after how many obstacle changes."""
+    """What a way is planned for.
+
+    Attributes:
+        start, goal: poses; changes: number of obstacle changes known.
+        at: when the vehicle will be at the start, and drive [s]; None: it will stand there.
+        came: its direction, +1 or -1, and the curvature that it drives [1/m]; 0, 0 where it will stand.
+    """
 
     start: Pose2
     goal: Pose2
     changes: int
+    at: float | None = None
+    came: tuple[float, float] = (0.0, 0.0)
 
     def answers(self, other: _Asked, most: tuple[float, float, float]) -> bool:
         """Whether a way that was planned for this serves the other as well."""
-        near = other.start.relative_to(self.start).within(most) and other.goal.relative_to(self.goal).within(
-            most
-        )
-        return near and self.changes == other.changes
+        near = other.start.relative_to(self.start).within(most)
+        both = (self.at is None) == (other.at is None)
+        return near and both and self.is_for(other.goal, other.changes, most)
+
+    def is_for(self, goal: Pose2, changes: int, most: tuple[float, float, float]) -> bool:
+        """Whether this is the goal and what stands in the way."""
+        return self.changes == changes and goal.relative_to(self.goal).within(most)
 
 
 class Rerouter:
@@ -57,14 +75,19 @@ class Rerouter:
 
     def routed(self, s: ControllerState) -> ControllerState:
         """The state with another way, where one is needed and found, or without any, where one is needed."""
-        if s.task.phase is not Phase.PLANNING:
-            why = self._asks(s)
-            if not why:
-                return s
-            s = moves.without_way(s, *standing_route(self._here(s)), why)
-        elif apart(self._here(s), s.path.start) > self._config.plausibility.off_path:
-            # It is first heard of there, or was set down: nothing would be driven so far off a route.
-            s = moves.without_way(s, *standing_route(self._here(s)), s.route.why if s.route else "")
+        route, here = s.route, ways.here(s, self._config)
+        assert route is not None
+        if s.task.phase is Phase.PLANNING:
+            if apart(here, s.path.start) > self._config.plausibility.off_path:
+                # It is first heard of there, or was set down: nothing would be driven so far off a route.
+                s = moves.without_way(s, *standing_route(here), route.why)
+            return self._answered(s)
+        why = self._asks(s)
+        if why and s.on_planned_way:
+            s = moves.without_way(s, *standing_route(here), why)
+        else:
+            wanted = route.wanted if why or s.task.drives else ""
+            s = replace(s, route=replace(route, why=why, wanted=wanted))
         return self._answered(s)
 
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
@@ -75,13 +98,15 @@ class Rerouter:
         if self._asked is None or not self._asked.answers(asked, self._config.route.unmoved):
             known = self._area.with_obstacles([each.outline for each in s.area.standing])
             self._asked = asked
-            self._planning = RoutePlanning(asked.start, asked.goal, known, self._config)
+            self._planning = RoutePlanning(asked.start, asked.goal, known, self._config, asked.came)
         planning = self._planning
         assert planning is not None
         before = planning.seconds
-        slices = self._config.route.slices if s.is_stationary else 1
-        for _ in range(slices):
-            if planning.manoeuvre is not None or not clock.grants():
+        for _ in range(self._config.route.slices):
+            if planning.manoeuvre is not None:
+                break
+            if not clock.grants(planning.longest):
+                planning.waited()
                 break
             planning.advance()
         if planning.seconds == before:
@@ -93,12 +118,14 @@ class Rerouter:
         """Why another way is needed, or ""."""
         route, task, settings = s.route, s.task, self._config.route
         assert route is not None
-        goal, planned = s.goal.pose, route.manoeuvre
+        if route.wanted and task.phase is Phase.STARTING and s.is_stationary:
+            return route.wanted
+        goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_way else None
         if goal is not None and planned is not None and self._elsewhere(goal, planned.goal):
             return "the goal is elsewhere"
-        if task.phase is Phase.HOLDING and task.stop is not None:
+        if task.phase is Phase.HOLDING and task.stop is not None and not ways.was_asked(s, self._config):
             return "something fills the way"
-        if not s.vehicle.is_stationary(s.now, settings.replan_after) or self._was_asked(s):
+        if not s.vehicle.is_stationary(s.now, settings.replan_after) or ways.was_asked(s, self._config):
             return ""
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
@@ -108,76 +135,87 @@ class Rerouter:
             return task.latched
         return ""
 
-    def _here(self, s: ControllerState) -> Pose2:
-        """Where the vehicle is; of one that stands the mean of the last moments, for noise must not begin a
-        search anew."""
-        state, since = s.vehicle.monitor.state, s.vehicle.standing_since
-        if state is None:
-            return Pose2(0.0, 0.0, 0.0)
-        here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        if since is None or s.vehicle.monitor.why:
-            return here
-        moments = s.now - self._config.goal_tracking.filter.history
-        return s.vehicle.poses.mean(max(since, moments)) or here
-
-    def _was_asked(self, s: ControllerState) -> bool:
-        """Whether the way was planned from right here a moment ago: the same again would come of it."""
-        route = s.route
-        if route is None or route.manoeuvre is None or s.now - route.since >= self._config.route.again_after:
-            return False
-        here = self._here(s).relative_to(route.manoeuvre.start)
-        return here.within(self._config.route.near) and route.changes == s.area.changes
-
     def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
         position, heading = self._config.route.goal_moved
         off = goal.relative_to(planned)
         return apart(goal, planned) > position or abs(off.phi) > heading
 
     def _needed(self, s: ControllerState) -> _Asked | None:
-        """What is to be planned for now; None: nothing.
-
-        A vehicle that makes for a stop before something that fills its way will need another one from there.
-        """
-        goal, monitor = s.goal.pose, s.vehicle.monitor
-        if goal is None or monitor.state is None or monitor.why:
+        """What is to be planned for now; None: nothing."""
+        goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
+        if goal is None or monitor.state is None or monitor.why or route is None:
             return None
-        if s.task.phase is Phase.PLANNING:
+        if s.task.phase is Phase.PLANNING or (route.why and not s.on_planned_way):
             if not s.vehicle.is_stationary(s.now, self._config.dead_time):
                 return None
-            return _Asked(start=self._here(s), goal=goal, changes=s.area.changes)
-        if s.task.stop is None:
+            return _Asked(start=ways.here(s, self._config), goal=goal, changes=s.area.changes)
+        if s.task.drives and (s.task.stop is not None or route.wanted):
+            return self._ahead(s, goal)
+        return None
+
+    def _ahead(self, s: ControllerState, goal: Pose2) -> _Asked | None:
+        """From where on the way that is driven another one is to begin: where the vehicle will be in a
+        moment, or where it will stand."""
+        last, config, stop = self._asked, self._config, s.task.stop
+        if last is not None and last.is_for(goal, s.area.changes, config.route.unmoved):
+            # Not again on the move, where that came too late.
+            if last.at is not None and s.now <= last.at:
+                return last
+        elif s.plans.driven is not None and ways.on_the_move(s):
+            asked = _driving(s, goal, s.now + config.route.join_after, config)
+            if asked is not None:
+                return asked
+        if stop is None:
             return None
         part = s.task.segment.part
-        return _Asked(start=part.pose(min(s.task.stop.at, part.end)), goal=goal, changes=s.area.changes)
+        return _Asked(start=part.pose(min(stop.at, part.end)), goal=goal, changes=s.area.changes)
 
     def _answered(self, s: ControllerState) -> ControllerState:
-        """Drive a way that was found for where the vehicle stands; say why there is none."""
-        asked, route, settings = self._needed(s), s.route, self._config.route
-        if asked is None or route is None:
-            return s
+        """Drive a way that was found for where the vehicle is; say why there is none."""
+        asked, route, config = self._needed(s), s.route, self._config
         found = None if self._planning is None else self._planning.manoeuvre
-        if asked.start.relative_to(asked.goal).within(self._config.goal_tolerance):
-            found = _there(asked, self._config)
-        elif found is None or self._asked is None or not self._asked.answers(asked, settings.near):
+        if asked is None or route is None or found is None or self._asked is None:
             return s
-        told = replace(route, manoeuvre=found, changes=s.area.changes)
-        if not found.found:
-            return replace(s, route=replace(told, why=found.reason))
+        if not self._asked.answers(asked, config.route.near):
+            return s
+        planning, told = (
+            s.task.phase is Phase.PLANNING,
+            replace(route, manoeuvre=found, changes=s.area.changes),
+        )
+        if asked.at is not None:
+            # Once its own time has come.
+            there = s.now + config.dead_time >= asked.at - 0.5 * config.cycle
+            goes_on = found.found and found.segments[0].part.direction == asked.came[0]
+            if not (there and goes_on):
+                return s
+        elif not (planning or route.why):
+            return s  # it is still on its way to where that would begin
+        elif not found.found:
+            since = route.since if planning else s.now
+            why = found.reason if planning else ""
+            return replace(s, route=replace(told, why=why, wanted="", since=since))
         self.forget()
-        return moves.onto_way(s, found, replace(told, planned=route.planned + 1, why="", since=s.now))
+        s = replace(s, area=s.area.without_path(self._area))
+        told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
+        return moves.onto_way(s, found, told)
+
+
+def _driving(s: ControllerState, goal: Pose2, at: float, config: ControllerConfig) -> _Asked | None:
+    """What is asked for from where the plan being driven will be at a time [s]; None: it stands by then."""
+    plan = s.plans.driven
+    assert plan is not None
+    if at >= plan.times[-1]:
+        return None
+    state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]
+    if abs(float(state[V])) <= config.behaviour.moving_speed:
+        return None
+    start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
+    direction = 1.0 if state[V] > 0.0 else -1.0
+    curvature = tan(float(state[DELTA])) / config.vehicle.wheelbase
+    return _Asked(start=start, goal=goal, changes=s.area.changes, at=at, came=(direction, curvature))
 
 
 def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:
     """A straight route where the vehicle stands: nothing is driven on it."""
     path = ReferencePath.from_segments(start=here, segments=[(1, 0.0, NO_MANOEUVRE)])
     return path, (Segment(part=path.parts[0], index=0, end=SegmentEnd.STOP),)
-
-
-def _there(asked: _Asked, config: ControllerConfig) -> Manoeuvre:
-    """The manoeuvre of a vehicle that stands in its goal: a straight one up to it, with nothing to drive."""
-    begin = asked.goal.compose(Pose2(-NO_MANOEUVRE, 0.0, 0.0))
-    (part,) = ReferencePath.from_segments(start=begin, segments=[(1, 0.0, NO_MANOEUVRE)]).parts
-    segment = Segment(part=part, index=0, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance)
-    return Manoeuvre(
-        start=asked.start, goal=asked.goal, outcome=PlanOutcome.FOUND, segments=(segment,), nearest=0.0
-    )

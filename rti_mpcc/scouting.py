@@ -13,11 +13,10 @@ from typing import NamedTuple
 
 from rti_mpcc.behaviour import moves
 from rti_mpcc.model.layout import THETA
-from rti_mpcc.planning import schedule, search, stops
+from rti_mpcc.planning import schedule, search, stops, ways
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.detour import Detour, detours
 from rti_mpcc.planning.search import InitialIterate, SqpResult
-from rti_mpcc.planning.state import Candidate, ControllerState, Obstruction, Phase, SuspendedSearch
+from rti_mpcc.planning.state import Candidate, ControllerState, Phase, SuspendedSearch
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
@@ -38,14 +37,14 @@ class Scouting:
     Attributes:
         s, context: where the search begins; begun: the one of an earlier cycle that it goes on with, or None.
         found: what may be driven if nothing better comes, or None.
-        obstruction: what fills the way of that; None: nothing does.
+        filled: progress at which a body on the path meets something [m]; None: nothing does.
     """
 
     s: ControllerState
     context: PlanningContext
     begun: SuspendedSearch | None
     found: Found | None = None
-    obstruction: Obstruction | None = None
+    filled: float | None = None
 
 
 def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
@@ -53,14 +52,11 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     begun = s.plans.suspended
     candidates = tuple(Candidate) if begun is None else begun.candidates
     scouting = Scouting(s=s, context=context, begun=begun)
-    for k, candidate in enumerate(candidates):
+    for candidate in candidates:
         scouting = _LOOKED_FOR[candidate](scouting, w)
         found = scouting.found
         if found is not None and found.attempt.out_of_time:
-            failed = Candidate.BACK_INTO_GOAL not in candidates[k:]
-            return found._replace(s=search.reverse_search(found.s, failed=failed))
-        if found is not None and candidate is Candidate.BACK_INTO_GOAL:
-            break  # others come behind it where it was searched over several cycles
+            break
     assert scouting.found is not None
     return scouting.found
 
@@ -85,7 +81,7 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
     """
     begun, left, config, driven = s.plans.suspended, inf, w.config, s.plans.driven
     if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
-        trial = replace(s, task=s.task.for_arrival(begun.arrival, begun.segment.beyond))
+        trial = replace(s, task=replace(s.task, arrival=begun.arrival))
         guess = search.first_guess(w.mpcc, trial, context)
         on_guess = lookout.distance_to_contact(s, guess, config)
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
@@ -106,9 +102,8 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
     filled = _met_on_planned_way(s, context, w)
     if filled is not None:
         nothing = SqpResult(solutions=(), problem="something fills the way", corridor_infeasible=True)
-        return replace(scouting, found=Found(s.suspending(None), nothing, context), obstruction=filled)
+        return replace(scouting, found=Found(s.suspending(None), nothing, context), filled=filled)
     s, attempt, guess = _from_guess(s, context, w)
-    obstruction = None
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
         plan = attempt.plan if attempt.fits else guess
         distance = lookout.distance_to_contact(s, plan, w.config)
@@ -121,58 +116,56 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
             # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
             on_guess = lookout.distance_to_contact(s, guess, w.config)
             met = (guess, on_guess) if on_guess < inf else (plan, distance)
-            obstruction = _obstruction(s, context, *met, w)
-    if obstruction is None:
+            filled = lookout.progress_of_contact(s, *met, w.config)
+    if filled is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
-    return replace(scouting, found=Found(s, attempt, context), obstruction=obstruction)
+    return replace(scouting, found=Found(s, attempt, context), filled=filled)
 
 
-def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspace) -> Obstruction | None:
-    """What fills a way that was planned past all that was known then: there is no passing it, another way is
-    planned; None: nothing."""
-    if s.route is None or not context.free or not s.area.corridor.obstacles:
+def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspace) -> float | None:
+    """Progress [m] at which a way that was planned past all that was known then is filled: there is no
+    passing it, another way is planned; None: nowhere."""
+    if not s.on_planned_way or not context.free or not s.area.corridor.obstacles:
         return None
     guess = search.first_guess(w.mpcc, s, context)
     distance = contact.distance_to_obstacle(guess, s.area.corridor, s.task.segment.index, w.config, inf)
     if distance == inf:
         return None
-    return Obstruction(at=lookout.progress_of_contact(s, guess, distance, w.config), detours=())
+    return lookout.progress_of_contact(s, guess, distance, w.config)
 
 
-def _past_either_side(scouting: Scouting, w: Workspace) -> Scouting:
-    """From a guess past either side of what fills the way."""
-    context = scouting.context
-    if scouting.found is None:
-        s = schedule.scheduled(scouting.s, context, w.config)
-        begun = s.plans.suspended
-        if begun is None:  # the target has moved meanwhile
-            scouting = _onward(scouting, w)
-        else:
-            nothing = SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False)
-            scouting = replace(scouting, found=Found(s, nothing, context), obstruction=begun.obstruction)
-    obstruction, found = scouting.obstruction, scouting.found
-    if obstruction is None or found is None:
+def _another_way(scouting: Scouting, w: Workspace) -> Scouting:
+    """Ask for another way from here, where what was found is not clear or misses the goal."""
+    s, context, found = scouting.s, scouting.context, scouting.found
+    assert found is not None
+    if s.route is None or not context.free:
         return scouting
-    s, attempt, _ = found
-    for tried, detour in enumerate(obstruction.detours):
-        after, attempt, _ = _from_guess(s, context, w, detour)
-        if attempt.out_of_time:
-            still = replace(obstruction, detours=obstruction.detours[tried:])
-            found = Found(search.sought_past(after, still), attempt, context)
-            return replace(scouting, found=found, obstruction=None)
-        if attempt.fits and lookout.distance_to_contact(after, attempt.plan, w.config) == inf:
-            return replace(scouting, found=Found(moves.plan_found(after), attempt, context), obstruction=None)
-        s = s.suspending(None)
-    return replace(scouting, found=Found(s, attempt, context))
+    arrives = context.ends_at_goal and found.s.task.arrival is not None
+    if arrives:
+        found = _iterated_on(found, scouting.begun, w)
+        if found.attempt.out_of_time:  # nothing is begun yet
+            waiting = s.suspending(found.s.plans.suspended)
+            return replace(scouting, found=Found(waiting, found.attempt, context))
+        scouting = replace(scouting, found=found)
+    why = found.attempt.problem or ("something fills the way" if scouting.filled is not None else "")
+    if arrives and not (why or search.reaches(found.attempt, context, w.config.retries.accepted_miss)):
+        why = "the first plan misses the goal"
+    if not why or (ways.was_asked(s, w.config) if s.is_stationary else not ways.on_the_move(s)):
+        return scouting
+    wanted = replace(s.route, wanted=why)
+    if not s.is_stationary:  # it is planned while what was found is driven
+        return replace(scouting, found=found._replace(s=replace(found.s, route=wanted)))
+    asking = replace(s.suspending(None), route=wanted)
+    return replace(scouting, found=Found(asking, found.attempt, context), filled=None)
 
 
 def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
     """A stop before what still fills the way."""
-    obstruction, found = scouting.obstruction, scouting.found
-    if obstruction is None or found is None:
+    filled, found = scouting.filled, scouting.found
+    if filled is None or found is None:
         return scouting
-    left = _left_before(obstruction.at, scouting.context, w)
+    left = _left_before(filled, scouting.context, w)
     s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes)
     context = w.context(s)
     if s.task.phase is Phase.HOLDING:
@@ -180,31 +173,10 @@ def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
     return replace(scouting, found=_onward(replace(scouting, s=s, context=context), w).found)
 
 
-def _back_into_goal(scouting: Scouting, w: Workspace) -> Scouting:
-    """Past the goal and back up into it, where what was found misses the goal by too much."""
-    s, context, found = scouting.s, scouting.context, scouting.found
-    backing = schedule.scheduled_past_goal(s, context, w.config)
-    if found is None:  # it goes on with that
-        found = None if backing is None else _past_goal(backing, context, w)
-        return replace(scouting, s=s.suspending(None), found=found)
-    if backing is None:
-        return scouting
-    further = _iterated_on(found, scouting.begun, w)
-    if further.attempt.out_of_time:  # nothing is begun yet
-        s = s.suspending(further.s.plans.suspended)
-        return replace(scouting, found=Found(s, further.attempt, context))
-    if found.context.free and search.reaches(further.attempt, found.context, w.config.retries.accepted_miss):
-        return replace(scouting, found=further)
-    # Where there is none either, what was found first is driven.
-    found = _past_goal(backing, context, w) or Found(further.s, found.attempt, found.context)
-    return replace(scouting, found=found)
-
-
 _LOOKED_FOR: dict[Candidate, Callable[[Scouting, Workspace], Scouting]] = {
     Candidate.ONWARD: _onward,
-    Candidate.PAST_EITHER_SIDE: _past_either_side,
+    Candidate.ANOTHER_WAY: _another_way,
     Candidate.STOP_BEFORE: _stop_before,
-    Candidate.BACK_INTO_GOAL: _back_into_goal,
 }
 
 
@@ -225,33 +197,11 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     return Found(search.suspended(s, context, attempt, before), attempt, context)
 
 
-def _past_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Found | None:
-    """Search for an arrival that passes the goal and backs up into it, clear of everything; None: there is
-    none."""
-    s, attempt, _ = _from_guess(s, context, w)
-    if attempt.out_of_time:
-        return Found(s, attempt, context)
-    if not (attempt.problem or search.reaches(attempt, context)):
-        s, attempt = _on(s, attempt, context, search.nearer(attempt, w.config), w)
-    if not search.reaches(attempt, context) or lookout.distance_to_contact(s, attempt.plan, w.config) < inf:
-        return None
-    return Found(moves.plan_found(s), attempt, context)
-
-
-def _obstruction(
-    s: ControllerState, context: PlanningContext, plan: Trajectory, distance: float, w: Workspace
-) -> Obstruction:
-    """What a plan meets after so far [m], and ways past it."""
-    here, at = float(context.state[THETA]), lookout.progress_of_contact(s, plan, distance, w.config)
-    found = detours(w.mpcc.part, here, context.target.stop, s.area.corridor.obstacles, w.config)
-    return Obstruction(at=at, detours=found)
-
-
 def _from_guess(
-    s: ControllerState, context: PlanningContext, w: Workspace, detour: Detour | None = None
+    s: ControllerState, context: PlanningContext, w: Workspace
 ) -> tuple[ControllerState, SqpResult, Trajectory]:
     """Iterate from a first guess, returned, too, or go on where an earlier cycle had no time to."""
-    guess, begun = search.first_guess(w.mpcc, s, context, detour), s.plans.suspended
+    guess, begun = search.first_guess(w.mpcc, s, context), s.plans.suspended
     start = search.from_guess(guess, w.config) if begun is None else search.resumed(begun, guess, w.config)
     s, attempt = iterated(s, context, start, w)
     return search.suspended(s, context, attempt), attempt, guess

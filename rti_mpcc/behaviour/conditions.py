@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from math import hypot
 
+from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import changed
-from rti_mpcc.planning.recovery import Recovery, next_recovery
 from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.types import Trajectory
 
 # -- looked for in every cycle --------------------------------------------------------------------------
 
@@ -31,6 +33,11 @@ def stands_outside(s: ControllerState, context: PlanningContext, config: Control
 def stands_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It stands inside the tolerance."""
     return s.is_stationary and context.inside(context.error)
+
+
+def stands_well_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It stands inside the tolerance, and noise does not show it outside."""
+    return s.is_stationary and context.inside(context.error, config.behaviour.settle_share)
 
 
 def came_to_rest(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -58,7 +65,8 @@ def stop_ends_inside(s: ControllerState, context: PlanningContext, config: Contr
     """Braking in comfort from here it would stop inside the tolerance."""
     settings = config.behaviour
     stopping = context.speed <= settings.settle_time * config.comfort_acceleration
-    share = 1.0 if overdue(s, context, config) else settings.settle_share
+    share = settings.due_share if is_due(s, context, config) else settings.settle_share
+    share = 1.0 if overdue(s, context, config) else share
     return stopping and context.inside(context.stop_error, share)
 
 
@@ -68,13 +76,6 @@ def stuck_inside(s: ControllerState, context: PlanningContext, config: Controlle
     return enough and no_progress(s, context, config)
 
 
-def no_tries_left(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """It does not get nearer, and has tried often enough."""
-    if not no_progress(s, context, config):
-        return False
-    return next_recovery(s, context, config) is not Recovery.TRY_AGAIN
-
-
 def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It does not get nearer: its arrival is overdue, or it stands for good, and not for its dwell."""
     if _dwells(s, context, config):
@@ -82,7 +83,27 @@ def no_progress(s: ControllerState, context: PlanningContext, config: Controller
     return overdue(s, context, config) or _stuck(s, context, config)
 
 
+def plan_misses(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Its arrival is due, and the plan itself ends outside the tolerance: there is no mending that from here,
+    and another way can be planned."""
+    plan = s.plans.driven
+    if s.route is None or plan is None or not (context.free and is_due(s, context, config)):
+        return False
+    return not (_ends_inside(plan, context) or context.inside(context.stop_error))
+
+
+def _ends_inside(plan: Trajectory, context: PlanningContext) -> bool:
+    end = Pose2(*plan.states[-1, [X, Y, PHI]].tolist())
+    return context.inside(end.relative_to(context.target.pose))
+
+
 # -- others ---------------------------------------------------------------------------------------------
+
+
+def is_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether the planned arrival is due: it takes its shortest time from here, and has for a moment."""
+    since = None if s.task.arrival is None else s.task.arrival.overdue_since
+    return since is not None and context.now - since >= config.behaviour.due_time
 
 
 def overdue(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -133,18 +154,10 @@ def may_change_direction(s: ControllerState, context: PlanningContext, config: C
         return False
     if context.inside(context.error):
         return True
-    if s.route is not None:
+    if s.on_planned_way:
         return False
     long = s.vehicle.is_stationary(context.now, max(settings.standstill_time, dwell))
     return long and _near(context, config)
-
-
-def has_pulled_out(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a way back is over: at its end, or where there is no getting on."""
-    if not s.vehicle.is_stationary(context.now, config.dead_time):
-        return False
-    there = context.free and (_near(context, config) or s.task.phase is Phase.STALLED)
-    return there or s.vehicle.is_stationary(context.now, config.retries.give_up_time)
 
 
 def _dwells(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -154,7 +167,7 @@ def _dwells(s: ControllerState, context: PlanningContext, config: ControllerConf
 
 
 def _near(context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether the target, a cusp or the end of a way back, is near enough to go on from."""
+    """Whether the target, a cusp, is near enough to go on from."""
     return hypot(context.error.x, context.error.y) <= config.behaviour.cusp_reach
 
 

@@ -11,7 +11,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Halt, Plans, RouteState, Task
-from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.types import Trajectory
 
 # -- plans ----------------------------------------------------------------------------------------------
 
@@ -75,7 +75,6 @@ def stop_before(
         goal=s.goal.pose,
         obstacles=obstacle_changes,
         since=s.now,
-        from_there=stays and s.is_stationary,
     )
     s = transition_on(s, Event.WAY_FILLED)
     if stays:
@@ -115,7 +114,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
         estimate_fit=None,
         followed=None,
     )
-    return replace(s, goal=known, task=replace(s.task, restarts=0, pulled_out=0))
+    return replace(s, goal=known)
 
 
 def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:
@@ -138,39 +137,23 @@ def next_segment(s: ControllerState) -> ControllerState:
 def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
     """Stand on this route of no length until another way is planned."""
     assert s.route is not None
-    route = replace(s.route, why=why, since=s.now)
+    route = replace(s.route, why=why, wanted="", since=s.now)
     s = replace(s, path=path, task=Task.begun(segments), plans=Plans(), route=route, begin=None)
     return transition_on(s, Event.WAY_LOST)
 
 
 def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
-    """Begin a manoeuvre that was planned from here."""
+    """Begin a manoeuvre that was planned from here.
+
+    Of the last one only the plan that is driven is kept, until there is another.
+    """
+    if s.goal.pose is None:
+        goal = replace(s.goal, dock=manoeuvre.goal, planned=manoeuvre.goal, pose=manoeuvre.goal)
+        s = replace(s, goal=goal)
+    plans = Plans(driven=s.plans.driven, accepted_at=s.plans.accepted_at) if s.task.drives else Plans()
     s = transition_on(s, Event.WAY_PLANNED)
-    task = s.task.onto(manoeuvre.segments)
-    return replace(s, path=manoeuvre.path, task=task, plans=Plans(), route=route, begin=None)
-
-
-def pulling_out(s: ControllerState, context: PlanningContext, back: Segment) -> ControllerState:
-    """Begin a way back, after which the segment is driven once more."""
-    s = transition_on(s, Event.PULLS_OUT)
-    task = replace(s.task.onto((back, *s.task.on_whole().segments)), restarts=0)
-    return replace(s, task=task, begin=_with_progress(context.state, back.part.start))
-
-
-def coming_again(s: ControllerState, context: PlanningContext) -> ControllerState:
-    """End a way back: the segment is driven once more."""
-    back = s.task.whole
-    s = transition_on(s, Event.SEGMENT_ENDED)
-    task = replace(
-        s.task.onto(s.task.on_whole().segments[1:]),
-        pulled_out=s.task.pulled_out + 1,
-        restarts=0,
-        latched="",
-        looked_at=None,
-    )
-    # Progress on a way back goes on from where it begins, see `PathPart.driven_back`.
-    theta = 2.0 * back.part.start - float(context.state[THETA])
-    return replace(s, task=task, begin=_with_progress(context.state, theta))
+    task = Task.begun(manoeuvre.segments)
+    return replace(s, path=manoeuvre.path, task=task, plans=plans, route=route, begin=None)
 
 
 def begun_again(s: ControllerState, problem: str) -> ControllerState:
@@ -184,10 +167,3 @@ def begun_again(s: ControllerState, problem: str) -> ControllerState:
     if s.task.stop is not None:
         task = task.on(task.whole.stopped(s.task.stop, s.task.segment.tolerance))
     return replace(s, task=task, begin=None)
-
-
-def _with_progress(state: Array, theta: float) -> Array:
-    """A state (6,) with its progress on another segment [m]."""
-    state = state.copy()
-    state[THETA] = theta
-    return state

@@ -24,7 +24,6 @@ STATUS_OF = {
     Reason.SETTLES: Status.SETTLING,
     Reason.STANDS_AT_CUSP: Status.CHANGING_DIRECTION,
     Reason.STANDS_AT_STAGING_POSE: Status.CHANGING_DIRECTION,
-    Reason.STANDS_AT_WAY_BACK_END: Status.CHANGING_DIRECTION,
     Reason.NOT_DETECTED: Status.SEARCHING,
     Reason.DOCKED: Status.DOCKED,
     Reason.STALLED: Status.STALLED,
@@ -32,15 +31,6 @@ STATUS_OF = {
     Reason.NO_WAY: Status.STALLED,
 }
 """Of all verdicts but those that drive a plan."""
-_AS_PULLING_OUT = (
-    Status.FOLLOWING,
-    Status.ARRIVING,
-    Status.SETTLING,
-    Status.STARTING,
-    Status.CHANGING_DIRECTION,
-    Status.STALLED,
-)
-"""What is not said of a way back: it has one status of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,18 +39,13 @@ class Verdict:
 
     Attributes:
         reason: why; detail: what its message tells.
-        pull_out: it is on, or just before, the way back that is driven for the first or second time; 0: none.
     """
 
     reason: Reason
     detail: str = ""
-    pull_out: int = 0
 
     def __str__(self) -> str:
-        said = [self.reason.message.format(self.detail)]
-        if self.pull_out:
-            said.append(f"pulling out, to come again ({self.pull_out}. time)")
-        return "; ".join(filter(None, said))
+        return self.reason.message.format(self.detail)
 
 
 def status_of(verdict: Verdict, task: Task) -> Status:
@@ -73,6 +58,4 @@ def status_of(verdict: Verdict, task: Task) -> Status:
             status = Status.FAILED
         elif task.looks_past:
             status = Status.BLOCKED
-    if verdict.pull_out and status in _AS_PULLING_OUT:
-        return Status.PULLING_OUT
     return status

@@ -28,8 +28,8 @@ class Event(Enum):
     )
     MISSES = "it will stop outside the tolerance"
     OUTSIDE = "it stands outside the tolerance"
-    NO_TRIES_LEFT = "it gets no nearer, and has tried often enough"
     NO_PROGRESS = "it gets no nearer"
+    PLAN_MISSES = "its arrival is due, and its plan ends outside the tolerance"
     TARGET_MOVED = "the target is elsewhere"
     OBSTACLES_CHANGED = "what stands around it has changed, and it has stood for a while"
     CRUISE_FOUND = "a plan along the path was found"
@@ -44,8 +44,7 @@ class Event(Enum):
     GOAL_LOST = "it stands before a goal that is not known well enough"
     GOAL_CHANGED = "the goal of another dock is given, and the stop made for is not meant any more"
     FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
-    SEGMENT_ENDED = "it stands at a cusp, a staging pose, or the end of a way back"
-    PULLS_OUT = "it has to pull out, to come again"
+    SEGMENT_ENDED = "it stands at a cusp or a staging pose"
     MISTAKE = "this program went wrong in a cycle"
     WAY_LOST = "another way is to be planned"
     WAY_PLANNED = "a way was planned"
@@ -55,20 +54,8 @@ Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
 Effect = Callable[[ControllerState, PlanningContext], Task]
 
 
-def _tries_again(s: ControllerState, context: PlanningContext) -> Task:
-    return replace(s.task, restarts=s.task.restarts + 1)
-
-
-def _has_all_tries(s: ControllerState, context: PlanningContext) -> Task:
-    return replace(s.task, restarts=0)
-
-
 def _remembers_why(s: ControllerState, context: PlanningContext) -> Task:
     return replace(s.task, stall=Stall(target=context.target, obstacles=s.area.standing))
-
-
-def _begins_anew(s: ControllerState, context: PlanningContext) -> Task:
-    return replace(s.task, restarts=0, pulled_out=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,15 +82,16 @@ ON_ITS_WAY = tuple(phase for phase in Phase if phase is not PLANNING)
 TRANSITIONS = (
     # Looked for in every cycle: of the rows of a phase the first one that holds.
     Transition(DRIVING, Event.STOP_ENDS_INSIDE, SETTLING, conditions.stop_ends_inside),
-    Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside, _has_all_tries),
-    Transition(DRIVING, Event.NO_TRIES_LEFT, STALLED, conditions.no_tries_left, _remembers_why),
-    Transition(DRIVING, Event.NO_PROGRESS, STARTING, conditions.no_progress, _tries_again),
+    Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside),
+    Transition(DRIVING, Event.NO_PROGRESS, STALLED, conditions.no_progress, _remembers_why),
+    Transition((ARRIVING,), Event.PLAN_MISSES, STALLED, conditions.plan_misses, _remembers_why),
     Transition((STARTING,), Event.INSIDE, HOLDING, conditions.stands_inside),
+    Transition((STALLED,), Event.INSIDE, HOLDING, conditions.stands_well_inside),
     Transition((SETTLING,), Event.MISSES, STARTING, conditions.will_stop_outside),
     Transition((SETTLING, HOLDING), Event.OUTSIDE, STARTING, conditions.stands_outside),
-    Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest, _has_all_tries),
-    Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved, _begins_anew),
-    Transition((STALLED,), Event.OBSTACLES_CHANGED, STARTING, conditions.obstacles_changed, _has_all_tries),
+    Transition((SETTLING,), Event.AT_REST, HOLDING, conditions.came_to_rest),
+    Transition((STALLED,), Event.TARGET_MOVED, STARTING, conditions.target_moved),
+    Transition((STALLED,), Event.OBSTACLES_CHANGED, STARTING, conditions.obstacles_changed),
     # Reported by the code that finds it.
     Transition(SEEKING, Event.CRUISE_FOUND, CONTOURING),
     Transition(SEEKING, Event.ARRIVAL_FOUND, ARRIVING),
@@ -115,13 +103,12 @@ TRANSITIONS = (
     Transition((*SEEKING, SETTLING), Event.PLAN_LOST, STARTING),
     Transition((*SEEKING, SETTLING, STALLED), Event.GOAL_LOST, STARTING),
     Transition((*SEEKING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
-    Transition((STALLED,), Event.PULLS_OUT, STARTING),
     Transition(ON_ITS_WAY, Event.OVERLAP, STARTING),
     Transition(ON_ITS_WAY, Event.GOAL_CHANGED, STARTING),
     Transition(ON_ITS_WAY, Event.SEGMENT_ENDED, STARTING),
     Transition(ON_ITS_WAY, Event.MISTAKE, STARTING),
     Transition(ANY, Event.WAY_LOST, PLANNING),
-    Transition((PLANNING,), Event.WAY_PLANNED, STARTING),
+    Transition((*SEEKING, HOLDING, STALLED, PLANNING), Event.WAY_PLANNED, STARTING),
 )
 _LOOKED_FOR = {p: [row for row in TRANSITIONS if row.when and p in row.sources] for p in Phase}
 _REPORTED = {(p, row.event): row for row in TRANSITIONS if not row.when for p in row.sources}
@@ -166,5 +153,5 @@ def _beginning(s: ControllerState) -> ControllerState:
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED):
         vehicle = replace(vehicle, standing_since=s.now)
-    task = replace(s.task.for_arrival(None), phase=STARTING, outside_since=None)
+    task = replace(s.task, arrival=None, phase=STARTING, outside_since=None)
     return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))

@@ -60,9 +60,9 @@ class ControllerConfig(Settings):
         method: see `Method`.
         staging: where `Method.SEPARATED` stops: so far before the goal's projection onto the path [m], or at
             the path's end where the goal lies behind it.
-        recovery: whether a vehicle that misses its goal tries other ways: it backs up into the goal, or pulls
-            out and comes again. None: with method `dynamic` and a planned arrival; the paper's objectives
-            stall as they did. True gives any of them what of it suits it.
+        recovery: whether a vehicle that cannot get on along its path plans another way, in all of its
+            corridor. None: with method `dynamic` and a planned arrival; the paper's objectives stall as they
+            did.
         progress_reverses: theta_dot may be negative (published code). Near the centre of a bend the lag
             error hardly knows theta, and a plan whose progress may run back can then hang there.
         reference_turns: a plan knows that the path's heading changes with its progress. The published code

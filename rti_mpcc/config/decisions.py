@@ -42,10 +42,12 @@ class Behaviour(Settings):
             which a target has not moved for a vehicle that stalled before it.
         settle_time: a braked stop that ends the arrival takes no longer than this [s]; until then the plan is
             driven.
-        cusp_tolerance: what counts as being at a cusp, a staging pose or the end of a way back: longitudinal
-            [m], lateral [m], heading [rad] (3 deg).
-        cusp_reach: a vehicle that stands within this distance of a cusp, or of the end of a way back, may go
-            on from there [m].
+        due_time: an arrival that has its shortest time to go for so long [s] is due: what it comes to shows.
+            due_share: a braked stop within this share of the tolerance ends it then; where its plan ends
+            outside the tolerance another way is planned.
+        cusp_tolerance: what counts as being at a cusp or a staging pose: longitudinal [m], lateral [m],
+            heading [rad] (3 deg).
+        cusp_reach: a vehicle that stands within this distance of a cusp may go on from there [m].
         cusp_shift: share of the tolerance at a cusp by which the pose that is made for may lie beside it:
             the rest is for how the vehicle gets there (docs/decisions/13-cusps.md).
         wheels_off: a segment that says so is begun with the wheels within this of the angle that it begins
@@ -63,6 +65,8 @@ class Behaviour(Settings):
     outside_share: Annotated[float, Field(ge=1.0, le=1e12)] = 2.0
     settle_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
     settle_time: NonNegative = 0.75
+    due_time: NonNegative = 0.3
+    due_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.8
     cusp_tolerance: Tolerance = (0.1, 0.1, radians(3.0))
     cusp_reach: NonNegative = 0.5
     cusp_shift: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
@@ -85,35 +89,15 @@ class Retries(Settings):
     """What a vehicle does that does not get to its target in one go, or finds no plan.
 
     Attributes:
-        restarts: so often a vehicle that stopped outside the tolerance begins its segment again.
-        retry_time: the arrival of a vehicle that does so, or stands beside its target, takes at least so long
-            [s]: it may have to back off first.
         replan_interval: time between two looks whether the way is free again, or whether there is a plan [s].
         give_up_time: a vehicle that stands so long without a first plan [s] says that it failed, and looks
-            less often; on a way back it comes again from where it is; stalled, it tries again where the
-            obstacles have changed.
-        retreat_speed: of backing off, or up into the goal, against the direction of the segment [m/s];
-            retreat_reach: so near the stop point that may be [m].
-        pull_out: how far back along its segment a vehicle pulls out that has stalled, the first time, the
-            second, and so on, in lengths of its body: 8.1 and 16.1 m for the default one
-            (docs/decisions/15-pulling-out.md).
-        least_pull_out: a shorter way back is not driven, in lengths of the body: 2.0 m.
-        beyond_goal: how far the guess of an arrival that backs up into its goal drives beyond it [m];
-            reverse_time: how long its way back takes [s] (docs/decisions/14-past-the-goal.md).
-        accepted_miss: a first plan that ends within so many times the goal tolerance is no reason to back up
-            into the goal.
+            less often; stalled, it tries again where the obstacles have changed.
+        accepted_miss: a first plan that ends within so many times the goal tolerance is driven; from rest
+            another way is planned in place of one that misses by more.
     """
 
-    restarts: Annotated[int, Field(ge=0, le=1000)] = 3
-    retry_time: NonNegative = 10.0
     replan_interval: NonNegative = 0.5
     give_up_time: NonNegative = 5.0
-    retreat_speed: NonNegative = 0.3
-    retreat_reach: NonNegative = 2.0
-    pull_out: tuple[Positive, ...] = (1.8, 3.6)
-    least_pull_out: Positive = 0.45
-    beyond_goal: Positive = 1.0
-    reverse_time: Positive = 10.0
     accepted_miss: Annotated[float, Field(ge=1.0, le=1e12)] = 1.5
 
 
@@ -127,6 +111,7 @@ class ArrivalTiming(Settings):
         waiting_reach: no arrival within reach waits until it is nearer than this [m]: (T2) leaves a slow
             vehicle no room to get across to a goal beside its path. With a speed limit of 0.5 m/s it began
             0.9 m before such a goal and stalled (docs/decisions/01-arrival-at-rest.md).
+        late_reach: nearer to its target than this an arrival that has fallen behind keeps its time [m].
         passed_distance: a vehicle that has passed its target by less than this [m] still has that way left.
         target_moved: a target that has moved by more than this is a new arrival [m].
         lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes.
@@ -144,6 +129,7 @@ class ArrivalTiming(Settings):
     planned_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     least_time: Positive = 1.0
     waiting_reach: NonNegative = 30.0
+    late_reach: NonNegative = 2.0
     passed_distance: NonNegative = 0.5
     target_moved: NonNegative = 0.1
     lost_cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 2.5
@@ -214,7 +200,7 @@ class Search(Settings):
 
 
 class Guesses(Settings):
-    """The shape of a first guess: how it comes to the path, and past an obstacle on it.
+    """The shape of a first guess: how it comes to the path.
 
     Attributes:
         fade_distance: over which an offset at the start or at the target fades into the path [m], at least.
@@ -225,10 +211,6 @@ class Guesses(Settings):
             the fade needs it [rad] has the steering turned first.
         least_stretch: way beside a bend's inside per way of the path, at least: the guess must not run into
             the centre.
-        detour_clearance: kept from the obstacle beside a detour [m].
-        longest_swing: way over which a detour swings out, and back, at most [m].
-        shortest_swing: and at least [m]: from a guess that breaks the dynamics the iterations come to one
-            that obeys them.
     """
 
     fade_distance: Positive = 12.0
@@ -236,6 +218,3 @@ class Guesses(Settings):
     fade_heading: Annotated[float, Field(gt=0.0, le=1.5)] = 1.05
     astray: NonNegative = 0.05
     least_stretch: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
-    detour_clearance: NonNegative = 0.3
-    longest_swing: Positive = 10.0
-    shortest_swing: Positive = 1.0

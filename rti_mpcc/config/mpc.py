@@ -49,8 +49,6 @@ class Weights(Settings):
         firm_time: time to go [s] below which an arrival's effort counts less and less, as its cube. The error
             that a plan accepts at the goal to save effort grows with 1/t_go³: without this it is all of the
             way left at 1 s (docs/decisions, 1).
-        insisting_share: share of its effort that counts in an arrival that may change its direction near the
-            goal. An error that is left for later to save effort would cost another turn.
     """
 
     lag: NonNegative = 1e3
@@ -83,7 +81,6 @@ class Weights(Settings):
     comfort_clip: Positive = 0.1
     goal_clip: tuple[Positive, Positive] = (0.5, 0.3)
     firm_time: Positive = 5.0
-    insisting_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
 
 
 class SpeedProfile(Settings):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field
 
@@ -41,7 +41,8 @@ class RoutePlanner(Settings):
             [rad].
         unmoved: what is planned goes on while the vehicle and its goal are within this of where they were
             (longitudinal [m], lateral [m], heading [rad]); near: and is driven from within this.
-        slices: of planning in one cycle of a vehicle that stands, at most; one of a vehicle that drives.
+        join_after: a way that a vehicle is to go on without a stop begins so far ahead of it [s].
+        slices: of planning in one cycle, at most.
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
     """
 
@@ -59,7 +60,7 @@ class RoutePlanner(Settings):
     arc: Annotated[float, Field(gt=0.0, le=1.0)] = 0.16
     open: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
     weight: Annotated[float, Field(ge=1.0, le=100.0)] = 3.0
-    finer: tuple[Positive, ...] = (1.0, 4.0, 16.0, 32.0)
+    finer: tuple[Positive, ...] = (1.0, 2.0, 4.0, 16.0, 32.0)
     cells: Annotated[int, Field(ge=100, le=10**8)] = 200_000
     places: Annotated[int, Field(ge=1, le=10_000)] = 40
     knots: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
@@ -74,6 +75,17 @@ class RoutePlanner(Settings):
     goal_moved: tuple[Positive, Positive] = (1.0, 0.35)
     unmoved: Tolerance = (0.03, 0.03, 0.03)
     near: Tolerance = (0.1, 0.05, 0.035)
-    slices: Annotated[int, Field(ge=1, le=10_000)] = 4
+    join_after: Positive = 1.0
+    slices: Annotated[int, Field(ge=1, le=10_000)] = 2
     nodes: Annotated[int, Field(ge=1, le=10**9)] = 100_000
     seconds: Positive = 20.0
+
+    def along_path(self) -> Self:
+        """The settings for another way than a path that was given.
+
+        The path has said in which direction to drive, so neither costs more. Where there was one there is
+        room, so a way with fewer changes of direction is soon found, and what is not found soon is not there.
+        """
+        return self.model_copy(
+            update={"reverse_cost": 1.0, "cusp_cost": 6.0, "weight": 2.0, "nodes": min(self.nodes, 20_000)}
+        )

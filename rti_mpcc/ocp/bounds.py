@@ -33,8 +33,7 @@ def stage_bounds(
     direction: int,
     theta: Array,
     *,
-    retreat: float = 0.0,
-    reach: float | None = None,
+    turns: bool = False,
     ends: bool = True,
     most: Array | None = None,
     disturbance: Disturbance = UNDISTURBED,
@@ -42,10 +41,9 @@ def stage_bounds(
     """The limits, one direction of motion, and the speed profile where the configuration has one.
 
     Args:
-        direction: d of the part: d v >= -retreat [m/s].
+        direction: d of the part: d v >= 0.
         theta: (N+1,) progress of the plan that is linearised about [m].
-        retreat: speed allowed against the direction [m/s], from `reach` [m] before the stop point on; None:
-            `Retries.retreat_reach`.
+        turns: whether it may also drive against that direction.
         ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
@@ -62,8 +60,7 @@ def stage_bounds(
         target.stop,
         inf if profile is None else profile.at_stop(target.behind),
         0.0 if profile is None else profile.deceleration,
-        min(retreat, limits.speed),
-        target.stop - (config.retries.retreat_reach if reach is None else reach),
+        limits.speed if turns else 0.0,
         1.0 if profile is not None else progress.headroom,
         config.progress_reverses,
         (o - limits.steering, o + limits.steering),
@@ -85,8 +82,7 @@ def _stage_bounds(
     stop: float,
     final: float,
     deceleration: float,
-    retreat: float,
-    retreats_from: float,
+    back: float,
     headroom: float,
     reverses: bool,
     steering: tuple[float, float],
@@ -102,7 +98,6 @@ def _stage_bounds(
         speed = min(limit, sqrt(final * final + 2.0 * deceleration * left))
         if len(most) > 0:
             speed = min(speed, most[k])
-        back = retreat if theta[k + 1] >= retreats_from else 0.0
         virtual = headroom * speed
         states[k, 0, 0], states[k, 1, 0] = (-back, speed) if direction > 0 else (-speed, back)
         states[k, 0, 1], states[k, 1, 1] = steering

@@ -93,13 +93,8 @@ class HorizonObjective(Protocol):
     def ends(self, config: ControllerConfig) -> bool:
         """Whether the progress ends at the target's stop."""
 
-    def weights(
-        self, config: ControllerConfig, target: Target, theta: Array, lengths: Array, *, insists: bool
-    ) -> StageWeights:
-        """Weights at progress `theta` (N+1,) [m] of stages of these `lengths` (N,) [s].
-
-        `insists`: the vehicle may change its direction of motion near the target.
-        """
+    def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
+        """Weights at progress `theta` (N+1,) [m] of stages of these `lengths` (N,) [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +118,7 @@ class Contouring:
         """Where no planned arrival follows; a cruise goes on along the extrapolated path."""
         return not config.arrival
 
-    def weights(
-        self, config: ControllerConfig, target: Target, theta: Array, lengths: Array, *, insists: bool
-    ) -> StageWeights:
+    def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
         """See `contouring_weights`."""
         return contouring_weights(
             config.weights,
@@ -161,11 +154,9 @@ class ArrivalAtRest:
         """It does."""
         return True
 
-    def weights(
-        self, config: ControllerConfig, target: Target, theta: Array, lengths: Array, *, insists: bool
-    ) -> StageWeights:
+    def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
         """See `arrival_weights`."""
-        return arrival_weights(config.weights, target, theta, lengths, insists=insists)
+        return arrival_weights(config.weights, target, theta, lengths)
 
 
 def sigma(distance: Array | float, weights: Weights) -> Array:
@@ -252,18 +243,13 @@ def contouring_weights(
     return states
 
 
-def arrival_weights(
-    weights: Weights, target: Target, theta: Array, lengths: Array, *, insists: bool = False
-) -> StageWeights:
+def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Array) -> StageWeights:
     """One planned arrival at rest at the target at the horizon's end (docs/method.md).
 
-    Args as `contouring_weights`, and
-        insists: whether effort counts little against an error at the goal, however far ahead that is.
+    Args as `contouring_weights`.
     """
     share = stage_share(lengths, weights)
     firm = min(1.0, float(lengths.sum()) / weights.firm_time) ** 3
-    if insists:
-        firm = min(firm, weights.insisting_share)
     found = pose_weights(
         weights,
         share,

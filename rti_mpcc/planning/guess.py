@@ -6,7 +6,6 @@ iteration never begins there: at the start, after a cusp, a stop or a change of 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import atan, cos, hypot, sin, sqrt, tan
 
 import numpy as np
@@ -19,7 +18,6 @@ from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.arrival import cubic_motion, paced_motion
-from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array, Trajectory
 
@@ -32,7 +30,6 @@ def arrival_guess(
     distance: float,
     pace: Pace,
     config: ControllerConfig,
-    detour: Detour | None = None,
 ) -> Trajectory:
     """The arrival over `times` (N+1,) from the speed of `state` (6,) to rest, so far [m] further along."""
     speed = max(part.direction * float(state[V]), 0.0)
@@ -42,44 +39,7 @@ def arrival_guess(
         # The QP would not let it be so fast: the motion that the time was planned with.
         highest = pace.ahead(theta, distance, config)
         s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest)
-    return along_path(part, target, state, times, s, rate, config, detour)
-
-
-def reverse_guess(
-    part: PathPart,
-    target: Target,
-    state: Array,
-    times: Array,
-    distance: float,
-    pace: Pace,
-    config: ControllerConfig,
-    past: float,
-) -> Trajectory:
-    """The arrival over `times` (N+1,) that ends `past` [m] beyond the target, and straight back to it.
-
-    The way back is a cubic over the last `Retries.reverse_time`.
-    """
-    d, goal = part.direction, target.pose
-    turns_at = times[-1] - config.retries.reverse_time
-    turn = min(max(int(np.searchsorted(times, turns_at)), 2), len(times) - 2)
-    beyond = replace(
-        target,
-        pose=goal.compose(Pose2(d * past, 0.0, 0.0)),
-        theta=target.theta + past,
-    )
-    onward = arrival_guess(part, beyond, state, times[: turn + 1], distance + past, pace, config).states
-    span = times[-1] - times[turn]
-    tau = (times[turn + 1 :] - times[turn]) / span
-    left = past * (1.0 - 3.0 * tau**2 + 2.0 * tau**3)
-    back = np.zeros((len(tau), STATES))
-    back[:, X] = goal.x + d * left * cos(goal.phi)
-    back[:, Y] = goal.y + d * left * sin(goal.phi)
-    back[:, PHI] = lift(goal.phi, float(onward[-1, PHI]))
-    back[:, THETA] = target.stop
-    back[:, V] = -d * past / span * 6.0 * (tau - tau**2)
-    states = np.concatenate((onward, back))
-    states[1:, THETA] = np.minimum(states[1:, THETA], target.stop)
-    return _with_controls(times, states, config)
+    return along_path(part, target, state, times, s, rate, config)
 
 
 def cruise_guess(
@@ -89,7 +49,6 @@ def cruise_guess(
     times: Array,
     pace: Pace,
     config: ControllerConfig,
-    detour: Detour | None = None,
 ) -> Trajectory:
     """Speed changing in comfort to the cruise speed, as far as (P2) lets it, until the target's progress."""
     now = max(part.direction * float(state[V]), 0.0)
@@ -102,7 +61,7 @@ def cruise_guess(
         s, rate = _slowed(rate, theta, elapsed, now, pace.room, config)
     left = max(target.theta - theta, 0.0)
     rate = np.where(s < left, rate, 0.0)
-    return along_path(part, target, state, times, np.minimum(s, left), rate, config, detour)
+    return along_path(part, target, state, times, np.minimum(s, left), rate, config)
 
 
 def _slowed(
@@ -127,19 +86,18 @@ def along_path(
     s: Array,
     rate: Array,
     config: ControllerConfig,
-    detour: Detour | None = None,
 ) -> Trajectory:
     """The trajectory that has driven the way `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
     The vehicle's offset from the path fades out over the first metres, the target's fades in over the last,
-    both as cubics whose slope is the heading; a detour is on top of that. The guess need not obey the
-    dynamics, the first iterations see to that, but the less it slips sideways the less they have to change.
+    both as cubics whose slope is the heading. The guess need not obey the dynamics, the first iterations see
+    to that, but the less it slips sideways the less they have to change.
     """
     lead = _lead_in(part, target, state, times, rate, config)
     led = len(lead) - 1
     if led:
         s, rate, state = s[led:] - s[led], rate[led:], lead[-1]
-    states = _faded(part, target, state, s, rate, config, detour)
+    states = _faded(part, target, state, s, rate, config)
     if led:
         states = np.vstack([lead[:-1], states])
     return _with_controls(times, states, config)
@@ -170,7 +128,6 @@ def _faded(
     s: Array,
     rate: Array,
     config: ControllerConfig,
-    detour: Detour | None,
 ) -> Array:
     """States (n, 6) along the path from `state` on, `s` (n,) [m] further each, at speed `rate` (n,) [m/s]."""
     theta = state[THETA] + s
@@ -181,14 +138,13 @@ def _faded(
     distance = max(target.theta - float(state[THETA]), 1e-3)
     settings = config.guesses
     reach, fade = min(settings.fade_distance, distance), min(_fade_length(begin.y, settings), distance)
-    beside, turned = (np.zeros_like(s), np.zeros_like(s)) if detour is None else detour.beside(theta)
     states = np.empty((len(s), STATES))
     _beside_path(
         reference.x, reference.y, reference.phi, reference.slope, float(part.direction),
         s, rate, theta, target.theta, target.stop,
         (begin.x, begin.y, _slope(begin.phi, settings)), fade,
         (end.x, end.y, _slope(end.phi, settings)), reach,
-        beside, turned, settings.least_stretch, config.vehicle.wheelbase, config.limits.steering, states,
+        settings.least_stretch, config.vehicle.wheelbase, config.limits.steering, states,
     )  # fmt: skip
     states[0] = state
     states[0, PHI] = lift(float(state[PHI]), float(states[1, PHI]))
@@ -260,21 +216,19 @@ def _beside_path(
     fade: float,
     end: tuple[float, float, float],
     reach: float,
-    beside: Array1,
-    turned: Array1,
     least_stretch: float,
     wheelbase: float,
     most: float,
     states: Out2,
 ) -> None:
     """Beside the path by what fades of the offsets at the begin and at the end, each along, across and their
-    slope, and by a detour; the steering is that of how the heading turns, `most` at most."""
+    slope; the steering is that of how the heading turns, `most` at most."""
     for k in range(len(s)):
         left, into = 1.0 - s[k] / fade, 1.0 + (theta[k] - target) / reach
         across_begin, slope_begin = _fade(left, begin[1], -direction * begin[2], fade)
         across_end, slope_end = _fade(into, end[1], direction * end[2], reach)
         along = _smooth(left) * begin[0] + _smooth(into) * end[0]
-        across, slope = across_begin + across_end + beside[k], slope_end - slope_begin + turned[k]
+        across, slope = across_begin + across_end, slope_end - slope_begin
         stretch = max(1.0 - direction * bend[k] * across, least_stretch)
         states[k, X] = x[k] + cos(phi[k]) * along - sin(phi[k]) * across
         states[k, Y] = y[k] + sin(phi[k]) * along + cos(phi[k]) * across

@@ -29,36 +29,12 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
             if _too_short(begun.arrival, duration, context, config):
                 begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
         arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
-        return replace(s.suspending(begun), task=s.task.for_arrival(arrival, begun.segment.beyond))
+        return replace(s.suspending(begun), task=replace(s.task, arrival=arrival))
     s = s.suspending(None)
     if not _arrives(s, context, config):
-        return replace(s, task=s.task.for_arrival(None))
-    duration, restarts = _duration(context, config), s.task.restarts
-    if _beside(s, context, config):
-        restarts = max(restarts, 1)
-    if restarts > 0:
-        duration = max(duration, config.retries.retry_time)
-    arrival = Arrival(at=context.begin + duration, timed_for=pose)
-    return replace(s, task=replace(s.task.for_arrival(arrival), restarts=restarts))
-
-
-def scheduled_past_goal(
-    s: ControllerState, context: PlanningContext, config: ControllerConfig
-) -> ControllerState | None:
-    """The same for an arrival that passes the goal and backs up into it; None: there is none to begin."""
-    if not (config.recovers and context.ends_at_goal and context.free):
-        return None
-    begun = s.plans.suspended
-    if begun is not None and not begun.segment.reverses_into_goal:
-        # It was for an arrival onward, which was found meanwhile.
-        s = s.suspending(None)
-    s = scheduled(s, context, config)
-    arrival = s.task.arrival
-    if arrival is None or s.task.segment.reverses_into_goal:
-        return None if arrival is None else s
-    retries = config.retries
-    at = context.begin + (_duration(context, config, beyond=retries.beyond_goal) + retries.reverse_time)
-    return replace(s, task=s.task.for_arrival(replace(arrival, at=at), retries.beyond_goal))
+        return replace(s, task=replace(s.task, arrival=None))
+    arrival = Arrival(at=context.begin + _duration(context, config), timed_for=pose)
+    return replace(s, task=replace(s.task, arrival=arrival))
 
 
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
@@ -76,8 +52,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
     if moved or lost or s.task.halt is not None or _falls_behind(arrival, context, config):
         due = begin + _duration(context, config)
-        # One that backs up may be past its goal, and has no way left but time to take.
-        at = due if moved and not s.task.segment.reverses_into_goal else max(due, arrival.at)
+        at = due if moved else max(due, arrival.at)
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
     elif arrival.at >= begin + timing.least_time:
         if arrival.overdue_since is None:
@@ -109,14 +84,6 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     return contouring and context.distance <= needed
 
 
-def retreat(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float:
-    """Speed allowed near the target against the segment's direction [m/s]: to back up, or to try again."""
-    task = s.task
-    near = hypot(context.error.x, context.error.y) <= config.retries.retreat_reach
-    backs = task.segment.reverses_into_goal or (task.restarts > 0 and near)
-    return config.retries.retreat_speed if backs else 0.0
-
-
 def apart(one: Pose2, other: Pose2) -> float:
     """Distance [m]."""
     return hypot(one.x - other.x, one.y - other.y)
@@ -130,9 +97,9 @@ def _arrives(s: ControllerState, context: PlanningContext, config: ControllerCon
     return within_reach(context.distance, context.speed, config, context.pace, theta)
 
 
-def _duration(context: PlanningContext, config: ControllerConfig, beyond: float = 0.0) -> float:
-    """What the arrival, or one so much beyond the target [m], takes from here [s]."""
-    distance = context.distance + beyond
+def _duration(context: PlanningContext, config: ControllerConfig) -> float:
+    """What the arrival takes from here [s]."""
+    distance = context.distance
     highest = context.pace.ahead(float(context.state[THETA]), distance, config)
     least = config.arrival_timing.least_time
     return time_to_go(distance, context.speed, config.arrival_acceleration, least, highest)
@@ -143,10 +110,10 @@ def _falls_behind(arrival: Arrival, context: PlanningContext, config: Controller
     already.
 
     One that is slow for its way, too, may not get on at all, and one that is near may be beside its target:
-    their arrivals are to be overdue some time, and they try again.
+    their arrivals are to be overdue some time.
     """
     distance, timing = context.distance, config.arrival_timing
-    if distance <= config.retries.retreat_reach:
+    if distance <= timing.late_reach:
         return False
     needed = time_to_go(distance, context.speed, config.arrival_acceleration, timing.least_time)
     drives = context.speed * needed >= timing.kept_share * distance
@@ -156,18 +123,6 @@ def _falls_behind(arrival: Arrival, context: PlanningContext, config: Controller
 def _too_short(arrival: Arrival, needed: float, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether far less time is left to an arrival than is `needed` [s]."""
     return arrival.at - context.begin < config.arrival_timing.kept_share * needed
-
-
-def _beside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether the vehicle stands so near its target, and beside it, that it has to back off to get there.
-
-    Not on a way that was planned from where it stands: that one can be driven.
-    """
-    if s.route is not None and s.task.restarts == 0:
-        return False
-    error, (_, across, heading) = context.error, context.tolerance
-    near = hypot(error.x, error.y) <= config.retries.retreat_reach
-    return near and s.is_stationary and (abs(error.y) > across or abs(error.phi) > heading)
 
 
 def _later(begun: SuspendedSearch, seconds: float) -> SuspendedSearch:

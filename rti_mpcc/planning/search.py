@@ -19,10 +19,8 @@ from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.detour import Detour
-from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
-from rti_mpcc.planning.schedule import retreat
-from rti_mpcc.planning.state import ControllerState, Obstruction, SuspendedSearch
+from rti_mpcc.planning.guess import arrival_guess, cruise_guess
+from rti_mpcc.planning.state import ControllerState, SuspendedSearch
 from rti_mpcc.types import Array, Objective, Trajectory
 
 NO_TIME = "the deadline left no time for an iteration"
@@ -218,7 +216,6 @@ def _iterate(
         last=start.last,
         plan=start.guess,
         objective=s.task.objective,
-        retreat=retreat(s, context, mpcc.config),
         damping=start.damping,
         steps=start.steps,
         again=start.iterate is not None,
@@ -266,36 +263,14 @@ def suspended(
     return s.suspending(search)
 
 
-def sought_past(s: ControllerState, obstruction: Obstruction) -> ControllerState:
-    """A search that ran out of time is for a way past what fills the way."""
-    begun = s.plans.suspended
-    return s if begun is None else s.suspending(replace(begun, obstruction=obstruction))
-
-
-def reverse_search(s: ControllerState, *, failed: bool) -> ControllerState:
-    """Whether one that backs up has failed already, for what a search that ran out of time still tries."""
-    begun = s.plans.suspended
-    return s if begun is None else s.suspending(replace(begun, reverse_failed=failed))
-
-
-def first_guess(
-    mpcc: RtiMpcc, s: ControllerState, context: PlanningContext, detour: Detour | None = None
-) -> Trajectory:
-    """Where the iterations begin for the objective that was chosen.
-
-    `detour`: on the way onward; one that backs up makes none.
-    """
+def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> Trajectory:
+    """Where the iterations begin for the objective that was chosen."""
     config, arrival, part, target = mpcc.config, s.task.arrival, mpcc.part, context.target
     horizon = config.cruise_horizon if arrival is None else arrival.at - context.begin
     times = stage_times(context.begin, stage_lengths(horizon, config.cycle, config.stages, config.fine_stage))
     if s.task.objective.kind is Objective.CONTOURING:
-        return cruise_guess(part, target, context.state, times, context.pace, config, detour)
-    beyond = s.task.segment.beyond
-    if beyond is not None:
-        return reverse_guess(
-            part, target, context.state, times, context.distance, context.pace, config, beyond
-        )
-    return arrival_guess(part, target, context.state, times, context.distance, context.pace, config, detour)
+        return cruise_guess(part, target, context.state, times, context.pace, config)
+    return arrival_guess(part, target, context.state, times, context.distance, context.pace, config)
 
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:

@@ -18,7 +18,6 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
-from rti_mpcc.planning.detour import Detour
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
@@ -42,14 +41,11 @@ class Candidate(Enum):
     """What a first plan may be, in the order in which it is looked for."""
 
     ONWARD = "onward to the target, from a guess along the path"
-    PAST_EITHER_SIDE = "where something fills the way: past one side of it, past the other"
-    STOP_BEFORE = (
-        "a stop before it; from there it is looked again when something has changed, or once from rest"
+    ANOTHER_WAY = (
+        "from rest, where that is not clear, or misses the goal by more than `Retries.accepted_miss` of its "
+        "tolerance: another way, planned from here, unless there is none"
     )
-    BACK_INTO_GOAL = (
-        "where all of that misses the goal by more than `Retries.accepted_miss` of its tolerance, or stops "
-        "short of it: past the goal and back up into it"
-    )
+    STOP_BEFORE = "a stop before what fills the way; from there another way is planned"
 
 
 DRIVING = (Phase.CONTOURING, Phase.ARRIVING)
@@ -95,19 +91,6 @@ class Stall:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Obstruction:
-    """What fills the way of a first guess.
-
-    Attributes:
-        at: progress at which a body on the path meets it [m].
-        detours: ways past it, for guesses, which were not tried in vain yet; the first one is being tried.
-    """
-
-    at: float
-    detours: tuple[Detour, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class SuspendedSearch:
     """A search for a first plan that goes on in the next cycle.
 
@@ -117,8 +100,6 @@ class SuspendedSearch:
         iterate: how far the QP had come that was stopped, or None.
         target: what the plan is to end in; segment: what it is for, or the piece of it.
         arrival: what is planned, or None while contouring; begin: when the plan begins [s].
-        reverse_failed: an arrival that backs up was looked for before, in vain.
-        obstruction: what the guess that it began from goes past; None: nothing.
     """
 
     solution: Solution | None
@@ -129,22 +110,11 @@ class SuspendedSearch:
     arrival: Arrival | None
     begin: float
     unsolved: int = 0
-    reverse_failed: bool = False
-    obstruction: Obstruction | None = None
 
     @property
     def candidates(self) -> tuple[Candidate, ...]:
-        """What is still to be tried, beginning with what it is for.
-
-        On the way to a stop that is nothing else. What was found before one that backs up is not kept.
-        """
-        onward, past, stop, back = Candidate
-        if self.segment.stop is not None:
-            return (onward,)
-        if self.segment.reverses_into_goal:
-            return back, onward, past, stop
-        left = (past, stop) if self.obstruction is not None else (onward, past, stop)
-        return left if self.reverse_failed else (*left, back)
+        """What is still to be tried, beginning with what it is for: on the way to a stop nothing else."""
+        return tuple(Candidate) if self.segment.stop is None else (Candidate.ONWARD,)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,8 +209,6 @@ class Task:
         halt: see `Halt`; None while nothing is in the way.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
         looked_at: when a vehicle that stands without a plan last looked for one [s], or None.
-        restarts: how often the segment was begun again after a stop outside the tolerance.
-        pulled_out: how often the vehicle has pulled out to come again.
         stall: what it stood before when it stalled last, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven, or the last halt was over [s].
@@ -255,8 +223,6 @@ class Task:
     halt: Halt | None = None
     latched: str = ""
     looked_at: float | None = None
-    restarts: int = 0
-    pulled_out: int = 0
     stall: Stall | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
@@ -298,13 +264,6 @@ class Task:
         """The same on the way to a stop of which something else is known."""
         return self.on(replace(self.segment, stop=stop))
 
-    def for_arrival(self, arrival: Arrival | None, beyond: float | None = None) -> Task:
-        """With an arrival planned, or none; `beyond`: so far past the goal [m], and back up into it."""
-        task = replace(self, arrival=arrival)
-        if beyond is not None:
-            return task.on(self.whole.backing_up(beyond))
-        return task if self.segment.beyond is None else task.on_whole()
-
     @property
     def drives(self) -> bool:
         """Whether a plan is being driven."""
@@ -343,21 +302,26 @@ class Plans:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RouteState:
-    """What a controller in an area knows of its way.
+    """What a controller that plans ways knows of them.
 
     Attributes:
+        end: of the path that was given, the goal while there is no other one; None in an area.
         manoeuvre: the last one that was planned, found or not; None before the first one.
-        why: why another one is planned, or "".
+        why: why another one is planned, or ""; wanted: why the search for a first plan wants one, or "".
         since: when the vehicle set out on the present one, or began to plan another one [s].
         changes: number of obstacle changes that the last one knew of.
-        planned: how many were found; seconds: that all searches took.
+        ways: on so many the vehicle has set out, the path that was given among them; seconds: that all
+            searches took.
     """
+
+    end: Pose2 | None = None
 
     manoeuvre: Manoeuvre | None = None
     why: str = ""
+    wanted: str = ""
     since: float = 0.0
     changes: int = 0
-    planned: int = 0
+    ways: int = 0
     seconds: float = 0.0
 
 
@@ -368,7 +332,7 @@ class ControllerState:
     Attributes:
         clock, vehicle, goal, task, plans: see there.
         path: the route that the segments of the task are on.
-        route: how the way was planned; None where it was given.
+        route: what is known of planned ways; None where none is ever planned.
         area: where the vehicle may be, with the obstacles that were given last.
         queue: commands on their way to the actuators.
         begin: state (6,) that the last cycle's command began to act in, or None at the begin of a segment.
@@ -389,6 +353,18 @@ class ControllerState:
     def now(self) -> float:
         """Time of this cycle on the controller's own clock [s]."""
         return self.clock.now
+
+    @property
+    def on_planned_way(self) -> bool:
+        """Whether its way was planned in an area, and not given with a corridor."""
+        return self.area.corridor.area is not None
+
+    @property
+    def goal_pose(self) -> Pose2 | None:
+        """The goal; None in an area while none was told."""
+        if self.goal.pose is not None:
+            return self.goal.pose
+        return None if self.route is None else self.route.end
 
     @property
     def is_stationary(self) -> bool:

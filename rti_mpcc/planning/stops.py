@@ -82,14 +82,10 @@ def looked(s: ControllerState, context: PlanningContext, config: ControllerConfi
 
 
 def way_may_be_free(s: ControllerState, config: ControllerConfig) -> bool:
-    """Whether it is worth looking again if something still fills the way.
-
-    From the stop itself it is once: what could not be passed in one go from far away may be from rest there.
-    """
+    """Whether it is worth looking again if something still fills the way."""
     stop, goal = s.task.stop, s.goal.pose
     if stop is None or s.now - stop.since < config.retries.replan_interval:
         return False
     before, most = stop.goal, config.arrival_timing.target_moved
     elsewhere = before is not goal if before is None or goal is None else apart(before, goal) > most
-    there_now = s.route is None and s.task.phase is Phase.HOLDING and not stop.from_there
-    return elsewhere or there_now or stop.obstacles != s.area.changes
+    return elsewhere or stop.obstacles != s.area.changes

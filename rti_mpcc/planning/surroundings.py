@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geometry import Area, Corridor, CorridorError, ReferencePath
+from geometry.corridor_area import area_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
@@ -59,6 +60,15 @@ class Surroundings:
         corridor = Corridor.in_area(area)
         return cls(corridor=corridor, known=corridor, obstacles=())
 
+    def without_path(self, area: Area) -> Surroundings:
+        """The same obstacles in an area, in place of a corridor along a path."""
+        if self.corridor.area is not None:
+            return self
+        corridor = Corridor.in_area(area)
+        stand = corridor.with_obstacles([each.outline for each in self.standing])
+        known = corridor.with_obstacles([each.outline for each in self.obstacles]) if self.moving else stand
+        return replace(self, corridor=stand, known=known)
+
     @property
     def standing(self) -> tuple[Obstacle, ...]:
         """The obstacles that stand, as far as is known."""
@@ -92,6 +102,17 @@ class Surroundings:
             given_at=now,
             changes=self.changes + changed,
         )
+
+
+def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area:
+    """All of the corridor along a path, and beyond its open ends as far as a body may have to go for a goal
+    there; in this a vehicle may look for another way.
+
+    Raises:
+        CorridorError: the boundaries do not enclose the path.
+    """
+    vehicle = config.vehicle
+    return area_of(corridor, path, beyond=config.goal_limits.reach + 2.0 * (vehicle.front + vehicle.rear))
 
 
 def standing(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:

@@ -75,7 +75,7 @@ def film_of_run(result: RunResult, observed: Sequence[ObservedCycle], *, label: 
             time=float(time),
             pose=truth.poses[row],
             goal=truth.goals[row],
-            corridor=one.corridor if in_area else result.corridors[scene][1],
+            corridor=one.corridor if in_area or one.planned is not None else result.corridors[scene][1],
             config=result.config,
             obstacles=result.besides[scene][1] if in_area else None,
         )
@@ -109,7 +109,7 @@ def film_of_recording(
     in_area = first.area is not None
     for done, observed in enumerate(_driven_along(controller, recording.cycles), start=1):
         if observed is not None:
-            if in_area and controller.path is not None:
+            if controller.corridor.area is not None and controller.path is not None:
                 observed = replace(observed, path=controller.path, corridor=controller.corridor)
             now = recording.cycles[done - 1].inputs.now
             time = _later(views[-1].time if views else None, now)

@@ -43,9 +43,9 @@ def draw_path(axes: Axes, path: ReferencePath, *, color: str = style.ORANGE, lab
 
 
 def draw_ways(axes: Axes, paths: Sequence[ReferencePath]) -> None:
-    """Ways that were planned one after the other, the last one as the path."""
+    """Ways that were driven one after the other, the last one as the path."""
     for place, path in enumerate(paths[:-1]):
-        draw_path(axes, path, color=style.PINK, label="_" if place else "path planned before")
+        draw_path(axes, path, color=style.PINK, label="_" if place else "earlier path")
     for path in paths[-1:]:
         draw_path(axes, path)
 

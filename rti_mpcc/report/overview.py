@@ -15,7 +15,6 @@ from rti_mpcc.report.ground import (
     draw_area,
     draw_boundaries,
     draw_obstacles,
-    draw_path,
     draw_ways,
     show_driven,
 )
@@ -45,7 +44,7 @@ def overview_figure(result: RunResult) -> Figure:
         _draw_area(axes, result.area, result)
     else:
         _draw_corridor(axes, result)
-        draw_path(axes, result.path)
+        draw_ways(axes, [path for _, path in result.paths])
     poses = _poses_drawn(result)
     _draw_bodies(axes, result, poses)
     _draw_goals(axes, result)
@@ -91,7 +90,7 @@ def _poses_drawn(result: RunResult) -> Array:
 
 
 def _draw_corridor(axes: Axes, result: RunResult) -> None:
-    draw_boundaries(axes, result.corridors[0][1], result.path)
+    draw_boundaries(axes, result.corridors[0][1], result.paths[0][1])
     draw_obstacles(axes, [obstacle for _, scene in result.corridors for obstacle in scene.obstacles])
 
 
@@ -132,7 +131,7 @@ def _planned_goal(result: RunResult) -> tuple[float, float, float] | None:
     """The goal that a run began with, where that was not the true one."""
     if result.scenario.goal.measurement is None or result.goal_source is GoalSource.KNOWN:
         return None
-    planned = result.scenario.planned_goal(result.path if result.area is None else None)
+    planned = result.scenario.planned_goal(result.given_path)
     return None if planned is None else (planned.x, planned.y, planned.phi)
 
 

@@ -14,7 +14,7 @@ from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
 from rti_mpcc.report.film import Film
 from rti_mpcc.report.ground import boundaries_of, draw_area, draw_boundaries, draw_path, path_lines
-from rti_mpcc.report.views import ActivePlanes
+from rti_mpcc.report.views import ActivePlanes, CycleView
 from rti_mpcc.types import Array
 
 MARGIN, AROUND = 1.0, 4.0
@@ -45,10 +45,11 @@ class Scene:
                 others = {"color": style.GREY, "label": "corridor, other part"}
                 draw_boundaries(axes, film.corridor, film.path, **others)
             draw_path(axes, film.path)
-        # What changes with the cycle: the active part's boundaries, in an area the path that is planned.
+        # What changes with the cycle: the active part's boundaries, and ways that are planned.
         in_area = film.area is not None
+        anew = any(view.observed.planned is not None for view in film.views)
         self.walls = self._lines(style.BLACK, "" if in_area else "corridor")
-        self.planned = self._lines(style.ORANGE, "path" if in_area else "")
+        self.planned = self._lines(style.ORANGE, "path" if in_area else "way planned anew" if anew else "")
         self._add_bodies()
         self._add_lines()
         _lay_out(axes, film)
@@ -112,11 +113,7 @@ class Scene:
         """Show the cycle with this index in the film."""
         view, vehicle = self.film.views[index], self.film.config.vehicle
         states = view.observed.command.trajectory.states
-        if self.film.corridor is not None:
-            left, right = self.film.corridor.lines(view.observed.command.diagnostics.part)
-            self.walls.set_segments([*left, *right])
-        elif view.observed.path is not None:
-            self.planned.set_segments(path_lines(view.observed.path))
+        self._show_course(view)
         self.obstacles.set_verts(list(view.obstacles))
         self.aim.set_verts(list(body_polygons(view.aim[None], vehicle)))
         goals = np.zeros((0, 3)) if view.goal is None else view.goal[None]
@@ -130,6 +127,16 @@ class Scene:
         edges, normals = plane_lines(view.planes)
         self.planes.set_segments(list(edges))
         self.normals.set_segments(list(normals))
+
+    def _show_course(self, view: CycleView) -> None:
+        """The boundaries that act, and the way that was planned: in place of a path all of them act."""
+        corridor, planned = self.film.corridor, view.observed.planned
+        if corridor is not None:
+            part = view.observed.command.diagnostics.part
+            acting = range(len(corridor.walls)) if planned is not None else (part,)
+            self.walls.set_segments([line for k in acting for side in corridor.lines(k) for line in side])
+        if planned is not None or corridor is not None:
+            self.planned.set_segments([] if planned is None else path_lines(planned))
 
 
 def plane_lines(planes: ActivePlanes) -> tuple[Array, Array]:

@@ -55,7 +55,6 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("final error, heading", _number(degrees(error["heading_rad"]), 2), "deg"),
         ("smallest clearance", _number(summary["min_clearance_m"], 3), "m"),
         ("direction changes", str(summary["direction_changes"]), ""),
-        *([("pulled out to come again", str(summary["pull_outs"]), "")] if summary["pull_outs"] else []),
         ("distance", _number(summary["distance_m"], 2), "m"),
         ("largest steering", _number(summary["max_steering_rad"], 3), "rad"),
         ("rms steering", _number(rms["steering"], 3), "rad"),

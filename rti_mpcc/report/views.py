@@ -60,6 +60,11 @@ class ObservedCycle:
     path: ReferencePath | None = None
     corridor: Corridor | None = None
 
+    @property
+    def planned(self) -> ReferencePath | None:
+        """The way, where it was planned; None on a path that was given."""
+        return None if self.corridor is None or self.corridor.area is None else self.path
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActivePlanes:

@@ -96,7 +96,7 @@ def simulate(
         scenario=scenario,
         config=config,
         path=site.path,
-        planner=planner_in(controller) if scenario.in_area else None,
+        planner=planner_in(controller),
         scenery=Scenery(
             path=site.path,
             corridor=site.corridor,
@@ -128,7 +128,7 @@ def simulate(
         corridors=site.corridors(loop.scenery.changes),
         area=site.area,
         besides=site.besides(loop.scenery.changes),
-        planning=_planning(loop) if scenario.in_area else None,
+        planning=_planning(loop),
         truth=assemble_truth(loop.samples, scenario.plant_parameters()),
         cycles=assemble_cycles(loop.cycle_times, loop.commands, loop.step_ms),
         tracking=assemble_tracking(loop.cycle_times, loop.commands) if watched else None,
@@ -169,10 +169,12 @@ class _Loop:
     step_ms: list[float] = field(default_factory=list)
 
 
-def _planning(loop: _Loop) -> Planning:
+def _planning(loop: _Loop) -> Planning | None:
     planner = loop.planner
     if planner is None:
-        return Planning()
+        return Planning() if loop.scenario.in_area else None
+    if not loop.scenario.in_area and planner.replans == 0:
+        return None
     return Planning(seconds=planner.planning_seconds, replans=planner.replans)
 
 
@@ -249,7 +251,9 @@ def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, n
 
 def _onto_route(loop: _Loop, command: Command, now: float) -> None:
     """Count progress on the part that is driven now, maybe of a way that was planned in this cycle."""
-    path = loop.path if loop.planner is None else loop.planner.path
+    planner = loop.planner
+    on_given = planner is None or (not loop.scenario.in_area and planner.replans == 0)
+    path = loop.path if on_given or planner is None else planner.path
     if path is None:
         return  # it stands and plans: what it was on is over
     another = path is not loop.path

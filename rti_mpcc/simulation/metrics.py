@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from geometry import Area
 from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
@@ -51,7 +52,6 @@ def summary(result: RunResult) -> dict[str, Any]:
         "final_error": final_error(truth),
         "min_clearance_m": _finite(float(np.min(clearances(result)))),
         "direction_changes": direction_changes(truth.times, truth.v),
-        "pull_outs": pull_outs(result.cycles.status),
         "max_steering_rad": float(np.max(np.abs(truth.delta))),
         "rms": rms(truth, to_tolerance),
         "energy": energy(truth, to_tolerance),
@@ -97,32 +97,43 @@ def final_error(truth: Truth) -> dict[str, float]:
 def clearances(result: RunResult) -> Array:
     """(n,) signed clearance [m] of the body to the active part's boundaries and the obstacles of the time.
 
-    In an area to its boundary and all that is solid there at the time.
+    In an area to its boundary and all that is solid there at the time; also from when on a vehicle drives a
+    planned way in place of the path that it was given, in all of the corridor.
     """
-    if result.area is not None:
-        return _clearances_in(result.area, result)
     truth = result.truth
+    if result.area is not None:
+        return _clearances_in(result.area, result.besides, result, np.arange(len(truth.times)))
+    distances = np.empty(len(truth.times))
+    left = result.paths[1][0] if len(result.paths) > 1 else inf  # the path that was given
+    planned = np.flatnonzero(truth.times >= left)
+    if len(planned):
+        besides = tuple((begin, corridor.obstacles) for begin, corridor in result.corridors)
+        area = area_along(result.paths[0][1], result.corridors[0][1], result.config)
+        distances[planned] = _clearances_in(area, besides, result, planned)
     bodies = body_polygons(truth.poses, result.config.vehicle)
     begins = np.array([begin for begin, _ in result.corridors])
     scene = np.searchsorted(begins, truth.times + SAME_TIME, side="right") - 1
-    distances = np.empty(len(truth.times))
-    for key in sorted(set(zip(scene.tolist(), truth.part.tolist(), strict=True))):
-        rows = np.flatnonzero((scene == key[0]) & (truth.part == key[1]))
+    on_path = truth.times < left
+    for key in sorted(set(zip(scene[on_path].tolist(), truth.part[on_path].tolist(), strict=True))):
+        rows = np.flatnonzero(on_path & (scene == key[0]) & (truth.part == key[1]))
         for begin in range(0, len(rows), _SLICE):
             some = rows[begin : begin + _SLICE]
             distances[some] = result.corridors[key[0]][1].clearance(key[1], bodies[some])
     return distances
 
 
-def _clearances_in(area: Area, result: RunResult) -> Array:
+def _clearances_in(
+    area: Area, besides: Sequence[tuple[float, Sequence[Array]]], result: RunResult, rows: NDArray[np.int64]
+) -> Array:
+    """(k,) at samples `rows` (k,) of the truth, in an area with what stood there besides, from [s] on."""
     truth = result.truth
-    begins = np.array([begin for begin, _ in result.besides])
-    scene = np.searchsorted(begins, truth.times + SAME_TIME, side="right") - 1
-    distances = np.empty(len(truth.times))
+    begins = np.array([begin for begin, _ in besides])
+    scene = np.searchsorted(begins, truth.times[rows] + SAME_TIME, side="right") - 1
+    distances = np.empty(len(rows))
     for index in np.unique(scene).tolist():
-        rows = np.flatnonzero(scene == index)
-        solid = SolidThings.of(area.with_obstacles(result.besides[index][1]))
-        distances[rows] = solid.clearance(truth.poses[rows], result.config.vehicle)
+        some = scene == index
+        solid = SolidThings.of(area.with_obstacles(besides[index][1]))
+        distances[some] = solid.clearance(truth.poses[rows[some]], result.config.vehicle)
     return distances
 
 
@@ -140,12 +151,6 @@ def direction_changes(times: Array, v: Array) -> int:
             direction = -1 if back else 1
             lowest = highest = way
     return changes
-
-
-def pull_outs(status: Sequence[Status]) -> int:
-    """How often a vehicle that had stalled pulled out to come again, however often it was interrupted."""
-    pulling = [each is Status.PULLING_OUT for each in status if each not in _INTERRUPTED]
-    return sum(now and not before for before, now in pairwise([False, *pulling]))
 
 
 def rms(truth: Truth, until: float | None) -> dict[str, float]:
@@ -186,20 +191,22 @@ def peak(truth: Truth, until: float | None) -> dict[str, float]:
 
 def _expected_time(result: RunResult) -> float | None:
     """What the controller would have told before the run; None where no time is known before."""
-    if result.planning is not None:
+    path = result.given_path
+    if path is None:
         return None
-    goal = result.scenario.planned_goal(result.path)
+    goal = result.scenario.planned_goal(path)
     try:
-        return expected_docking_time(result.path, result.config, goal)
+        return expected_docking_time(path, result.config, goal)
     except ConfigError:
         return None
 
 
 def _planning(result: RunResult) -> dict[str, Any]:
-    """How the way was planned in an area: length and cusps are those of the first one, from the start."""
+    """How ways were planned: length and cusps are those of the first one."""
     if result.planning is None:
         return {}
-    path = result.paths[0][1] if result.paths else None
+    planned = result.paths if result.area is not None else result.paths[1:]
+    path = planned[0][1] if planned else None
     planning = {
         "seconds": result.planning.seconds,
         "replans": result.planning.replans,

@@ -130,12 +130,12 @@ class RunResult:
         scenario, preset, method, seed: what was asked for.
         goal_source: how the controller knew the goal.
         config: the controller's settings.
-        paths: (from time [s], route) in order of time: the one that was given, or those that were planned.
+        paths: (from time [s], route) in order of time: the one that was given, then those that were planned.
         corridors: (from time [s], corridor) in order of time; more than one where obstacles came and went;
             none in an area.
         area: where the vehicle was; None along a path.
         besides: (from time [s], obstacles (k, 2) [m] that were there besides those of the area) likewise.
-        planning: of the ways in an area; None along a path.
+        planning: of the ways in an area; None along a path, but where the vehicle left it for planned ones.
         truth, cycles: what happened; tracking: of the goal, None in a run without a detector.
         ended: why the run ended: "docked", "stopped" or "duration".
     """
@@ -162,6 +162,11 @@ class RunResult:
         if not self.paths:
             raise InputError(f"{self.scenario.name}: no way was found")
         return self.paths[-1][1]
+
+    @property
+    def given_path(self) -> ReferencePath | None:
+        """The path of the scenario; None in an area."""
+        return self.paths[0][1] if self.area is None else None
 
     def on_last_part(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(k,) whether the vehicle was on the last part of its route at samples `rows` (k,) of the truth."""

@@ -5,7 +5,7 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from geometry import InputError, Pose2, ReferencePath
+from geometry import Pose2, ReferencePath
 
 
 def test_segments_are_exact_arcs() -> None:
@@ -101,22 +101,3 @@ def test_design_goal_of_scenario_1(reversing: ReferencePath) -> None:
     goal = reversing.end.compose(Pose2(1.0, 3.0, 0.6))
     assert (goal.x, goal.y, goal.phi) == pytest.approx((11.08, -15.24, 1.171), abs=0.005)
     assert reversing.end.phi == pytest.approx(pi / 2 - 1.0)
-
-
-@pytest.mark.parametrize(("begin", "end"), [(27.0, 3.0), (33.0, 12.5), (8.0, -2.0), (33.0, 31.0)])
-def test_the_way_back_has_the_same_poses(reversing: ReferencePath, begin: float, end: float) -> None:
-    part = reversing.parts[0]
-    back = part.driven_back(begin, end)
-    assert back.direction == -part.direction
-    assert (back.start, back.end) == pytest.approx((begin, 2.0 * begin - end))
-    theta = np.linspace(end, begin, 400)
-    there, again = part.reference(theta), back.reference(2.0 * begin - theta)
-    for name in ("x", "y", "phi"):
-        np.testing.assert_allclose(getattr(again, name), getattr(there, name), atol=1e-12)
-    np.testing.assert_allclose(back.curvature(2.0 * begin - theta[1:-1]), part.curvature(theta[1:-1]))
-
-
-@pytest.mark.parametrize(("begin", "end"), [(5.0, 5.0), (4.0, 6.0), (float("nan"), 1.0), (float("inf"), 1.0)])
-def test_a_way_back_goes_back(reversing: ReferencePath, begin: float, end: float) -> None:
-    with pytest.raises(InputError, match="the way back needs two numbers, end < begin"):
-        reversing.parts[0].driven_back(begin, end)

@@ -93,7 +93,7 @@ class Wrapped:
     """A controller that is told headings between -pi and pi only, as a localisation gives them."""
 
     def __init__(self, controller: Controller) -> None:
-        self._controller = controller
+        self.controller = controller
 
     def step(
         self,
@@ -106,18 +106,18 @@ class Wrapped:
         state = VehicleState(x=state.x, y=state.y, phi=float(wrap(state.phi)), v=state.v, delta=state.delta)
         if goal is not None:
             goal = Pose2(goal.x, goal.y, float(wrap(goal.phi)))
-        return self._controller.step(state, now=now, goal=goal, **told)
+        return self.controller.step(state, now=now, goal=goal, **told)
 
 
 class Clocked:
     """A controller whose clock says in every cycle what it is told to say; None: the wall clock."""
 
     def __init__(self, controller: DockingController, clock_at: Callable[[float], CycleClock | None]) -> None:
-        self._controller = controller
+        self.controller = controller
         self._clock_at = clock_at
 
     def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
-        return self._controller.step(state, now=now, clock=self._clock_at(now), **told)
+        return self.controller.step(state, now=now, clock=self._clock_at(now), **told)
 
 
 def granting(iterations: int, *, late: bool = False, stops: tuple[Stop | None, ...] = ()) -> CycleClock:

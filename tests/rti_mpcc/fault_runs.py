@@ -52,7 +52,7 @@ class BrakesFully:
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        self._controller = docking_controller(scenario)
+        self.controller = docking_controller(scenario)
         self._faults = Disturbances(faults=scenario.faults)
         self._begin = min(fault.begin for fault in scenario.faults)
         self._parameters = scenario.plant_parameters()
@@ -64,7 +64,7 @@ class BrakesFully:
         delay = self._faults.total("late_cycles", now)
         self._vehicle = advance(self._vehicle, self._parameters, now)
         if self._last is None or now + SAME_TIME < self._begin:
-            self._last = self._controller.step(state, now=now, **told)
+            self._last = self.controller.step(state, now=now, **told)
             command = self._last
         else:
             command = replace(

@@ -328,7 +328,7 @@ def _freeze(
     measured[PHI] = lift(float(measured[PHI]), float(linear.states[0, PHI]))
     measured[THETA] = min(measured[THETA], target.stop + config.progress.overrun)
     theta = linear.states[:, THETA]
-    bounds = stage_bounds(config, target, mpcc.part.direction, theta, retreat=options.get("retreat", 0.0))
+    bounds = stage_bounds(config, target, mpcc.part.direction, theta)
     planes, walls = None, None
     world = linear.trajectory.states
     if linear.rows is not None:

@@ -36,7 +36,8 @@ from tests.rti_mpcc.encounters import square
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 AREA = Surroundings.of(Corridor.from_offsets(PATH, left=5.0, right=-5.0), PATH, ControllerConfig())
 SEGMENTS = segments_of(PATH, ControllerConfig())
-BACK = Segment(part=PATH.parts[0].driven_back(18.5, 10.5), index=0, end=SegmentEnd.WAY_BACK)
+BEFORE = Segment(part=PATH.parts[0], index=0, end=SegmentEnd.CUSP)
+"""One that comes before the only other one."""
 NOW = 10.0
 """Time of the usual cycle [s]."""
 _PARTS: tuple[tuple[tuple[str, ...], type], ...] = (
@@ -55,13 +56,11 @@ assert len(_PLACES) == sum(len(fields(part)) for _, part in _PARTS), "a name mus
 def put(s: ControllerState, **values: Any) -> ControllerState:
     """The state with these values, each in that part of it which has a field of this name.
 
-    `stop` and `beyond` say which piece of its segment the vehicle is on.
+    `stop` says which piece of its segment the vehicle is on.
     """
     for name, value in values.items():
         if name == "stop":
             s = replace(s, task=s.task.on(stopped(s.task.whole, value)))
-        elif name == "beyond":
-            s = replace(s, task=s.task.for_arrival(s.task.arrival, value))
         else:
             s = _put(s, _PLACES[name], name, value)
     return s
@@ -70,11 +69,6 @@ def put(s: ControllerState, **values: Any) -> ControllerState:
 def stopped(whole: Segment, stop: PlannedStop | None) -> Segment:
     """Its piece up to a stop, or all of it."""
     return whole if stop is None else whole.stopped(stop, ControllerConfig().behaviour.stop_tolerance)
-
-
-def backing_up() -> Segment:
-    """The only segment, driven past its goal and back up into it."""
-    return SEGMENTS[0].backing_up(ControllerConfig().retries.beyond_goal)
 
 
 def _put(whole: Any, path: tuple[str, ...], name: str, value: Any) -> Any:
@@ -119,11 +113,6 @@ def arriving(**values: Any) -> ControllerState:
     """On the way to the goal, to be there at 20 s."""
     usual: dict[str, Any] = {"phase": Phase.ARRIVING, "target": target_at(20.0), "arrival": arrival_at(20.0)}
     return state(**{**usual, **values})
-
-
-def backing(**values: Any) -> ControllerState:
-    """The same, past the goal and back up into it, unless it is on the way to a stop."""
-    return arriving(**values) if "stop" in values else put(arriving(**values), beyond=1.0)
 
 
 def contouring(**values: Any) -> ControllerState:

@@ -156,14 +156,16 @@ def test_contact_exits_1_even_when_docked(
 
 def test_too_sharp_a_path_is_told_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
     main(["run", scenario_file(curvature=0.26, duration=0.2), "--no-plots"])
-    (line,) = capsys.readouterr().err.splitlines()
+    line, another = capsys.readouterr().err.splitlines()
     assert line.startswith("rti-mpcc: warning: short.toml: path: its largest curvature 0.26 1/m")
+    # The boundary inside of the bend is folded away: what the corridor encloses is not known.
+    assert another.endswith("it has no boundary on one side. No other way than the path is planned")
 
 
 def test_warnings_leave_no_handler_behind(capsys: pytest.CaptureFixture[str]) -> None:
     for _ in range(2):
         main(["run", scenario_file(curvature=0.26, duration=0.2), "--no-plots"])
-        assert len(capsys.readouterr().err.splitlines()) == 1
+        assert len(capsys.readouterr().err.splitlines()) == 2
 
 
 def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str]) -> None:

@@ -66,9 +66,9 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Behaviour, "settle_share", 1.1, "less than or equal to 1"),
     (Behaviour, "outside_share", 0.9, "greater than or equal to 1"),
     (Behaviour, "cusp_shift", 2.0, "less than or equal to 1"),
-    (Retries, "restarts", 1.5, "integer"),
-    (Retries, "restarts", -1, "greater than or equal to 0"),
-    (Retries, "reverse_time", 0.0, "greater than 0"),
+    (Behaviour, "due_share", 1.1, "less than or equal to 1"),
+    (Retries, "accepted_miss", 0.9, "greater than or equal to 1"),
+    (ArrivalTiming, "late_reach", -1.0, "greater than or equal to 0"),
     (ArrivalTiming, "least_time", 0.0, "greater than 0"),
     (ArrivalTiming, "path_spacing", 0.0, "greater than or equal to 0.01"),
     (ArrivalTiming, "slowest", 1.5, "less than or equal to 1"),
@@ -77,7 +77,7 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Search, "heading_defect", nan, "finite"),
     (Guesses, "fade_distance", 0.0, "greater than 0"),
     (Guesses, "fade_heading", 1.6, "less than or equal to 1.5"),
-    (Guesses, "shortest_swing", 0.0, "greater than 0"),
+    (Guesses, "fade_distance", 0.0, "greater than 0"),
     (GoalTracking, "standoff_tolerance", -0.1, "greater than or equal to 0"),
     (GoalLimits, "turn", 4.0, "less than or equal to 3.14"),
     (GoalLimits, "reach", inf, "finite"),
@@ -176,9 +176,8 @@ def test_no_group_takes_nan(group: type[Settings]) -> None:
     ("make", "changes", "problem"),
     [
         (Behaviour, {"moving_speed": 0.01}, r"moving_speed = 0\.01 m/s .* standstill_speed = 0\.02 m/s"),
-        # From rest to rest a single piece takes for ever, and no part is driven back by nothing.
+        # From rest to rest a single piece takes for ever.
         (ArrivalTiming, {"least_pieces": 1, "most_pieces": 1}, "least_pieces = 1: .*2.*most_pieces = 1: .*2"),
-        (Retries, {"least_pull_out": 0.0}, "least_pull_out = 0"),
         (ArrivalTiming, {"most_pieces": 10}, "most_pieces = 10 .* least_pieces = 64"),
         (Search, {"first_iterations": 11}, "first_iterations = 11 .* iterations = 10"),
     ],

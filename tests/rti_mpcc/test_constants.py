@@ -41,11 +41,9 @@ MODULES: dict[str, dict[str, str]] = {
         "one iteration from a solution of the last cycle": "patience least unsolved settled"
     },
     "planning/state.py": {
-        COUNT: "restarts stood clear_of driving_since offset pulled_out unsolved seen_to "
-        "since changes planned seconds"
+        COUNT: "stood clear_of driving_since offset unsolved seen_to since changes ways seconds"
     },
     "planning/surroundings.py": {COUNT: "given_at changes"},
-    "behaviour/status.py": {NEUTRAL: "pull_out"},
     "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},
     "model/layout.py": {
         TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",

@@ -102,10 +102,10 @@ class Blind:
     """A controller that is told of no obstacles."""
 
     def __init__(self, controller: Controller) -> None:
-        self._controller = controller
+        self.controller = controller
 
     def step(self, state: VehicleState, *, obstacles: Any = None, **told: Any) -> Command:
-        return self._controller.step(state, **told)
+        return self.controller.step(state, **told)
 
 
 @pytest.mark.acceptance

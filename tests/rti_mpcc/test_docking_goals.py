@@ -13,6 +13,7 @@ from estimation import GoalMeasurement
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Limits, Status, VehicleState
 from rti_mpcc.config import GoalTracking
+from rti_mpcc.simulation import docking_controller
 from rti_mpcc.types import Command
 from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, Obstacles, box, drive, straight
 
@@ -43,18 +44,19 @@ def test_a_goal_out_of_reach_is_not_driven_to_and_every_command_says_why(
     scenario: Any, goal: Pose2, said: str
 ) -> None:
     """Without a goal that was good the path's last pose is made for."""
-    run = list(drive(scenario, 19.0, goal_at=lambda now: goal if now < 5.0 else None))
+    docking = docking_controller(scenario)
+    run = list(drive(scenario, 19.0, controller=docking, goal_at=lambda now: goal if now < 5.0 else None))
     for plant, command in run:
         reason = command.diagnostics.reason
         assert f"goal ({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g}) out of reach" in reason
         assert said in reason
         assert reason.endswith("the last one stays")
-        assert command.status is not Status.PULLING_OUT
         assert plant.x > -0.01
         assert abs(plant.y) < 0.01
     plant, command = run[-1]
     assert command.docked
     assert plant.x == pytest.approx(LENGTH, abs=0.05)
+    assert (docking.replans, docking.manoeuvre) == (0, None)
 
 
 def test_a_goal_in_an_obstacle_is_taken_once_that_has_gone_and_kept_when_it_comes_back() -> None:
@@ -98,7 +100,10 @@ def test_a_tracked_goal_that_jitters_beside_a_wall_is_never_in_it() -> None:
 
 def test_a_goal_that_turns_in_place_is_looked_for_anew_from_before_something_in_the_way() -> None:
     """It is another dock, and the stop before what stands at the last one is not meant any more."""
-    dock, goals_given = controller(), [Pose2(LENGTH, 0.0, 0.0)] * 2 + [Pose2(LENGTH, 0.0, 0.3)] * 2
+    dock, goals_given = (
+        controller(recovery=False),
+        [Pose2(LENGTH, 0.0, 0.0)] * 2 + [Pose2(LENGTH, 0.0, 0.3)] * 2,
+    )
     across = box(PATH.parts[0], 4.7, -2.0, 2.0, 1.0)
     stops = []
     for k, goal in enumerate(goals_given):

@@ -24,7 +24,8 @@ def test_stops_before_a_wall_whose_gaps_are_too_narrow_and_goes_on_when_it_is_go
     found, cycles, truth = docking_figures(result), result.cycles, result.truth
     waiting = (truth.times > GONE - 1.0) & (truth.times < GONE)
     assert np.abs(truth.v[waiting]).max() <= 0.02
-    assert cycles.status[int((GONE - 0.1) / 0.05)] is Status.BLOCKED
+    # Seen from rest it is no reason to drive up to it: another way is looked for, for as long as it takes.
+    assert cycles.status[int((GONE - 0.1) / 0.05)] is (Status.BLOCKED if begin else Status.PLANNING)
     assert Status.FAILED not in cycles.status
     assert found["docked"]
     assert found["min_clearance_m"] > 0.0

@@ -153,7 +153,7 @@ def test_opencv_is_imported_in_one_file_and_got_from_there() -> None:
         ("rti_mpcc/model/bicycle.py", "from rti_mpcc import RtiMpcc"),
         ("rti_mpcc/qp/door.py", "def late():\n    import rti_mpcc.controller"),
         (
-            "rti_mpcc/planning/recovery.py",
+            "rti_mpcc/planning/ways.py",
             "from importlib import import_module\nimport_module('rti_mpcc.docking')",
         ),
         ("rti_mpcc/planning/stops.py", "from rti_mpcc.behaviour.transitions import told"),
@@ -180,7 +180,7 @@ def test_the_wrong_way_is_found(tmp_path: Path, file: str, statement: str) -> No
         ("estimation/filter.py", "from geometry import Pose2"),
         ("rti_mpcc/config.py", "from rti_mpcc.errors import ConfigError"),
         ("rti_mpcc/model/bicycle.py", "from rti_mpcc import config, types"),
-        ("rti_mpcc/behaviour/moves.py", "from rti_mpcc.planning.recovery import next_recovery"),
+        ("rti_mpcc/behaviour/moves.py", "from rti_mpcc.planning.context import PlanningContext"),
         ("rti_mpcc/docking.py", "from estimation import GoalFilter\nfrom .safety import accept"),
         ("rti_mpcc/__init__.py", "from .docking import DockingController"),
         ("rti_mpcc/cli.py", "from rti_mpcc import __version__\nfrom rti_mpcc.report import table"),

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from estimation import PoseHistory
-from geometry import Area, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import rerouting
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.route import RoutePlanner
+from rti_mpcc.docking import DockingController
 from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
@@ -24,7 +26,7 @@ from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
 from tests.rti_mpcc.states import NOW, put, some_plan, stop_at, target_at
 from tests.rti_mpcc.yards import YARD
 
-CONFIG = ControllerConfig(dead_time=0.2)
+CONFIG = ControllerConfig(dead_time=0.2, route=RoutePlanner(slices=4))
 ROUTE = CONFIG.route
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 14.0)])
 GOAL = PATH.end
@@ -42,9 +44,14 @@ class Search:
     goal: Pose2
     area: Area
     config: ControllerConfig
+    came: tuple[float, float] = (0.0, 0.0)
     seconds: float = 0.0
+    longest: float = 0.0
     slices: int = 0
     manoeuvre: Manoeuvre | None = None
+
+    def waited(self) -> None:
+        """Nothing is remembered."""
 
     def advance(self) -> None:
         self.slices += 1
@@ -92,7 +99,7 @@ def at(x: float, y: float = 0.0, phi: float = 0.0) -> StateMonitor:
 
 def on_way(x: float = 5.0, y: float = 0.0, phi: float = 0.0, **values: Any) -> ControllerState:
     """On a way that was planned, so far along it, at rest for long unless the values say otherwise."""
-    route = RouteState(manoeuvre=WAY, planned=1, since=0.0)
+    route = RouteState(manoeuvre=WAY, ways=1, since=0.0)
     usual: dict[str, Any] = {
         "time": NOW,
         "monitor": at(x, y, phi),
@@ -118,10 +125,12 @@ def without_way(x: float = 0.0, y: float = 0.0, phi: float = 0.0, **values: Any)
 def asks(s: ControllerState) -> str:
     """Why another way is asked for, or ""."""
     after = rerouter().routed(s)
-    if after is s:
-        return ""
-    assert after.task.phase is Phase.PLANNING
     assert after.route is not None
+    if after.task.phase is Phase.PLANNING:
+        assert after.route.why
+    else:
+        assert after == replace(s, route=after.route)
+        assert not after.route.why
     return after.route.why
 
 
@@ -171,6 +180,30 @@ def test_standing_at_a_stop_before_something_asks_at_once() -> None:
         assert asks(on_way(phase=phase, stop=stop_at(6.0))) == ""
 
 
+def test_standing_at_a_stop_from_which_a_way_was_sought_a_moment_ago_asks_later() -> None:
+    held = on_way(0.02, phase=Phase.HOLDING, stop=stop_at(0.0))
+    assert held.route is not None
+    for since, why in (
+        (NOW - 0.5 * ROUTE.again_after, ""),
+        (NOW - ROUTE.again_after, "something fills the way"),
+    ):
+        assert asks(replace(held, route=replace(held.route, since=since))) == why
+
+
+@pytest.mark.parametrize("wanted", ["something fills the way", "the first plan misses the goal"])
+def test_what_the_search_for_a_first_plan_wants_is_asked_for_at_once(wanted: str) -> None:
+    """From rest, and while it still has not begun to drive."""
+
+    def wants(phase: Phase, standing_since: float | None) -> ControllerState:
+        s = on_way(phase=phase, standing_since=standing_since)
+        assert s.route is not None
+        return replace(s, route=replace(s.route, wanted=wanted))
+
+    assert asks(wants(Phase.STARTING, NOW)) == wanted
+    assert asks(wants(Phase.STARTING, None)) == ""
+    assert asks(wants(Phase.ARRIVING, NOW)) == ""
+
+
 @pytest.mark.parametrize(
     ("values", "why"),
     [
@@ -212,16 +245,16 @@ def test_the_same_is_not_asked_for_again_from_where_the_way_begins() -> None:
 
 
 def test_whoever_asks_stands_on_a_route_of_no_length_with_no_plans() -> None:
-    s = on_way(5.0, 0.2, 0.1, phase=Phase.STALLED, driven=some_plan(), restarts=2, latched="why")
+    s = on_way(5.0, 0.2, 0.1, phase=Phase.STALLED, driven=some_plan(), latched="why")
     after = rerouter().routed(s)
     assert after.path.start == Pose2(5.0, 0.2, 0.1)
     (segment,) = after.task.segments
     assert segment.end is SegmentEnd.STOP
     assert segment.part is after.path.parts[0]
     assert (after.plans, after.begin) == (Plans(), None)
-    assert (after.task.latched, after.task.restarts, after.task.stop) == ("", 0, None)
+    assert (after.task.latched, after.task.stop) == ("", None)
     assert after.route is not None
-    assert (after.route.since, after.route.planned, after.route.manoeuvre) == (NOW, 1, WAY)
+    assert (after.route.since, after.route.ways, after.route.manoeuvre) == (NOW, 1, WAY)
     assert (after.goal, after.vehicle, after.area) == (s.goal, s.vehicle, s.area)
 
 
@@ -284,13 +317,13 @@ def test_so_many_slices_are_taken_as_are_granted(granted: int, taken: int, searc
     assert s.route.seconds == pytest.approx(0.01 * (taken + 1))
 
 
-def test_a_vehicle_that_makes_for_a_stop_plans_from_there_one_slice_a_cycle(searches: list[Search]) -> None:
+def test_a_vehicle_that_makes_for_a_stop_plans_from_there(searches: list[Search]) -> None:
     one = rerouter()
     rolling = on_way(3.0, stop=stop_at(6.0), standing_since=None)
     for cycle in range(1, 3):
-        one.planned_on(rolling, granting(PLENTY))
+        one.planned_on(rolling, granting(1))
         (search,) = searches
-        assert (search.start, search.slices) == (Pose2(6.0, 0.0, 0.0), cycle)
+        assert (search.start, search.came, search.slices) == (Pose2(6.0, 0.0, 0.0), (0.0, 0.0), cycle)
     beyond = on_way(3.0, stop=stop_at(99.0), standing_since=None)
     rerouter().planned_on(beyond, granting(PLENTY))
     assert searches[-1].start == PATH.end
@@ -379,15 +412,15 @@ def test_a_way_that_was_found_is_driven(searches: list[Search]) -> None:
     assert after.route is not None
     assert after.route.seconds == pytest.approx(0.03)
     route = replace(after.route, seconds=0.0)
-    assert route == RouteState(manoeuvre=manoeuvre, why="", since=NOW, changes=3, planned=1)
+    assert route == RouteState(manoeuvre=manoeuvre, why="", since=NOW, changes=3, ways=1)
 
 
 def test_the_next_one_counts_as_planned_anew(searches: list[Search]) -> None:
     s = without_way()
     assert s.route is not None
-    after = answered(replace(s, route=replace(s.route, planned=2)))
+    after = answered(replace(s, route=replace(s.route, ways=2)))
     assert after.route is not None
-    assert after.route.planned == 3
+    assert after.route.ways == 3
 
 
 def test_where_there_is_none_it_stands_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -396,7 +429,7 @@ def test_where_there_is_none_it_stands_and_says_why(monkeypatch: pytest.MonkeyPa
     s = one.routed(one.planned_on(without_way(), granting(PLENTY)))
     assert s.task.phase is Phase.PLANNING
     assert s.route is not None
-    assert (s.route.manoeuvre, s.route.why, s.route.planned) == (found[0].manoeuvre, "too narrow", 0)
+    assert (s.route.manoeuvre, s.route.why, s.route.ways) == (found[0].manoeuvre, "too narrow", 0)
     # It is not looked for again before something has changed.
     for _ in range(3):
         s = one.routed(one.planned_on(s, granting(PLENTY)))
@@ -444,29 +477,19 @@ def test_one_planned_from_elsewhere_or_without_knowing_all_is_not(
 
 
 @pytest.mark.parametrize("share", [0.0, 0.9, -0.9])
-def test_a_vehicle_that_stands_in_its_goal_already_needs_no_search(
-    share: float, searches: list[Search]
-) -> None:
+def test_a_vehicle_that_stands_in_its_goal_already_needs_no_way_there(share: float) -> None:
     along, across, turn = (share * most for most in CONFIG.goal_tolerance)
     goal = Pose2(3.0, 2.0, 0.5)
     here = goal.compose(Pose2(along, across, turn))
-    s = rerouter().routed(without_way(here.x, here.y, here.phi, pose=goal))
+    s = answered(without_way(here.x, here.y, here.phi, pose=goal))
     assert s.task.phase is Phase.STARTING  # and stands inside the tolerance of its target
     (segment,) = s.task.segments
     assert (segment.end, segment.tolerance) == (SegmentEnd.GOAL, CONFIG.goal_tolerance)
     assert s.path.end.relative_to(goal).within((1e-9, 1e-9, 1e-9))
     assert s.route is not None
     assert s.route.manoeuvre is not None
-    assert (s.route.manoeuvre.found, s.route.manoeuvre.goal, s.route.planned) == (True, goal, 1)
-    assert searches == []
-
-
-def test_beside_its_goal_it_does(searches: list[Search]) -> None:
-    goal = Pose2(0.0, 1.1 * CONFIG.goal_tolerance[1], 0.0)
-    s = without_way(pose=goal)
-    assert rerouter().routed(s) is s
-    rolls = without_way(pose=Pose2(0.0, 0.0, 0.0), standing_since=None)
-    assert rerouter().routed(rolls) is rolls
+    assert (s.route.manoeuvre.found, s.route.manoeuvre.goal, s.route.ways) == (True, goal, 1)
+    assert s.route.manoeuvre.nodes == 0
 
 
 def test_forgotten_it_is_begun_anew(searches: list[Search]) -> None:
@@ -476,6 +499,188 @@ def test_forgotten_it_is_begun_anew(searches: list[Search]) -> None:
     assert one.routed(s) is s
     one.planned_on(s, granting(1))
     assert len(searches) == 2
+
+
+# -- on a path that was given --------------------------------------------------------------------------------
+
+LANE = Surroundings.of(Corridor.from_offsets(PATH, left=4.0, right=-4.0), PATH, CONFIG)
+WANTS = RouteState(end=PATH.end, ways=1, wanted="the first plan misses the goal")
+CANNOT_GET_ON: list[tuple[dict[str, Any], str]] = [
+    ({"phase": Phase.STALLED}, "no plan from here ends inside the tolerance"),
+    ({"phase": Phase.HOLDING, "stop": stop_at(5.0)}, "something fills the way"),
+    ({"phase": Phase.STARTING, "halt": Halt()}, "something is in the way"),
+    ({"phase": Phase.STARTING, "latched": "no plan was found"}, "no plan was found"),
+    ({"phase": Phase.STARTING, "route": WANTS}, "the first plan misses the goal"),
+]
+
+
+def on_path(x: float = 5.0, **values: Any) -> ControllerState:
+    """The same as `on_way` on a path that was given, of which the end is the goal."""
+    route = RouteState(end=PATH.end, ways=1)
+    s = replace(on_way(x, pose=None), area=LANE, route=route)
+    return put(s, **values)
+
+
+def asked_on_path(**values: Any) -> tuple[Rerouter, ControllerState]:
+    """One that cannot get on for long, in the cycle in which that is noticed."""
+    one = rerouter()
+    return one, one.routed(on_path(**{"phase": Phase.STALLED, **values}))
+
+
+@pytest.mark.parametrize(("values", "why"), CANNOT_GET_ON)
+def test_on_a_given_path_it_stays_there_and_in_its_phase_while_another_way_is_planned(
+    values: dict[str, Any], why: str, searches: list[Search]
+) -> None:
+    one, s = rerouter(), on_path(**values)
+    after = one.routed(s)
+    assert after.route is not None
+    assert after.route.why == why
+    assert after == replace(s, route=after.route)
+    for _ in range(2):
+        after = one.planned_on(one.routed(after), granting(1))
+        assert (after.path, after.task, after.area) == (PATH, s.task, LANE)
+    (search,) = searches
+    assert (search.start, search.goal, search.area, search.slices) == (
+        Pose2(5.0, 0.0, 0.0),
+        PATH.end,
+        YARD,
+        2,
+    )
+
+
+def test_on_a_given_path_that_it_can_drive_nothing_is_asked_for(searches: list[Search]) -> None:
+    for phase in (Phase.STARTING, Phase.CONTOURING, Phase.ARRIVING, Phase.SETTLING, Phase.HOLDING):
+        one, s = rerouter(), on_path(phase=phase)
+        after = one.routed(s)
+        assert after == s
+        assert one.planned_on(after, granting(PLENTY)) is after
+    assert searches == []
+
+
+def test_on_a_given_path_a_goal_that_is_elsewhere_is_driven_to_along_it() -> None:
+    goal = GOAL.compose(Pose2(5.0 * ROUTE.goal_moved[0], 0.0, 0.0))
+    s = on_path(phase=Phase.ARRIVING, pose=goal)
+    assert rerouter().routed(s) == s
+
+
+def test_what_gets_on_meanwhile_stays_on_its_path(searches: list[Search]) -> None:
+    """Something that stood in the way has gone: the way that was looked for is not needed any more."""
+    one, s = asked_on_path(phase=Phase.STARTING, route=WANTS)
+    s = one.planned_on(s, granting(PLENTY))
+    assert searches[0].manoeuvre is not None
+    assert s.route is not None
+    for phase, wanted in ((Phase.ARRIVING, WANTS.wanted), (Phase.SETTLING, ""), (Phase.HOLDING, "")):
+        after = one.routed(put(s, phase=phase))
+        assert after == put(replace(s, route=replace(s.route, why="", wanted=wanted)), phase=phase)
+
+
+@pytest.mark.parametrize(("values", "why"), CANNOT_GET_ON)
+def test_it_sets_out_on_the_way_that_was_planned_in_all_of_the_corridor(
+    values: dict[str, Any], why: str, searches: list[Search]
+) -> None:
+    one, s = asked_on_path(**values)
+    box = LANE.updated([square(12.0, 3.0, 0.5)], NOW, CONFIG)
+    s = one.planned_on(replace(s, area=box), granting(PLENTY))
+    after = one.routed(s)
+    manoeuvre = searches[0].manoeuvre
+    assert manoeuvre is not None
+    assert (after.task.phase, after.task.segments) == (Phase.STARTING, manoeuvre.segments)
+    assert after.path.parts == manoeuvre.path.parts
+    assert after.on_planned_way
+    assert after.area.changes == box.changes
+    assert [each.outline.tolist() for each in after.area.obstacles] == [
+        each.outline.tolist() for each in box.obstacles
+    ]
+    assert after.area.corridor.area is not None
+    assert len(after.area.corridor.obstacles) == 1
+    assert after.route is not None
+    assert replace(after.route, seconds=0.0) == RouteState(
+        end=PATH.end, manoeuvre=manoeuvre, since=NOW, changes=box.changes, ways=2
+    )
+    assert (after.goal.pose, after.goal_pose) == (PATH.end, PATH.end)
+    assert rerouter().routed(after) == after
+
+
+def test_a_goal_that_was_told_is_planned_for_in_place_of_the_end_of_the_path(searches: list[Search]) -> None:
+    goal = Pose2(16.0, 1.0, 0.2)
+    one, s = asked_on_path(pose=goal)
+    after = one.routed(one.planned_on(s, granting(PLENTY)))
+    assert searches[0].goal == goal
+    assert after.goal.pose == goal
+
+
+def test_on_a_given_path_a_way_is_planned_from_the_stop_that_is_made_for(searches: list[Search]) -> None:
+    one, stop = rerouter(), stop_at(6.0)
+    rolling = on_path(3.0, phase=Phase.ARRIVING, stop=stop, standing_since=None)
+    for _ in range(3):
+        rolling = one.planned_on(one.routed(rolling), granting(PLENTY))
+        assert rolling.path is PATH
+    assert (searches[0].start, searches[0].goal) == (Pose2(6.0, 0.0, 0.0), PATH.end)
+    after = one.routed(on_path(6.0, phase=Phase.HOLDING, stop=stop))
+    assert after.on_planned_way
+    assert after.task.segments == (searches[0].manoeuvre or WAY).segments
+
+
+def test_one_that_has_just_stopped_waits_for_its_last_commands(searches: list[Search]) -> None:
+    one, s = asked_on_path(phase=Phase.STARTING, route=WANTS, standing_since=NOW - 0.5 * CONFIG.dead_time)
+    assert s.route is not None
+    assert s.route.why
+    assert one.planned_on(s, granting(PLENTY)) is s
+    assert searches == []
+
+
+def test_where_there_is_no_other_way_it_stays_on_its_path_and_asks_again_later(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = begun(monkeypatch, InVain)
+    one, s = asked_on_path()
+    before = s
+    s = one.routed(one.planned_on(s, granting(PLENTY)))
+    assert (s.path, s.task, s.area) == (PATH, before.task, LANE)
+    assert s.route is not None
+    assert replace(s.route, seconds=0.0) == RouteState(
+        end=PATH.end, manoeuvre=found[0].manoeuvre, since=NOW, ways=1
+    )
+    soon = put(s, time=NOW + 0.9 * ROUTE.again_after)
+    assert one.routed(soon) == soon
+    later = one.routed(put(s, time=NOW + ROUTE.again_after))
+    assert later.route is not None
+    assert later.route.since == NOW + ROUTE.again_after  # it has asked, and knows the answer
+    assert (len(found), later.task) == (1, before.task)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{"area": replace(LANE, changes=1)}, {"monitor": at(5.5)}],
+    ids=["other obstacles", "elsewhere"],
+)
+def test_where_there_was_no_other_way_it_asks_at_once_when_something_has_changed(
+    values: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = begun(monkeypatch, InVain)
+    one, s = asked_on_path()
+    s = one.routed(put(one.routed(one.planned_on(s, granting(PLENTY))), **values))
+    assert s.route is not None
+    assert s.route.why == "no plan from here ends inside the tolerance"
+    one.planned_on(s, granting(1))
+    assert [search.slices for search in found] == [3, 1]
+
+
+@pytest.mark.parametrize("told", [None, Pose2(15.0, 1.0, 0.1)])
+def test_a_goal_that_is_cleared_leaves_the_end_of_the_path_that_was_given(
+    told: Pose2 | None, searches: list[Search]
+) -> None:
+    """However the vehicle gets there: the way that it left the path for ends somewhere else, maybe."""
+    controller = DockingController(PATH, LANE.corridor, CONFIG)
+    controller.state = on_path(phase=Phase.STALLED, pose=told, planned=told, dock=told)
+    controller.clear_goal()
+    assert (controller.state.goal.pose, controller.state.goal_pose) == (None, PATH.end)
+    one, s = asked_on_path(pose=told, planned=told, dock=told)
+    controller.state = one.routed(one.planned_on(s, granting(PLENTY)))
+    assert controller.state.on_planned_way
+    assert controller.state.goal_pose == (told or PATH.end)
+    controller.clear_goal()
+    assert (controller.state.goal.pose, controller.state.goal.planned) == (PATH.end, PATH.end)
 
 
 # -- where it stands meanwhile -------------------------------------------------------------------------------

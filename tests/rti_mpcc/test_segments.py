@@ -13,7 +13,7 @@ import pytest
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
 from rti_mpcc.config import Behaviour, ControllerConfig, Method
-from rti_mpcc.manoeuvre import FinalObjective
+from rti_mpcc.manoeuvre import FinalObjective, PlannedStop
 from rti_mpcc.ocp.objectives import CONTOURING
 from rti_mpcc.planning import search
 from rti_mpcc.planning.search import SqpResult
@@ -145,6 +145,7 @@ def test_the_tolerance_at_a_cusp_is_a_setting() -> None:
 
 def test_what_is_no_manoeuvre_is_told() -> None:
     corridor, (to_cusp, to_goal) = SCENARIO.build_corridor(PATH), segments_of(PATH, CONFIG)
+    before = PlannedStop(at=1.0, goal=None, obstacles=0, since=0.0)
     for segments, told in (
         ((), "at least"),
         ((to_cusp,), "ends at the goal"),
@@ -154,9 +155,10 @@ def test_what_is_no_manoeuvre_is_told() -> None:
         ((replace(to_cusp, part=SCENARIO.build_path().parts[0]), to_goal), "part 0 of the path"),
         ((to_goal,), r"parts \[1\]"),
         ((to_cusp, replace(to_goal, end=SegmentEnd.CUSP), to_cusp, to_goal), r"parts \[0, 1, 0, 1\]"),
-        ((replace(to_cusp, end=SegmentEnd.WAY_BACK), to_goal), "made by the controller"),
-        ((to_cusp, replace(to_goal, beyond=1.0)), "made by the controller"),
-        ((to_cusp.backing_up(1.0), to_goal), "made by the controller"),
+        ((replace(to_cusp, end=SegmentEnd.STOP), to_goal), "made by the controller"),
+        ((replace(to_cusp, stop=before), to_goal), "made by the controller"),
+        ((to_cusp, replace(to_goal, piece_of=to_goal)), "made by the controller"),
+        ((to_cusp.stopped(before, (0.1, 0.1, 0.1)), to_goal), "made by the controller"),
     ):
         with pytest.raises(InputError, match=told):
             DockingController(PATH, corridor, CONFIG, segments=segments)

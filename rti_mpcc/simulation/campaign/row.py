@@ -187,7 +187,7 @@ def timed_figures(outcome: Outcome) -> dict[str, Any] | None:
     slowest cycle (slowest_ms) and how many missed the deadline (misses). Times leave the first cycle out.
     """
     result, figures = outcome.result, outcome.figures
-    if result.planning is None and result.config.deadline is None:
+    if result.area is None and result.config.deadline is None:
         return None
     cycles = result.cycles
     slowest: dict[str, float] = {}

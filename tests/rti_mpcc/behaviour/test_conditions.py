@@ -12,9 +12,10 @@ from geometry import Pose2
 from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment
-from rti_mpcc.planning.state import Halt, Phase
+from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.planning.state import ControllerState, Halt, RouteState
+from rti_mpcc.types import Trajectory
 from tests.rti_mpcc.states import (
-    BACK,
     PATH,
     SEGMENTS,
     arrival_at,
@@ -24,6 +25,7 @@ from tests.rti_mpcc.states import (
     contouring,
     decided,
     put,
+    some_plan,
     state,
 )
 
@@ -86,26 +88,6 @@ def test_a_vehicle_that_stands_near_the_cusp_for_a_second_may_go_on() -> None:
     assert not conditions.may_change_direction(state(standing_since=5.0), far, CONFIG)
 
 
-@pytest.mark.parametrize(
-    ("changes", "error", "over"),
-    [
-        ({}, 0.4, True),
-        ({}, 0.6, False),
-        ({"standing_since": 9.9}, 0.4, False),
-        ({"standing_since": None}, 0.4, False),
-        ({"phase": Phase.STALLED, "standing_since": 9.0}, 6.0, True),
-        ({"standing_since": 9.0}, 6.0, False),
-        ({"standing_since": 4.9}, 6.0, True),
-    ],
-)
-def test_a_way_back_is_over_at_its_end_or_where_there_is_no_getting_on(
-    changes: dict[str, Any], error: float, over: bool
-) -> None:
-    usual: dict[str, Any] = {"segments": (BACK, *SEGMENTS), "restarts": 3, "standing_since": 9.0}
-    here = contexts.standing(12.0, error=Pose2(-error, 0.0, 0.0), ends_at_goal=False)
-    assert conditions.has_pulled_out(arriving(**{**usual, **changes}), here, CONFIG) == over
-
-
 def test_a_vehicle_stands_at_the_end_of_a_segment_as_long_as_it_is_to_dwell() -> None:
     here = contexts.standing(20.0, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
     waiting = (Segment(part=PATH.parts[0], index=0, dwell=4.0), *SEGMENTS)
@@ -141,7 +123,7 @@ def test_a_vehicle_that_halts_for_something_waits_and_is_not_stuck() -> None:
     assert not conditions.no_progress(put(standing, halt=Halt()), here, CONFIG)
 
 
-def test_beside_the_cusp_it_waits_for_its_dwell_and_does_not_try_again() -> None:
+def test_beside_the_cusp_it_waits_for_its_dwell_and_does_not_stall() -> None:
     """0.2 m off: near enough to go on from, but outside the tolerance."""
     here = contexts.standing(19.8, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
     assert not here.inside(here.error)
@@ -167,3 +149,116 @@ def test_an_overdue_vehicle_that_drives_through_its_tolerance_is_not_there(
     s = arriving(arrival=overdue, standing_since=since)
     assert conditions.no_progress(s, here, CONFIG)
     assert conditions.stuck_inside(s, here, CONFIG) == stands
+
+
+# -- a plan that ends beside its target -------------------------------------------------------------------
+
+DUE = CONFIG.behaviour.due_time
+
+
+def ending(pose: Pose2) -> Trajectory:
+    """A plan that ends there."""
+    plan = some_plan()
+    states = plan.states.copy()
+    states[-1, [X, Y, PHI]] = pose.x, pose.y, pose.phi
+    return replace(plan, states=states)
+
+
+def missing(**values: Any) -> ControllerState:
+    """On a way that can be planned anew, due at the goal for a while, with a plan that ends short of it."""
+    due = arrival_at(11.2, overdue_since=10.0 - DUE)
+    usual: dict[str, Any] = {"route": RouteState(), "arrival": due, "driven": ending(Pose2(19.8, 0.0, 0.0))}
+    return arriving(**{**usual, **values})
+
+
+SHORT = contexts(error=Pose2(-0.5, 0.0, 0.0), stop_error=Pose2(-0.2, 0.0, 0.0), distance=0.5)
+"""It would stop outside the tolerance, too."""
+
+
+def test_a_plan_that_is_due_and_ends_outside_the_tolerance_misses() -> None:
+    assert conditions.plan_misses(missing(), SHORT, CONFIG)
+    assert conditions.plan_misses(missing(), contexts.standing(19.8), CONFIG)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"route": None},
+        {"driven": None},
+        {"arrival": None},
+        {"arrival": arrival_at(11.2)},
+        {"arrival": arrival_at(11.2, overdue_since=10.0 - 0.9 * DUE)},
+    ],
+    ids=["no other way", "no plan", "no arrival", "time to go", "just due"],
+)
+def test_it_misses_only_once_it_is_due_for_a_while_and_where_another_way_can_be_planned(
+    values: dict[str, Any],
+) -> None:
+    assert not conditions.plan_misses(missing(**values), SHORT, CONFIG)
+
+
+def test_before_something_in_the_way_no_plan_misses() -> None:
+    assert not conditions.plan_misses(missing(), replace(SHORT, free=False), CONFIG)
+
+
+def test_a_vehicle_that_would_stop_inside_does_not_miss_whatever_its_plan_says() -> None:
+    for inside, misses in ((0.04, False), (0.06, True)):
+        stopping = replace(SHORT, stop_error=Pose2(inside, 0.0, 0.0))
+        assert conditions.plan_misses(missing(), stopping, CONFIG) == misses
+
+
+@pytest.mark.parametrize(
+    ("error", "misses"),
+    [
+        (Pose2(0.04, -0.04, 0.03), False),
+        (Pose2(0.0, 0.0, 2.0 * np.pi), False),
+        (Pose2(0.06, 0.0, 0.0), True),
+        (Pose2(0.0, -0.06, 0.0), True),
+        (Pose2(0.0, 0.0, 0.04), True),
+    ],
+)
+def test_where_a_plan_ends_counts_in_the_frame_of_its_target(error: Pose2, misses: bool) -> None:
+    goal = Pose2(20.0, 1.0, 0.7)
+    context = replace(SHORT, target=replace(SHORT.target, pose=goal))
+    s = missing(driven=ending(goal.compose(error)))
+    assert conditions.plan_misses(s, context, CONFIG) == misses
+
+
+def test_an_arrival_is_due_once_it_has_its_shortest_time_to_go_for_a_moment() -> None:
+    for since, due in ((None, False), (10.0 - 0.9 * DUE, False), (10.0 - DUE, True)):
+        s = arriving(arrival=arrival_at(11.2, overdue_since=since))
+        assert conditions.is_due(s, SHORT, CONFIG) == due
+    assert not conditions.is_due(contouring(), SHORT, CONFIG)
+    assert CONFIG.behaviour.overdue_time > DUE
+
+
+def test_the_longer_an_arrival_is_due_the_more_of_the_tolerance_ends_it() -> None:
+    """Half of it on the way, most of it when it is due, all of it when it is long overdue."""
+    settings = CONFIG.behaviour
+    shares = settings.settle_share, settings.due_share, 1.0
+    assert shares[0] < shares[1] < 1.0
+    for since, share in zip((None, 10.0 - DUE, 10.0 - settings.overdue_time), shares, strict=True):
+        s = arriving(arrival=arrival_at(11.2, overdue_since=since))
+        for off, ends in ((0.95 * share, True), (1.05 * share, False)):
+            stopping = contexts(speed=0.1, stop_error=Pose2(off * SHORT.tolerance[0], 0.0, 0.0))
+            assert conditions.stop_ends_inside(s, stopping, CONFIG) == ends
+
+
+# -- well inside -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_well_inside_is_within_a_share_of_each_tolerance(axis: int, sign: float) -> None:
+    s, here = state(standing_since=9.0), contexts.standing()
+    for share, well in ((0.9, True), (1.1, False)):
+        off = [0.0, 0.0, 0.0]
+        off[axis] = sign * share * CONFIG.behaviour.settle_share * here.tolerance[axis]
+        beside = replace(here, error=Pose2(*off))
+        assert conditions.stands_well_inside(s, beside, CONFIG) == well
+        assert conditions.stands_inside(s, beside, CONFIG)
+
+
+def test_a_vehicle_that_rolls_through_its_target_does_not_stand_there() -> None:
+    assert conditions.stands_well_inside(state(standing_since=9.0), contexts.standing(), CONFIG)
+    assert not conditions.stands_well_inside(state(), contexts.standing(), CONFIG)

@@ -16,9 +16,7 @@ from rti_mpcc.behaviour.transitions import ON_ITS_WAY
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.schedule import scheduled
 from rti_mpcc.planning.state import (
     Arrival,
     ControllerState,
@@ -27,13 +25,12 @@ from rti_mpcc.planning.state import (
     Plans,
 )
 from tests.rti_mpcc.states import (
-    BACK,
+    BEFORE,
     PATH,
     SEGMENTS,
     after_changes,
     arrival_at,
     arriving,
-    backing,
     begun_for,
     contexts,
     put,
@@ -45,15 +42,11 @@ from tests.rti_mpcc.states import (
 CONFIG = ControllerConfig(dead_time=0.2)
 
 
-def stalled(**values: Any) -> ControllerState:
-    return arriving(**{"phase": Phase.STALLED, "restarts": 3, "standing_since": 1.0, **values})
-
-
 def planned(**values: Any) -> ControllerState:
     """With something of everything that can be forgotten."""
     plan = some_plan()
     plans: dict[str, Any] = {"valid": plan, "driven": plan, "accepted_at": 9.9, "clear_of": 3}
-    return backing(**{**plans, "suspended": begun_for(None), "outside_since": 9.0, **values})
+    return arriving(**{**plans, "suspended": begun_for(None), "outside_since": 9.0, **values})
 
 
 def begins_afresh(s: ControllerState) -> bool:
@@ -135,12 +128,12 @@ def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
 
 
 def test_of_a_cycle_that_went_wrong_nothing_is_kept_but_why() -> None:
-    before = planned(begin=np.zeros(6), segments=(BACK, *SEGMENTS))
+    before = planned(begin=np.zeros(6), segments=(BEFORE, *SEGMENTS))
     s = moves.begun_again(before, "why")
     assert begins_afresh(s)
     assert (s.task.latched, s.begin) == ("why", None)
-    assert s.task.segment is not BACK  # the same again, for which a core is made anew
-    assert (s.task.segment.part, s.task.segment.end) == (BACK.part, BACK.end)
+    assert s.task.segment is not BEFORE  # the same again, for which a core is made anew
+    assert (s.task.segment.part, s.task.segment.end) == (BEFORE.part, BEFORE.end)
     assert s.task.segments[1:] == SEGMENTS
 
 
@@ -164,19 +157,12 @@ def test_a_stop_is_made_for_or_kept_with_nothing_of_what_was_planned(distance: f
     assert (s.task.arrival, s.task.outside_since, s.plans) == (None, None, Plans(clear_of=3))
 
 
-def test_a_stop_remembers_the_goal_and_whether_it_was_found_standing_there() -> None:
+@pytest.mark.parametrize("distance", [4.0, 0.1])
+def test_a_stop_remembers_the_goal(distance: float) -> None:
     goal = Pose2(20.0, 0.0, 0.0)
-    stops = [
-        moves.stop_before(
-            arriving(pose=goal, standing_since=since), contexts(), CONFIG, distance, 7
-        ).task.stop
-        for since, distance in ((9.0, 0.1), (9.0, 4.0), (None, 0.1))
-    ]
-    assert [stop and (stop.goal, stop.from_there) for stop in stops] == [
-        (goal, True),
-        (goal, False),
-        (goal, False),
-    ]
+    stop = moves.stop_before(arriving(pose=goal), contexts(), CONFIG, distance, 7).task.stop
+    assert stop is not None
+    assert stop.goal == goal
 
 
 def test_what_is_sought_changes_and_its_search_goes_on() -> None:
@@ -210,11 +196,6 @@ def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop() -> None:
 # -- goals and segments ---------------------------------------------------------------------------------
 
 
-def test_another_goal_is_another_docking() -> None:
-    task = moves.with_goal(stalled(pulled_out=2, restarts=3), Pose2(1.0, 0.0, 0.0)).task
-    assert (task.pulled_out, task.restarts) == (0, 0)
-
-
 def test_another_goal_is_known_by_nothing_of_the_last_one() -> None:
     old, new = Pose2(1.0, 2.0, 3.0), Pose2(4.0, 5.0, 6.0)
     estimate = GoalEstimate(status=GoalStatus.SEARCHING)
@@ -237,7 +218,7 @@ def test_a_stop_is_not_meant_any_more_for_another_goal(phase: Phase) -> None:
 def test_a_dock_known_a_little_better_stays_the_same_dock() -> None:
     old, new, seen = Pose2(1.0, 2.0, 0.3), Pose2(1.001, 2.0, 0.3), Pose2(1.1, 2.1, 0.3)
     known = {"estimate": GoalEstimate(status=GoalStatus.SEARCHING), "estimated_at": 9.0}
-    before = arriving(planned=old, pose=old, suspended=begun_for(None), restarts=2, pulled_out=1, **known)
+    before = arriving(planned=old, pose=old, suspended=begun_for(None), **known)
     assert moves.with_goal_corrected(before, new) == put(before, planned=new, pose=new)
     followed = put(before, followed=seen, pose=seen)
     assert moves.with_goal_corrected(followed, new) == put(followed, planned=new)
@@ -258,64 +239,8 @@ def test_the_next_segment_knows_the_goal_where_the_vehicle_is_and_the_queue_and_
         "monitor": StateMonitor(at=9.1),
         "area": after_changes(5),
     }
-    s = planned(**kept, restarts=1, pulled_out=1, stop=stop_at(3.0), waiting=True, latched="why")
+    s = planned(**kept, stop=stop_at(3.0), waiting=True, latched="why")
     staged = segments_of(PATH, ControllerConfig(method=Method.SEPARATED))
-    for segments, final in (((BACK, *SEGMENTS), False), (staged, True)):
+    for segments, final in (((BEFORE, *SEGMENTS), False), (staged, True)):
         after = moves.next_segment(put(s, begin=np.zeros(6), segments=segments))
         assert after == state(**kept, segments=segments[1:], final=final)
-
-
-def test_the_way_back_begins_afresh_where_the_vehicle_is() -> None:
-    here = contexts.standing(18.0)
-    s = moves.pulling_out(stalled(), here, BACK)
-    assert (s.task.phase, s.task.restarts, s.task.pulled_out) == (Phase.STARTING, 0, 0)
-    assert s.task.segments == (BACK, *SEGMENTS)
-    assert s.vehicle.standing_since == here.now
-    assert s.begin is not None
-    assert s.begin[THETA] == 18.5
-    assert not moves.pulling_out(stalled(final=True), here, BACK).task.final  # it drives along the path
-    np.testing.assert_array_equal(s.begin[:THETA], here.state[:THETA])
-
-
-def test_it_comes_again_from_where_it_is_then() -> None:
-    pulling = arriving(segments=(BACK, *SEGMENTS), latched="why", restarts=2, stop=stop_at(15.0))
-    s = moves.coming_again(put(pulling, looked_at=9.0), contexts.standing(26.5))
-    assert (s.task.phase, s.task.segments, s.task.pulled_out) == (Phase.STARTING, SEGMENTS, 1)
-    assert (s.task.restarts, s.task.latched, s.task.stop, s.task.looked_at) == (0, "", None, None)
-    assert s.begin is not None
-    assert s.begin[THETA] == 10.5
-
-
-def test_what_comes_again_to_a_segment_that_only_seeks_the_pose_does_so_again() -> None:
-    *_, goal = segments_of(PATH, ControllerConfig(method=Method.SEPARATED))
-    pulling = arriving(segments=(BACK, goal))
-    assert not pulling.task.final
-    assert moves.coming_again(pulling, contexts.standing(26.5)).task.final
-
-
-# -- past the goal, and back up into it ------------------------------------------------------------------
-
-
-def test_what_begins_afresh_does_not_back_up() -> None:
-    here = contexts()
-    goal = Pose2(1.0, 0.0, 0.0)
-    for s in (
-        moves.plan_lost(backing(), "why"),
-        moves.overlapping(backing()),
-        moves.looking_again(backing()),
-        moves.found_elsewhere(backing()),
-        moves.begun_again(backing(), "why"),
-        scheduled(backing(), here, CONFIG),
-        scheduled(backing(), contexts(distance=200.0), CONFIG),
-        moves.stop_before(backing(), here, CONFIG, 4.0, 7),
-        moves.stop_before(backing(), here, CONFIG, 0.1, 7),
-        moves.seeking(backing(), SEGMENTS[0]),
-        moves.released(backing(phase=Phase.STARTING)),
-        moves.with_goal(backing(stop=stop_at(3.0)), goal),
-        moves.next_segment(backing(segments=(BACK, *SEGMENTS))),
-        moves.pulling_out(backing(phase=Phase.STALLED), contexts.standing(18.0), BACK),
-        moves.coming_again(backing(segments=(BACK, *SEGMENTS)), contexts.standing(18.0)),
-    ):
-        assert not s.task.segment.reverses_into_goal
-    assert moves.plan_found(backing()).task.segment.reverses_into_goal
-    assert moves.plan_accepted(backing(), some_plan()).task.segment.reverses_into_goal

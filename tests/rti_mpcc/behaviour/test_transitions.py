@@ -23,7 +23,7 @@ from rti_mpcc.behaviour.transitions import (
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import rescheduled
-from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, Stall
+from rti_mpcc.planning.state import DRIVING, ControllerState, Phase, Plans, RouteState, Stall
 from tests.rti_mpcc.states import (
     AREA,
     arrival_at,
@@ -89,7 +89,7 @@ def test_a_vehicle_that_stands_has_not_stalled_while_its_arrival_has_time_to_go(
 
 
 @pytest.mark.parametrize(
-    ("x", "phase"), [(19.8, Phase.STARTING), (19.96, Phase.SETTLING), (19.99, Phase.SETTLING)]
+    ("x", "phase"), [(19.8, Phase.STALLED), (19.96, Phase.SETTLING), (19.99, Phase.SETTLING)]
 )
 def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(x: float, phase: Phase) -> None:
     s, overdue = arriving(at=10.2), BEHAVIOUR.overdue_time
@@ -100,32 +100,35 @@ def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(x: floa
     last = contexts.standing(x, now=10.01 + overdue, begin=10.21 + overdue, measured_speed=0.03)
     after = decided(s, last, CONFIG)
     assert after.task.phase is phase
-    if phase is Phase.STARTING:
-        assert (after.task.restarts, after.task.arrival) == (1, None)
+    assert after.task.stall == (STALL if phase is Phase.STALLED else None)
 
 
-def test_a_vehicle_that_stands_outside_the_tolerance_tries_a_few_times_more() -> None:
-    under_way: dict[str, Any] = {"phase": Phase.ARRIVING, "arrival": arrival_at(11.0, overdue_since=9.0)}
-    s = arriving(standing_since=5.0, **under_way)
-    for attempt in range(CONFIG.retries.restarts):
-        s = decided(s, contexts.standing(19.8), CONFIG)
-        assert s.task.phase is Phase.STARTING
-        assert s.task.restarts == attempt + 1
-        s = put(s, **under_way)
-    assert decided(s, contexts.standing(19.8), CONFIG).task.phase is Phase.STALLED
+@pytest.mark.parametrize("config", [CONFIG, ControllerConfig.paper(dead_time=0.2)], ids=["dynamic", "paper"])
+def test_a_vehicle_that_stands_for_good_outside_the_tolerance_stalls_at_once(
+    config: ControllerConfig,
+) -> None:
+    """It does not try the same again; what it stands before is remembered."""
+    overdue = arriving(standing_since=5.0, arrival=arrival_at(11.0, overdue_since=9.0))
+    for s in (overdue, contouring(standing_since=5.0)):
+        after = decided(s, contexts.standing(19.8), config)
+        assert (after.task.phase, after.task.stall) == (Phase.STALLED, STALL)
 
 
-def test_without_a_planned_arrival_there_is_no_other_try() -> None:
-    config = ControllerConfig.paper(dead_time=0.2)
-    after = decided(contouring(standing_since=5.0), contexts.standing(19.8), config)
-    assert after.task.phase is Phase.STALLED
+def test_an_arrival_whose_plan_misses_stalls_before_it_is_long_overdue_where_ways_are_planned() -> None:
+    soon = arrival_at(10.2, overdue_since=10.0 - BEHAVIOUR.due_time)
+    assert BEHAVIOUR.due_time < BEHAVIOUR.overdue_time
+    s = arriving(arrival=soon, driven=some_plan(), route=RouteState())
+    after = decided(s, contexts(), CONFIG)
+    assert (after.task.phase, after.task.stall) == (Phase.STALLED, STALL)
+    assert decided(put(s, route=None), contexts(), CONFIG).task.phase is Phase.ARRIVING
+    assert decided(put(s, phase=Phase.SETTLING), contexts(), CONFIG).task.phase is not Phase.STALLED
 
 
 def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck() -> None:
     standing, posing = contexts.standing(19.0), contouring(final=True)
     assert decided(put(posing, standing_since=8.0), standing, SEPARATED).task.phase is Phase.CONTOURING
     long = put(posing, standing_since=10.0 - BEHAVIOUR.turning_time)
-    assert decided(long, standing, SEPARATED).task.phase is Phase.STARTING
+    assert decided(long, standing, SEPARATED).task.phase is Phase.STALLED
 
 
 # -- at the target ---------------------------------------------------------------------------------------
@@ -142,11 +145,6 @@ def test_a_vehicle_that_stands_inside_the_tolerance_at_the_begin_holds() -> None
 def test_a_settling_vehicle_that_stands_holds() -> None:
     after = decided(arriving(phase=Phase.SETTLING), contexts.standing(), CONFIG)
     assert after.task.phase is Phase.HOLDING
-
-
-def test_a_vehicle_that_holds_has_all_its_tries_again() -> None:
-    s = arriving(phase=Phase.SETTLING, restarts=2)
-    assert decided(s, contexts.standing(), CONFIG).task.restarts == 0
 
 
 def test_a_settling_vehicle_that_stands_outside_the_tolerance_does_not_hold() -> None:
@@ -216,17 +214,52 @@ def test_a_vehicle_held_before_something_in_the_way_holds_wherever_it_is() -> No
 
 
 def test_a_stalled_vehicle_waits_for_another_target() -> None:
-    s = arriving(phase=Phase.STALLED, restarts=2, pulled_out=1, stall=STALL)
+    s = arriving(phase=Phase.STALLED, stall=STALL)
     assert decided(s, contexts.standing(19.8), CONFIG).task.phase is Phase.STALLED
     after = decided(s, contexts.standing(19.8, target=target_at(20.5)), CONFIG)
     assert after.task.phase is Phase.STARTING
-    assert (after.task.restarts, after.task.pulled_out) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("error", "phase"),
+    [
+        (Pose2(0.02, -0.02, 0.01), Phase.HOLDING),
+        (Pose2(0.03, 0.0, 0.0), Phase.STALLED),
+        (Pose2(0.0, -0.03, 0.0), Phase.STALLED),
+        (Pose2(0.0, 0.0, 0.02), Phase.STALLED),
+        (Pose2(0.3, 0.0, 0.0), Phase.STALLED),
+    ],
+)
+def test_a_stalled_vehicle_holds_where_it_stands_well_inside_the_tolerance(
+    error: Pose2, phase: Phase
+) -> None:
+    """Just inside it may be noise that shows it there; from the begin it holds there, too."""
+    here = contexts.standing(error=error)
+    s = arriving(phase=Phase.STALLED, stall=STALL)
+    assert decided(s, here, CONFIG).task.phase is phase
+    inside = here.inside(error)
+    assert decided(put(s, phase=Phase.STARTING), here, CONFIG).task.phase is (
+        Phase.HOLDING if inside else Phase.STARTING
+    )
+
+
+def test_a_stalled_vehicle_that_rolls_does_not_hold() -> None:
+    s = arriving(phase=Phase.STALLED, stall=STALL)
+    assert decided(s, contexts(error=Pose2(0.01, 0.0, 0.0)), CONFIG).task.phase is Phase.STALLED
+
+
+def test_a_stalled_vehicle_to_which_its_goal_comes_holds() -> None:
+    """It need not begin again for a target that has moved to where it stands."""
+    s = arriving(phase=Phase.STALLED, stall=STALL)
+    came = contexts.standing(19.8, target=target_at(19.8), error=NEAR)
+    assert conditions.target_moved(s, came, CONFIG)
+    assert decided(s, came, CONFIG).task.phase is Phase.HOLDING
 
 
 def test_a_stalled_vehicle_is_not_woken_by_noise_but_by_a_target_that_creeps_away() -> None:
     """It remembers what it stalled before, from when it did."""
     overdue = arrival_at(11.0, overdue_since=9.0)
-    s = arriving(arrival=overdue, standing_since=5.0, restarts=CONFIG.retries.restarts)
+    s = arriving(arrival=overdue, standing_since=5.0)
     s = decided(s, contexts.standing(19.8), CONFIG)
     assert (s.task.phase, s.task.stall) == (Phase.STALLED, STALL)
     for moves in range(1, 3):
@@ -241,12 +274,12 @@ def test_a_stalled_vehicle_tries_again_when_what_stands_around_it_has_changed() 
     """Not by what perception says a little differently, nor at once."""
     patience, beside = CONFIG.retries.give_up_time, contexts.standing(19.8)
     known = Stall(target=target_at(20.0), obstacles=with_box(22.0).standing)
-    s = arriving(phase=Phase.STALLED, restarts=3, pulled_out=2, stall=known, standing_since=10.0 - patience)
+    s = arriving(phase=Phase.STALLED, stall=known, standing_since=10.0 - patience)
     for there in (22.0, 22.03):
         assert decided(put(s, area=with_box(there)), beside, CONFIG).task.phase is Phase.STALLED
     for gone in (AREA, with_box(22.1)):
         after = decided(put(s, area=gone), beside, CONFIG)
-        assert (after.task.phase, after.task.restarts, after.task.pulled_out) == (Phase.STARTING, 0, 2)
+        assert after.task.phase is Phase.STARTING
         soon = put(s, area=gone, standing_since=10.1 - patience)
         assert decided(soon, beside, CONFIG).task.phase is Phase.STALLED
 
@@ -274,7 +307,7 @@ def planned(phase: Phase, **values: Any) -> ControllerState:
     """In a phase, with something of everything that can be planned; contouring knows no arrival."""
     plan = some_plan()
     plans: dict[str, Any] = {"valid": plan, "driven": plan, "accepted_at": 9.9, "clear_of": 3}
-    s = arriving(phase=phase, **plans, suspended=begun_for(None), restarts=1, pulled_out=1)
+    s = arriving(phase=phase, **plans, suspended=begun_for(None))
     return put(s, **{**({"arrival": None} if phase is Phase.CONTOURING else {}), **values})
 
 
@@ -292,13 +325,14 @@ def witness(phase: Phase, event: Event) -> tuple[ControllerState, PlanningContex
         case Event.STOP_ENDS_INSIDE:
             return planned(phase), contexts(speed=0.2, stop_error=NEAR)
         case Event.STUCK_INSIDE:
-            return getting_no_nearer(phase), contexts.standing(19.96)
-        case Event.NO_TRIES_LEFT:
-            return getting_no_nearer(phase, restarts=CONFIG.retries.restarts), beside
+            return getting_no_nearer(phase), contexts.standing(19.955)
         case Event.NO_PROGRESS:
             return getting_no_nearer(phase), beside
+        case Event.PLAN_MISSES:
+            due = arrival_at(10.2, overdue_since=10.0 - BEHAVIOUR.due_time)
+            return planned(phase, arrival=due, route=RouteState()), contexts()
         case Event.INSIDE:
-            return standing, contexts.standing(19.96)
+            return standing, contexts.standing(19.98 if phase is Phase.STALLED else 19.96)
         case Event.MISSES:
             return planned(phase), contexts(speed=0.2, stop_error=Pose2(0.3, 0.0, 0.0))
         case Event.OUTSIDE:
@@ -314,9 +348,9 @@ def witness(phase: Phase, event: Event) -> tuple[ControllerState, PlanningContex
     raise AssertionError(f"{event} needs a witness here: where it is found")
 
 
-def test_the_table_has_every_event_and_no_two_rows_for_one() -> None:
-    events = [row.event for row in TRANSITIONS]
-    assert set(events) == set(Event)
+def test_the_table_has_every_event_and_no_two_rows_for_one_in_a_phase() -> None:
+    events = [(phase, row.event) for row in TRANSITIONS for phase in row.sources]
+    assert {event for _, event in events} == set(Event)
     assert len(events) == len(set(events))
     assert {row.to for row in TRANSITIONS} == set(Phase)
     assert all(row.sources and len(row.sources) == len(set(row.sources)) for row in TRANSITIONS)
@@ -333,28 +367,17 @@ def test_every_row_that_is_looked_for_is_found_and_leads_to_its_phase(phase: Pha
     assert transition_by_condition(s, context, CONFIG).task.phase is row.to
 
 
-@pytest.mark.parametrize(
-    ("event", "restarts", "pulled_out", "stall"),
-    [
-        (Event.STOP_ENDS_INSIDE, 1, 1, None),
-        (Event.STUCK_INSIDE, 0, 1, None),
-        (Event.NO_TRIES_LEFT, 3, 1, STALL),
-        (Event.NO_PROGRESS, 2, 1, None),
-        (Event.INSIDE, 1, 1, None),
-        (Event.MISSES, 1, 1, None),
-        (Event.OUTSIDE, 1, 1, None),
-        (Event.AT_REST, 0, 1, None),
-        (Event.TARGET_MOVED, 0, 0, STALL),
-        (Event.OBSTACLES_CHANGED, 0, 1, STALL),
-    ],
-    ids=lambda given: given.name if isinstance(given, Event) else "",
-)
-def test_what_a_row_changes_beside_the_phase(
-    event: Event, restarts: int, pulled_out: int, stall: Stall | None
+@pytest.mark.parametrize(("phase", "row"), LOOKED_FOR, ids=names)
+def test_whoever_stalls_remembers_what_it_stands_before_and_nobody_else_does(
+    phase: Phase, row: Transition
 ) -> None:
-    for phase in next(row for row in TRANSITIONS if row.event is event).sources:
-        task = transition_by_condition(*witness(phase, event), CONFIG).task
-        assert (task.restarts, task.pulled_out, task.stall) == (restarts, pulled_out, stall)
+    s, context = witness(phase, row.event)
+    s = put(s, area=with_box(22.0))
+    task = transition_by_condition(s, context, CONFIG).task
+    if row.to is Phase.STALLED:
+        assert task.stall == Stall(target=context.target, obstacles=s.area.standing)
+    else:
+        assert task.stall is s.task.stall
 
 
 @pytest.mark.parametrize(("phase", "row"), TOLD, ids=names)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Limits, Retries, SpeedProfile
+from rti_mpcc.config import ControllerConfig, Limits, SpeedProfile
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
 from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
@@ -19,11 +19,10 @@ THETAS = np.linspace(0.0, 30.0, 71)
 def bounds(
     direction: int = 1, *, theta: float = 30.0, kind: TargetKind = TargetKind.POSE, **changes: object
 ) -> StageBounds:
-    retreat = float(str(changes.pop("retreat", 0.0)))
-    reach = float(str(changes.pop("reach", Retries().retreat_reach)))
+    turns = bool(changes.pop("turns", False))
     config = ControllerConfig.model_validate({"limits": LIMITS, **changes})
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=theta, theta_end=30.0, kind=kind)
-    return stage_bounds(config, target, direction, THETAS, retreat=retreat, reach=reach)
+    return stage_bounds(config, target, direction, THETAS, turns=turns)
 
 
 def test_limits_are_those_of_the_vehicle() -> None:
@@ -45,23 +44,14 @@ def test_each_part_has_one_direction_of_motion() -> None:
     assert (reverse.states[:, 0, SPEED] == -4.0).all()
 
 
-def test_a_retreat_opens_the_other_direction_that_far() -> None:
-    assert (bounds(1, retreat=0.3, reach=np.inf).states[:, 0, SPEED] == -0.3).all()
-    assert (bounds(-1, retreat=0.3, reach=np.inf).states[:, 1, SPEED] == 0.3).all()
-    assert (bounds(1, retreat=9.0, reach=np.inf).states[:, 0, SPEED] == -4.0).all()
-
-
-@pytest.mark.parametrize("theta", [20.0, 30.0, 35.0])
 @pytest.mark.parametrize("direction", [1, -1])
-def test_a_retreat_is_for_stages_near_the_stop_point(direction: int, theta: float) -> None:
-    near = THETAS[1:] >= min(theta, 30.0) - Retries().retreat_reach
-    assert near.any()
-    assert not near.all()
-    limits = bounds(direction, theta=theta, retreat=0.3).states[:, :, SPEED]
-    backwards = limits[:, 0] if direction > 0 else -limits[:, 1]
-    np.testing.assert_array_equal(backwards, np.where(near, -0.3, 0.0))
-    onward = limits[:, 1] if direction > 0 else -limits[:, 0]
-    assert (onward == 4.0).all()
+def test_one_that_turns_may_drive_both_ways_as_fast_as_the_vehicle_can(direction: int) -> None:
+    got, usual = bounds(direction, turns=True), bounds(direction)
+    np.testing.assert_array_equal(got.states[:, :, SPEED], [[-4.0, 4.0]] * 70)
+    np.testing.assert_array_equal(
+        got.states[:, :, [STEERING, PROGRESS]], usual.states[:, :, [STEERING, PROGRESS]]
+    )
+    np.testing.assert_array_equal(got.controls, usual.controls)
 
 
 @pytest.mark.parametrize("theta", [20.0, 35.0])

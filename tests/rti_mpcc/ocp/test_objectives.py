@@ -157,24 +157,6 @@ def test_an_arrival_holds_pose_and_speed_at_its_end_and_leaves_the_path() -> Non
     assert (got.steering_rate > 0.0).all()
 
 
-def test_an_arrival_that_insists_counts_a_tenth_of_the_effort_and_the_goal_the_same() -> None:
-    far = np.full(70, 0.3)
-    usual, insisting = (
-        arrival_weights(Weights(), target(), spread(0.0, 30.0), far, insists=insists)
-        for insists in (False, True)
-    )
-    for name in ("acceleration", "steering_rate"):
-        np.testing.assert_allclose(getattr(insisting, name), 0.1 * getattr(usual, name))
-    np.testing.assert_array_equal(insisting.goal, usual.goal)
-    assert (insisting.slack, insisting.scale) == (usual.slack, usual.scale)
-    near = np.full(70, 0.3 * Weights().firm_time / 70.0)
-    usual, insisting = (
-        arrival_weights(Weights(), target(), spread(0.0, 30.0), near, insists=insists)
-        for insists in (False, True)
-    )
-    np.testing.assert_array_equal(insisting.acceleration, usual.acceleration)
-
-
 def test_an_arrival_can_keep_to_the_path_far_from_the_goal() -> None:
     theta = spread(0.0, 30.0)
     got = arrival_weights(Weights(arrival_contouring=1.0), target(), theta, LENGTHS)

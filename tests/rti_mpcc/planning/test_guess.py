@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from math import pi
 
 import numpy as np
@@ -14,14 +13,12 @@ from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, THETA_DOT, A, V,
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.arrival import time_to_go
-from rti_mpcc.planning.guess import arrival_guess, cruise_guess, reverse_guess
+from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.pace import Pace, pace_of
 from rti_mpcc.planning.search import defect
 from rti_mpcc.types import Array, Trajectory
 
 CONFIG = ControllerConfig(limits=Limits(speed=2.0, steering_rate=0.5))
-BEYOND = 0.7
-"""How far an arrival that backs up passes its goal [m]."""
 
 
 def core(direction: int) -> RtiMpcc:
@@ -223,81 +220,3 @@ def test_a_plan_too_short_for_turning_the_steering_first_is_a_guess_all_the_same
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, 14.0, pace_of(mpcc.part, CONFIG), CONFIG)
     assert np.isfinite(guess.states).all()
     assert np.isfinite(guess.controls).all()
-
-
-# -- past the goal, and back up into it ------------------------------------------------------------------
-
-
-def backing(mpcc: RtiMpcc, state: Array, seconds: float = 30.0) -> Trajectory:
-    return arrival(mpcc, state, seconds, of=partial(reverse_guess, past=BEYOND))
-
-
-@pytest.mark.parametrize("speed", [0.0, 1.0])
-@pytest.mark.parametrize("direction", [1, -1])
-def test_backing_up_leads_from_the_state_past_the_target_to_rest_at_it(direction: int, speed: float) -> None:
-    mpcc = core(direction)
-    state = beside(mpcc, speed)
-    guess = backing(mpcc, state)
-    np.testing.assert_array_equal(
-        guess.times, stage_times(5.0, stage_lengths(30.0, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
-    )
-    np.testing.assert_allclose(guess.states[0], state, atol=1e-12)
-    target = mpcc.target.pose
-    np.testing.assert_allclose(guess.states[-1, [X, Y]], [target.x, target.y], atol=1e-9)
-    assert guess.states[-1, PHI] == pytest.approx(target.phi, abs=1e-9)
-    assert guess.states[-1, V] == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize("direction", [1, -1])
-def test_backing_up_turns_once_beyond_the_target_in_time_for_the_way_back(direction: int) -> None:
-    mpcc = core(direction)
-    guess = backing(mpcc, beside(mpcc, 1.0))
-    v = direction * guess.states[:, V]
-    back = int(np.argmax(v < 0.0))
-    assert (v[1 : back - 1] > 0.0).all()
-    assert (v[back:-1] < 0.0).all()
-    turn = back - 1
-    assert v[turn] == pytest.approx(0.0, abs=1e-12)
-    times = guess.times
-    assert times[turn - 1] < times[-1] - CONFIG.retries.reverse_time <= times[turn]
-    goal = mpcc.target.pose
-    beyond = Pose2(*guess.states[turn, [X, Y, PHI]].tolist()).relative_to(goal)
-    assert direction * beyond.x == pytest.approx(BEYOND, abs=1e-9)
-    assert beyond.y == pytest.approx(0.0, abs=1e-9)
-    rest = [Pose2(*state.tolist()).relative_to(goal) for state in guess.states[back:, [X, Y, PHI]]]
-    assert max(abs(pose.y) for pose in rest) < 1e-9
-    assert (np.diff([direction * pose.x for pose in rest]) < 0.0).all()
-
-
-@pytest.mark.parametrize("aside", [-0.5, 0.5])
-@pytest.mark.parametrize("direction", [1, -1])
-def test_progress_of_backing_up_never_falls_nor_passes_the_stop(direction: int, aside: float) -> None:
-    mpcc = core(direction)
-    mpcc.set_goal(mpcc.part.pose(mpcc.part.end).compose(Pose2(direction * aside, 0.3, 0.1)))
-    guess = backing(mpcc, beside(mpcc, 1.0))
-    theta = guess.states[:, THETA]
-    assert (np.diff(theta) >= 0.0).all()
-    assert theta.max() == mpcc.target.stop
-    assert guess.controls[:, THETA_DOT].min() >= 0.0
-    assert np.abs(guess.controls[:, A]).max() <= CONFIG.limits.acceleration
-    assert np.abs(guess.controls[:, DELTA_DOT]).max() <= CONFIG.limits.steering_rate
-
-
-@pytest.mark.parametrize("turns", [-1, 0, 1])
-def test_the_heading_of_backing_up_stays_on_its_branch(turns: int) -> None:
-    mpcc = core(1)
-    state = beside(mpcc, 0.0)
-    state[PHI] += 2.0 * pi * turns
-    plain, guess = backing(mpcc, beside(mpcc, 0.0)), backing(mpcc, state)
-    assert np.abs(np.diff(guess.states[:, PHI])).max() < 0.5
-    np.testing.assert_allclose(guess.states[1:, [X, Y]], plain.states[1:, [X, Y]], atol=1e-9)
-
-
-def test_with_less_time_than_the_way_back_takes_there_is_a_guess_all_the_same() -> None:
-    mpcc = core(1)
-    guess = backing(mpcc, beside(mpcc, 0.0), seconds=5.0)
-    assert guess.states.shape == (CONFIG.stages + 1, 6)
-    assert np.isfinite(guess.states).all()
-    assert np.isfinite(guess.controls).all()
-    target = mpcc.target.pose
-    np.testing.assert_allclose(guess.states[-1, [X, Y]], [target.x, target.y], atol=1e-9)

@@ -353,19 +353,7 @@ def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution) -
     assert (attempt.solutions, attempt.problem, attempt.out_of_time) == ((), search.NO_TIME, True)
 
 
-# -- past the goal, and back up into it ------------------------------------------------------------------
-
-
-def test_the_first_guess_of_one_that_backs_up_passes_the_goal(mpcc: RtiMpcc) -> None:
-    context = contexts(target=mpcc.target, begin=0.2)
-    onward = search.first_guess(mpcc, state(arrival=arrival_at(30.0)), context)
-    backing = search.first_guess(
-        mpcc, state(arrival=arrival_at(30.0), beyond=CONFIG.retries.beyond_goal), context
-    )
-    assert onward.states[:, 0].max() == pytest.approx(20.0)
-    assert backing.states[:, 0].max() == pytest.approx(20.0 + CONFIG.retries.beyond_goal)
-    assert backing.states[-1, 0] == pytest.approx(20.0)
-    np.testing.assert_array_equal(backing.times, onward.times)
+# -- whether a plan reaches its target ---------------------------------------------------------------------
 
 
 def ending(solution: Solution, pose: Pose2, **changes: Any) -> search.SqpResult:
@@ -412,20 +400,3 @@ def test_a_plan_not_to_be_driven_or_squeezed_reaches_nothing(solution: Solution)
     assert not search.reaches(ending(solution, goal, problem="why"), contexts())
     none = search.SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True)
     assert not search.reaches(none, contexts())
-
-
-@pytest.mark.parametrize("reverse_into_goal", [True, False])
-def test_a_search_for_backing_up_that_ran_out_of_time_stays_one(
-    reverse_into_goal: bool, mpcc: RtiMpcc, solution: Solution
-) -> None:
-    context = contexts(target=mpcc.target, begin=0.2)
-    cut = search.SqpResult(
-        solutions=(solution,), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True
-    )
-    before = state(arrival=arrival_at(15.0), beyond=1.0 if reverse_into_goal else None)
-    begun = search.suspended(before, context, cut).plans.suspended
-    assert begun is not None
-    assert begun.segment.reverses_into_goal == reverse_into_goal
-    driving = state(suspended=begun, arrival=arrival_at(13.0))
-    after = schedule.scheduled(driving, contexts(target=mpcc.target, now=0.05, begin=0.25), CONFIG)
-    assert (after.task.segment.reverses_into_goal, arrives_at(after)) == (reverse_into_goal, 15.0)

@@ -59,19 +59,14 @@ def test_it_looks_again_when_the_goal_has_moved() -> None:
     assert stops.way_may_be_free(put(unknown, pose=goal), CONFIG)
 
 
-def test_from_a_stop_before_something_it_looks_once_more() -> None:
-    moving = moves.stop_before(arriving(), contexts(), CONFIG, CONFIG.behaviour.near_stop, 7)
-    assert moving.task.phase is Phase.HOLDING
-    assert not stops.way_may_be_free(at(moving, 10.0 + 0.9 * INTERVAL, 7), CONFIG)
-    assert stops.way_may_be_free(at(moving, 10.0 + INTERVAL, 7), CONFIG)
-    standing = put(moves.released(moving), standing_since=9.0)
-    there = moves.stop_before(standing, contexts.standing(12.0), CONFIG, CONFIG.behaviour.near_stop, 7)
-    assert there.task.phase is Phase.HOLDING
-    assert not stops.way_may_be_free(at(there, 60.0, 7), CONFIG)
-    assert stops.way_may_be_free(at(there, 60.0, 8), CONFIG)
-    # Standing elsewhere it is not the place to look from.
-    far = moves.stop_before(standing, contexts.standing(12.0), CONFIG, 4.0, 7)
-    assert stops.way_may_be_free(at(put(far, phase=Phase.HOLDING), 60.0, 7), CONFIG)
+def test_at_a_stop_before_something_it_does_not_look_again_until_something_has_changed() -> None:
+    """However it got there, and for however long it stands: from there another way is planned."""
+    for s in (arriving(), arriving(standing_since=9.0)):
+        there = moves.stop_before(s, contexts.standing(12.0), CONFIG, CONFIG.behaviour.near_stop, 7)
+        assert there.task.phase is Phase.HOLDING
+        assert not stops.way_may_be_free(at(there, 60.0, 7), CONFIG)
+        assert not stops.way_may_be_free(at(there, 10.0 + 0.9 * INTERVAL, 8), CONFIG)
+        assert stops.way_may_be_free(at(there, 10.0 + INTERVAL, 8), CONFIG)
 
 
 def test_a_stop_for_which_no_way_past_was_sought_yet_is_looked_past_soon() -> None:

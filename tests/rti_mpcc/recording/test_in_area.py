@@ -99,7 +99,7 @@ def test_planning_and_the_first_metres_replay_bit_for_bit(
     tmp_path: Path, scenario: str, deadline: float | None
 ) -> None:
     """One area is of polygons, the other one a map."""
-    file = recorded(begun(scenario, 3.0, **{"controller.deadline": deadline}), tmp_path / "run.jsonl")
+    file = recorded(begun(scenario, 6.0, **{"controller.deadline": deadline}), tmp_path / "run.jsonl")
     cycles = read_recording(file).cycles
     said = [cycle.command.status for cycle in cycles if cycle.command]
     assert said[0] is Status.PLANNING

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from geometry import Pose2, ReferencePath
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.animation import write_animation
 from rti_mpcc.report.files import write_files
@@ -76,11 +76,11 @@ def test_overview_shows_what_is_solid_what_came_and_the_path(run: RunResult) -> 
     assert np.asarray(outline.vertices)[:4] == pytest.approx(WALL)
 
 
-def test_overview_tells_paths_that_were_planned_before(run: RunResult) -> None:
+def test_overview_tells_paths_that_were_driven_before(run: RunResult) -> None:
     figure = overview_figure(replace(run, paths=((0.0, PATH), (0.5, OTHER), (1.0, PATH))))
-    assert {"path", "path planned before"} <= legend(figure)
+    assert {"path", "earlier path"} <= legend(figure)
     figure = overview_figure(replace(run, paths=()))
-    assert not {"path", "path planned before"} & legend(figure)
+    assert not {"path", "earlier path"} & legend(figure)
 
 
 def test_overview_shows_what_is_driven_and_no_more_than_the_area(run: RunResult) -> None:
@@ -114,9 +114,13 @@ def test_film_has_the_area_and_each_view_its_path(film: Film, run: RunResult) ->
 
 
 def test_scene_draws_solid_things_and_the_path_of_the_cycle(film: Film) -> None:
-    other = replace(film.views[1], observed=replace(film.views[1].observed, path=OTHER))
-    blind = replace(film.views[0], observed=replace(film.views[0].observed, path=None))
-    scene = Scene(Figure().add_subplot(), replace(film, views=(blind, other, film.views[-1])))
+    assert film.area is not None
+    hall = Corridor.in_area(film.area)
+    views = tuple(
+        replace(view, observed=replace(view.observed, path=path, corridor=hall))
+        for view, path in ((film.views[0], None), (film.views[1], OTHER), (film.views[-1], PATH))
+    )
+    scene = Scene(Figure().add_subplot(), replace(film, views=views))
     assert [len(scene.planned.get_segments())] == [0]
     for index, path in ((1, OTHER), (2, PATH)):
         scene.show(index)

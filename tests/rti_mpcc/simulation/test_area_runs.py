@@ -12,7 +12,7 @@ from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import Scenario, changed, simulate, summary
+from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
 from rti_mpcc.simulation.controllers import planner_in
 from rti_mpcc.simulation.metrics import clearances, untimed
 from rti_mpcc.types import VehicleState
@@ -40,6 +40,7 @@ def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Sc
     assert [begin for begin, _ in result.paths] == [0.5, 1.5]
     assert [path for _, path in result.paths] == [AHEAD, BACK]
     assert result.path is BACK
+    assert result.given_path is None
     before, first, second = (
         times < 0.5 - 1e-9,
         (times >= 0.5 - 1e-9) & (times < 1.5 - 1e-9),
@@ -154,6 +155,74 @@ def test_along_a_path_nothing_is_planned(scripted: Any, straight: Scenario) -> N
     result = simulate(changed(straight, {"simulation.duration": 0.2}), controller=scripted(script=still))
     assert "planning" not in summary(result)
     assert (result.area, result.besides, result.planning) == (None, (), None)
+
+
+# -- off the path that was given -------------------------------------------------------------------------
+
+ASIDE = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(-1, 0.0, 1.0), (1, 0.0, 9.0)])
+
+
+def leaving(
+    scripted_planner: Any, straight: Scenario, planned: Any, x: float = 0.0, y: float = 0.0
+) -> RunResult:
+    """Two seconds at rest there, on 10 m of path along x, which the controller may leave for others."""
+    return simulate(
+        changed(straight, {"simulation.duration": 2.0}),
+        controller=scripted_planner(script=still, planned=planned),
+        start=VehicleState(x=x, y=y, phi=0.0, v=0.0, delta=0.0),
+    )
+
+
+def on_given_then_aside(straight: Scenario) -> Any:
+    given = straight.build_path()
+    return lambda now: given if now < 0.975 else ASIDE
+
+
+def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(
+    scripted_planner: Any, straight: Scenario
+) -> None:
+    result = leaving(scripted_planner, straight, on_given_then_aside(straight))
+    (begin, given), (left, aside) = result.paths
+    assert (begin, left) == (0.0, 1.0)
+    assert aside is ASIDE
+    assert result.path is ASIDE
+    assert result.given_path is given
+    assert given.length == 10.0
+    figures = summary(result)
+    assert figures["planning"] == {"seconds": 0.25, "replans": 1, "length_m": pytest.approx(10.0), "cusps": 1}
+    stays = leaving(scripted_planner, straight, lambda now: given)
+    assert figures["expected_time_s"] == summary(stays)["expected_time_s"] is not None
+
+
+def test_a_planner_that_stays_on_its_path_has_planned_nothing(
+    scripted_planner: Any, straight: Scenario
+) -> None:
+    given = straight.build_path()
+    result = leaving(scripted_planner, straight, lambda now: given)
+    assert result.planning is None
+    assert result.given_path is result.path
+    assert len(result.paths) == 1
+    assert "planning" not in summary(result)
+
+
+def test_off_its_path_clearance_is_to_all_of_the_corridor(scripted_planner: Any, straight: Scenario) -> None:
+    scenario = changed(straight, {"corridor.obstacles": [[[12, 0.5], [13, 0.5], [13, 1.5], [12, 1.5]]]})
+    vehicle, plan = Vehicle(), on_given_then_aside(straight)
+    room = min(3.0 - 1.0 - 0.5 * vehicle.width, 12.0 - 5.0 - vehicle.front)
+    result = leaving(scripted_planner, scenario, plan, 5.0, 1.0)
+    assert clearances(result) == pytest.approx(room, abs=1e-3)
+    result = leaving(scripted_planner, scenario, plan, 8.0, 0.5)
+    assert clearances(result) == pytest.approx(12.0 - 8.0 - vehicle.front, abs=1e-3)
+
+
+def test_off_its_path_it_is_not_clear_where_the_corridor_does_not_reach(
+    scripted_planner: Any, straight: Scenario
+) -> None:
+    """There a path has no boundaries any more."""
+    result = leaving(scripted_planner, straight, on_given_then_aside(straight), -60.0)
+    on_path = result.truth.times < 1.0 - 1e-9
+    assert (clearances(result)[on_path] > 0.0).all()
+    assert (clearances(result)[~on_path] <= 0.0).all()
 
 
 def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> None:

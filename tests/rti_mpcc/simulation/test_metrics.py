@@ -16,7 +16,6 @@ from rti_mpcc.simulation.metrics import (
     direction_changes,
     energy,
     goal_errors,
-    pull_outs,
     rms,
     time_to_dock,
 )
@@ -117,25 +116,6 @@ def test_direction_changes_count_after_five_centimetres(travels: list[float], ch
     times: Array = 0.001 * np.arange(len(v), dtype=np.float64)
     assert direction_changes(times, v) == changes
     assert direction_changes(times, -v) == changes
-
-
-@pytest.mark.parametrize(
-    ("between", "count"),
-    [
-        ([], 1),
-        ([Status.BLOCKED], 1),
-        ([Status.FAILED, Status.BLOCKED, Status.FAILED], 1),
-        ([Status.ARRIVING], 2),
-        ([Status.BLOCKED, Status.FOLLOWING, Status.FAILED], 2),
-        ([Status.STARTING], 2),
-        ([Status.SETTLING], 2),
-        ([Status.STALLED], 2),
-    ],
-)
-def test_a_way_back_that_is_interrupted_counts_once(between: list[Status], count: int) -> None:
-    back = [Status.PULLING_OUT] * 3
-    assert pull_outs([Status.BLOCKED, Status.ARRIVING, *back, *between, *back, Status.DOCKED]) == count
-    assert pull_outs(between) == 0
 
 
 def test_errors_are_in_the_frame_of_the_goal_and_wrapped() -> None:

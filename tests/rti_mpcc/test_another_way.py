@@ -1,0 +1,209 @@
+"""A vehicle that cannot get on along its path plans another way, in closed loop."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from math import radians
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Pose2
+from rti_mpcc.docking import DockingController
+from rti_mpcc.simulation import (
+    RunResult,
+    Scenario,
+    changed,
+    docking_controller,
+    load_scenario,
+    scenario_from_dict,
+    simulate,
+    summary,
+)
+from rti_mpcc.types import Reason, Status, VehicleState
+from tests.rti_mpcc.docking_runs import Clocked, drive, granting, present, short, straight, wall
+
+LENGTH, ASIDE = 20.0, 0.6
+
+
+def beside_a_wall(side: int, **changes: Any) -> Scenario:
+    """A goal 1.1 m before the end of an S, near the wall on the outside of its last bend and turned."""
+    tables: dict[str, Any] = {
+        "name": "beside_a_wall",
+        "path": {
+            "start": [4.0, -3.0, 3.0],  # headings pass pi
+            "segments": [
+                {"direction": 1, "curvature": side * -0.08, "length": 8.0},
+                {"direction": 1, "curvature": side * 0.11, "length": 8.8},
+            ],
+        },
+        "corridor": {"left": 3.0, "right": -3.0},
+        "goal": {"offset": [-1.1, side * -1.3, side * 0.3]},
+        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
+    }
+    return changed(scenario_from_dict(tables), changes)
+
+
+def in_reverse() -> Scenario:
+    """A goal in reverse that is too much beside its path, and turned, to be come to onward."""
+    tables: dict[str, Any] = {
+        "name": "in_reverse",
+        "path": {
+            "start": [4.0, -3.0, 3.0],
+            "segments": [
+                {"direction": -1, "curvature": -0.07, "length": 7.0},
+                {"direction": -1, "curvature": -0.14, "length": 3.0},
+            ],
+        },
+        "corridor": {"left": 3.0, "right": -3.0},
+        "goal": {"offset": [0.5, -0.5, 0.6]},
+        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
+    }
+    return scenario_from_dict(tables)
+
+
+def said(result: RunResult) -> list[Status]:
+    return [status for status, _ in groupby(result.cycles.status)]
+
+
+def assert_docked(result: RunResult, within: float) -> None:
+    """In this time [s], clear of everything, by one other way."""
+    figures = summary(result)
+    assert figures["docked"]
+    assert figures["time_to_dock_s"] < within
+    assert figures["min_clearance_m"] > 0.05
+    assert figures["planning"]["replans"] == 1
+
+
+# -- from rest: a goal that the path does not lead to ------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
+def test_a_goal_turned_against_the_bend_is_come_to_by_another_way(side: int) -> None:
+    result = simulate(beside_a_wall(side))
+    assert_docked(result, 30.0)
+    assert said(result)[0] is Status.PLANNING
+    assert Status.STALLED not in said(result)
+    assert summary(result)["direction_changes"] == 1
+
+
+@pytest.mark.acceptance
+def test_without_that_it_stalls() -> None:
+    scenario = beside_a_wall(1, **{"controller.recovery": False})
+    result = simulate(scenario)
+    assert not summary(result)["docked"]
+    assert said(result)[-1] is Status.STALLED
+
+
+@pytest.mark.acceptance
+def test_in_reverse_too() -> None:
+    assert_docked(simulate(in_reverse()), 40.0)
+
+
+@pytest.mark.acceptance
+@pytest.mark.parametrize("seed", [1, 2])
+def test_so_it_is_with_a_goal_that_is_detected_with_noise(seed: int) -> None:
+    result = simulate(beside_a_wall(1, **{"goal.measurement": {"visible_range": 15.0}}), seed=seed)
+    assert_docked(result, 40.0)
+
+
+@pytest.mark.acceptance
+@pytest.mark.parametrize("noisy", [pytest.param(False, marks=pytest.mark.acceptance), True])
+def test_a_goal_that_is_come_to_onward_needs_none(noisy: bool) -> None:
+    told = {"goal.measurement": {"visible_range": 15.0}} if noisy else {}
+    result = simulate(changed(short(), told))
+    assert summary(result)["docked"]
+    assert "planning" not in summary(result)
+    assert len(result.paths) == 1
+
+
+@pytest.mark.parametrize("turn", [-60.0, pytest.param(-90.0, marks=pytest.mark.acceptance), 180.0])
+def test_a_start_turned_off_the_path_is_driven_from(turn: float) -> None:
+    scenario = load_scenario("docking_inside")
+    start = scenario.start_pose().compose(Pose2(0.0, 0.0, radians(turn)))
+    result = simulate(scenario, start=VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0))
+    assert_docked(result, 45.0)
+
+
+@pytest.mark.acceptance
+def test_a_search_that_is_cut_by_the_deadline_goes_on_until_it_is_known_that_it_misses() -> None:
+    scenario = beside_a_wall(1)
+    clocked = Clocked(docking_controller(scenario), lambda now: granting(2))
+    result = simulate(scenario, controller=clocked)
+    assert summary(result)["docked"]
+    assert Status.PLANNING in said(result)
+
+
+# -- a goal that moves --------------------------------------------------------------------------------------
+
+
+@pytest.mark.acceptance
+@pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
+def test_a_goal_that_jumps_aside_at_the_end_is_come_to_by_another_way(direction: int) -> None:
+    goals = [Pose2(direction * LENGTH, y, 0.0) for y in (0.0, ASIDE)]
+    scenario = straight(direction, LENGTH)
+    run = list(drive(scenario, 60.0, goal_at=lambda now: goals[now > 16.0]))
+    plant, command = run[-1]
+    assert command.docked
+    error = Pose2(plant.x, plant.y, plant.phi).relative_to(goals[1])
+    assert max(abs(error.x), abs(error.y)) <= 0.05
+    # It does not try to get there from where it cannot: no acceleration beyond twice comfort.
+    peak = max(abs(command.acceleration) for _, command in run[:-20])
+    assert peak < 1.2
+
+
+@pytest.mark.acceptance
+def test_where_there_is_no_other_way_it_stands_before_what_fills_its_own_and_goes_on_when_that_has_gone() -> (
+    None
+):
+    scenario = straight(1, LENGTH)
+    across = wall(scenario.build_path(), 14.0, 2.95)
+    result = simulate(scenario, obstacles_at=present(across, 0.0, 40.0))
+    figures, cycles = summary(result), result.cycles
+    assert figures["docked"]
+    assert figures["min_clearance_m"] > 0.05
+    waits = (cycles.times > 20.0) & (cycles.times < 39.5)
+    assert {cycles.status[k] for k in np.flatnonzero(waits)} == {Status.BLOCKED}
+    assert np.abs(cycles.speed[waits]).max() < 0.02
+
+
+# -- what the user sees -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def left() -> DockingController:
+    """One that has left its path for another way."""
+    scenario = beside_a_wall(1)
+    controller = docking_controller(scenario)
+    for _ in drive(scenario, 5.0, controller=controller):
+        pass
+    return controller
+
+
+def test_the_controller_tells_of_its_other_way(left: DockingController) -> None:
+    manoeuvre = left.manoeuvre
+    assert manoeuvre is not None
+    assert manoeuvre.found
+    assert left.replans == 1
+    assert left.path is not None
+    assert left.path.parts[0] is manoeuvre.segments[0].part
+    assert left.corridor.area is not None
+    assert left.planning_seconds > 0.0
+
+
+def test_the_reason_says_why_it_is_planned() -> None:
+    scenario = beside_a_wall(1)
+    first = next(command.diagnostics for _, command in drive(scenario, 0.1))
+    assert first.cause is Reason.PLANS_WAY
+    assert "planning a way: the first plan misses the goal" in first.reason
+
+
+def test_clearance_is_told_by_the_whole_corridor_once_it_has_left_its_path() -> None:
+    """The same body is outside of the last part, which no longer acts, and inside of an earlier one."""
+    result = simulate(beside_a_wall(1))
+    begin, path = result.paths[1]
+    assert begin > 0.0
+    assert result.given_path is result.paths[0][1]
+    assert path is not result.given_path
+    assert np.isfinite(summary(result)["min_clearance_m"])
