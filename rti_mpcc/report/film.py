@@ -82,8 +82,8 @@ def film_of_run(result: RunResult, observed: Sequence[ObservedCycle], *, label: 
         for one, time, row, scene in zip(observed, times, rows, scenes, strict=True)
     )
     name = result.title if label is None else label
-    path, corridor = (None, None) if in_area else (result.path, result.corridors[0][1])
-    return _film(name, path, corridor, result.config, views, area=result.area)
+    corridor = None if in_area else result.corridors[0][1]
+    return _film(name, result.given_path, corridor, result.config, views, area=result.area)
 
 
 def film_of_recording(

@@ -38,18 +38,19 @@ class Scene:
         self.axes = axes
         self.film = film
         self._driven = np.array([view.pose for view in film.views])
+        anew = any(view.observed.planned is not None for view in film.views)
         if film.area is not None:
             draw_area(axes, film.area)
         if film.path is not None and film.corridor is not None:
             if len(film.path.parts) > 1:
                 others = {"color": style.GREY, "label": "corridor, other part"}
                 draw_boundaries(axes, film.corridor, film.path, **others)
-            draw_path(axes, film.path)
+            told = {"color": style.PINK, "label": "earlier path"} if anew else {}
+            draw_path(axes, film.path, **told)
         # What changes with the cycle: the active part's boundaries, and ways that are planned.
         in_area = film.area is not None
-        anew = any(view.observed.planned is not None for view in film.views)
         self.walls = self._lines(style.BLACK, "" if in_area else "corridor")
-        self.planned = self._lines(style.ORANGE, "path" if in_area else "way planned anew" if anew else "")
+        self.planned = self._lines(style.ORANGE, "path" if in_area else "path" if anew else "")
         self._add_bodies()
         self._add_lines()
         _lay_out(axes, film)
