@@ -77,6 +77,8 @@ class Segment:
         speed, steering: limits of its own [m/s], [rad], or None for the vehicle's.
         wheels: angle that the wheels are turned to at rest before it is begun [rad]; None: it is begun with
             them as they stand.
+        margin: distance of the body on the way to all that was known when it was planned [m]: where that is
+            less than `Footprint.margin` no more is kept, as far as `Caution` allows. None: not known.
         dwell: how long the vehicle stands at its end, a cusp or staging pose, at least [s].
         objective: on the way, until an arrival is planned.
         final: what is asked for near its end instead of an arrival, or None.
@@ -84,7 +86,7 @@ class Segment:
         piece_of: the whole segment that this is a variant of, or None.
 
     Raises:
-        InputError: a limit or tolerance that is not positive, or a negative dwell.
+        InputError: a limit or tolerance that is not positive, or a negative margin or dwell.
     """
 
     part: PathPart
@@ -94,6 +96,7 @@ class Segment:
     speed: float | None = None
     steering: float | None = None
     wheels: float | None = None
+    margin: float | None = None
     dwell: float = 0.0
     objective: HorizonObjective = CONTOURING
     final: FinalObjective | None = None
@@ -104,6 +107,8 @@ class Segment:
         for name, limit in (("speed", self.speed), ("steering", self.steering)):
             if limit is not None and not limit > 0.0:
                 raise InputError(f"{name} = {limit}: a limit of a segment must be > 0, or None")
+        if self.margin is not None and not self.margin >= 0.0:
+            raise InputError(f"margin = {self.margin}: must be >= 0, or None")
         if not all(most > 0.0 for most in self.tolerance):
             raise InputError(f"tolerance = {self.tolerance}: each must be > 0")
         if not 0.0 <= self.dwell < inf:
@@ -128,14 +133,30 @@ class Segment:
         return self.final is not None and self.final.within == inf
 
     def limited(self, config: ControllerConfig) -> ControllerConfig:
-        """The settings with the limits of this segment, where it has some that are lower."""
-        limits = config.limits
+        """The settings with what is lower for this segment: limits, margin, and the weight on the wheels.
+
+        That weight goes with the square of the tolerance of the heading at the end: to turn the wheels on the
+        way costs heading there, and must not cost more than the next segment can begin with.
+        """
+        limits, footprint, weights = config.limits, config.footprint, config.weights
         speed = limits.speed if self.speed is None else min(self.speed, limits.speed)
         steering = limits.steering if self.steering is None else min(self.steering, limits.steering)
-        if (speed, steering) == (limits.speed, limits.steering):
+        margin = footprint.margin if self.margin is None else self._margin(self.margin, config)
+        share = min(self.tolerance[2] / config.behaviour.cusp_tolerance[2], 1.0) ** 2
+        if (speed, steering, margin, share) == (limits.speed, limits.steering, footprint.margin, 1.0):
             return config
-        own = limits.model_copy(update={"speed": speed, "steering": steering})
-        return config.model_copy(update={"limits": own})
+        own = {
+            "limits": limits.model_copy(update={"speed": speed, "steering": steering}),
+            "footprint": footprint.model_copy(update={"margin": margin}),
+            "weights": weights.model_copy(update={"arrival_wheels": share * weights.arrival_wheels}),
+        }
+        return config.model_copy(update=own)
+
+    @staticmethod
+    def _margin(planned: float, config: ControllerConfig) -> float:
+        """What is kept where so much was planned [m]: within the footprint's and what may be driven."""
+        least = config.caution.hard_minimum + config.caution.contact_tolerance
+        return min(max(planned, least), config.footprint.margin)
 
 
 Segments = tuple[Segment, ...]

@@ -25,9 +25,9 @@ class RoutePlanner(Settings):
             minimum, on top of its own, falling to 0 at the margin.
         arc: length of the arcs of the search; open: room beside the body from which on they are twice as
             long, both in radii of the sharpest bend.
-        weight: of the estimate of what is left to the goal.
-        finer: by these factors the lattice is finer near the ends, one search after the other until there
-            is a way; cells: of the grid of estimates, at most.
+        searches: one after the other until there is a way, each with the factor by which its lattice is
+            finer near the ends, and the weight of its estimate of what is left to the goal.
+        cells: of the grid of estimates, at most.
         places: on a way that are tried to be joined directly.
         knots: distance of the curvatures of a smoothed way, and window: length of way that is smoothed at a
             time, at most, both in radii of the sharpest bend; smoothing_iterations: at most.
@@ -59,8 +59,13 @@ class RoutePlanner(Settings):
     closeness_cost: NonNegative = 1.5
     arc: Annotated[float, Field(gt=0.0, le=1.0)] = 0.16
     open: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
-    weight: Annotated[float, Field(ge=1.0, le=100.0)] = 3.0
-    finer: tuple[Positive, ...] = (1.0, 2.0, 4.0, 16.0, 32.0)
+    searches: tuple[tuple[Positive, Annotated[float, Field(ge=1.0, le=100.0)]], ...] = (
+        (1.0, 3.0),
+        (2.0, 3.0),
+        (4.0, 3.0),
+        (1.0, 1.5),
+        (32.0, 3.0),
+    )
     cells: Annotated[int, Field(ge=100, le=10**8)] = 200_000
     places: Annotated[int, Field(ge=1, le=10_000)] = 40
     knots: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
@@ -86,6 +91,8 @@ class RoutePlanner(Settings):
         The path has said in which direction to drive, so neither costs more. Where there was one there is
         room, so a way with fewer changes of direction is soon found, and what is not found soon is not there.
         """
+        less_greedy = tuple((finer, min(weight, 2.0)) for finer, weight in self.searches)
+        nodes = min(self.nodes, 20_000)
         return self.model_copy(
-            update={"reverse_cost": 1.0, "cusp_cost": 6.0, "weight": 2.0, "nodes": min(self.nodes, 20_000)}
+            update={"reverse_cost": 1.0, "cusp_cost": 6.0, "searches": less_greedy, "nodes": nodes}
         )

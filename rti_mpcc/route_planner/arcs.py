@@ -40,9 +40,14 @@ def length_of(way: Array) -> float:
     return float(np.abs(way[:, 0]).sum())
 
 
+def split_counts(way: Array, longest: float) -> list[int]:
+    """Into how many pieces no longer than `longest` [m] each of a way is split."""
+    return [max(ceil(abs(length) / longest - 1e-9), 1) for length, _ in way.tolist()]
+
+
 def split(way: Array, longest: float) -> Array:
     """The same way in pieces that are no longer than `longest` [m]."""
-    counts = [max(ceil(abs(length) / longest - 1e-9), 1) for length, _ in way.tolist()]
+    counts = split_counts(way, longest)
     return np.repeat(way / np.column_stack([counts, np.ones(len(way))]), counts, axis=0)
 
 

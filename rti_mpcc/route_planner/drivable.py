@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from math import inf, pi
+from math import pi
 
 import numpy as np
 
 from geometry.arrays import Array, Mask
-from rti_mpcc.route_planner.arcs import poses_after, split, turns_of
+from rti_mpcc.route_planner.arcs import poses_after, split, split_counts, turns_of
 from rti_mpcc.route_planner.problem import CHECK, Problem
 from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
 from rti_mpcc.route_planner.windows import Window, windows_of
@@ -33,17 +33,25 @@ class Drivable:
     Attributes:
         way: (n, 2) signed lengths [m] and curvatures [1/m] of its pieces.
         stops: (n,) whether the wheels are turned at rest after each.
-        clearance: least one of the body along it [m].
+        room: (n,) least clearance of the body along each [m].
     """
 
     way: Array
     stops: Mask
-    clearance: float
+    room: Array
 
     @property
-    def stretches(self) -> list[Array]:
-        """The ways (n_i, 2) between two stops: one where the direction changes, too."""
-        return np.split(self.way, np.flatnonzero(turns_of(self.way) | self.stops[:-1]) + 1)
+    def clearance(self) -> float:
+        """The least one of the body along the way [m]."""
+        return float(self.room.min())
+
+    @property
+    def stretches(self) -> list[tuple[Array, float]]:
+        """The ways (n_i, 2) between two stops, one where the direction changes, too; and the least clearance
+        along each [m]."""
+        ends = np.flatnonzero(turns_of(self.way) | self.stops[:-1]) + 1
+        ways, rooms = np.split(self.way, ends), np.split(self.room, ends)
+        return [(way, float(room.min())) for way, room in zip(ways, rooms, strict=True)]
 
 
 def drivable(problem: Problem, way: Array, last: Array, keep: float) -> Generator[None, None, Drivable]:
@@ -69,7 +77,7 @@ def drivable(problem: Problem, way: Array, last: Array, keep: float) -> Generato
     return Drivable(
         way=np.vstack([each.way for each in whole]),
         stops=np.concatenate([each.stops for each in whole]),
-        clearance=min(each.clearance for each in whole),
+        room=np.concatenate([each.room for each in whole]),
     )
 
 
@@ -90,8 +98,8 @@ def _window(
         if smooth is not None:
             return smooth
     way = np.vstack([window.way, last])
-    clearance = yield from _clearance(problem, start, way)
-    return Drivable(way=way, stops=np.arange(len(way)) < len(way) - 1, clearance=clearance)
+    room = yield from _room(problem, start, way)
+    return Drivable(way=way, stops=np.arange(len(way)) < len(way) - 1, room=room)
 
 
 def _smooth(
@@ -109,9 +117,9 @@ def _smooth(
         if arcs is None:
             continue
         way = np.vstack([arcs, last])
-        clearance = yield from _clearance(problem, start, way)
-        if clearance >= keep:
-            return Drivable(way=way, stops=np.zeros(len(way), bool), clearance=clearance)
+        room = yield from _room(problem, start, way)
+        if room.min() >= keep:
+            return Drivable(way=way, stops=np.zeros(len(way), bool), room=room)
         if firmer == _FIRMER:
             break
         # It gives way where it must not: what is lacking of the margin costs more.
@@ -142,12 +150,17 @@ def _smoothing(problem: Problem, window: Window, start: Array, target: Array, la
     )  # fmt: skip
 
 
-def _clearance(problem: Problem, start: Array, way: Array) -> Generator[None, None, float]:
-    """Least clearance of the body along a way from `start` (3,), at every centimetre [m]."""
-    way = split(way, CHECK)
-    least, at = inf, start[None]
-    for first in range(0, len(way), _POSES):
-        poses = np.vstack([at, poses_after(at[-1], way[first : first + _POSES])])
-        least, at = min(least, float(problem.clearances(poses, problem.within).min())), poses[-1:]
+def _room(problem: Problem, start: Array, way: Array) -> Generator[None, None, Array]:
+    """Least clearance (n,) of the body along pieces of a way from `start` (3,), at every centimetre [m]."""
+    counts, fine = split_counts(way, CHECK), split(way, CHECK)
+    at, found = start[None], [problem.clearances(start[None], problem.within)]
+    for first in range(0, len(fine), _POSES):
+        poses = poses_after(at[-1], fine[first : first + _POSES])
+        found.append(problem.clearances(poses, problem.within))
+        at = poses[-1:]
         yield
-    return least
+    each = np.concatenate(found)
+    # A piece begins where the last one ends.
+    begins = np.concatenate(([0], np.cumsum(counts)[:-1]))
+    room: Array = np.minimum(np.minimum.reduceat(each[1:], begins), each[begins])
+    return room

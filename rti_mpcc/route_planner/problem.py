@@ -130,7 +130,7 @@ class Problem:
             cusp=settings.cusp_cost,
             steering=settings.steering_cost,
             closeness=settings.closeness_cost,
-            weight=settings.weight,
+            weight=1.0,
             finer=1.0,
             fine=1.5 * length,
             tight=settings.margin,

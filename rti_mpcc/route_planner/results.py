@@ -54,7 +54,7 @@ def found(problem: Problem, driven: Drivable, nodes: int) -> Manoeuvre:
     config, pose, theta = problem.config, Pose2(0.0, 0.0, start.phi), 0.0
     segments: list[Segment] = []
     stretches = driven.stretches
-    for index, way in enumerate(stretches):
+    for index, (way, room) in enumerate(stretches):
         pieces = [(1 if length > 0.0 else -1, curvature, abs(length)) for length, curvature in way.tolist()]
         (part,) = ReferencePath.from_segments(start=pose, segments=pieces).parts
         pose = part.last
@@ -67,6 +67,7 @@ def found(problem: Problem, driven: Drivable, nodes: int) -> Manoeuvre:
                 end=SegmentEnd.GOAL if last else SegmentEnd.CUSP,
                 tolerance=config.goal_tolerance if last else _tolerance(part.end - part.start, config),
                 wheels=atan(config.vehicle.wheelbase * float(part.curvatures[0])),
+                margin=room,
             )
         )
         theta = part.end

@@ -1,7 +1,9 @@
-"""The searches for a way, one after the other, each in a finer lattice.
+"""The searches for a way, one after the other, each in a lattice of its own.
 
 A lattice as fine as it has to be: a coarse one may be searched in vain all over the place while the way out
-of where it is tight needs a finer one. So each gets half of what is left to the next.
+of where it is tight needs a finer one. And as greedy as it may be: the estimate knows no body, and one that
+counts for much leads into gaps that it does not fit through, in which a finer lattice has only more places.
+So each search gets half of what it leaves to the next.
 """
 
 from __future__ import annotations
@@ -65,7 +67,7 @@ class Searches:
 
     def __init__(self, problem: Problem, ends: Ends, terms: Terms, spent: Callable[[], float]) -> None:
         self._problem, self._ends, self._spent = problem, ends, spent
-        self._levels = list(problem.config.route.finer)
+        self._left = list(problem.config.route.searches)
         self.terms = terms
         self.nodes, self.nearest = 0, inf
         self._budget_spent, self._rejected = False, ""
@@ -76,18 +78,19 @@ class Searches:
         The piece is (1, 2), or (0, 2) without one. None: no search is left, or no budget.
         """
         settings = self._problem.config.route
-        while self._levels and not self._budget_spent:
-            terms = self.terms._replace(finer=self._levels.pop(0))
+        while self._left and not self._budget_spent:
+            finer, weight = self._left.pop(0)
+            terms = self.terms._replace(finer=finer, weight=weight)
             most = (
                 settings.nodes - self.nodes
-                if not self._levels
-                else settings.nodes // 2 ** (len(self._levels) + 1)
+                if not self._left
+                else settings.nodes // 2 ** (len(self._left) + 1)
             )
             search = yield from self._searched(terms, most)
             if search.cost < inf:
                 return search.way()
             ended = search.state == EXHAUSTED
-            self._budget_spent = not ended and (not self._levels or self._is_late)
+            self._budget_spent = not ended and (not self._left or self._is_late)
         return None
 
     def reject(self, clearance: float) -> None:

@@ -122,11 +122,29 @@ def test_a_separated_docking_is_one_segment_more() -> None:
         ({"speed": 0.0}, "speed"),
         ({"steering": -0.1}, "steering"),
         ({"tolerance": (0.1, 0.0, 0.1)}, "tolerance"),
+        ({"margin": -0.1}, "margin"),
     ],
 )
 def test_bad_values_are_told(values: dict[str, Any], named: str) -> None:
     with pytest.raises(InputError, match=named):
         Segment(part=PATH.parts[0], index=0, **values)
+
+
+def test_a_planned_segment_keeps_what_was_planned_and_no_less_than_may_be_driven() -> None:
+    segment, caution = segments_of(PATH, CONFIG)[0], CONFIG.caution
+    least = caution.hard_minimum + caution.contact_tolerance
+    assert segment.limited(CONFIG) is CONFIG
+    assert replace(segment, margin=0.3).limited(CONFIG) is CONFIG
+    for planned, kept in ((0.08, 0.08), (0.051, least), (0.0, least)):
+        assert replace(segment, margin=planned).limited(CONFIG).footprint.margin == kept
+
+
+def test_the_wheels_cost_less_heading_where_less_is_tolerated() -> None:
+    segment = segments_of(PATH, CONFIG)[0]
+    for share in (0.5, 1.0, 2.0):
+        tolerance = (0.05, 0.05, share * CONFIG.behaviour.cusp_tolerance[2])
+        weight = replace(segment, tolerance=tolerance).limited(CONFIG).weights.arrival_wheels
+        assert weight == pytest.approx(min(share, 1.0) ** 2 * CONFIG.weights.arrival_wheels)
 
 
 @pytest.mark.parametrize("within", [0.0, -1.0, nan])

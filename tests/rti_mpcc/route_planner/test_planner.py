@@ -86,6 +86,7 @@ def assert_drivable(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) 
     least = clearance(manoeuvre, area, config.vehicle)
     assert least >= settings.hard_minimum - 1e-3
     assert manoeuvre.clearance == pytest.approx(min(least, 2.0 * settings.margin + 1.0), abs=5e-3)
+    assert min(segment.margin or 0.0 for segment in manoeuvre.segments) == manoeuvre.clearance
     steered = np.array([segment.wheels for segment in manoeuvre.segments])
     first = [atan(config.vehicle.wheelbase * s.part.curvatures[0]) for s in manoeuvre.segments]
     assert steered == pytest.approx(first)
@@ -373,7 +374,7 @@ NOT_THERE = [
 def test_where_there_is_no_way_it_is_said_why(
     what: str, area: Area, goal: Pose2, outcome: PlanOutcome
 ) -> None:
-    small = with_route(finer=(1.0,), nodes=4000)
+    small = with_route(searches=((1.0, 3.0),), nodes=4000)
     manoeuvre = plan_manoeuvre(START, goal, area, small)
     assert manoeuvre.outcome in (outcome, PlanOutcome.BUDGET_SPENT)
     assert manoeuvre.outcome is outcome or outcome is PlanOutcome.NO_WAY
@@ -381,6 +382,33 @@ def test_where_there_is_no_way_it_is_said_why(
     assert (manoeuvre.found, manoeuvre.segments, manoeuvre.length, manoeuvre.cusps) == (False, (), 0.0, 0)
     with pytest.raises(PathError, match="there is no way"):
         _ = manoeuvre.path
+
+
+def test_a_less_greedy_search_leaves_gaps_alone_that_the_body_does_not_fit_through() -> None:
+    scene = drawn_scene(41207, 103, "clutter")
+    ways = [
+        plan_manoeuvre(
+            scene.start,
+            scene.goal,
+            area_of(scene),
+            config_of(scene).model_copy(
+                update={"route": RoutePlanner(searches=((1.0, weight),), nodes=4000)}
+            ),
+        )
+        for weight in (3.0, 1.5)
+    ]
+    assert [way.outcome for way in ways] == [PlanOutcome.BUDGET_SPENT, PlanOutcome.FOUND]
+
+
+def test_the_margin_of_a_segment_is_the_clearance_along_it() -> None:
+    scene = drawn_scene(41207, 81, "slot")
+    area, config = area_of(scene), config_of(scene)
+    manoeuvre = plan_manoeuvre(scene.start, scene.goal, area, config)
+    assert len({segment.margin for segment in manoeuvre.segments}) > 3
+    for segment in manoeuvre.segments:
+        assert segment.margin is not None
+        least = clearance(replace(manoeuvre, segments=(segment,)), area, scene.vehicle)
+        assert segment.margin == pytest.approx(min(least, 2.0 * config.route.margin + 1.0), abs=5e-3)
 
 
 @pytest.mark.parametrize("nodes", [2, 3])
