@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,13 @@ from geometry.arrays import Array
 from geometry.errors import PathError
 
 if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
+    from scipy.interpolate import CubicHermiteSpline
 
 Directions = NDArray[np.int64]
 _SAME_POINT = 1e-6  # [m]
 _SAME_HEADING = 1e-3  # [rad] two rows of one cusp
 _SPACING = 0.25  # [m] between the samples of a spline
+_STRAIGHT = 1e-9  # [rad] chords that turn by less on both sides of a point do not turn there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,7 +99,7 @@ def pose_intervals(poses: Array, directions: Directions) -> tuple[Array, Directi
 
 
 def spline_poses(points: Array, directions: Directions) -> tuple[Array, Directions]:
-    """Return poses (k, 3) on a chord-length cubic spline per direction, and the directions between them.
+    """Return poses (k, 3) on a chord-length Akima spline per direction, and the directions between them.
 
     At a cusp both ways must have one tangent: it is the mean of those of the splines with free ends.
 
@@ -145,23 +146,48 @@ def _point_intervals(points: Array, directions: Directions) -> tuple[Array, Dire
     return kept, intervals[~doubled]
 
 
-def _spline(points: Array, first: Array | None, last: Array | None) -> CubicSpline[np.float64]:
-    """Chord-length spline through (k, 2), unit tangents given or free at its ends."""
-    from scipy.interpolate import CubicSpline  # here: a tenth of a second to import, and seldom needed
+def _spline(points: Array, first: Array | None, last: Array | None) -> CubicHermiteSpline[np.float64]:
+    """Cubics over the chord lengths through (k, 2), unit tangents given or free at its ends."""
+    from scipy.interpolate import CubicHermiteSpline  # here: a tenth of a second to import, and seldom needed
 
     lengths = np.hypot(*np.diff(points, axis=0).T)
-    ends: list[tuple[Literal[1], Array] | Literal["not-a-knot"]] = [
-        "not-a-knot" if tangent is None else (1, tangent) for tangent in (first, last)
-    ]
-    return CubicSpline(np.concatenate(([0.0], np.cumsum(lengths))), points, bc_type=(ends[0], ends[1]))
+    tangents = _tangents(np.diff(points, axis=0) / lengths[:, None])
+    for k, tangent in ((0, first), (-1, last)):
+        if tangent is not None:
+            tangents[k] = tangent
+    return CubicHermiteSpline(np.concatenate(([0.0], np.cumsum(lengths))), points, tangents)
 
 
-def _slope(spline: CubicSpline[np.float64], end: int) -> Array:
+def _tangents(chords: Array) -> Array:
+    """Tangents (k + 1, 2) at points between which the chords have the directions m_i (k, 2).
+
+    After Akima, "A new method of interpolation and smooth curve fitting", J. ACM 1970, eq. (1):
+
+        t_i = (w m_{i-1} + w' m_i)/(w + w'),  w = |m_{i+1} - m_i|,  w' = |m_{i-1} - m_{i-2}|          (2)
+
+    and their mean where w = w' = 0. What is straight stays so up to a corner, of few points, too: a spline
+    of continuous curvature swings from there to both ends. With lengths of vectors in the place of those of
+    their components, so that it is the same in any frame.
+    """
+    if len(chords) == 1:
+        return np.repeat(chords, 2, axis=0)
+    before = [3.0 * chords[0] - 2.0 * chords[1], 2.0 * chords[0] - chords[1]]
+    after = [2.0 * chords[-1] - chords[-2], 3.0 * chords[-1] - 2.0 * chords[-2]]
+    m = np.vstack([*before, chords, *after])
+    turns = np.hypot(*np.diff(m, axis=0).T)[:, None]
+    w, other = turns[2:], turns[:-2]
+    straight = w + other < _STRAIGHT
+    w, other = np.where(straight, 1.0, w), np.where(straight, 1.0, other)
+    tangents: Array = (w * m[1:-2] + other * m[2:-1]) / (w + other)
+    return tangents
+
+
+def _slope(spline: CubicHermiteSpline[np.float64], end: int) -> Array:
     value = np.asarray(spline(spline.x[end], 1), dtype=np.float64)
     return np.asarray(value / np.hypot(*value), dtype=np.float64)
 
 
-def _sampled(spline: CubicSpline[np.float64], direction: int) -> Array:
+def _sampled(spline: CubicHermiteSpline[np.float64], direction: int) -> Array:
     """Vehicle poses (k, 3) on a spline, at its points and at most _SPACING apart; heading continuous."""
     counts = np.maximum(np.ceil(np.diff(spline.x) / _SPACING).astype(np.int64), 1)
     steps = [

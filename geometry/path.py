@@ -107,7 +107,9 @@ class ReferencePath:
     def from_waypoints(
         cls, points: ArrayLike, direction: int | Sequence[int] | NDArray[np.integer] = 1
     ) -> ReferencePath:
-        """Build a smooth route through points: a chord-length cubic spline per direction, drawn by biarcs.
+        """Build a smooth route through points: a chord-length Akima spline per direction, drawn by biarcs.
+
+        It swings nowhere: between points in a line it is straight, whatever comes after them.
 
         Args:
             points: (n, 2) positions of the rear axle [m].

@@ -124,6 +124,29 @@ def test_waypoints_make_a_smooth_path() -> None:
     )
 
 
+def test_few_waypoints_around_a_corner_are_straight_before_and_after_it() -> None:
+    path = ReferencePath.from_waypoints([(0.0, 0.0), (5.0, 0.0), (10.0, 0.0), (10.0, 5.0), (10.0, 10.0)])
+    assert (path.start.phi, path.end.phi) == pytest.approx((0.0, 0.5 * pi))
+    at = path.sample(0.1)[0]
+    before, after = at.x < 5.0, at.y > 5.0
+    assert before.sum() > 40
+    assert after.sum() > 40
+    np.testing.assert_allclose(at.y[before], 0.0, atol=1e-9)
+    np.testing.assert_allclose(at.x[after], 10.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("turned", [0.3, 2.0, -2.9])
+def test_waypoints_make_the_same_path_in_any_frame(turned: float) -> None:
+    points, frame = [(0.0, 0.0), (4.0, 0.5), (7.0, 3.0), (7.5, 7.0), (12.0, 8.0)], Pose2(3.0, -40.0, turned)
+    moved = [frame.compose(Pose2(x, y, 0.0)) for x, y in points]
+    there = ReferencePath.from_waypoints([(pose.x, pose.y) for pose in moved])
+    for at, pose in zip(ReferencePath.from_waypoints(points).sample(0.2), there.sample(0.2), strict=True):
+        expected = [frame.compose(Pose2(*row)) for row in zip(at.x, at.y, at.phi, strict=True)]
+        assert [(each.x, each.y) for each in expected] == [
+            pytest.approx(row, abs=1e-9) for row in zip(pose.x, pose.y, strict=True)
+        ]
+
+
 def test_waypoints_at_a_cusp_have_one_heading() -> None:
     points = [(0.0, 0.0), (2.0, 0.1), (4.0, 0.6), (6.0, 1.5), (4.0, 0.4), (2.0, -0.9), (0.0, -3.0)]
     path = ReferencePath.from_waypoints(points, [1, 1, 1, -1, -1, -1])
