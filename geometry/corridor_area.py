@@ -1,8 +1,9 @@
 """The area that a corridor leaves: all of its parts put together, with their open ends.
 
 The boundaries of a part act on that part only, so a vehicle may be wherever one of them lets it be. Where a
-part begins and ends there is no boundary: there the area goes on straight, as wide as the part is. Behind the
-end of the route, where a goal may be beside it, it is open to the sides, too, up to its own boundaries.
+part begins and ends there is no boundary: there the area goes on straight, as wide as the part is. Where a
+bend has folded a boundary away the area goes as far to that side as to the other one. Behind the end of the
+route, where a goal may be beside it, it is open to the sides, too, up to its own boundaries.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
     lanes = shapely.union_all([lane for lane, _ in parts])
     ends = shapely.union_all([end for _, end in parts])
     found = shapely.get_parts(_closed(shapely.union(lanes, ends)))
-    begin = path.parts[0].first
-    (whole,) = [piece for piece in found if shapely.covers(piece, shapely.Point(begin.x, begin.y))]
+    begin = shapely.Point(path.start.x, path.start.y)
+    whole = found[int(np.argmin(shapely.distance(found, begin)))]
     if shapely.difference(lanes, whole).area > _SLIVER:
         raise CorridorError("the parts of the corridor are not connected.")
     whole = whole.simplify(_FINE)
@@ -75,13 +76,15 @@ def _lane_and_ends(
     index: int, part: PathPart, walls: PartWalls, beyond: float, aside: float
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
     """What the boundaries of one part enclose, and what is beyond its ends."""
-    if not all(walls.lines):
-        raise CorridorError(f"part {index}: it has no boundary on one side.")
     lines, driven = _lines(walls), path_line(part, _SPACING)
-    ends = [] if walls.joined else _ends(part, walls, beyond, aside)
+    if not lines:
+        raise CorridorError(f"part {index}: it has no boundaries.")
+    reach = float(shapely.distance(shapely.points(shapely.get_coordinates(lines)), driven).max())
+    ends = [] if walls.joined else _ends(part, walls, reach, beyond, aside)
+    around = [] if all(walls.lines) else [shapely.buffer(driven, reach - _FINE).exterior]
     lane = shapely.union_all([
         face
-        for face in _faces([*lines, *(shapely.LineString(end.mouth) for end in ends)])
+        for face in _faces([*lines, *around, *(shapely.LineString(end.mouth) for end in ends)])
         if shapely.intersects(face.buffer(-_FINE), driven)
     ])  # fmt: skip
     if not shapely.covers(lane.buffer(_FINE), driven):
@@ -113,16 +116,30 @@ class _OpenEnd:
     just_beyond: Array
 
 
-def _ends(part: PathPart, walls: PartWalls, beyond: float, aside: float) -> list[_OpenEnd]:
-    """The begin of a part, and its end, which goes on `aside` [m] to either side."""
+def _ends(part: PathPart, walls: PartWalls, reach: float, beyond: float, aside: float) -> list[_OpenEnd]:
+    """The begin of a part, and its end, which goes on `aside` [m] to either side.
+
+    To a side without a boundary they are `reach` wide [m].
+    """
     # Either boundary has its allowed side on the left: the right one runs with the heading, the left against.
     left, right = walls.lines
-    behind, ahead = (left[-1][-1], right[0][0]), (left[0][0], right[-1][-1])
+    poses = (part.first, part.last) if part.direction > 0 else (part.last, part.first)
+    behind, ahead = ((_across(pose, reach), _across(pose, -reach)) for pose in poses)
+    if left:
+        behind, ahead = (left[-1][-1], behind[1]), (left[0][0], ahead[1])
+    if right:
+        behind, ahead = (behind[0], right[0][0]), (ahead[0], right[-1][-1])
     begins, ends = (behind, ahead) if part.direction > 0 else (ahead, behind)
     return [
         _end(part.first, -part.direction, begins, beyond, 0.0),
         _end(part.last, part.direction, ends, beyond, aside),
     ]
+
+
+def _across(pose: Pose2, to_left: float) -> Array:
+    """The point (2,) beside a pose, so far to the left [m]."""
+    beside = pose.compose(Pose2(0.0, to_left, 0.0))
+    return np.array([beside.x, beside.y])
 
 
 def _end(at: Pose2, direction: int, sides: tuple[Array, Array], beyond: float, aside: float) -> _OpenEnd:

@@ -51,6 +51,7 @@ from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, Scen
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
+from rti_mpcc.route_planner.mending import MendedPath, PathChange, mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.types import (
     Command,
@@ -92,10 +93,12 @@ __all__ = [
     "Judgement",
     "Limits",
     "Manoeuvre",
+    "MendedPath",
     "MissingExtraError",
     "Narrowing",
     "Objective",
     "Outcome",
+    "PathChange",
     "PathError",
     "PathPart",
     "PlanOutcome",
@@ -119,6 +122,7 @@ __all__ = [
     "Weights",
     "config_for_docking_time",
     "expected_docking_time",
+    "mended_path",
     "plan_manoeuvre",
     "segments_of",
 ]

@@ -37,6 +37,7 @@ from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
 from rti_mpcc.rerouting import Rerouter, standing_route
+from rti_mpcc.route_planner.mending import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency
 from rti_mpcc.safety.fallback import ControlInput
@@ -52,16 +53,20 @@ class DockingController:
 
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
-        segments: of the manoeuvre along it; None: `segments_of` the path.
+        segments: of the manoeuvre along it; None: `segments_of` the path, which is made smooth before where
+            it bends more sharply than the vehicle can (`mended_path`), unless `config` has no recovery.
 
     Attributes:
         config, segments: as given.
+        path_changes: what was made of each place at which the path as it was given cannot be driven.
         state: what is known from cycle to cycle.
 
     Raises:
         CorridorError: the corridor is narrower than the body.
         InputError: segments that are no manoeuvre on this path.
     """
+
+    path_changes: tuple[PathChange, ...] = ()
 
     def __init__(
         self,
@@ -73,12 +78,12 @@ class DockingController:
     ) -> None:
         config = config or ControllerConfig()
         self.segments = None if segments is None else checked(segments, path)
-        task = Task.begun(self.segments or segments_of(path, config))
+        if segments is None and config.recovers:
+            path, self.path_changes = _mended(path, corridor, config)
         around = Surroundings.of(corridor, path, config)
+        rerouter = _rerouter_along(path, corridor, config) if config.recovers else None
+        task = Task.begun(self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
-        rerouter = None
-        if config.recovers:
-            rerouter = _rerouter_along(path, corridor, config)
         if rerouter is not None:
             begun = replace(begun, route=RouteState(end=path.end, ways=1))
         self._begin(config, begun, rerouter)
@@ -337,6 +342,23 @@ class DockingController:
         control = self._saturated(fallback.brake(start, fallback.braking(config), config), start, s)
         s = _sent(moves.begun_again(s, str(verdict)), control, at)
         return s, emergency(control, start, s, verdict, config, clock)
+
+
+def _mended(
+    path: ReferencePath, corridor: Corridor, config: ControllerConfig
+) -> tuple[ReferencePath, tuple[PathChange, ...]]:
+    """The path made smooth where it cannot be driven, inside its corridor and past its obstacles; says so."""
+    if path.max_curvature <= config.max_curvature:
+        return path, ()
+    try:
+        area = area_along(path, corridor, config).with_obstacles(corridor.obstacles)
+    except CorridorError as error:
+        _log.warning("%s The path stays as it is", error)
+        return path, ()
+    made = mended_path(path, area, config)
+    for change in made.changes:
+        _log.warning("%s", change)
+    return made.path, made.changes
 
 
 def _rerouter_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Rerouter | None:

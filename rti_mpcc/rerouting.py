@@ -86,6 +86,9 @@ class Rerouter:
         if why and s.on_planned_way:
             s = moves.without_way(s, *standing_route(here), why)
         else:
+            if s.is_stationary and s.task.phase is not Phase.HOLDING:
+                # Its plans may come and go: until it moves, or holds where it is to stand, it is stuck.
+                why = why or route.why
             wanted = route.wanted if why or s.task.drives else ""
             s = replace(s, route=replace(route, why=why, wanted=wanted))
         return self._answered(s)

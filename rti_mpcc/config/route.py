@@ -88,11 +88,15 @@ class RoutePlanner(Settings):
     def along_path(self) -> Self:
         """The settings for another way than a path that was given.
 
-        The path has said in which direction to drive, so neither costs more. Where there was one there is
-        room, so a way with fewer changes of direction is soon found, and what is not found soon is not there.
+        The path has said in which direction to drive, so neither costs more. Where there was one there mostly
+        is room: a way with fewer changes of direction is worth a longer search, and what is not found soon is
+        not there.
         """
-        less_greedy = tuple((finer, min(weight, 2.0)) for finer, weight in self.searches)
-        nodes = min(self.nodes, 20_000)
         return self.model_copy(
-            update={"reverse_cost": 1.0, "cusp_cost": 6.0, "searches": less_greedy, "nodes": nodes}
+            update={
+                "reverse_cost": 1.0,
+                "cusp_cost": 6.0,
+                "searches": ((1.0, 2.0), (2.0, 3.0), (4.0, 3.0)),
+                "nodes": min(self.nodes, 20_000),
+            }
         )

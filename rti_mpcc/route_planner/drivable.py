@@ -54,12 +54,15 @@ class Drivable:
         return [(way, float(room.min())) for way, room in zip(ways, rooms, strict=True)]
 
 
-def drivable(problem: Problem, way: Array, last: Array, keep: float) -> Generator[None, None, Drivable]:
+def drivable(
+    problem: Problem, way: Array, last: Array, keep: float, line: Array | None = None
+) -> Generator[None, None, Drivable]:
     """The way to be driven, slice by slice; it ends where its clearance is less than the hard minimum.
 
     Args:
         way: (n, 2) as it was found; last: straight piece (1, 2) that it ends with, or none (0, 2).
         keep: clearance that the search kept [m]: what is made smooth has no less, for control needs it.
+        line: (m, 3) closely spaced poses that it is to stay near; None: there is none.
     """
     settings = problem.config.route
     windows = windows_of(way, settings.window / problem.config.max_curvature)
@@ -69,7 +72,7 @@ def drivable(problem: Problem, way: Array, last: Array, keep: float) -> Generato
         reached = poses_after(reached, window.way)[-1]
         ends_way = not window.joints[1]
         target = _goal(problem, last, reached) if ends_way else reached
-        made = yield from _window(problem, window, at, target, last if ends_way else last[:0], keep)
+        made = yield from _window(problem, window, at, target, last if ends_way else last[:0], keep, line)
         whole.append(made)
         if made.clearance < settings.hard_minimum:
             break
@@ -90,11 +93,17 @@ def _goal(problem: Problem, last: Array, reached: Array) -> Array:
 
 
 def _window(
-    problem: Problem, window: Window, start: Array, target: Array, last: Array, keep: float
+    problem: Problem,
+    window: Window,
+    start: Array,
+    target: Array,
+    last: Array,
+    keep: float,
+    line: Array | None,
 ) -> Generator[None, None, Drivable]:
     """One window from `start` (3,) to its `target` (3,), with the last piece after it, if any."""
     if not window.alone:
-        smooth = yield from _smooth(problem, window, start, target, last, keep)
+        smooth = yield from _smooth(problem, window, start, target, last, keep, line)
         if smooth is not None:
             return smooth
     way = np.vstack([window.way, last])
@@ -103,11 +112,17 @@ def _window(
 
 
 def _smooth(
-    problem: Problem, window: Window, start: Array, target: Array, last: Array, keep: float
+    problem: Problem,
+    window: Window,
+    start: Array,
+    target: Array,
+    last: Array,
+    keep: float,
+    line: Array | None,
 ) -> Generator[None, None, Drivable | None]:
     """The same made smooth, or None where it does not become smooth and clear."""
     settings = problem.config.route
-    smoothing, firmer = _smoothing(problem, window, start, target, last), 0
+    smoothing, firmer = _smoothing(problem, window, start, target, last, line), 0
     for _ in range(settings.smoothing_iterations):
         smoothing.iterate()
         yield
@@ -129,7 +144,9 @@ def _smooth(
     return None
 
 
-def _smoothing(problem: Problem, window: Window, start: Array, target: Array, last: Array) -> Smoothing:
+def _smoothing(
+    problem: Problem, window: Window, start: Array, target: Array, last: Array, line: Array | None
+) -> Smoothing:
     config, settings = problem.config, problem.config.route
     radius, way = 1.0 / config.max_curvature, window.way
     terms = SmoothingTerms(
@@ -147,6 +164,7 @@ def _smoothing(problem: Problem, window: Window, start: Array, target: Array, la
         start=start, goal=target, body=problem.body, grid=problem.grid, terms=terms, way=way,
         begin=float(way[0, 1]) if before else None,
         end=float(way[-1, 1]) if after else 0.0 if goes_on else None,
+        line=line,
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 The variables are changes of the curvatures and lengths of its stretches (`stretches`). The QP asks for
 
 (R2)  min  w_k sum (dkappa/ds)² + w_c (jump at a change of direction)² + w_S S + w_m (lack of margin)²
+           + w_b sum (distance beside a given line)²
 
 so that the last pose, which changes by (R1), is the goal, and curvature and slope keep to their limits.
 Half-planes to all that is near come from geometry.flanks. What is near is looked at anew in each iteration;
@@ -15,8 +16,9 @@ from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from geometry.arrays import Array
+from geometry.arrays import Array, Mask
 from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
 from geometry.flanks import flank_contacts
 from geometry.shape_grid import Body, ShapeGrid
@@ -38,7 +40,7 @@ class SmoothingTerms:
         curvature: at most [1/m]; slope: change of the steering, at most [rad/m]; wheelbase: [m].
         margin: of the body, wanted [m]; spacing: of knots [m]; piece: length of an arc [m].
         look: distance of the poses whose surroundings are looked at [m].
-        slopes, jump, length, lack: weights w_k, w_c, w_S, w_m of (R2); damping: on all changes;
+        slopes, jump, length, lack, beside: weights w_k, w_c, w_S, w_m, w_b of (R2); damping: on all changes;
             goal: on slopes beyond the limit, and where steps are judged on the error at the goal; trust:
             largest change in one iteration, of a curvature as a share of the largest one, of a length in its
             radius.
@@ -55,6 +57,7 @@ class SmoothingTerms:
     jump: float = 0.05
     length: float = 0.02
     lack: float = 10.0
+    beside: float = 1.0
     damping: float = 0.05
     goal: float = 10.0
     trust: float = 0.25
@@ -102,6 +105,7 @@ class _Linearised:
     Attributes:
         error: (3,) at the goal; goal: (3, many) how the last pose changes.
         lacking: (n,) what is lacking of the margin [m]; normals: (n, many) how variables make up for it.
+        beside: (k,) how far poses are beside the line [m]; across: (k, many) how that changes.
         slopes: see there.
     """
 
@@ -109,6 +113,8 @@ class _Linearised:
     goal: Array
     lacking: Array
     normals: Array
+    beside: Array
+    across: Array
     slopes: _Slopes
 
 
@@ -120,6 +126,7 @@ class Smoothing:
         body, grid: of the vehicle, and all that is solid; terms: see there.
         way: (n, 2) signed lengths [m] and curvatures [1/m], to begin with.
         begin, end: curvatures [1/m] that it is to begin and end with; None: any.
+        line: (m, 3) poses that it is to stay near, closely spaced; None: none.
 
     Attributes:
         stretches: as they are now.
@@ -138,10 +145,13 @@ class Smoothing:
         *,
         begin: float | None = None,
         end: float | None = None,
+        line: Array | None = None,
     ) -> None:
         self._start, self._goal, self._body, self._grid = start, goal, body, grid
+        self._line = None if line is None else (line, cKDTree(line[:, :2]))
         self.terms = terms
-        self.stretches = Stretches.of(way, terms.spacing, terms.piece)
+        given = Stretches.of(way, terms.spacing, terms.piece)
+        self.stretches = given.bounded(terms.curvature)
         self._fixed = [
             (k, bend) for k, bend in ((0, begin), (len(self.stretches.knots) - 1, end)) if bend is not None
         ]
@@ -174,11 +184,14 @@ class Smoothing:
     def _linearised(self, now: Stretches) -> _Linearised:
         at = now.traced(self._start)
         lacking, normals = self._half_planes(now, at)
+        beside, across = self._offsets(now, at)
         return _Linearised(
             error=self._goal - at.poses[-1],
             goal=now.slopes(at, np.array([len(at.poses) - 1]))[0],
             lacking=lacking,
             normals=normals,
+            beside=beside,
+            across=across,
             slopes=_Slopes.of(now, self.terms),
         )
 
@@ -190,6 +203,7 @@ class Smoothing:
         cost = 0.5 * terms.slopes * float(((at.slopes.changes @ bends) ** 2).sum())
         cost += 0.5 * terms.jump * float(((_jumps(now) @ bends) ** 2).sum())
         cost += terms.length * float(now.length.sum()) / radius + 0.5 * terms.lack * float((lacking**2).sum())
+        cost += 0.5 * terms.beside * float(((at.beside / radius) ** 2).sum())
         cost -= terms.goal * float(np.minimum(at.slopes.limits, 0.0).sum())
         return cost + terms.goal * float(np.abs(at.error / (radius, radius, 1.0)).sum())
 
@@ -215,14 +229,30 @@ class Smoothing:
         fixed = all(abs(now.knots[k] - bend) <= _BEYOND * terms.curvature for k, bend in self._fixed)
         return bent and fixed and float(_Slopes.of(now, terms).limits.min()) > -_BEYOND
 
+    def _looked(self, now: Stretches, count: int) -> Mask:
+        """At which of so many poses it is looked round (count,)."""
+        every = max(round(self.terms.look / self.terms.piece), 1)
+        looked: Mask = np.arange(count) % every == every - 1
+        looked[now.pieces[1:-1] - 1] = True
+        return looked
+
+    def _offsets(self, now: Stretches, at: Traced) -> tuple[Array, Array]:
+        """How far some of the poses are beside the line (k,) [m], and how that changes (k, many)."""
+        if self._line is None:
+            return np.zeros(0), np.zeros((0, now.variables))
+        line, tree = self._line
+        rows = np.flatnonzero(self._looked(now, len(at.poses) - 1))
+        nearest = line[tree.query(at.poses[rows, :2])[1]]
+        across = np.stack([-np.sin(nearest[:, 2]), np.cos(nearest[:, 2])], axis=1)
+        beside = ((at.poses[rows, :2] - nearest[:, :2]) * across).sum(axis=1)
+        return beside, np.einsum("ki,kij->kj", across, now.slopes(at, rows)[:, :2])
+
     def _half_planes(self, now: Stretches, at: Traced) -> tuple[Array, Array]:
         """What is lacking of the margin (n,) [m], and how the variables (n, many) make up for it: at some of
         the poses, and at all where it is lacking, for a corner may be passed between those."""
         margin, within = self.terms.margin, self.terms.margin + _NEAR
         found = flank_contacts(self._body, at.poses[:-1], (self._grid,), within=within, outward=0.0)
-        every = max(round(self.terms.look / self.terms.piece), 1)
-        looked = np.arange(len(found)) % every == every - 1
-        looked[now.pieces[1:-1] - 1] = True
+        looked = self._looked(now, len(found))
         apart = found[..., APART]
         pose, piece, side = np.nonzero((apart < margin) | ((apart < within) & looked[:, None, None]))
         contact, rows = found[pose, piece, side], np.unique(pose)
@@ -255,8 +285,15 @@ class Smoothing:
         of_planes[:, :many] = at.normals * units / terms.margin
         np.fill_diagonal(of_planes[:, many:], 1.0)
         (hessian, linear), (low, high) = self._cost(at, count), self._bounds(at, count)
+        across = at.across * units / radius
+        hessian[:many, :many] += terms.beside * across.T @ across
+        linear[:many] += terms.beside * (at.beside / radius) @ across
         answer = solve_once(hessian, linear, matrix, low, high, accuracy=_ACCURACY, iterations=_ITERATIONS)
-        return np.zeros(many) if answer is None else answer[:many] * units
+        if answer is None:
+            return np.zeros(many)
+        # What the solver is off by must not add up over the iterations.
+        change: Array = np.clip(answer[:many], low[:many], high[:many]) * units
+        return change
 
     def _cost(self, at: _Linearised, count: int) -> tuple[Array, Array]:
         """The QP's cost of so many variables, (R2), and of slopes beyond their limit."""

@@ -33,6 +33,8 @@ ARC: Final = 6
 next one its middle is at."""
 _LEAST_LENGTH = 0.02
 """No stretch becomes shorter [m]."""
+_SPREADS = 300
+"""So often what is beyond the largest curvature is given on to both sides."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,6 +95,12 @@ class Stretches:
         _arcs(self.direction, self.length, self.first, self.knots, self.pieces, found)
         return found
 
+    def bounded(self, most: float) -> Stretches:
+        """The same with curvatures of at most so much [1/m]: what a knot has beyond that its neighbours get,
+        so that the heading turns by as much, if there is room for it."""
+        parts = [_spread(part, most) for part in np.split(self.knots, self.first[1:-1])]
+        return replace(self, knots=np.concatenate(parts))
+
     def changed(self, change: Array) -> Stretches:
         """The same with other curvatures and lengths: by so much (k + m,)."""
         count = len(self.knots)
@@ -127,6 +135,19 @@ def _means(way: Array, whole: float, count: int) -> Array:
     low, high = np.maximum(at - half, 0.0), np.minimum(at + half, whole)
     means: Array = (np.interp(high, ends, turned) - np.interp(low, ends, turned)) / (high - low)
     return means
+
+
+def _spread(knots: Array, most: float) -> Array:
+    """Curvatures (k,) with what is beyond `most` [1/m] spread to both sides."""
+    spread = knots.copy()
+    for _ in range(_SPREADS):
+        beyond = spread - np.clip(spread, -most, most)
+        if not beyond.any():
+            return spread
+        spread -= beyond
+        spread[1:] += 0.5 * beyond[:-1]
+        spread[:-1] += 0.5 * beyond[1:]
+    return np.clip(spread, -most, most)
 
 
 @inner

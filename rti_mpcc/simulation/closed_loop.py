@@ -92,13 +92,16 @@ def simulate(
     goal = scenario.goal_pose(site.path)
     if controller is None:
         controller = site.controller(config)
+    planner = planner_in(controller)
+    # Where a given path cannot be driven the controller has made it smooth.
+    path = site.path if planner is None else planner.path
     loop = _Loop(
         scenario=scenario,
         config=config,
-        path=site.path,
-        planner=planner_in(controller),
+        path=path,
+        planner=planner,
         scenery=Scenery(
-            path=site.path,
+            path=path,
             corridor=site.corridor,
             vehicle=config.vehicle,
             faults=tuple(fault for fault in scenario.faults if fault.kind == "blocked"),
@@ -113,8 +116,8 @@ def simulate(
         ),
         disturbances=Disturbances(faults=scenario.faults),
         random=np.random.default_rng(seed),
-        paths=[] if site.path is None else [(0.0, site.path)],
-        theta=0.0 if site.path is None else site.path.parts[0].start,
+        paths=[] if path is None else [(0.0, path)],
+        theta=0.0 if path is None else path.parts[0].start,
     )
     ended = _run(loop, controller, progress)
     return RunResult(
@@ -251,9 +254,7 @@ def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, n
 
 def _onto_route(loop: _Loop, command: Command, now: float) -> None:
     """Count progress on the part that is driven now, maybe of a way that was planned in this cycle."""
-    planner = loop.planner
-    on_given = planner is None or (not loop.scenario.in_area and planner.replans == 0)
-    path = loop.path if on_given or planner is None else planner.path
+    path = loop.path if loop.planner is None else loop.planner.path
     if path is None:
         return  # it stands and plans: what it was on is over
     another = path is not loop.path

@@ -79,7 +79,7 @@ def remarks(scenario: Scenario) -> list[str]:
         return []
     return [
         f"path: its largest curvature {path.max_curvature:.4g} 1/m is more than the vehicle can steer "
-        f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m); it will be left there"
+        f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m); it is made smooth or left there"
     ]
 
 

@@ -46,3 +46,22 @@ def test_a_polygon_corridor_is_its_polygon_and_an_area_itself() -> None:
     assert found.area == pytest.approx(200.0, abs=0.01)
     area = Area(boundary=outline)
     assert area_of(Corridor.in_area(area), path, beyond=5.0) is area
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("side", [1, -1])
+def test_where_a_bend_folds_a_boundary_away_the_area_is_as_wide_as_to_the_other_side(
+    side: int, direction: int
+) -> None:
+    path = ReferencePath.from_segments(Pose2(3.0, 1.0, 0.4), [(direction, side * 0.3, 4.0)])
+    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
+    assert not all(corridor.walls[0].lines)
+    found, part = polygon(area_of(corridor, path, beyond=6.0)), path.parts[0]
+    at = part.reference(np.linspace(0.0, 4.0, 30))
+    assert shapely.contains_xy(found, at.x, at.y).all()
+    outside = -5.1 if side > 0 else 5.1
+    for across, free in ((3.2 * side, True), (-4.9 * side, True), (outside, False)):
+        beside = at.x - across * np.sin(at.phi), at.y + across * np.cos(at.phi)
+        assert (shapely.contains_xy(found, *beside)[1:-1] == free).all()
+    ends = part.reference(np.array([-5.9, 9.9]))
+    assert shapely.contains_xy(found, ends.x, ends.y).all()

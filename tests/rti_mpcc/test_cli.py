@@ -156,10 +156,10 @@ def test_contact_exits_1_even_when_docked(
 
 def test_too_sharp_a_path_is_told_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
     main(["run", scenario_file(curvature=0.26, duration=0.2), "--no-plots"])
-    line, another = capsys.readouterr().err.splitlines()
+    line, change = capsys.readouterr().err.splitlines()
     assert line.startswith("rti-mpcc: warning: short.toml: path: its largest curvature 0.26 1/m")
-    # The boundary inside of the bend is folded away: what the corridor encloses is not known.
-    assert another.endswith("it has no boundary on one side. No other way than the path is planned")
+    assert "the path, part 0, theta = 0.00 to" in change
+    assert change.endswith("left as it is, no smooth way is clear there")
 
 
 def test_warnings_leave_no_handler_behind(capsys: pytest.CaptureFixture[str]) -> None:

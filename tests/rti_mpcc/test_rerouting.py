@@ -527,6 +527,23 @@ def asked_on_path(**values: Any) -> tuple[Rerouter, ControllerState]:
     return one, one.routed(on_path(**{"phase": Phase.STALLED, **values}))
 
 
+def test_what_was_asked_for_is_planned_on_while_plans_come_and_go_until_the_vehicle_moves() -> None:
+    one, s = asked_on_path(phase=Phase.ARRIVING, halt=Halt())
+    assert s.route is not None
+    assert s.route.why == "something is in the way"
+    again = put(s, halt=None)
+    for phase, moves, goes_on in (
+        (Phase.ARRIVING, False, True),
+        (Phase.STARTING, False, True),
+        (Phase.ARRIVING, True, False),
+        (Phase.HOLDING, False, False),
+    ):
+        values: dict[str, Any] = {"phase": phase, **({"standing_since": None} if moves else {})}
+        after = one.routed(put(again, **values))
+        assert after.route is not None
+        assert bool(after.route.why) is goes_on
+
+
 @pytest.mark.parametrize(("values", "why"), CANNOT_GET_ON)
 def test_on_a_given_path_it_stays_there_and_in_its_phase_while_another_way_is_planned(
     values: dict[str, Any], why: str, searches: list[Search]

@@ -75,3 +75,16 @@ def test_a_way_that_is_split_and_joined_is_the_same() -> None:
     assert joined(fine) == pytest.approx(WAY)
     assert poses_after(START, fine)[-1] == pytest.approx(poses_after(START, WAY)[-1])
     assert joined(np.array([(1e-12, 0.1), (1.0, 0.0)])).tolist() == [[1.0, 0.0]]
+
+
+def test_what_is_bent_too_much_turns_by_as_much_over_more_way() -> None:
+    way = np.array([(5.0, 0.0), (0.5, 2.0), (5.0, 0.0)])
+    given = Stretches.of(way, 0.5, 0.1)
+    bounded = given.bounded(0.2)
+    assert np.abs(given.knots).max() > 0.5
+    assert np.abs(bounded.knots).max() <= 0.2 + 1e-12
+    turned = [each.traced(np.zeros(3)).poses[-1, 2] for each in (given, bounded)]
+    assert turned[1] == pytest.approx(turned[0], rel=1e-6)
+    assert given.bounded(3.0).knots == pytest.approx(given.knots)
+    # There is no room to turn by that much.
+    assert np.abs(given.bounded(0.01).knots).max() <= 0.01

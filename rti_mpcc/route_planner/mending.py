@@ -1,0 +1,194 @@
+"""A given path that bends more sharply than the vehicle can, made smooth where it does.
+
+Each such place is cut out with some way before and after it, more and more until what is cut out can be made
+smooth (`smoothing`) with the hard minimum kept to all that stands. Where it cannot the path stays as it was
+given: the vehicle passes there beside it, or plans another way when it has come to a stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+import shapely
+
+from geometry import Area, PathPart, ReferencePath
+from geometry.arrays import Array
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.kernels import make_ready
+from rti_mpcc.route_planner.arcs import poses_after, split
+from rti_mpcc.route_planner.drivable import Drivable, drivable
+from rti_mpcc.route_planner.problem import Problem
+
+_SPACING = 0.1  # [m] between the poses at which it is measured how far a way leads beside the path
+_ROUNDING = 1e-6
+_SHORTEST = 1e-9  # [m]: a shorter piece is none
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PathChange:
+    """A place at which a given path cannot be driven, and what was made of it.
+
+    Attributes:
+        part: of the path; start, end: progress along the given path between which it was changed, or, where
+            it was left, bends too sharply [m].
+        curvature: the largest there as it was given; possible: that can be driven [1/m].
+        aside: how far the smooth way leads beside the given one, at most [m]; None: the path was left as it
+            is, for no smooth way is clear there.
+    """
+
+    part: int
+    start: float
+    end: float
+    curvature: float
+    possible: float
+    aside: float | None
+
+    def __str__(self) -> str:
+        made = "left as it is, no smooth way is clear there"
+        if self.aside is not None:
+            made = f"made smooth, at most {self.aside:.2f} m beside it"
+        return (
+            f"the path, part {self.part}, theta = {self.start:.2f} to {self.end:.2f} m, bends by "
+            f"{self.curvature:.3f} 1/m, the vehicle can drive {self.possible:.3f} 1/m: {made}"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MendedPath:
+    """A path that can be driven, as far as one was found, and what was changed, in order."""
+
+    path: ReferencePath
+    changes: tuple[PathChange, ...]
+
+
+def mended_path(path: ReferencePath, area: Area, config: ControllerConfig | None = None) -> MendedPath:
+    """The path made smooth where it bends more sharply than the vehicle can.
+
+    One that can be driven is returned itself. Parts, directions, and the poses at both ends of each part stay
+    as they are.
+
+    Args:
+        area: where the vehicle may be; config: of the vehicle, its limits, and `ControllerConfig.route`.
+    """
+    config = config or ControllerConfig()
+    if path.max_curvature <= _most(config):
+        return MendedPath(path=path, changes=())
+    make_ready()
+    pieces: list[Array] = []
+    changes: list[PathChange] = []
+    for index, part in enumerate(path.parts):
+        rows, found = _mended_part(index, part, area, config)
+        pieces.append(rows)
+        changes += found
+    if all(change.aside is None for change in changes):
+        return MendedPath(path=path, changes=tuple(changes))
+    whole = np.vstack(pieces)
+    segments = [(1 if length > 0.0 else -1, curvature, abs(length)) for length, curvature in whole.tolist()]
+    return MendedPath(path=ReferencePath.from_segments(path.start, segments), changes=tuple(changes))
+
+
+def _most(config: ControllerConfig) -> float:
+    return config.max_curvature * (1.0 + _ROUNDING)
+
+
+def _mended_part(
+    index: int, part: PathPart, area: Area, config: ControllerConfig
+) -> tuple[Array, list[PathChange]]:
+    """Signed lengths [m] and curvatures [1/m] of the pieces (n, 2) of a part, mended."""
+    rows: list[Array] = []
+    changes: list[PathChange] = []
+    at, bends = part.start, _bends(part, config)
+    while bends:
+        change, way = _put_in(index, part, at, bends, area, config)
+        rows += [_between(part, at, change.start), way]
+        changes.append(change)
+        at = change.end
+        bends = [bend for bend in bends if bend[1] > at]
+    return np.vstack([*rows, _between(part, at, part.end)]), changes
+
+
+def _bends(part: PathPart, config: ControllerConfig) -> list[tuple[float, float]]:
+    """Between which progress [m] the part bends too sharply."""
+    sharp = np.concatenate(([False], np.abs(part.curvatures) > _most(config), [False]))
+    first, last = np.flatnonzero(sharp[1:] & ~sharp[:-1]), np.flatnonzero(sharp[:-1] & ~sharp[1:])
+    return list(zip(part.knots[first].tolist(), part.knots[last].tolist(), strict=True))
+
+
+def _put_in(
+    index: int,
+    part: PathPart,
+    at: float,
+    bends: list[tuple[float, float]],
+    area: Area,
+    config: ControllerConfig,
+) -> tuple[PathChange, Array]:
+    """What becomes of the first of some bends, the last change having ended `at` [m]: the change, and its
+    pieces (n, 2)."""
+    bend = bends[0]
+    reach, way, span = 1.0 / config.max_curvature, None, bend
+    while way is None and span != (at, part.end):
+        span = _span(bends, reach, at, part.end)
+        way = _smoothed(part, *span, area, config)
+        reach *= 2.0
+    span = bend if way is None else span
+    given = _between(part, *span)
+    change = PathChange(
+        part=index,
+        start=span[0],
+        end=span[1],
+        curvature=float(np.abs(given[:, 1]).max()),
+        possible=config.max_curvature,
+        aside=None if way is None else _aside(part, span, way),
+    )
+    return change, given if way is None else way
+
+
+def _span(bends: list[tuple[float, float]], reach: float, least: float, most: float) -> tuple[float, float]:
+    """From `reach` [m] before the first bend to so far behind it, and behind each one that this comes to."""
+    first, last = bends[0]
+    for begin, end in bends:
+        if begin < last + 2.0 * reach:
+            last = end
+    return max(first - reach, least), min(last + reach, most)
+
+
+def _aside(part: PathPart, span: tuple[float, float], way: Array) -> float:
+    """How far a way leads beside the part that it takes the place of, at most [m]."""
+    given = part.reference(np.linspace(*span, int(np.ceil((span[1] - span[0]) / _SPACING)) + 1))
+    begin = part.pose(span[0])
+    poses = poses_after(np.array([begin.x, begin.y, begin.phi]), split(way, _SPACING))
+    line = shapely.linestrings(np.column_stack([given.x, given.y]))
+    return float(shapely.distance(shapely.points(poses[:, :2]), line).max())
+
+
+def _between(part: PathPart, start: float, end: float) -> Array:
+    """Signed lengths [m] and curvatures [1/m] of the pieces (n, 2) of a part from `start` to `end` [m]."""
+    begins, ends = np.maximum(part.knots[:-1], start), np.minimum(part.knots[1:], end)
+    there = ends - begins > _SHORTEST
+    return np.column_stack([part.direction * (ends - begins)[there], part.curvatures[there]])
+
+
+def _smoothed(part: PathPart, start: float, end: float, area: Area, config: ControllerConfig) -> Array | None:
+    """The part itself made smooth from `start` to `end` [m], or None."""
+    least = config.route.hard_minimum
+    problem = Problem.of(part.pose(start), part.pose(end), area, config)
+    if min(problem.room) < least:
+        return None
+    at = part.reference(np.arange(start, end, _SPACING))
+    line = np.column_stack([at.x - problem.given[0].x, at.y - problem.given[0].y, at.phi])
+    driven = _whole(drivable(problem, _between(part, start, end), np.zeros((0, 2)), least, line))
+    bend = float(np.abs(driven.way[:, 1]).max())
+    fits = not driven.stops.any() and driven.clearance >= least and bend <= _most(config)
+    return driven.way if fits else None
+
+
+def _whole(steps: Generator[None, None, Drivable]) -> Drivable:
+    """What the slices come to."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as ended:
+            return cast(Drivable, ended.value)

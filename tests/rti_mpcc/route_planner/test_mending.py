@@ -1,0 +1,146 @@
+"""Given paths that bend more sharply than the vehicle can: made smooth where there is room, and left else."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from geometry import Area, Corridor, Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, DockingController, PathChange, VehicleState, mended_path
+from rti_mpcc.model.footprint import body_of
+from rti_mpcc.simulation import scenario_from_dict, simulate, summary
+
+CONFIG = ControllerConfig()
+OPEN = Area(boundary=[(-50.0, -50.0), (80.0, -50.0), (80.0, 80.0), (-50.0, 80.0)])
+CORNER = [*((float(x), 0.0) for x in range(16)), *((15.0, float(y)) for y in range(1, 16))]
+ZIGZAG = [(0.0, 0.0), (8.0, 0.0), (8.0, 6.0), (16.0, 6.0), (16.0, 12.0)]
+
+
+def recorded(seed: int) -> list[tuple[float, float]]:
+    """A path as it is recorded every half a metre, 3 cm off."""
+    x = np.arange(0.0, 60.0, 0.5)
+    noise = np.random.default_rng(seed).normal(0.0, 0.03, (2, x.size))
+    return np.column_stack([x + noise[0], 5.0 * np.sin(x / 8.0) + noise[1]]).tolist()
+
+
+def beside(path: ReferencePath, given: ReferencePath) -> float:
+    """How far it leads beside the given path, at most [m]."""
+    far = 0.0
+    for part, own in zip(path.parts, given.parts, strict=True):
+        at = part.reference(np.arange(part.start, part.end, 0.2))
+        for x, y in zip(at.x, at.y, strict=True):
+            near = own.pose(own.project(float(x), float(y)))
+            far = max(far, float(np.hypot(x - near.x, y - near.y)))
+    return far
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(
+    ("points", "most"), [(CORNER, 1.3), (ZIGZAG, 2.5), (recorded(1), 0.3), (recorded(2), 0.3)]
+)
+def test_a_path_is_made_smooth_and_stays_near_itself(
+    points: list[tuple[float, float]], most: float, direction: int
+) -> None:
+    given = ReferencePath.from_waypoints(points, direction)
+    assert given.max_curvature > 2.0 * CONFIG.max_curvature or points is ZIGZAG
+    made = mended_path(given, OPEN, CONFIG)
+    assert made.path.max_curvature <= CONFIG.max_curvature
+    assert len(made.path.parts) == 1
+    for pose, own in ((made.path.start, given.start), (made.path.end, given.end)):
+        assert pose.relative_to(own).within((1e-6, 1e-6, 1e-6))
+    far = beside(made.path, given)
+    assert far <= most
+    assert made.changes
+    assert max(change.aside or 0.0 for change in made.changes) == pytest.approx(far, abs=0.1)
+    for change in made.changes:
+        assert change.curvature > change.possible == CONFIG.max_curvature
+        assert "made smooth" in str(change)
+
+
+def test_what_can_be_driven_stays_as_it_is() -> None:
+    tight = [(1, 0.99 * CONFIG.max_curvature, 5.0), (-1, -CONFIG.max_curvature, 5.0)]
+    path = ReferencePath.from_segments(Pose2(1.0, 2.0, 3.0), tight)
+    made = mended_path(path, OPEN, CONFIG)
+    assert made.path is path
+    assert made.changes == ()
+
+
+def test_only_what_is_bent_too_sharply_is_changed_with_some_way_around_it() -> None:
+    sharp = [(1, 0.0, 30.0), (1, 1.0, 1.0), (1, 0.0, 30.0), (-1, 0.1, 20.0), (-1, -0.5, 0.5), (-1, 0.0, 20.0)]
+    given = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), sharp)
+    made = mended_path(given, Area(obstacles=[[(-40.0, -40.0), (-39.0, -40.0), (-40.0, -39.0)]]), CONFIG)
+    assert [change.part for change in made.changes] == [0, 1]
+    first, second = made.changes
+    assert 15.0 < first.start < first.end < 46.0
+    assert 62.0 < second.start < second.end < 100.0
+    assert [part.direction for part in made.path.parts] == [1, -1]
+    for part, own in zip(made.path.parts, given.parts, strict=True):
+        assert part.last.relative_to(own.last).within((1e-6, 1e-6, 1e-6))
+    begin = np.linspace(0.0, first.start - 0.1, 20)
+    now, before = (path.parts[0].reference(begin) for path in (made.path, given))
+    assert now.x == pytest.approx(before.x)
+    assert made.path.max_curvature <= CONFIG.max_curvature
+
+
+def test_what_is_smooth_keeps_clear_and_else_the_path_stays_and_it_is_said() -> None:
+    given = ReferencePath.from_waypoints(CORNER)
+    inside = [(13.6, 1.4), (13.6, 20.0), (0.0, 20.0), (0.0, 1.4)]
+    outside = [(16.4, 20.0), (16.4, -1.4), (0.0, -1.4), (0.0, -2.0), (17.0, -2.0), (17.0, 20.0)]
+    for obstacles, smooth in (([inside], True), ([outside], True), ([inside, outside], False)):
+        made = mended_path(given, Area(boundary=OPEN.boundary, obstacles=obstacles), CONFIG)
+        if smooth:
+            assert made.path.max_curvature <= CONFIG.max_curvature
+            poses = np.vstack([np.column_stack([at.x, at.y, at.phi]) for at in made.path.sample(0.02)])
+            body = body_of(CONFIG.vehicle)
+            clear = Area(obstacles=obstacles).signed_distances(body, poses, 5.0)
+            assert clear.min() >= CONFIG.route.hard_minimum - 1e-3
+        else:
+            assert made.path is given
+            assert {change.aside for change in made.changes} == {None}
+            assert all("left as it is" in str(change) for change in made.changes)
+
+
+def test_a_controller_tells_what_it_changed(caplog: pytest.LogCaptureFixture) -> None:
+    given = ReferencePath.from_waypoints(CORNER)
+    corridor = Corridor.from_offsets(given, left=3.0, right=-3.0)
+    controller = DockingController(given, corridor, CONFIG)
+    assert all(isinstance(change, PathChange) for change in controller.path_changes)
+    assert [str(change) for change in controller.path_changes] == caplog.messages
+    assert controller.path is not None
+    assert controller.path.max_curvature <= CONFIG.max_curvature
+
+
+def test_the_published_presets_and_given_segments_keep_the_path() -> None:
+    given = ReferencePath.from_waypoints(CORNER)
+    corridor = Corridor.from_offsets(given, left=3.0, right=-3.0)
+    for config in (
+        ControllerConfig.paper(),
+        ControllerConfig.paper_printed(),
+        ControllerConfig(recovery=False),
+    ):
+        controller = DockingController(given, corridor, config)
+        assert controller.path is given
+        assert controller.path_changes == ()
+        command = controller.step(VehicleState(x=0.0, y=0.0, phi=given.start.phi, v=0.0, delta=0.0), now=0.0)
+        assert np.isfinite(command.acceleration)
+
+
+def test_a_run_is_measured_along_the_path_that_is_driven() -> None:
+    bend = {"direction": 1, "curvature": 0.4, "length": 0.5 * pi / 0.4}
+    straight = {"direction": 1, "curvature": 0.0, "length": 12.0}
+    scenario = scenario_from_dict(
+        {
+            "name": "corner",
+            "path": {"start": [0.0, 0.0, 0.0], "segments": [straight, bend, straight]},
+            "corridor": {"left": 4.0, "right": -4.0},
+            "simulation": {"dead_time": 0.18, "duration": 60.0},
+        }
+    )
+    run = simulate(scenario)
+    told = summary(run)
+    assert told["docked"]
+    assert run.paths[0][1].max_curvature <= CONFIG.max_curvature
+    assert told["min_clearance_m"] > 0.05
+    assert run.truth.theta[-1] == pytest.approx(run.paths[0][1].length, abs=0.1)
