@@ -86,9 +86,6 @@ class Rerouter:
         if why and s.on_planned_way:
             s = moves.without_way(s, *standing_route(here), why)
         else:
-            if s.is_stationary and s.task.phase is not Phase.HOLDING:
-                # Its plans may come and go: until it moves, or holds where it is to stand, it is stuck.
-                why = why or route.why
             wanted = route.wanted if why or s.task.drives else ""
             s = replace(s, route=replace(route, why=why, wanted=wanted))
         return self._answered(s)
@@ -101,7 +98,12 @@ class Rerouter:
         if self._asked is None or not self._asked.answers(asked, self._config.route.unmoved):
             known = self._area.with_obstacles([each.outline for each in s.area.standing])
             self._asked = asked
-            self._planning = RoutePlanning(asked.start, asked.goal, known, self._config, asked.came)
+            # One that has driven and asks does not stand well inside: it has to get there.
+            driven = s.route is not None and s.route.ways > 0
+            there = self._config.behaviour.settle_share if driven else 1.0
+            self._planning = RoutePlanning(
+                asked.start, asked.goal, known, self._config, asked.came, there=there
+            )
         planning = self._planning
         assert planning is not None
         before = planning.seconds
@@ -148,7 +150,10 @@ class Rerouter:
         goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
         if goal is None or monitor.state is None or monitor.why or route is None:
             return None
-        if s.task.phase is Phase.PLANNING or (route.why and not s.on_planned_way):
+        # Plans may come and go: what was begun is planned on while it stands, and driven if it asks again.
+        begun = self._planning is not None and s.task.phase is not Phase.HOLDING
+        stuck = not s.on_planned_way and (route.why or (begun and s.is_stationary))
+        if s.task.phase is Phase.PLANNING or stuck:
             if not s.vehicle.is_stationary(s.now, self._config.dead_time):
                 return None
             return _Asked(start=ways.here(s, self._config), goal=goal, changes=s.area.changes)

@@ -62,6 +62,7 @@ class RoutePlanning:
     Args:
         start, goal, area, config: as `plan_manoeuvre`; came: signed length [m] and curvature [1/m] of the arc
             on which a vehicle comes to the start that goes on without a stop, where that can be.
+        there: share of the goal tolerance within which the start is in the goal, and nothing to drive.
     """
 
     def __init__(
@@ -71,11 +72,13 @@ class RoutePlanning:
         area: Area,
         config: ControllerConfig,
         came: tuple[float, float] = (0.0, 0.0),
+        there: float = 1.0,
     ) -> None:
         make_ready()
         self.manoeuvre: Manoeuvre | None = None
         self.seconds, self.longest = 0.0, FIRST
-        self._steps = _planned(Problem.of(start, goal, area, config, came), lambda: self.seconds)
+        problem = Problem.of(start, goal, area, config, came)
+        self._steps = _planned(problem, there, lambda: self.seconds)
 
     def waited(self) -> None:
         """There was no time for a slice as long as the longest: one that was held up must not end it all."""
@@ -96,13 +99,13 @@ class RoutePlanning:
             self.manoeuvre = replace(self.manoeuvre, seconds=self.seconds)
 
 
-def _planned(problem: Problem, spent: Callable[[], float]) -> Generator[None, None, Manoeuvre]:
+def _planned(problem: Problem, there: float, spent: Callable[[], float]) -> Generator[None, None, Manoeuvre]:
     """Plan; yields between slices, and returns the `Manoeuvre`."""
     settings, room = problem.config.route, problem.room
     refused = _refused(problem, room)
     if refused is not None:
         return refused
-    if is_there(problem):
+    if is_there(problem, there):
         return standing(problem, min(room))
     yield
     terms = problem.terms(min(room))

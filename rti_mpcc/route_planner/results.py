@@ -27,10 +27,10 @@ def failed(
     return Manoeuvre(start=start, goal=goal, outcome=outcome, reason=reason, nodes=nodes, nearest=nearest)
 
 
-def is_there(problem: Problem) -> bool:
-    """Whether the start is within the goal tolerance of the goal."""
+def is_there(problem: Problem, share: float) -> bool:
+    """Whether the start is within a share of the goal tolerance of the goal."""
     start, goal = problem.given
-    along, across, heading = (max(most, _SAME) for most in problem.config.goal_tolerance)
+    along, across, heading = (max(share * most, _SAME) for most in problem.config.goal_tolerance)
     return start.relative_to(goal).within((along, across, heading))
 
 

@@ -45,6 +45,7 @@ class Search:
     area: Area
     config: ControllerConfig
     came: tuple[float, float] = (0.0, 0.0)
+    there: float = 1.0
     seconds: float = 0.0
     longest: float = 0.0
     slices: int = 0
@@ -80,8 +81,8 @@ def searches(monkeypatch: pytest.MonkeyPatch) -> list[Search]:
 def begun(monkeypatch: pytest.MonkeyPatch, kind: type[Search]) -> list[Search]:
     found: list[Search] = []
 
-    def begin(*given: Any) -> Search:
-        found.append(kind(*given))
+    def begin(*given: Any, **named: Any) -> Search:
+        found.append(kind(*given, **named))
         return found[-1]
 
     monkeypatch.setattr(rerouting, "RoutePlanning", begin)
@@ -527,21 +528,42 @@ def asked_on_path(**values: Any) -> tuple[Rerouter, ControllerState]:
     return one, one.routed(on_path(**{"phase": Phase.STALLED, **values}))
 
 
-def test_what_was_asked_for_is_planned_on_while_plans_come_and_go_until_the_vehicle_moves() -> None:
+@pytest.mark.parametrize(
+    ("values", "goes_on"),
+    [
+        ({"phase": Phase.ARRIVING}, True),
+        ({"phase": Phase.STARTING}, True),
+        ({"phase": Phase.ARRIVING, "standing_since": None}, False),
+        ({"phase": Phase.HOLDING}, False),
+    ],
+    ids=["a plan came", "none", "it moves", "it holds"],
+)
+def test_while_plans_come_and_go_what_was_asked_for_is_planned_on_as_long_as_it_stands(
+    values: dict[str, Any], goes_on: bool, searches: list[Search]
+) -> None:
     one, s = asked_on_path(phase=Phase.ARRIVING, halt=Halt())
+    s = one.planned_on(s, granting(2))
+    (search,) = searches
+    assert search.slices == 2
+    s = one.routed(put(s, **{"halt": None, **values}))
     assert s.route is not None
-    assert s.route.why == "something is in the way"
-    again = put(s, halt=None)
-    for phase, moves, goes_on in (
-        (Phase.ARRIVING, False, True),
-        (Phase.STARTING, False, True),
-        (Phase.ARRIVING, True, False),
-        (Phase.HOLDING, False, False),
-    ):
-        values: dict[str, Any] = {"phase": phase, **({"standing_since": None} if moves else {})}
-        after = one.routed(put(again, **values))
-        assert after.route is not None
-        assert bool(after.route.why) is goes_on
+    assert s.route.why == ""
+    s = one.planned_on(s, granting(PLENTY))
+    assert (search.manoeuvre is not None) is goes_on
+    # It is driven once it asks again.
+    stuck = put(s, phase=Phase.ARRIVING, halt=Halt(), standing_since=LONG_AGO)
+    for state, driven in ((s, False), (stuck, goes_on)):
+        route = one.routed(state).route
+        assert route is not None
+        assert (route.ways == 2) is driven
+
+
+@pytest.mark.parametrize(("ways", "there"), [(0, 1.0), (1, CONFIG.behaviour.settle_share)])
+def test_one_that_has_driven_has_to_get_well_inside(ways: int, there: float, searches: list[Search]) -> None:
+    s = on_way(phase=Phase.PLANNING)
+    assert s.route is not None
+    rerouter().planned_on(replace(s, route=replace(s.route, ways=ways)), granting(1))
+    assert [search.there for search in searches] == [there]
 
 
 @pytest.mark.parametrize(("values", "why"), CANNOT_GET_ON)
