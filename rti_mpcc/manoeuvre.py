@@ -117,6 +117,11 @@ class Segment:
             raise InputError(f"dwell = {self.dwell}: only at a cusp or staging pose something comes after it")
 
     @property
+    def length(self) -> float:
+        """Of its part [m]."""
+        return self.part.end - self.part.start
+
+    @property
     def whole(self) -> Segment:
         """What this is a piece of, or itself."""
         return self if self.piece_of is None else self.piece_of
@@ -133,22 +138,16 @@ class Segment:
         return self.final is not None and self.final.within == inf
 
     def limited(self, config: ControllerConfig) -> ControllerConfig:
-        """The settings with what is lower for this segment: limits, margin, and the weight on the wheels.
-
-        That weight goes with the square of the tolerance of the heading at the end: to turn the wheels on the
-        way costs heading there, and must not cost more than the next segment can begin with.
-        """
-        limits, footprint, weights = config.limits, config.footprint, config.weights
+        """The settings with the limits and the margin of this segment, where it has some that are lower."""
+        limits, footprint = config.limits, config.footprint
         speed = limits.speed if self.speed is None else min(self.speed, limits.speed)
         steering = limits.steering if self.steering is None else min(self.steering, limits.steering)
         margin = footprint.margin if self.margin is None else self._margin(self.margin, config)
-        share = min(self.tolerance[2] / config.behaviour.cusp_tolerance[2], 1.0) ** 2
-        if (speed, steering, margin, share) == (limits.speed, limits.steering, footprint.margin, 1.0):
+        if (speed, steering, margin) == (limits.speed, limits.steering, footprint.margin):
             return config
         own = {
             "limits": limits.model_copy(update={"speed": speed, "steering": steering}),
             "footprint": footprint.model_copy(update={"margin": margin}),
-            "weights": weights.model_copy(update={"arrival_wheels": share * weights.arrival_wheels}),
         }
         return config.model_copy(update=own)
 

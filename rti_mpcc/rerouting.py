@@ -106,8 +106,9 @@ class Rerouter:
             )
         planning = self._planning
         assert planning is not None
-        before = planning.seconds
-        for _ in range(self._config.route.slices):
+        before, settings = planning.seconds, self._config.route
+        waits = s.task.phase is Phase.PLANNING
+        for _ in range(settings.slices_at_rest if waits else settings.slices):
             if planning.manoeuvre is not None:
                 break
             if not clock.grants(planning.longest):

@@ -32,12 +32,12 @@ def stands_outside(s: ControllerState, context: PlanningContext, config: Control
 
 def stands_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It stands inside the tolerance."""
-    return s.is_stationary and context.inside(context.error)
+    return s.is_stationary and context.inside(context.standing_error)
 
 
 def stands_well_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It stands inside the tolerance, and noise does not show it outside."""
-    return s.is_stationary and context.inside(context.error, config.behaviour.settle_share)
+    return s.is_stationary and context.inside(context.standing_error, config.behaviour.settle_share)
 
 
 def came_to_rest(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
@@ -126,7 +126,7 @@ def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
     task = s.task
     if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
         return task.outside_since
-    if not context.free or context.inside(context.error):
+    if not context.free or context.inside(context.standing_error):
         return None
     return context.now if task.outside_since is None else task.outside_since
 

@@ -42,7 +42,7 @@ class RoutePlanner(Settings):
         unmoved: what is planned goes on while the vehicle and its goal are within this of where they were
             (longitudinal [m], lateral [m], heading [rad]); near: and is driven from within this.
         join_after: a way that a vehicle is to go on without a stop begins so far ahead of it [s].
-        slices: of planning in one cycle, at most.
+        slices: of planning in one cycle, at most; slices_at_rest: of a vehicle that stands and waits for it.
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
     """
 
@@ -82,6 +82,7 @@ class RoutePlanner(Settings):
     near: Tolerance = (0.1, 0.05, 0.035)
     join_after: Positive = 1.0
     slices: Annotated[int, Field(ge=1, le=10_000)] = 2
+    slices_at_rest: Annotated[int, Field(ge=1, le=10_000)] = 6
     nodes: Annotated[int, Field(ge=1, le=10**9)] = 100_000
     seconds: Positive = 20.0
 

@@ -261,7 +261,7 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         scale=1.0 / weights.arrival_pose,
     )
     if target.wheels is not None:
-        found = replace(found, goal_wheels=weights.arrival_wheels)
+        found = replace(found, goal_wheels=target.wheels_share * weights.arrival_wheels)
     if weights.arrival_contouring == 0.0:
         return found
     on_path = (1.0 - sigma(target.stop - theta, weights)) * (theta < target.stop)

@@ -26,7 +26,7 @@ class Target:
         theta_end: end of the part [m].
         kind: the path's own end (or cusp), or a goal pose beside or behind it.
         goal: that pose as it was given, with its heading on any branch; None for the path's end.
-        wheels: angle that the wheels are to come to there [rad], or None.
+        wheels: angle that the wheels are to come to there [rad], or None; wheels_share: of its weight.
     """
 
     pose: Pose2
@@ -35,6 +35,7 @@ class Target:
     kind: TargetKind
     goal: Pose2 | None = None
     wheels: float | None = None
+    wheels_share: float = 0.0
 
     @property
     def stop(self) -> float:
@@ -75,9 +76,11 @@ def path_end(part: PathPart) -> Target:
     return Target(pose=part.last, theta=part.end, theta_end=part.end, kind=TargetKind.PATH_END)
 
 
-def ended_at(part: PathPart, pose: Pose2, wheels: float | None = None) -> Target:
-    """A pose just beside the part's own end as its target, with the wheels at an angle [rad]."""
-    return replace(path_end(part), pose=replace(pose, phi=lift(pose.phi, part.last.phi)), wheels=wheels)
+def ended_at(part: PathPart, pose: Pose2, wheels: float | None, share: float) -> Target:
+    """A pose just beside the part's own end as its target, with the wheels at an angle [rad], for a share of
+    the weight on that."""
+    pose = replace(pose, phi=lift(pose.phi, part.last.phi))
+    return replace(path_end(part), pose=pose, wheels=wheels, wheels_share=share)
 
 
 def stop_on(part: PathPart, theta: float) -> Target:

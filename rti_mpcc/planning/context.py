@@ -26,6 +26,7 @@ class PlanningContext:
         distance: left to the target [m]; speed: in its direction [m/s]; pace: of the segment.
         free: whether the target is the segment's own, not a stop before something in the way.
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
+        standing_error: the same; of a vehicle that stands the mean of the last moments: noise moves it less.
         stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
         tolerance: (longitudinal, lateral, heading) of the target.
     """
@@ -43,6 +44,7 @@ class PlanningContext:
     speed: float
     pace: Pace
     error: Pose2
+    standing_error: Pose2
     stop_error: Pose2
     tolerance: tuple[float, float, float]
 

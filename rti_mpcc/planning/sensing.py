@@ -13,6 +13,7 @@ from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning import ways
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.plausibility import by_commands
@@ -49,6 +50,7 @@ def context_of(
     state, part = reached.tolist(), segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
+    stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
         now=now,
         begin=now + config.dead_time,
@@ -63,6 +65,7 @@ def context_of(
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
+        standing_error=stands.relative_to(target.pose),
         stop_error=_stopped(state, config).relative_to(target.pose),
         tolerance=segment.tolerance,
     )

@@ -108,7 +108,10 @@ class Workspaces:
             return goal_on(part, goal, s.task.target, reach=self._config.progress.projection_reach)
         if end is SegmentEnd.CUSP and self._config.arrival:
             then = s.task.on_whole().segments[1]
-            return ended_at(part, self._cusp(s, part), then.wheels)
+            # To turn the wheels on the way costs heading at its end, and little way mends little of that.
+            shorter = min(s.task.whole.length, then.length)
+            share = min(shorter / self._config.route.whole_tolerance, 1.0) ** 2
+            return ended_at(part, self._cusp(s, part), then.wheels, share)
         return path_end(part)
 
     def _cusp(self, s: ControllerState, part: PathPart) -> Pose2:

@@ -173,7 +173,8 @@ class Contexts:
             "stop_error": Pose2(-8.75, 0.0, 0.0),
             "tolerance": (0.05, 0.05, 0.035),
         }
-        return PlanningContext(**{**usual, **changes})
+        values = {**usual, **changes}
+        return PlanningContext(**{"standing_error": values["error"], **values})
 
     def standing(self, x: float = 20.0, **changes: Any) -> PlanningContext:
         """At rest `x` [m] along."""

@@ -53,6 +53,7 @@ MODULES: dict[str, dict[str, str]] = {
     "model/footprint.py": {"a point of the vehicle, not a number of its own": "AXLE"},
     "ocp/frenet.py": {TABLE: "LAG CONTOURING HEADING"},
     "ocp/objectives.py": {NEUTRAL: "goal_wheels"},
+    "ocp/targets.py": {NEUTRAL: "wheels_share"},
     "ocp/corridor_rows.py": {
         TABLE: "MEASURED",
         "in the place of minus infinity, in a row without slopes": "LOOSE",

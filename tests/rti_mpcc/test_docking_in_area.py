@@ -274,8 +274,8 @@ def test_before_an_obstacle_that_appears_it_stops_and_plans_meanwhile_and_drives
     driver = Driver(area=YARD, goal_at=lambda now: goal, obstacles_at=obstacles_at)
     drive = driver.drive(60.0)
     assert_docked(drive, goal)
-    # The way on the move is taken, but so near to the box there is no plan along it: then one from the stop.
-    assert replans(driver) == 2
+    # It is too near to the box to go round it without a stop: the way begins there.
+    assert replans(driver) == 1
     moving = np.abs(drive.states[:, 3]) > 0.1
     begun = np.diff([*planned_while_driving, len(slices)])[: len(moving)]
     while_stopping = moving & (drive.times > appears) & (begun > 0)

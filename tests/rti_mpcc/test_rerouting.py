@@ -26,7 +26,7 @@ from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
 from tests.rti_mpcc.states import NOW, put, some_plan, stop_at, target_at
 from tests.rti_mpcc.yards import YARD
 
-CONFIG = ControllerConfig(dead_time=0.2, route=RoutePlanner(slices=4))
+CONFIG = ControllerConfig(dead_time=0.2, route=RoutePlanner(slices=4, slices_at_rest=5))
 ROUTE = CONFIG.route
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 14.0)])
 GOAL = PATH.end
@@ -299,7 +299,7 @@ def test_on_its_way_nothing_is_planned(searches: list[Search]) -> None:
     assert searches == []
 
 
-@pytest.mark.parametrize(("granted", "taken"), [(0, 0), (1, 1), (2, 2), (PLENTY, ROUTE.slices)])
+@pytest.mark.parametrize(("granted", "taken"), [(0, 0), (1, 1), (2, 2), (PLENTY, ROUTE.slices_at_rest)])
 def test_so_many_slices_are_taken_as_are_granted(granted: int, taken: int, searches: list[Search]) -> None:
     class Long(Search):
         def advance(self) -> None:

@@ -139,14 +139,6 @@ def test_a_planned_segment_keeps_what_was_planned_and_no_less_than_may_be_driven
         assert replace(segment, margin=planned).limited(CONFIG).footprint.margin == kept
 
 
-def test_the_wheels_cost_less_heading_where_less_is_tolerated() -> None:
-    segment = segments_of(PATH, CONFIG)[0]
-    for share in (0.5, 1.0, 2.0):
-        tolerance = (0.05, 0.05, share * CONFIG.behaviour.cusp_tolerance[2])
-        weight = replace(segment, tolerance=tolerance).limited(CONFIG).weights.arrival_wheels
-        assert weight == pytest.approx(min(share, 1.0) ** 2 * CONFIG.weights.arrival_wheels)
-
-
 @pytest.mark.parametrize("within", [0.0, -1.0, nan])
 def test_a_final_objective_is_for_some_of_the_path(within: float) -> None:
     with pytest.raises(InputError, match="within"):

@@ -254,7 +254,7 @@ def test_well_inside_is_within_a_share_of_each_tolerance(axis: int, sign: float)
     for share, well in ((0.9, True), (1.1, False)):
         off = [0.0, 0.0, 0.0]
         off[axis] = sign * share * CONFIG.behaviour.settle_share * here.tolerance[axis]
-        beside = replace(here, error=Pose2(*off))
+        beside = replace(here, standing_error=Pose2(*off))
         assert conditions.stands_well_inside(s, beside, CONFIG) == well
         assert conditions.stands_inside(s, beside, CONFIG)
 

@@ -34,7 +34,7 @@ def weights_for(target: Target, weights: Weights = WEIGHTS) -> StageWeights:
 
 def target(wheels: float | None) -> Target:
     part = PATH.parts[0]
-    return ended_at(part, part.last, wheels)
+    return ended_at(part, part.last, wheels, 1.0)
 
 
 def model(states: Array, weights: StageWeights, wheels: float) -> QuadraticCost:
@@ -53,6 +53,8 @@ def test_the_weight_acts_where_the_target_has_an_angle_only() -> None:
     assert weights_for(target(0.0)).goal_wheels == WEIGHTS.arrival_wheels
     assert weights_for(target(None)).goal_wheels == 0.0
     assert weights_for(path_end(PATH.parts[0])).goal_wheels == 0.0
+    half = replace(target(0.3), wheels_share=0.5)
+    assert weights_for(half).goal_wheels == 0.5 * WEIGHTS.arrival_wheels
     none = WEIGHTS.model_copy(update={"arrival_wheels": 0.0})
     assert weights_for(target(0.3), none).goal_wheels == 0.0
 
@@ -98,7 +100,7 @@ def arrived(path: ReferencePath, wheels: float | None, **changes: float) -> Traj
         weights=WEIGHTS.model_copy(update=changes),
     )
     mpcc = RtiMpcc(part, Corridor.from_offsets(path, left=5.0, right=-5.0), config)
-    mpcc.target = ended_at(part, part.last, wheels)
+    mpcc.target = ended_at(part, part.last, wheels, 1.0)
     start = np.array([part.first.x, part.first.y, part.first.phi, 0.0, 0.0, 0.0])
     times = stage_times(0.0, stage_lengths(SECONDS, config.cycle, config.stages, config.fine_stage))
     pace = pace_of(part, config)

@@ -24,7 +24,7 @@ def part() -> PathPart:
 def test_a_part_ends_at_its_end_or_just_beside_it() -> None:
     end = path_end(part())
     assert (end.pose, end.theta, end.theta_end, end.kind) == (part().last, 20.0, 20.0, TargetKind.PATH_END)
-    beside = ended_at(part(), Pose2(20.05, 0.1, 0.02 + 2.0 * pi))
+    beside = ended_at(part(), Pose2(20.05, 0.1, 0.02 + 2.0 * pi), None, 0.0)
     assert (beside.pose.x, beside.pose.y, beside.theta, beside.goal) == (20.05, 0.1, 20.0, None)
     assert beside.pose.phi == pytest.approx(0.02)
     assert beside.kind is TargetKind.PATH_END

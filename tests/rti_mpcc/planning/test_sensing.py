@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 
+from estimation import PoseHistory
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd
@@ -122,3 +123,24 @@ def test_what_is_doubted_is_said_and_nothing_known_is_the_begin_of_the_part() ->
     context = sensing.context_of(s, start, pace_of(part(), CONFIG), path_end(part()), CONFIG)
     assert context.doubt == "not a finite state"
     assert context.state.tolist() == [0.0] * 6
+
+
+@pytest.mark.parametrize("stands", [True, False])
+def test_a_vehicle_that_stands_is_where_the_mean_of_the_last_moments_is(stands: bool) -> None:
+    on, poses = part(), PoseHistory()
+    for cycle in range(20):
+        noise = 0.04 if cycle % 2 else -0.04
+        poses = poses.noted(0.05 * cycle, Pose2(20.0 + noise, 0.5 * noise, noise), length=5.0)
+    last = np.array([20.04, 0.02, 0.04, 0.0, 0.0, 20.04])
+    s = state(
+        time=1.0,
+        monitor=StateMonitor(state=last),
+        segments=(Segment(part=on, index=0, end=SegmentEnd.GOAL),),
+        poses=poses,
+        standing_since=0.0 if stands else None,
+    )
+    context = sensing.context_of(s, last, pace_of(on, CONFIG), path_end(on), CONFIG)
+    now = pytest.approx((0.04, 0.02, 0.04))
+    assert (context.error.x, context.error.y, context.error.phi) == now
+    mean = context.standing_error
+    assert (mean.x, mean.y, mean.phi) == (pytest.approx((0.0, 0.0, 0.0), abs=1e-9) if stands else now)

@@ -22,7 +22,7 @@ def recorded(seed: int) -> list[tuple[float, float]]:
     """A path as it is recorded every half a metre, 3 cm off."""
     x = np.arange(0.0, 60.0, 0.5)
     noise = np.random.default_rng(seed).normal(0.0, 0.03, (2, x.size))
-    return np.column_stack([x + noise[0], 5.0 * np.sin(x / 8.0) + noise[1]]).tolist()
+    return list(zip(x + noise[0], 5.0 * np.sin(x / 8.0) + noise[1], strict=True))
 
 
 def beside(path: ReferencePath, given: ReferencePath) -> float:

@@ -34,6 +34,7 @@ def before_the_goal(left: float, speed: float, direction: int = 1) -> PlanningCo
         speed=speed,
         pace=Pace(theta=np.array([0.0, 9.0]), speed=np.array([10.0, 10.0])),
         error=Pose2(-direction * left, 0.0, 0.0),
+        standing_error=Pose2(-direction * left, 0.0, 0.0),
         stop_error=Pose2(0.0, 0.0, 0.0),
         tolerance=(0.05, 0.05, 0.035),
         **values,
