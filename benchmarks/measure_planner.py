@@ -2,8 +2,9 @@
 
     OMP_NUM_THREADS=1 python -m benchmarks.measure_planner [--count 40] [--seed 99]
 
-The parking cases are read from ../shared/parking where that is there; without it their table stays. Times are
-CPU times of a process in which the kernels are loaded.
+The parking cases are read from ../shared/parking where that is there; without it their table stays. They are
+driven, too, with comfort values as large as the limits. Times are CPU times of a process in which the kernels
+are loaded.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from benchmarks.tables import ROOT, number, origin, replace_block, table, told
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, Manoeuvre
 from rti_mpcc.route_planner.planner import RoutePlanning
-from rti_mpcc.simulation import load_scenario
+from rti_mpcc.simulation import Scenario, changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.scenes import KINDS, drawn_scene
 
 COMMAND = "python -m benchmarks.measure_planner"
@@ -85,6 +86,17 @@ def scenes(count: int, seed: int) -> str:
     return table(header, rows)
 
 
+def driven(scenario: Scenario) -> list[str]:
+    """Time to dock [s] and least clearance [m] in closed loop, comfort being all that the limits allow."""
+    limits = scenario.limits
+    brisk = {
+        "controller.comfort_acceleration": limits.acceleration,
+        "controller.comfort_steering_rate": limits.steering_rate,
+    }
+    told = summary(simulate(changed(scenario, brisk)))
+    return [number(told["time_to_dock_s"], 1), number(told["min_clearance_m"], 3)]
+
+
 def parking() -> str:
     """A row for each public parking case."""
     rows = []
@@ -97,8 +109,12 @@ def parking() -> str:
         figures = (
             [number(way.length, 1), str(way.cusps), number(way.clearance, 3)] if way.found else ["–"] * 3
         )
-        rows.append([file.stem, *figures, milliseconds([each.seconds]), milliseconds([each.slice])])
-    header = ["case", "length [m]", "cusps", "clearance [m]", "CPU time [ms]", "longest slice [ms]"]
+        loop = driven(scenario) if way.found else ["–"] * 2
+        rows.append([file.stem, *figures, milliseconds([each.seconds]), milliseconds([each.slice]), *loop])
+    header = [
+        "case", "length [m]", "cusps", "clearance [m]", "CPU time [ms]", "longest slice [ms]",
+        "time to dock [s]", "clearance driven [m]",
+    ]  # fmt: skip
     return table(header, rows)
 
 

@@ -1,0 +1,76 @@
+"""Paths that a user gives badly, of few waypoints or with corners, and starts off a path: all dock."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import Corridor, Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, DockingController, Limits, Vehicle
+from rti_mpcc.model.footprint import body_of
+from rti_mpcc.planning.surroundings import area_along
+from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+
+CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18)
+PATHS = {
+    "corner": [(0, 0), (10, 0), (10, 10)],
+    "corner of five": [(0, 0), (5, 0), (10, 0), (10, 5), (10, 10)],
+    "dense corner": [*((x, 0) for x in range(11)), *((10, y) for y in range(1, 11))],
+    "zigzag": [(0, 0), (8, 0), (8, 6), (16, 6), (16, 12)],
+    "turn": [(0, 0), (12, 0), (12, 5), (0, 5)],
+    "waves": [(0, 0), (5, 0.8), (10, -0.8), (15, 0.8), (20, -0.8), (25, 0)],
+    "three": [(0, 0), (12, 4), (24, 0)],
+}
+STARTS = {
+    "before it": Pose2(-15.0, 0.0, 0.0),
+    "beside it": Pose2(0.0, 2.5, 0.0),
+    "turned": Pose2(4.0, 0.5, 0.7),
+    "the wrong way round": Pose2(4.0, 0.0, np.pi),
+}
+
+
+def docks(
+    path: ReferencePath, half: float, start: Pose2, seconds: float = 120.0
+) -> tuple[float | None, float]:
+    """When it docks [s], or None, and the least clearance of the body on the way [m]."""
+    corridor = Corridor.from_offsets(path, left=half, right=-half)
+    controller = DockingController(path, corridor, CONFIG)
+    parameters = PlantParameters.of(Vehicle(), Limits())
+    plant, poses = PlantState(x=start.x, y=start.y, phi=start.phi), []
+    docked = None
+    while plant.time < seconds and docked is None:
+        command = controller.step(plant.measured, now=plant.time)
+        poses.append((plant.x, plant.y, plant.phi))
+        docked = plant.time if command.docked else None
+        plant = issue(
+            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
+        )
+        plant = advance(plant, parameters, plant.time + CONFIG.cycle)
+    # In all of the corridor and its open ends, where another way may lead.
+    area = area_along(path, corridor, CONFIG)
+    return docked, float(area.signed_distances(body_of(CONFIG.vehicle), np.array(poses), 5.0).min())
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("half", [2.0, 3.0, 5.0])
+@pytest.mark.parametrize("name", PATHS)
+def test_paths_of_few_waypoints_and_with_corners_are_docked_along(
+    name: str, half: float, direction: int, figures: MutableMapping[str, Any]
+) -> None:
+    path = ReferencePath.from_waypoints(np.array(PATHS[name], dtype=float), direction)
+    docked, clearance = docks(path, half, path.start)
+    figures["docked_s"], figures["clearance_m"] = docked, clearance
+    assert docked is not None
+    assert clearance > 0.0
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_starts_off_the_path_are_joined_to_it(name: str, figures: MutableMapping[str, Any]) -> None:
+    path = ReferencePath.from_waypoints([(0.0, 0.0), (20.0, 0.0), (40.0, 5.0)])
+    docked, clearance = docks(path, 5.0, path.start.compose(STARTS[name]))
+    figures["docked_s"], figures["clearance_m"] = docked, clearance
+    assert docked is not None
+    assert clearance > 0.0
