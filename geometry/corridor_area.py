@@ -1,14 +1,15 @@
 """The area that a corridor leaves: all of its parts put together, with their open ends.
 
-The boundaries of a part act on that part only, so a vehicle may be wherever one of them lets it be. Where a
-part begins and ends there is no boundary: there the area goes on straight, as wide as the part is. Where a
-bend has folded a boundary away the area goes as far to that side as to the other one. Behind the end of the
-route, where a goal may be beside it, it is open to the sides, too, up to its own boundaries.
+The boundaries of a part act on that part only, so a vehicle may be wherever one of them lets it be: beside
+the path as far as the nearest of them. Where there is none, for a bend or another part of a loop has folded
+it away, it is as far as the farthest boundary is from the path. Where a part begins and ends there is no
+boundary: there the area goes on straight, as wide as the part is. Behind the end of the route, where a goal
+may be beside it, it is open to the sides, too, up to its own boundaries.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -20,13 +21,15 @@ from geometry.errors import CorridorError
 from geometry.outline import path_line
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.pose import Pose2
 from geometry.walls import PartWalls
 
-_SPACING = 0.1  # [m] of the points of a path by which it is told what is inside
+_SPACING = 0.1  # [m] of the points of a path beside which the boundaries are looked for
 _FINE = 1e-3  # [m] that the outline may be beside the boundaries
 _WALL = 0.01  # [m] to either side of a boundary nobody drives behind the ends of a part
-_SLIVER = 1e-2  # [m²]: pieces and holes smaller than this are none
+_SLIVER = 1e-2  # [m²]: holes smaller than this are none
+_ROUNDING = 1e-4  # [m]
+_GRID = 1e-6  # [m] on which shapes are put together: without one GEOS 3.14 has left a polygon out of a union
+_FOLDED = 0.99  # of a bend's radius: beside its inside there is no more
 
 
 def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
@@ -36,22 +39,21 @@ def area_of(corridor: Corridor, path: ReferencePath, *, beyond: float) -> Area:
         beyond: how far it goes on at the open ends, at the end of the route to the sides, too [m].
 
     Raises:
-        CorridorError: the boundaries of a part do not enclose it, or its parts are not connected.
+        CorridorError: a part has no boundaries, they cut the path, or the parts are not connected.
     """
     if corridor.area is not None:
         return corridor.area
     last = len(path.parts) - 1
-    parts = [
-        _lane_and_ends(k, part, corridor.walls[k], beyond, beyond if k == last else 0.0)
+    pieces = [
+        piece
         for k, part in enumerate(path.parts)
+        for piece in _lane_and_ends(k, part, corridor.walls[k], beyond, beyond if k == last else 0.0)
     ]
-    lanes = shapely.union_all([lane for lane, _ in parts])
-    ends = shapely.union_all([end for _, end in parts])
-    found = shapely.get_parts(_closed(shapely.union(lanes, ends)))
-    begin = shapely.Point(path.start.x, path.start.y)
-    whole = found[int(np.argmin(shapely.distance(found, begin)))]
-    if shapely.difference(lanes, whole).area > _SLIVER:
-        raise CorridorError("the parts of the corridor are not connected.")
+    driven = shapely.union_all([path_line(part, _SPACING) for part in path.parts])
+    found = shapely.get_parts(_closed(shapely.union_all(pieces, grid_size=_GRID)))
+    whole = found[int(np.argmin(shapely.distance(found, shapely.Point(path.start.x, path.start.y))))]
+    if not shapely.covers(whole.buffer(2.0 * _FINE), driven):
+        raise CorridorError("the boundaries cut the path, or the parts of the corridor are not connected.")
     whole = whole.simplify(_FINE)
     holes = [ring for ring in whole.interiors if shapely.Polygon(ring).area > _SLIVER]
     return Area(boundary=_corners(whole.exterior), obstacles=[_corners(ring) for ring in holes])
@@ -68,89 +70,99 @@ def _closed(shape: shapely.Geometry) -> shapely.Geometry:
     return shapely.buffer(wider, -0.5 * _FINE, join_style="mitre")
 
 
-def _lines(walls: PartWalls) -> list[shapely.LineString]:
-    return [shapely.LineString(line) for side in walls.lines for line in side if len(line) > 1]
-
-
 def _lane_and_ends(
     index: int, part: PathPart, walls: PartWalls, beyond: float, aside: float
-) -> tuple[shapely.Geometry, shapely.Geometry]:
-    """What the boundaries of one part enclose, and what is beyond its ends."""
-    lines, driven = _lines(walls), path_line(part, _SPACING)
-    if not lines:
+) -> list[shapely.Geometry]:
+    """What is beside one part, up to its boundaries, and beyond its ends, the last of which goes on `aside`
+    [m] to either side."""
+    if walls.joined:
+        return [shapely.Polygon(np.concatenate([line for side in walls.lines for line in side]))]
+    lines = shapely.MultiLineString([line for side in walls.lines for line in side if len(line) > 1])
+    if lines.is_empty:
         raise CorridorError(f"part {index}: it has no boundaries.")
-    reach = float(shapely.distance(shapely.points(shapely.get_coordinates(lines)), driven).max())
-    ends = [] if walls.joined else _ends(part, walls, reach, beyond, aside)
-    around = [] if all(walls.lines) else [shapely.buffer(driven, reach - _FINE).exterior]
-    lane = shapely.union_all([
-        face
-        for face in _faces([*lines, *around, *(shapely.LineString(end.mouth) for end in ends)])
-        if shapely.intersects(face.buffer(-_FINE), driven)
-    ])  # fmt: skip
-    if not shapely.covers(lane.buffer(_FINE), driven):
-        raise CorridorError(f"part {index}: its boundaries do not enclose it.")
-    open_ends = [
-        face
-        for end in ends
-        for face in _faces([*lines, shapely.Polygon(end.outline).exterior])
-        if shapely.covers(face, shapely.Point(end.just_beyond))
-    ]
-    return lane, shapely.difference(
-        shapely.union_all(open_ends), shapely.buffer(shapely.union_all(lines), _WALL)
-    )
+    beside = _CrossSections.of(part, lines)
+    # What a cross-section reaches beside a step of a boundary is cut off by the boundary itself.
+    lane = shapely.difference(beside.covered, shapely.buffer(lines, _FINE), grid_size=_GRID)
+    begin = _end(beside.at(0), part.first.phi, -part.direction, lines, beyond, 0.0)
+    end = _end(beside.at(-1), part.last.phi, part.direction, lines, beyond, aside)
+    return [lane, begin, end]
 
 
-def _faces(lines: list[shapely.LineString]) -> list[shapely.Polygon]:
-    """The polygons that lines enclose between them."""
-    return list(
-        shapely.get_parts(shapely.polygonize(shapely.get_parts(shapely.node(shapely.union_all(lines)))))
-    )
+class _Mouth(NamedTuple):
+    """A cross-section: the path and what is nearest to its left and right, points (2,)."""
+
+    left: Array
+    middle: Array
+    right: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _OpenEnd:
-    """Where a part has no boundary: across it (3, 2), what is beyond it (n, 2), and a point (2,) of that."""
+class _CrossSections(NamedTuple):
+    """Points (n, 2) along a part, and what is nearest of its boundaries beside each to the left and right."""
 
-    mouth: Array
-    outline: Array
-    just_beyond: Array
+    left: Array
+    middle: Array
+    right: Array
+
+    @classmethod
+    def of(cls, part: PathPart, lines: shapely.MultiLineString) -> _CrossSections:
+        """Where there is nothing: as far as the farthest boundary, and inside of a bend no farther than its
+        centre."""
+        count = max(int(np.ceil((part.end - part.start) / _SPACING)), 1) + 1
+        # Those at the ends must meet what ends there.
+        theta = np.linspace(part.start + _ROUNDING, part.end - _ROUNDING, count)
+        at, bend = part.reference(theta), part.curvature(theta)
+        middle = np.column_stack([at.x, at.y])
+        normal = np.column_stack([-np.sin(at.phi), np.cos(at.phi)])
+        corners = [shapely.get_coordinates(line) for line in lines.geoms]
+        driven = path_line(part, _SPACING)
+        farthest = float(shapely.distance(shapely.points(np.concatenate(corners)), driven).max()) + _FINE
+        pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in corners])
+        tree = shapely.STRtree(shapely.linestrings(pieces))
+        sides = []
+        for sign in (1.0, -1.0):
+            inside = np.maximum(sign * bend, _FOLDED / farthest)
+            reach = _FOLDED / inside
+            rays = shapely.linestrings(np.stack([middle, middle + (sign * reach)[:, None] * normal], axis=1))
+            ray, piece = tree.query(rays, predicate="intersects")
+            met = shapely.intersection(rays[ray], tree.geometries[piece])
+            np.minimum.at(reach, ray, shapely.distance(shapely.points(middle[ray]), met))
+            sides.append(middle + (sign * reach)[:, None] * normal)
+        return cls(left=sides[0], middle=middle, right=sides[1])
+
+    @property
+    def covered(self) -> shapely.Geometry:
+        """What is between each two cross-sections, put together."""
+        hulls = [
+            shapely.convex_hull(
+                shapely.multipoints(
+                    np.stack([self.middle[:-1], side[:-1], side[1:], self.middle[1:]], axis=1)
+                )
+            )
+            for side in (self.left, self.right)
+        ]
+        return shapely.union_all(np.concatenate(hulls), grid_size=_GRID)
+
+    def at(self, k: int) -> _Mouth:
+        """The `k`-th one."""
+        return _Mouth(self.left[k], self.middle[k], self.right[k])
 
 
-def _ends(part: PathPart, walls: PartWalls, reach: float, beyond: float, aside: float) -> list[_OpenEnd]:
-    """The begin of a part, and its end, which goes on `aside` [m] to either side.
-
-    To a side without a boundary they are `reach` wide [m].
-    """
-    # Either boundary has its allowed side on the left: the right one runs with the heading, the left against.
-    left, right = walls.lines
-    poses = (part.first, part.last) if part.direction > 0 else (part.last, part.first)
-    behind, ahead = ((_across(pose, reach), _across(pose, -reach)) for pose in poses)
-    if left:
-        behind, ahead = (left[-1][-1], behind[1]), (left[0][0], ahead[1])
-    if right:
-        behind, ahead = (behind[0], right[0][0]), (ahead[0], right[-1][-1])
-    begins, ends = (behind, ahead) if part.direction > 0 else (ahead, behind)
-    return [
-        _end(part.first, -part.direction, begins, beyond, 0.0),
-        _end(part.last, part.direction, ends, beyond, aside),
-    ]
-
-
-def _across(pose: Pose2, to_left: float) -> Array:
-    """The point (2,) beside a pose, so far to the left [m]."""
-    beside = pose.compose(Pose2(0.0, to_left, 0.0))
-    return np.array([beside.x, beside.y])
-
-
-def _end(at: Pose2, direction: int, sides: tuple[Array, Array], beyond: float, aside: float) -> _OpenEnd:
-    """The open end at a pose of the path, between where the left and the right boundary end (2,) each."""
-    left, right = sides
-    across = np.array([-np.sin(at.phi), np.cos(at.phi)])
-    ahead, middle = direction * np.array([np.cos(at.phi), np.sin(at.phi)]), np.array([at.x, at.y])
+def _end(
+    mouth: _Mouth,
+    phi: float,
+    direction: int,
+    lines: shapely.MultiLineString,
+    beyond: float,
+    aside: float,
+) -> shapely.Geometry:
+    """What is beyond an open end, from its mouth on in the direction +1 or -1 of the heading phi [rad]."""
+    left, middle, right = mouth
+    ahead = direction * np.array([np.cos(phi), np.sin(phi)])
+    across = np.array([-np.sin(phi), np.cos(phi)])
     outer = [left + aside * across, right - aside * across]
-    outline = [left, outer[0], outer[0] + beyond * ahead, outer[1] + beyond * ahead, outer[1], right, middle]
-    return _OpenEnd(
-        mouth=np.array([left, middle, right]),
-        outline=np.array(outline),
-        just_beyond=middle + _SPACING * ahead,
+    box = shapely.Polygon(
+        [left, outer[0], outer[0] + beyond * ahead, outer[1] + beyond * ahead, outer[1], right, middle]
     )
+    clear = shapely.difference(box, shapely.buffer(lines, _WALL), grid_size=_GRID)
+    begin = shapely.Point(middle + _SPACING * ahead)
+    return shapely.union_all([piece for piece in shapely.get_parts(clear) if shapely.covers(piece, begin)])

@@ -107,7 +107,7 @@ class Rerouter:
         planning = self._planning
         assert planning is not None
         before, settings = planning.seconds, self._config.route
-        waits = s.task.phase is Phase.PLANNING
+        waits = s.task.phase in (Phase.PLANNING, Phase.STALLED)
         for _ in range(settings.slices_at_rest if waits else settings.slices):
             if planning.manoeuvre is not None:
                 break

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
 import shapely
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
 from geometry.corridor_area import area_of
+from geometry.walls import PartWalls
 
 
 def polygon(area: Area) -> shapely.Polygon:
@@ -21,7 +23,7 @@ def test_a_straight_corridor_is_a_box_with_open_ends_and_open_to_the_sides_behin
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
     found = polygon(area_of(Corridor.from_offsets(path, left=3.0, right=-2.0), path, beyond=5.0))
     expected = shapely.box(-5.0, -2.0, 20.0, 3.0).union(shapely.box(20.0, -7.0, 25.0, 8.0))
-    assert found.symmetric_difference(expected).area < 0.01
+    assert found.symmetric_difference(expected).area < 0.1  # 1 mm along the boundaries
 
 
 def test_the_parts_of_a_route_are_put_together() -> None:
@@ -65,3 +67,29 @@ def test_where_a_bend_folds_a_boundary_away_the_area_is_as_wide_as_to_the_other_
         assert (shapely.contains_xy(found, *beside)[1:-1] == free).all()
     ends = part.reference(np.array([-5.9, 9.9]))
     assert shapely.contains_xy(found, ends.x, ends.y).all()
+
+
+def test_a_loop_whose_boundaries_fold_one_another_away_is_known() -> None:
+    """Its end comes back to its begin: there the lanes of both are one."""
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.15, 38.0)])
+    corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
+    found, part = polygon(area_of(corridor, path, beyond=10.0)), path.parts[0]
+    at = part.reference(np.linspace(0.0, 38.0, 100))
+    assert shapely.contains_xy(found, at.x, at.y).all()
+    across = at.x + 4.1 * np.sin(at.phi), at.y - 4.1 * np.cos(at.phi)
+    assert not shapely.contains_xy(found, *across)[20:80].any()
+
+
+def test_boundaries_that_cut_the_path_are_told() -> None:
+    there = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0)])
+    corridor = Corridor.from_offsets(there, left=3.0, right=-3.0)
+    away = ReferencePath.from_segments(Pose2(0.0, 0.0, 1.0), [(1, 0.0, 10.0)])
+    with pytest.raises(CorridorError, match="cut the path"):
+        area_of(corridor, away, beyond=5.0)
+
+
+def test_a_part_without_boundaries_is_told() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0)])
+    bare = replace(Corridor.from_offsets(path, left=3.0, right=-3.0), walls=(PartWalls.none(),))
+    with pytest.raises(CorridorError, match="part 0: it has no boundaries"):
+        area_of(bare, path, beyond=5.0)

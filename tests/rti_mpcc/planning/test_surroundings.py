@@ -114,7 +114,7 @@ def test_obstacles_in_the_corridor_are_no_part_of_the_area() -> None:
     assert polygon(area_along(PATH, filled, CONFIG)).covers(shapely.Polygon(BOX))
 
 
-def test_boundaries_that_do_not_enclose_the_path_are_told() -> None:
-    beside = ReferencePath.from_segments(Pose2(0.0, 9.0, 0.0), [(1, 0.0, 20.0)])
-    with pytest.raises(CorridorError, match="do not enclose it"):
-        area_along(beside, LANE, CONFIG)
+def test_boundaries_that_cut_the_path_are_told() -> None:
+    across = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.7), [(1, 0.0, 20.0)])
+    with pytest.raises(CorridorError, match="cut the path"):
+        area_along(across, LANE, CONFIG)
