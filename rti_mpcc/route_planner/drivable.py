@@ -16,7 +16,8 @@ import numpy as np
 from geometry.arrays import Array, Mask
 from rti_mpcc.route_planner.arcs import poses_after, split, split_counts, turns_of
 from rti_mpcc.route_planner.problem import CHECK, Problem
-from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
+from rti_mpcc.route_planner.smoothing import Smoothing
+from rti_mpcc.route_planner.smoothing_terms import SmoothingTerms
 from rti_mpcc.route_planner.windows import Window, windows_of
 
 _POSES = 2048  # that are checked at a time
@@ -54,15 +55,25 @@ class Drivable:
         return [(way, float(room.min())) for way, room in zip(ways, rooms, strict=True)]
 
 
-def drivable(
-    problem: Problem, way: Array, last: Array, keep: float, line: Array | None = None
-) -> Generator[None, None, Drivable]:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Kept:
+    """What a way that is made smooth keeps to.
+
+    Attributes:
+        clearance: no less than this [m]: that of the search, for control needs it.
+        line: (m, 3) closely spaced poses that it stays near; None: there is none.
+    """
+
+    clearance: float
+    line: Array | None = None
+
+
+def drivable(problem: Problem, way: Array, last: Array, kept: Kept) -> Generator[None, None, Drivable]:
     """The way to be driven, slice by slice; it ends where its clearance is less than the hard minimum.
 
     Args:
         way: (n, 2) as it was found; last: straight piece (1, 2) that it ends with, or none (0, 2).
-        keep: clearance that the search kept [m]: what is made smooth has no less, for control needs it.
-        line: (m, 3) closely spaced poses that it is to stay near; None: there is none.
+        kept: what it keeps to where it is made smooth.
     """
     settings = problem.config.route
     windows = windows_of(way, settings.window / problem.config.max_curvature)
@@ -72,7 +83,7 @@ def drivable(
         reached = poses_after(reached, window.way)[-1]
         ends_way = not window.joints[1]
         target = _goal(problem, last, reached) if ends_way else reached
-        made = yield from _window(problem, window, at, target, last if ends_way else last[:0], keep, line)
+        made = yield from _window(problem, window, at, target, last if ends_way else last[:0], kept)
         whole.append(made)
         if made.clearance < settings.hard_minimum:
             break
@@ -93,17 +104,11 @@ def _goal(problem: Problem, last: Array, reached: Array) -> Array:
 
 
 def _window(
-    problem: Problem,
-    window: Window,
-    start: Array,
-    target: Array,
-    last: Array,
-    keep: float,
-    line: Array | None,
+    problem: Problem, window: Window, start: Array, target: Array, last: Array, kept: Kept
 ) -> Generator[None, None, Drivable]:
     """One window from `start` (3,) to its `target` (3,), with the last piece after it, if any."""
     if not window.alone:
-        smooth = yield from _smooth(problem, window, start, target, last, keep, line)
+        smooth = yield from _smooth(problem, window, start, target, last, kept)
         if smooth is not None:
             return smooth
     way = np.vstack([window.way, last])
@@ -112,17 +117,11 @@ def _window(
 
 
 def _smooth(
-    problem: Problem,
-    window: Window,
-    start: Array,
-    target: Array,
-    last: Array,
-    keep: float,
-    line: Array | None,
+    problem: Problem, window: Window, start: Array, target: Array, last: Array, kept: Kept
 ) -> Generator[None, None, Drivable | None]:
     """The same made smooth, or None where it does not become smooth and clear."""
     settings = problem.config.route
-    smoothing, firmer = _smoothing(problem, window, start, target, last, line), 0
+    smoothing, firmer = _smoothing(problem, window, start, target, last, kept.line), 0
     for _ in range(settings.smoothing_iterations):
         smoothing.iterate()
         yield
@@ -133,7 +132,7 @@ def _smooth(
             continue
         way = np.vstack([arcs, last])
         room = yield from _room(problem, start, way)
-        if room.min() >= keep:
+        if room.min() >= kept.clearance:
             return Drivable(way=way, stops=np.zeros(len(way), bool), room=room)
         if firmer == _FIRMER:
             break

@@ -19,7 +19,7 @@ from geometry.arrays import Array
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.route_planner.arcs import poses_after, split
-from rti_mpcc.route_planner.drivable import Drivable, drivable
+from rti_mpcc.route_planner.drivable import Drivable, Kept, drivable
 from rti_mpcc.route_planner.problem import Problem
 
 _SPACING = 0.1  # [m] between the poses at which it is measured how far a way leads beside the path
@@ -179,7 +179,8 @@ def _smoothed(part: PathPart, start: float, end: float, area: Area, config: Cont
         return None
     at = part.reference(np.arange(start, end, _SPACING))
     line = np.column_stack([at.x - problem.given[0].x, at.y - problem.given[0].y, at.phi])
-    driven = _whole(drivable(problem, _between(part, start, end), np.zeros((0, 2)), least, line))
+    given = _between(part, start, end)
+    driven = _whole(drivable(problem, given, np.zeros((0, 2)), Kept(clearance=least, line=line)))
     bend = float(np.abs(driven.way[:, 1]).max())
     fits = not driven.stops.any() and driven.clearance >= least and bend <= _most(config)
     return driven.way if fits else None

@@ -21,7 +21,7 @@ from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.route_planner.arcs import joined
 from rti_mpcc.route_planner.costs import Terms
-from rti_mpcc.route_planner.drivable import drivable
+from rti_mpcc.route_planner.drivable import Kept, drivable
 from rti_mpcc.route_planner.problem import Problem
 from rti_mpcc.route_planner.results import failed, found, is_there, standing
 from rti_mpcc.route_planner.searches import Ends, Searches
@@ -119,7 +119,7 @@ def _planned(problem: Problem, there: float, spent: Callable[[], float]) -> Gene
         way, last = way_and_last
         yield
         way = yield from _shortened(problem, searches.terms, way)
-        driven = yield from drivable(problem, way, last, searches.terms.margin)
+        driven = yield from drivable(problem, way, last, Kept(clearance=searches.terms.margin))
         if driven.clearance >= settings.hard_minimum:
             return found(problem, driven, searches.nodes)
         searches.reject(driven.clearance)

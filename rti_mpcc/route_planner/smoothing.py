@@ -12,7 +12,7 @@ at the end Newton steps of least norm take away what is left of the error at the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -23,6 +23,7 @@ from geometry.contacts import ACROSS, ALONG, APART, AT_X, AT_Y
 from geometry.flanks import flank_contacts
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.qp.solver import solve_once
+from rti_mpcc.route_planner.smoothing_terms import Linearised, Slopes, SmoothingTerms
 from rti_mpcc.route_planner.stretches import Stretches, Traced
 
 _NEWTON_STEPS = 6
@@ -30,92 +31,6 @@ _ROUNDING = 1e-9
 _NEAR = 0.15  # [m] beyond the margin what is near is looked at: so far one step may go
 _ACCURACY, _ITERATIONS = 1e-4, 300  # of a QP: its step is judged by what it does
 _BEYOND = 0.02  # share of the largest curvature by which a limit may be passed in the end: there is a reserve
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SmoothingTerms:
-    """What smoothing keeps to.
-
-    Attributes:
-        curvature: at most [1/m]; slope: change of the steering, at most [rad/m]; wheelbase: [m].
-        margin: of the body, wanted [m]; spacing: of knots [m]; piece: length of an arc [m].
-        look: distance of the poses whose surroundings are looked at [m].
-        slopes, jump, length, lack, beside: weights w_k, w_c, w_S, w_m, w_b of (R2); damping: on all changes;
-            goal: on slopes beyond the limit, and where steps are judged on the error at the goal; trust:
-            largest change in one iteration, of a curvature as a share of the largest one, of a length in its
-            radius.
-    """
-
-    curvature: float
-    slope: float
-    wheelbase: float
-    margin: float
-    spacing: float
-    piece: float
-    look: float
-    slopes: float = 0.05
-    jump: float = 0.05
-    length: float = 0.02
-    lack: float = 10.0
-    beside: float = 1.0
-    damping: float = 0.05
-    goal: float = 10.0
-    trust: float = 0.25
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Slopes:
-    """The slopes dkappa/ds between knots, in the units of the QP.
-
-    Attributes:
-        changes: (i, k) rows of each, weighted by its stretch.
-        rises: (2 i, k + m) rows of its limits, both ways; limits: (2 i,) what is left of them.
-    """
-
-    changes: Array
-    rises: Array
-    limits: Array
-
-    @classmethod
-    def of(cls, now: Stretches, terms: SmoothingTerms) -> _Slopes:
-        radius, knots = 1.0 / terms.curvature, len(now.knots)
-        counts = np.diff(now.first) - 1
-        stretch = np.repeat(np.arange(len(counts)), counts)
-        first = np.delete(np.arange(knots), now.first[1:] - 1)
-        step, place = (now.length / counts)[stretch], np.arange(len(first))
-        rise = np.zeros((len(first), now.variables))
-        rise[place, first], rise[place, first + 1] = -1.0, 1.0
-        middle = 0.5 * (now.knots[first] + now.knots[first + 1])
-        # Change of kappa in units per metre.
-        most = terms.slope * (1.0 + (terms.wheelbase * middle) ** 2) / terms.wheelbase * radius
-        present = (now.knots[first + 1] - now.knots[first]) * radius
-        longer = np.zeros_like(rise)
-        longer[place, knots + stretch] = most * radius / counts[stretch]
-        return cls(
-            changes=rise[:, :knots] / np.sqrt(step / radius)[:, None],
-            rises=np.vstack((rise - longer, -rise - longer)),
-            limits=np.concatenate((most * step - present, most * step + present)),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Linearised:
-    """What stretches lead to, and how that changes with their variables.
-
-    Attributes:
-        error: (3,) at the goal; goal: (3, many) how the last pose changes.
-        lacking: (n,) what is lacking of the margin [m]; normals: (n, many) how variables make up for it.
-        beside: (k,) how far poses are beside the line [m]; across: (k, many) how that changes.
-        slopes: see there.
-    """
-
-    error: Array
-    goal: Array
-    lacking: Array
-    normals: Array
-    beside: Array
-    across: Array
-    slopes: _Slopes
 
 
 class Smoothing:
@@ -181,21 +96,21 @@ class Smoothing:
         self.terms = replace(self.terms, lack=times * self.terms.lack)
         self._trust, self.moved = self.terms.trust, inf
 
-    def _linearised(self, now: Stretches) -> _Linearised:
+    def _linearised(self, now: Stretches) -> Linearised:
         at = now.traced(self._start)
         lacking, normals = self._half_planes(now, at)
         beside, across = self._offsets(now, at)
-        return _Linearised(
+        return Linearised(
             error=self._goal - at.poses[-1],
             goal=now.slopes(at, np.array([len(at.poses) - 1]))[0],
             lacking=lacking,
             normals=normals,
             beside=beside,
             across=across,
-            slopes=_Slopes.of(now, self.terms),
+            slopes=Slopes.of(now, self.terms),
         )
 
-    def _merit(self, now: Stretches, at: _Linearised) -> float:
+    def _merit(self, now: Stretches, at: Linearised) -> float:
         """What the QP makes less, and the error at the goal."""
         terms, radius = self.terms, 1.0 / self.terms.curvature
         bends = now.knots / terms.curvature
@@ -227,7 +142,7 @@ class Smoothing:
         terms = self.terms
         bent = float(np.abs(now.knots).max()) <= (1.0 + _BEYOND) * terms.curvature
         fixed = all(abs(now.knots[k] - bend) <= _BEYOND * terms.curvature for k, bend in self._fixed)
-        return bent and fixed and float(_Slopes.of(now, terms).limits.min()) > -_BEYOND
+        return bent and fixed and float(Slopes.of(now, terms).limits.min()) > -_BEYOND
 
     def _looked(self, now: Stretches, count: int) -> Mask:
         """At which of so many poses it is looked round (count,)."""
@@ -263,7 +178,7 @@ class Smoothing:
         slopes = now.slopes(at, rows)[np.searchsorted(rows, pose)]
         return margin - contact[:, APART], np.einsum("ni,nij->nj", normal, slopes)
 
-    def _solved(self, at: _Linearised) -> Array:
+    def _solved(self, at: Linearised) -> Array:
         """The change (many,) of knots and lengths that the QP asks for; none where it has no solution.
 
         Curvatures count in units of the largest one, lengths in its radius, lack of margin in `margin`. What
@@ -295,7 +210,7 @@ class Smoothing:
         change: Array = np.clip(answer[:many], low[:many], high[:many]) * units
         return change
 
-    def _cost(self, at: _Linearised, count: int) -> tuple[Array, Array]:
+    def _cost(self, at: Linearised, count: int) -> tuple[Array, Array]:
         """The QP's cost of so many variables, (R2), and of slopes beyond their limit."""
         now, terms = self.stretches, self.terms
         knots, many, planes = len(now.knots), now.variables, len(at.lacking)
@@ -310,7 +225,7 @@ class Smoothing:
         linear[many : many + planes] = 0.0
         return hessian, linear
 
-    def _bounds(self, at: _Linearised, count: int) -> tuple[Array, Array]:
+    def _bounds(self, at: Linearised, count: int) -> tuple[Array, Array]:
         """Of the QP's rows: so many variables, the slopes, the goal and the half-planes."""
         now, terms, trust = self.stretches, self.terms, self._trust
         radius, bends = 1.0 / terms.curvature, now.knots / terms.curvature

@@ -8,7 +8,8 @@ import pytest
 from geometry import Area
 from geometry.shape_grid import Body
 from rti_mpcc.route_planner.arcs import joined, length_of, poses_after, split, turns_of
-from rti_mpcc.route_planner.smoothing import Smoothing, SmoothingTerms
+from rti_mpcc.route_planner.smoothing import Smoothing
+from rti_mpcc.route_planner.smoothing_terms import SmoothingTerms
 from rti_mpcc.route_planner.stretches import Stretches
 from rti_mpcc.types import Array
 
