@@ -39,17 +39,19 @@ LONGER = (0.9, 1.1)
 
 
 class Driven(NamedTuple):
-    """A campaign: the version that drove it, its level and seed, and the rows by the number of the case."""
+    """A campaign: the version that drove it, its level and seed, the rows by the number of the case, and
+    whether they are scenes without a path."""
 
     version: str
     level: str
     seed: int
     rows: dict[int, Any]
+    scenes: bool = False
 
     @property
-    def of(self) -> tuple[str, int]:
+    def of(self) -> str:
         """What has to be the same of campaigns that are compared."""
-        return self.level, self.seed
+        return f"{'scenes, ' if self.scenes else ''}{self.level} of {self.seed}"
 
     def among(self, cases: set[int]) -> Driven:
         """The same with these cases only."""
@@ -63,7 +65,7 @@ def read(named: str) -> Driven:
         raise InputError(f"{named}: must be VERSION=FOLDER")
     settings = read_settings(Path(folder))
     rows = {row["index"]: row for row in read_rows(Path(folder)) if row["figures"] is not None}
-    return Driven(version, settings["level"], settings["seed"], rows)
+    return Driven(version, settings["level"], settings["seed"], rows, settings["problems"] == "scenes")
 
 
 def side_by_side(campaigns: Sequence[Driven]) -> list[list[Driven]]:
@@ -85,15 +87,17 @@ def line(driven: Driven, group: Sequence[Driven]) -> list[str]:
     rows = list(driven.rows.values())
     good = [row["figures"] for case, row in driven.rows.items() if all(docked(d.rows[case]) for d in group)]
     peaks = [each["peak"]["acceleration"] / each["comfort"]["acceleration"] for each in good]
-    times = [each["time_to_dock_s"] / each["expected_time_s"] for each in good]
+    # How long a way takes that is planned only then is not known before.
+    known = [each for each in good if each["expected_time_s"] is not None]
+    times = [each["time_to_dock_s"] / each["expected_time_s"] for each in known]
     energy = {name: sum(each["energy_to_dock"][name] for each in good) for name in good[0]["energy_to_dock"]}
     return [
-        f"{driven.level} of {driven.seed}, {driven.version}",
+        f"{driven.of}, {driven.version}",
         f"{len(rows):,}",
         f"{sum(map(docked, rows)):,}",
         number(min(row["figures"]["min_clearance_m"] for row in rows), 3),
         _spread(peaks),
-        _spread(times),
+        _spread(times) if times else "–",
         number(energy["acceleration"], 1),
         number(energy["steering_rate"], 1),
         ", ".join(str(case) for case, row in driven.rows.items() if not docked(row)) or "–",
@@ -116,7 +120,7 @@ def sentence(first: Driven, other: Driven) -> str:
     """How the times to dock compare."""
     ratios, (shorter, longer) = times_of(first, other), LONGER
     return (
-        f"- {first.level} of {first.seed}: of {len(ratios):,} cases that both dock, {other.version} takes "
+        f"- {first.of}: of {len(ratios):,} cases that both dock, {other.version} takes "
         f"{number(float(np.median(ratios)), 3)} times as long as {first.version} (median; mean "
         f"{number(float(ratios.mean()), 3)}), in {int((ratios > longer).sum())} more than {longer}, "
         f"in {int((ratios < shorter).sum())} less than {shorter} times as long."

@@ -49,6 +49,17 @@ def test_a_line_counts_all_and_measures_what_all_dock() -> None:
     assert (before[-1], after[-1]) == ("1", "–")
 
 
+def test_scenes_without_a_path_have_no_expected_time_and_are_none_of_the_courses() -> None:
+    scene = row(20.0)
+    scene["figures"]["expected_time_s"] = None
+    scenes = Driven("after", "hard", 7, {0: scene, 1: row(25.0)}, scenes=True)
+    groups = side_by_side([BEFORE, scenes])
+    assert [each.of for group in groups for each in group] == ["hard of 7", "scenes, hard of 7"]
+    assert line(scenes, [scenes])[5] == "1.25, 1.25, 1.25"
+    alone = scenes.among({0})
+    assert line(alone, [alone])[5] == "–"
+
+
 def test_times_are_compared_case_by_case() -> None:
     told = sentence(*side_by_side([BEFORE, AFTER])[0])
     assert "of 2 cases that both dock" in told
