@@ -62,8 +62,8 @@ class RoutePlanner(Settings):
     searches: tuple[tuple[Positive, Annotated[float, Field(ge=1.0, le=100.0)]], ...] = (
         (1.0, 3.0),
         (2.0, 3.0),
-        (4.0, 3.0),
-        (1.0, 1.5),
+        (2.0, 1.5),
+        (4.0, 1.5),
         (32.0, 3.0),
     )
     cells: Annotated[int, Field(ge=100, le=10**8)] = 200_000
