@@ -121,12 +121,16 @@ def standing_since(s: ControllerState, context: PlanningContext, config: Control
     return context.now if stood is None else stood
 
 
-def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
-    """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None."""
+def outside_since(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> float | None:
+    """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None.
+
+    One that is measured outside by far is, whatever the mean of the last moments is.
+    """
     task = s.task
     if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
         return task.outside_since
-    if not context.free or context.inside(context.standing_error):
+    near = context.inside(context.error, config.behaviour.outside_share)
+    if not context.free or (near and context.inside(context.standing_error)):
         return None
     return context.now if task.outside_since is None else task.outside_since
 

@@ -262,3 +262,12 @@ def test_well_inside_is_within_a_share_of_each_tolerance(axis: int, sign: float)
 def test_a_vehicle_that_rolls_through_its_target_does_not_stand_there() -> None:
     assert conditions.stands_well_inside(state(standing_since=9.0), contexts.standing(), CONFIG)
     assert not conditions.stands_well_inside(state(), contexts.standing(), CONFIG)
+
+
+def test_outside_is_where_the_mean_is_or_far_from_the_target_in_one_cycle() -> None:
+    held, across = put(arriving(standing_since=5.0), phase=Phase.HOLDING), CONFIG.goal_tolerance[1]
+    for now, mean, outside in ((0.0, 0.0, False), (1.5, 0.5, False), (0.5, 1.5, True), (2.5, 0.2, True)):
+        error, standing = (Pose2(0.0, share * across, 0.0) for share in (now, mean))
+        here = contexts.standing(error=error, standing_error=standing)
+        assert (conditions.outside_since(held, here, CONFIG) is not None) is outside
+    assert CONFIG.behaviour.outside_share == 2.0

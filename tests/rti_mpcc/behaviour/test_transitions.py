@@ -360,7 +360,7 @@ def test_the_table_has_every_event_and_no_two_rows_for_one_in_a_phase() -> None:
 def test_every_row_that_is_looked_for_is_found_and_leads_to_its_phase(phase: Phase, row: Transition) -> None:
     s, context = witness(phase, row.event)
     assert s.task.phase is phase
-    noted = put(s, outside_since=conditions.outside_since(s, context))
+    noted = put(s, outside_since=conditions.outside_since(s, context, CONFIG))
     of_phase = [each for source, each in LOOKED_FOR if source is phase]
     holds = [bool(each.when and each.when(noted, context, CONFIG)) for each in of_phase]
     assert of_phase[holds.index(True)] is row
