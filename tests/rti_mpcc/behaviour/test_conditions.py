@@ -13,7 +13,7 @@ from rti_mpcc.behaviour import conditions
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.layout import PHI, X, Y
-from rti_mpcc.planning.state import ControllerState, Halt, RouteState
+from rti_mpcc.planning.state import ControllerState, Halt, Phase, RouteState
 from rti_mpcc.types import Trajectory
 from tests.rti_mpcc.states import (
     PATH,
