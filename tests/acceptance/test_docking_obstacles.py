@@ -30,7 +30,10 @@ LEAST_WAIT = 2.0
 def drive_to_a_wall(
     scenario: Scenario, figures: Figures, *, theta: float, begin: float, end: float, half_width: float = 3.2
 ) -> None:
-    """It stops before a wall that is there from `begin` to `end` [s], goes on when it is gone, and docks."""
+    """It stops before a wall that is there from `begin` to `end` [s], goes on when it is gone, and docks.
+
+    Or it goes round, where the open ends of the corridor leave another way.
+    """
     outline = wall(scenario.build_path(), theta, half_width)
     result = simulate(scenario, obstacles_at=present(outline, begin, end))
     found, cycles, truth = docking_figures(result), result.cycles, result.truth
@@ -44,9 +47,12 @@ def drive_to_a_wall(
         figures["clearance_standing_m"] = float(clearances(result)[np.flatnonzero(standing)[-1]])
     last = int(np.flatnonzero(cycles.times < end)[-1])
     assert found["min_clearance_m"] > 0.0
-    assert abs(truth.v[np.searchsorted(truth.times, end) - 1]) <= 0.02
-    assert figures["stands_before_the_wall_s"] >= LEAST_WAIT
-    assert cycles.status[last] is Status.BLOCKED
+    goes_round = result.planning is not None and result.planning.replans > 0
+    figures["goes_round"] = goes_round
+    if not goes_round:
+        assert abs(truth.v[np.searchsorted(truth.times, end) - 1]) <= 0.02
+        assert figures["stands_before_the_wall_s"] >= LEAST_WAIT
+        assert cycles.status[last] in (Status.BLOCKED, Status.PLANNING)
     assert found["docked"]
     assert cycles.status[-1] is Status.DOCKED
 
