@@ -62,7 +62,7 @@ class RoutePlanner(Settings):
     searches: tuple[tuple[Positive, Annotated[float, Field(ge=1.0, le=100.0)]], ...] = (
         (1.0, 3.0),
         (2.0, 3.0),
-        (2.0, 1.5),
+        (1.0, 1.5),
         (4.0, 1.5),
         (32.0, 3.0),
     )
