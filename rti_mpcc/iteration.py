@@ -8,7 +8,7 @@ from rti_mpcc.ocp.bounds import StageBounds
 from rti_mpcc.ocp.corridor_rows import CorridorRows
 from rti_mpcc.ocp.frame import LocalFrame
 from rti_mpcc.ocp.objectives import StageWeights
-from rti_mpcc.qp.solver import Stop
+from rti_mpcc.qp.solver import AT_LIMIT, Stop
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -66,3 +66,8 @@ class Solution:
     prepare_seconds: float
     solve_seconds: float
     feedback_seconds: float
+
+    @property
+    def at_limit(self) -> bool:
+        """Its QP had all the iterations that it may have, and was not solved."""
+        return self.status == AT_LIMIT

@@ -168,6 +168,7 @@ class Diagnostics:
         iterations: OSQP iterations of all QPs of this cycle.
         residuals: primal and dual residual of the last one, scaled; infinite if it was not solved, (0, 0)
             where there was no QP.
+        iteration_limit: one of them had all the iterations that it may have, and was not solved.
         retried: the plan was sought once more from a clean start.
         slack: largest corridor slack of the plan [m].
         cause: why the cycle did what it did; reason: the same in one line for humans, with all remarks.
@@ -205,6 +206,7 @@ class Diagnostics:
     disturbance: float = 0.0
     steering_offset: float = 0.0
     cause: Reason = Reason.DRIVES
+    iteration_limit: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,6 +29,9 @@ GOOD = frozenset({int(osqp.SolverStatus.OSQP_SOLVED)})
 SOLVED = "solved"
 """OSQP's word for that."""
 
+AT_LIMIT = "maximum iterations reached"
+"""And for a QP that has had all the iterations that it may have."""
+
 UNFINISHED = frozenset(
     {
         int(osqp.SolverStatus.OSQP_MAX_ITER_REACHED),
@@ -220,7 +223,8 @@ class QpSolver:
                 break
         if not solved or not finite:
             self.forget()
-            return self.nothing(str(info.status), iterations=done, seconds=seconds)
+            status = AT_LIMIT if done >= self._most else str(info.status)
+            return self.nothing(status, iterations=done, seconds=seconds)
         return QpSolution(
             solved=True,
             primal=primal,

@@ -65,13 +65,16 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("energy acceleration", _number(energy["acceleration"], 3), "m²/s³"),
         ("energy lateral acceleration", _number(energy["lateral_acceleration"], 3), "m²/s³"),
         *(
-            (f"peak / comfort {name.replace('_', ' ')}", f"{peak[name]:.3f} / {comfort[name]:.3f}", unit)
+            (f"peak / comfort {name.replace('_', ' ')}", _against_comfort(peak[name], comfort[name]), unit)
             for name, unit in _COMFORT
         ),
+        ("acceleration energy over the least", _ratio(summary["energy_ratio"]), ""),
+        ("cycles that brake hard", _hard(summary["hard_braking"]), ""),
         ("cycle p50 / p95 / p99 / max", _spread(summary["cycle_ms"]), "ms"),
         ("feedback p50 / p95 / p99 / max", _spread(summary["feedback_ms"]), "ms"),
         ("iterations p50 / p95", _pair(solver), ""),
         ("solver failures", str(solver["failures"]), ""),
+        ("cycles at the iteration limit", str(solver["iteration_limit_cycles"]), ""),
         ("fallback cycles", str(summary["fallback_cycles"]), ""),
         ("deadline misses", str(summary["deadline_misses"]), ""),
         *_planning_rows(summary.get("planning")),
@@ -111,6 +114,20 @@ def _goal_rows(goal: dict[str, Any] | None) -> list[tuple[str, str, str]]:
         ("mean NIS of accepted detections", _number(goal["mean_nis"], 2), ""),
         ("goal status at the end", goal["final_status"] or _NEVER, ""),
     ]
+
+
+def _against_comfort(peak: float, comfort: float) -> str:
+    above = "[bold red]above[/] " if peak > comfort else ""
+    return f"{above}{peak:.3f} / {comfort:.3f}"
+
+
+def _hard(cycles: dict[str, int]) -> str:
+    told = ", ".join(f"{count} {reason}" for reason, count in cycles.items())
+    return f"{sum(cycles.values())} ({told})" if told else "0"
+
+
+def _ratio(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
 
 
 def _scaled(value: float | None, factor: float, digits: int) -> str:

@@ -192,6 +192,7 @@ def _diagnose(
         disturbance=s.vehicle.disturbance.acceleration,
         steering_offset=s.vehicle.disturbance.steering,
         cause=decision.verdict.reason,
+        iteration_limit=any(each.at_limit for each in solutions),
     )
 
 

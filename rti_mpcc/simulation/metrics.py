@@ -19,14 +19,12 @@ from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import RunResult, Truth, cusps_of
+from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, spells
 from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
 """Figures of `summary` that are not the same the next time."""
-TURNING_TRAVEL = 0.05
-"""A change of direction counts after so much travel in the new one [m]."""
-_ROUNDING = 1e-9
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION)
 _INTERRUPTED = (Status.BLOCKED, Status.FAILED)
 """What a vehicle says on its way back, too: such cycles neither begin nor end one."""
@@ -56,8 +54,10 @@ def summary(result: RunResult) -> dict[str, Any]:
         "rms": rms(truth, to_tolerance),
         "energy": energy(truth, to_tolerance),
         "energy_to_dock": energy(truth, to_dock),
+        "energy_ratio": _energy_ratio(truth, to_dock),
         "peak": peak(truth, to_dock),
         "comfort": result.config.comfort._asdict(),
+        "hard_braking": hard_braking(result),
         "expected_time_s": _expected_time(result),
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **_computing(result),
@@ -81,9 +81,8 @@ def within_tolerance(truth: Truth, tolerance: tuple[float, float, float]) -> NDA
 
 def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
     """Start of the first DOCK_TIME in which the vehicle stands inside tolerance throughout [s]."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], standing, [False]]).astype(np.int64)))
-    for first, behind in zip(edges[::2], edges[1::2], strict=True):
-        if times[behind - 1] - times[first] >= DOCK_TIME - SAME_TIME:
+    for first, last in spells(standing):
+        if times[last] - times[first] >= DOCK_TIME - SAME_TIME:
             return float(times[first])
     return None
 
@@ -137,22 +136,6 @@ def _clearances_in(
     return distances
 
 
-def direction_changes(times: Array, v: Array) -> int:
-    """How often the direction of travel changes, each time after 0.05 m in the new one; cusps included."""
-    travel = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(times))])
-    direction, changes = 0, 0
-    lowest = highest = 0.0
-    for way in travel.tolist():
-        lowest, highest = min(lowest, way), max(highest, way)
-        back = direction >= 0 and highest - way >= TURNING_TRAVEL - _ROUNDING
-        forth = direction <= 0 and way - lowest >= TURNING_TRAVEL - _ROUNDING
-        if back or forth:
-            changes += direction != 0
-            direction = -1 if back else 1
-            lowest = highest = way
-    return changes
-
-
 def rms(truth: Truth, until: float | None) -> dict[str, float]:
     """Root of the time mean of the square up to `until` [s] (None: the whole run); 0 over no time."""
     values = {"steering": _square_integral(truth.times, truth.delta, until), **energy(truth, until)}
@@ -187,6 +170,13 @@ def peak(truth: Truth, until: float | None) -> dict[str, float]:
     """Largest absolute values up to `until` [s] (None: the whole run): what comfort is measured by."""
     count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
     return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in Comfort._fields}
+
+
+def _energy_ratio(truth: Truth, until: float | None) -> float | None:
+    """Acceleration energy up to docking over what it takes at least; None where it did not dock, or there was
+    nothing to drive."""
+    bound = 0.0 if until is None else energy_bound(truth, until)
+    return energy(truth, until)["acceleration"] / bound if bound > 0.0 else None
 
 
 def _expected_time(result: RunResult) -> float | None:
@@ -232,6 +222,7 @@ def _computing(result: RunResult) -> dict[str, Any]:
             "iterations_p50": _percentile(iterations, 50),
             "iterations_p95": _percentile(iterations, 95),
             "failures": int(np.count_nonzero(cycles.failed)),
+            "iteration_limit_cycles": int(np.count_nonzero(cycles.iteration_limit)),
         },
         "fallback_cycles": sum(map(_is_fallback, cycles.source, cycles.status)),
         "deadline_misses": int(np.count_nonzero(cycles.deadline_missed)),

@@ -16,7 +16,7 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.types import Array, Objective, Source, Status
+from rti_mpcc.types import Array, Objective, Reason, Source, Status
 
 
 def cusps_of(parts: Iterable[PathPart]) -> int:
@@ -60,11 +60,12 @@ class Cycles:
         times: (m,) when the state was measured [s].
         acceleration, steering_rate: (m,) commands [m/s²], [rad/s].
         speed, steering: (m,) planned values for interfaces that take those [m/s], [rad].
-        status, source, objective, reason: m of each.
+        status, source, objective, cause, reason: m of each.
         weights: (m, 4) lag, contouring, progress reward, goal position, as they act on the first stage.
         iterations: (m,) of OSQP.
         solved: (m,) whether a QP was given to the solver.
-        failed: (m,) whether its result was refused.
+        failed: (m,) whether its result was refused; iteration_limit: (m,) whether a QP used up its
+            iterations.
         feedback_ms, solve_ms: (m,) as the controller took them.
         step_ms: (m,) wall time of all of step(), as the caller sees it.
         deadline_missed: (m,).
@@ -78,11 +79,13 @@ class Cycles:
     status: tuple[Status, ...]
     source: tuple[Source, ...]
     objective: tuple[Objective, ...]
+    cause: tuple[Reason, ...]
     reason: tuple[str, ...]
     weights: Array
     iterations: NDArray[np.int64]
     solved: NDArray[np.bool_]
     failed: NDArray[np.bool_]
+    iteration_limit: NDArray[np.bool_]
     feedback_ms: Array
     solve_ms: Array
     step_ms: Array

@@ -7,12 +7,15 @@ from typing import Any
 import pandas as pd
 from scipy.stats import binomtest
 
-from rti_mpcc.report.campaign.rows import SEVERITY, Campaign
+from rti_mpcc.report.campaign.rows import COMFORT, SEVERITY, Campaign
+from rti_mpcc.simulation.campaign import CaseOutcome
 
 INTERVAL = "Clopper-Pearson"
 """Exact: whatever the true rate, at least 95 of 100 such intervals hold it."""
 CONFIDENCE = 0.95
 ERRORS = ("longitudinal_m", "lateral_m", "heading_rad")
+TAIL = (50, 95, 99)
+"""Percentiles of what is told of the worst cases, too."""
 ENERGIES = ("acceleration", "steering_rate", "lateral_acceleration")
 
 
@@ -42,6 +45,7 @@ def overall(campaign: Campaign) -> dict[str, Any]:
         "success_rate": len(docked) / len(rows),
         "success_interval": list(success_interval(len(docked), len(rows))),
         "success_interval_method": f"{INTERVAL}, {CONFIDENCE:.0%}",
+        "told_docked": int(outcomes[CaseOutcome.DOCKED.value]) / len(rows),
         "collisions": int(rows["crossed"].sum()),
         "collisions_unknown": int(clearance.isna().sum()),
         **{f"{name}_{key}": one for name, of in times.items() for key, one in spread(of, 50, 95).items()},
@@ -50,6 +54,11 @@ def overall(campaign: Campaign) -> dict[str, Any]:
         "clearance_p50_m": known(clearance.quantile(0.5)),
         "final_error": {name: spread(docked[f"final_error.{name}"].abs(), 50, 95) for name in ERRORS},
         "energy_to_dock": {name: spread(docked[f"energy_to_dock.{name}"], 50, 95) for name in ENERGIES},
+        "comfort": {name: spread(rows[f"over_comfort.{name}"], *TAIL) for name in COMFORT},
+        "energy_ratio": spread(docked["energy_ratio"], *TAIL),
+        "time_ratio": spread(docked["over_expected"], *TAIL),
+        "hard_braking": dict(campaign.hard_braking),
+        "iteration_limit_cycles": int(rows["solver.iteration_limit_cycles"].sum()),
         "solver_failures": int(rows["solver.failures"].sum()),
         "solver_failure_cases": int((rows["solver.failures"] > 0.0).sum()),
         "failures_driven": int(rows["failures_driven"].sum()),

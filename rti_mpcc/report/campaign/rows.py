@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from math import hypot, inf, nan
 from pathlib import Path
@@ -24,6 +24,7 @@ from rti_mpcc.simulation.campaign import (
     SceneFigures,
     read_rows,
     read_settings,
+    read_times,
 )
 from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
 from rti_mpcc.simulation.campaign.settings import FILE as SETTINGS
@@ -48,9 +49,14 @@ FIGURES = (
     *("time_to_tolerance_s", "time_to_dock_s", "min_clearance_m", "direction_changes", "distance_m"),
     *("final_error.longitudinal_m", "final_error.lateral_m", "final_error.heading_rad"),
     *("energy_to_dock.acceleration", "energy_to_dock.steering_rate", "energy_to_dock.lateral_acceleration"),
-    *("comfort.acceleration", "peak.acceleration", "solver.failures", "failures_driven", "fallback_cycles"),
+    *("comfort.acceleration", "comfort.lateral_acceleration", "comfort.steering_rate"),
+    *("peak.acceleration", "peak.lateral_acceleration", "peak.steering_rate"),
+    *("expected_time_s", "energy_ratio", "solver.iteration_limit_cycles"),
+    *("solver.failures", "failures_driven", "fallback_cycles"),
 )
 """Columns from `figures` of a row, by their path in it."""
+COMFORT = ("acceleration", "lateral_acceleration", "steering_rate")
+"""What comfort has a value of."""
 PLANNING = ("planning.length_m", "planning.cusps", "planning.replans")
 """The same, of rows in areas only."""
 TIMED = (
@@ -61,7 +67,7 @@ TIMED = (
     "cycle_ms.max",
     "slowest_ms.planning",
 )
-"""Columns from `timed` of a row, likewise; they are called timed.<path>."""
+"""Columns from what was timed of a case, likewise; they are called timed.<path>."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,7 +82,8 @@ class Campaign:
             numbers, NaN where a row has none: `COURSE`, `SCENE`, `DISTURBANCES`, `initial_offset_m`,
             `initial_turned_rad`, `NOISES`, `FIGURES`, `PLANNING`, `TIMED`; and what follows from these, see
             `_completed`. In an area `length_m` and `cusps` are those of the first way that was planned.
-        statuses: how many cycles of all cases had which status, the most first.
+        statuses: how many cycles of all cases had which status, the most first; hard_braking: how many that
+            braked hard had which reason, see `simulation.ride`.
         torn: the last line is not whole, and left out; repeated: lines left out because their case was
             there already.
     """
@@ -86,6 +93,7 @@ class Campaign:
     asked: CampaignSettings
     rows: pd.DataFrame
     statuses: Mapping[str, int]
+    hard_braking: Mapping[str, int]
     torn: bool
     repeated: int
 
@@ -100,22 +108,23 @@ def read_campaign(folder: Path) -> Campaign:
     settings = read_settings(folder)
     asked = _asked(settings, folder / SETTINGS)
     file = folder / ROWS
+    times = read_times(folder)
     records = [
-        _record(row, f"{file}, line {number}") for number, row in enumerate(read_rows(folder), start=1)
+        _record(row, times, f"{file}, line {number}") for number, row in enumerate(read_rows(folder), start=1)
     ]
     if not records:
         raise InputError(f"{file}: has no whole row, so there is nothing to report yet")
     read = pd.DataFrame.from_records(records, index="index")
     repeated = read.index.duplicated()
-    rows, statuses = read[~repeated].sort_index(), Counter[str]()
-    for cycles in rows.pop("statuses"):
-        statuses.update(cycles)
+    rows = read[~repeated].sort_index()
+    statuses, hard_braking = _summed(rows.pop("statuses")), _summed(rows.pop("hard_braking"))
     return Campaign(
         name=folder.resolve().name,
         settings=settings,
         asked=asked,
         rows=_completed(rows),
-        statuses=dict(statuses.most_common()),
+        statuses=statuses,
+        hard_braking=hard_braking,
         torn=not file.read_bytes().endswith(b"\n"),
         repeated=int(repeated.sum()),
     )
@@ -137,12 +146,12 @@ def _asked(settings: Mapping[str, Any], file: Path) -> CampaignSettings:
         raise InputError(f"{file}: {told}") from None
 
 
-def _record(row: Any, place: str) -> dict[str, Any]:
+def _record(row: Any, times: Mapping[int, Any], place: str) -> dict[str, Any]:
     """The columns of a row. Raises InputError where it is none; `place` says where it stands."""
     try:
         index, outcome = int(row["index"]), CaseOutcome(row["outcome"]).value
         course, disturbances, figures = row["course"], row["disturbances"], row["figures"] or {}
-        timed = row.get("timed") or {}
+        timed = times.get(index) or {}
         numbers = {
             **_drawn(course),
             **_disturbed(disturbances or _UNKNOWN),
@@ -158,9 +167,8 @@ def _record(row: Any, place: str) -> dict[str, Any]:
             "course": json.dumps(course, sort_keys=True),
             "kind": str((course or {}).get("kind", "")),
             "disturbances": json.dumps(disturbances, sort_keys=True),
-            "statuses": {
-                str(name): int(count) for name, count in figures.get("cycles_by_status", {}).items()
-            },
+            "statuses": _counts(figures, "cycles_by_status"),
+            "hard_braking": _counts(figures, "hard_braking"),
             **{name: nan if value is None else float(value) for name, value in numbers.items()},
         }
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -190,6 +198,18 @@ def _disturbed(disturbances: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def _counts(figures: Mapping[str, Any], name: str) -> dict[str, int]:
+    return {str(key): int(count) for key, count in figures.get(name, {}).items()}
+
+
+def _summed(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
+    """Of all cases, the most first."""
+    total = Counter[str]()
+    for one in counts:
+        total.update(one)
+    return dict(total.most_common())
+
+
 def _at(figures: Mapping[str, Any], path: str) -> Any:
     """What is at the path; None for what is null or not there."""
     found: Any = figures
@@ -211,6 +231,9 @@ def _completed(rows: pd.DataFrame) -> pd.DataFrame:
 
     It makes long and short ways comparable; it is no bound: cusps cut in unequal parts, corners are cut. In
     an area the route is the first way that was planned, which ends at the goal.
+
+    `over_comfort.<what>`: peaks over the comfort values, with the gain of the drive divided out of the
+    acceleration; `over_expected`: time to dock over the time that was expected.
     """
     docked = rows["outcome"] == CaseOutcome.DOCKED.value
     time = rows["time_to_dock_s"].where(docked)
@@ -220,6 +243,9 @@ def _completed(rows: pd.DataFrame) -> pd.DataFrame:
     )
     way = (rows["length_m"] + rows["goal_behind_m"].fillna(0.0)).clip(lower=0.0)
     yardstick = 2.0 * np.sqrt((rows["cusps"] + 1.0) * way / rows["comfort.acceleration"])
+    over_comfort = {name: rows[f"peak.{name}"] / rows[f"comfort.{name}"] for name in COMFORT}
+    over_comfort["acceleration"] /= rows["acceleration_gain"]
+    rows = rows.assign(**{f"over_comfort.{name}": ratio for name, ratio in over_comfort.items()})
     return rows.assign(
         outcome=pd.Categorical(rows["outcome"], [one.value for one in SEVERITY], ordered=True),
         docked=docked,
@@ -227,4 +253,5 @@ def _completed(rows: pd.DataFrame) -> pd.DataFrame:
         time_to_dock_s=time,
         turns_beyond=(rows["direction_changes"] - rows["cusps"]).clip(lower=0.0),
         over_yardstick=(time / yardstick).replace(inf, nan),
+        over_expected=time / rows["expected_time_s"],
     )

@@ -18,6 +18,12 @@ ENERGIES = {
     "steering_rate": "∫δ̇² [rad²/s]",
     "lateral_acceleration": "∫a_lat² [m²/s³]",
 }
+COMFORT = {
+    "acceleration": "acceleration",
+    "lateral_acceleration": "lateral acceleration",
+    "steering_rate": "steering rate",
+}
+TAIL = ("p50", "p95", "p99", "max")
 Figures = Mapping[str, Any]
 
 
@@ -37,6 +43,9 @@ def in_short(figures: Figures) -> list[str]:
         f"{number(figures['clearance_p5_m'], 3)} m.",
         f"Time to dock {number(figures['time_to_dock_p50'], 2)} s in the median, "
         f"{number(figures['time_to_dock_p95'], 2)} s at p95.",
+        f"Peak acceleration over comfort {_tail(figures['comfort']['acceleration'])}, acceleration energy "
+        f"over the least {_tail(figures['energy_ratio'])}, time to dock over the one expected "
+        f"{_tail(figures['time_ratio'])} (p50, p95, p99).",
         f"Refused QPs: {_in_cases(figures['solver_failures'], figures['solver_failure_cases'])}, of which "
         f"{figures['failures_driven']} were driven all the same. Fallback: "
         f"{_in_cases(figures['fallback_cycles'], figures['fallback_cases'])}. Changes of direction beyond "
@@ -56,6 +65,10 @@ def _planned(figures: Figures) -> list[str]:
         f"{number(seconds['max'], 2)} s at most. "
         f"Ways beyond the first: {replans['total']}, in {counted(replans['cases'], 'case')}."
     ]
+
+
+def _tail(values: Figures) -> str:
+    return ", ".join(number(values[name], 2) for name in TAIL[:3])
 
 
 def _in_cases(cycles: int, cases: int) -> str:
@@ -107,6 +120,23 @@ def overall_rows(figures: Figures) -> list[tuple[str, str]]:
             )
             for name, (words, unit, factor) in ERRORS.items()
         ),
+        *(
+            (
+                f"peak {words} over comfort p50 / p95 / p99 / largest",
+                several(figures["comfort"][name], TAIL, 2),
+            )
+            for name, words in COMFORT.items()
+        ),
+        (
+            "acceleration energy over the least p50 / p95 / p99 / largest",
+            several(figures["energy_ratio"], TAIL, 2),
+        ),
+        (
+            "time to dock over the one expected p50 / p95 / p99 / largest",
+            several(figures["time_ratio"], TAIL, 2),
+        ),
+        ("cycles that braked harder than 1.1 times comfort", str(sum(figures["hard_braking"].values()))),
+        ("cycles at the iteration limit", str(figures["iteration_limit_cycles"])),
         (
             "solver failures, cycles / cases",
             f"{figures['solver_failures']} / {figures['solver_failure_cases']}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import zip_longest
 from math import degrees
 from typing import Any, NamedTuple
 
@@ -18,7 +19,16 @@ from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Problems
 
 SAME = {"time_to_dock_s": 0.005, "min_clearance_m": 0.0005}
 """Figures of a case that differ by less are the same [s], [m]."""
-CROSSED, CLOSE, LONG = "crossed a boundary", "least clearance", "longest for its way"
+CROSSED, CLOSE = "crossed a boundary", "least clearance"
+BY_FIGURE = {
+    "over_yardstick": "longest for its way",
+    "over_comfort.acceleration": "highest acceleration over comfort",
+    "over_comfort.lateral_acceleration": "highest lateral acceleration over comfort",
+    "over_comfort.steering_rate": "highest steering rate over comfort",
+    "energy_ratio": "most energy over the least",
+    "over_expected": "longest over the time expected",
+}
+"""Columns whose largest values are bad, and what such a case is called."""
 
 
 class Again(NamedTuple):
@@ -38,18 +48,22 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
     """The `count` worst, or all, the worst first, and why each is one of them.
 
     Those that crossed a boundary, the deepest first; those that did not dock, by outcome, then clearance; of
-    the rest, in turn, the least clearance and the longest time over its yardstick.
+    the rest, in turn, the least clearance and the largest by each of `BY_FIGURE`.
     """
     near = rows.sort_values("min_clearance_m", kind="stable")
     rest = near[near["docked"] & ~near["crossed"]]
     lost = near[~near["docked"] & ~near["crossed"]].sort_values("outcome", kind="stable")
-    long = rest.sort_index().sort_values("over_yardstick", ascending=False, kind="stable")
+    worst = [[(case, CLOSE) for case in rest.index.tolist()]]
+    for column, why in BY_FIGURE.items():
+        known_ones = rest[rest[column].notna()].sort_index()
+        largest = known_ones.sort_values(column, ascending=False, kind="stable")
+        worst.append([(case, why) for case in largest.index.tolist()])
     ordered = [
         *((case, CROSSED) for case in near.index[near["crossed"]].tolist()),
         *zip(lost.index.tolist(), lost["outcome"].map(in_words), strict=True),
     ]
-    for close, far in zip(rest.index.tolist(), long.index.tolist(), strict=True):
-        ordered += [(close, CLOSE), (far, LONG)]
+    for places in zip_longest(*worst):
+        ordered += filter(None, places)
     first: dict[int, str] = {}
     for case, why in ordered:
         first.setdefault(case, why)
@@ -69,6 +83,9 @@ def told(campaign: Campaign, chosen: dict[int, str]) -> list[dict[str, Any]]:
             "time_to_dock_s": known(row["time_to_dock_s"]),
             "time_over_yardstick": known(row["over_yardstick"]),
             "min_clearance_m": known(row["min_clearance_m"]),
+            "acceleration_over_comfort": known(row["over_comfort.acceleration"]),
+            "energy_ratio": known(row["energy_ratio"]),
+            "time_ratio": known(row["over_expected"]),
             "final_error": {name: known(row[f"final_error.{name}"]) for name in ERRORS},
             "direction_changes_beyond_cusps": known(row["turns_beyond"]),
             "solver_failures": known(row["solver.failures"]),

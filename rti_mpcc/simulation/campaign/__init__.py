@@ -10,9 +10,10 @@ from rti_mpcc.simulation.campaign.row import (
     CaseOutcome,
     CourseFigures,
     DisturbanceFigures,
+    Lines,
     SceneFigures,
 )
-from rti_mpcc.simulation.campaign.rows_file import RowsFile, Tally, read_rows
+from rti_mpcc.simulation.campaign.rows_file import RowsFile, Tally, read_rows, read_times
 from rti_mpcc.simulation.campaign.runner import run_campaign
 from rti_mpcc.simulation.campaign.settings import CampaignSettings, read_settings
 
@@ -26,6 +27,7 @@ __all__ = [
     "DisturbanceRange",
     "Engine",
     "Level",
+    "Lines",
     "Problems",
     "ProcessEngine",
     "RowsFile",
@@ -35,5 +37,6 @@ __all__ = [
     "drive_case",
     "read_rows",
     "read_settings",
+    "read_times",
     "run_campaign",
 ]

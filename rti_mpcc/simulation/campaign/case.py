@@ -1,7 +1,7 @@
 """One case of a campaign: which it is, the scenario that follows from that, and what became of it.
 
-What a worker is sent is a `CampaignCase`, a few words; it draws the scenario itself, and sends back the line
-of the rows file.
+What a worker is sent is a `CampaignCase`, a few words; it draws the scenario itself, and sends back the lines
+that are kept of it.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from rti_mpcc.simulation.campaign.levels import Level, at_level
 from rti_mpcc.simulation.campaign.row import (
     CampaignRow,
     CaseOutcome,
+    Lines,
     course_figures,
     disturbance_figures,
     row_of,
@@ -102,19 +103,19 @@ def drive_case(case: CampaignCase) -> CampaignRow:
     return row_of(case.index, drive(run))
 
 
-def driven_line(drive: Drive, case: CampaignCase) -> str:
-    """The line of a case; where it raises, one that tells what. Runs in the workers."""
+def driven_lines(drive: Drive, case: CampaignCase) -> Lines:
+    """The lines of a case; where it raises, one that tells what. Runs in the workers."""
     try:
-        return drive(case).line()
+        return drive(case).lines()
     except (Exception, SystemExit) as error:
         # What differs from process to process is no part of a row.
         told = _ADDRESS.sub("", " ".join(f"{type(error).__name__}: {error}".split()))
-        return undriven_row(case, CaseOutcome.RAISED, told).line()
+        return undriven_row(case, CaseOutcome.RAISED, told).lines()
 
 
-def died_line(case: CampaignCase, *, drawn: bool = True) -> str:
+def died_lines(case: CampaignCase, *, drawn: bool = True) -> Lines:
     """The line of a case that ended its worker. To be run in another one where its course is drawn again."""
-    return undriven_row(case, CaseOutcome.WORKER_DIED, DIED, drawn=drawn).line()
+    return undriven_row(case, CaseOutcome.WORKER_DIED, DIED, drawn=drawn).lines()
 
 
 def undriven_row(case: CampaignCase, outcome: CaseOutcome, detail: str, *, drawn: bool = True) -> CampaignRow:

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
 from rti_mpcc.simulation.campaign.case import CampaignCase
-from rti_mpcc.simulation.campaign.engine import AHEAD, Driven, LineOf
+from rti_mpcc.simulation.campaign.engine import AHEAD, Driven, LinesOf
 from rti_mpcc.simulation.campaign.settings import versions
 
 CONNECTING = 10.0
@@ -52,12 +52,12 @@ class DaskEngine:
     ) -> None:
         self._stack.close()  # with its client the scheduler forgets what is under way
 
-    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
+    def driven(self, lines_of: LinesOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
         """See `Engine`."""
         under_way: dict[Any, CampaignCase] = {}
         while True:
             for case in islice(cases, max(self._window() - len(under_way), 0)):
-                under_way[self._client.submit(line_of, case, pure=False)] = case
+                under_way[self._client.submit(lines_of, case, pure=False)] = case
             if not under_way:
                 return
             for future in self._ended(under_way):

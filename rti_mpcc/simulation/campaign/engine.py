@@ -15,15 +15,16 @@ from typing import Protocol, Self, TypeVar
 from rti_mpcc.errors import CampaignError, InputError
 from rti_mpcc.simulation.batch import end_when_interrupted
 from rti_mpcc.simulation.campaign.case import CampaignCase
+from rti_mpcc.simulation.campaign.row import Lines
 
 AHEAD = 2
 """Cases under way for each worker: one that is driven, one that waits, so that no worker has to."""
 LOOKS = 0.5
 """So often a worker looks whether its parent is there [s]."""
-LineOf = Callable[[CampaignCase], str]
-"""Gives the line of a case; workers get it by its name."""
-Driven = tuple[CampaignCase, str | None]
-"""A case and its line; None where a worker ended meanwhile, which may or may not be of the case's doing."""
+LinesOf = Callable[[CampaignCase], Lines]
+"""Gives the lines of a case; workers get it by its name."""
+Driven = tuple[CampaignCase, Lines | None]
+"""A case and its lines; None where a worker ended meanwhile, which may or may not be of the case's doing."""
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -37,7 +38,7 @@ class Engine(Protocol):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
 
-    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
+    def driven(self, lines_of: LinesOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
         """All cases as they end; each is asked for as it is begun, few ahead.
 
         Raises CampaignError where there are no workers any more.
@@ -72,15 +73,15 @@ class ProcessEngine:
 
         get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=kind is not None)
 
-    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
+    def driven(self, lines_of: LinesOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
         """See `Engine`."""
         while True:
             under_way: dict[CampaignCase, None] = {}
-            results = self._results(partial(_with_case, line_of), _noted(cases, under_way))
+            results = self._results(partial(_with_case, lines_of), _noted(cases, under_way))
             try:
-                for case, line in results:
+                for case, lines in results:
                     del under_way[case]
-                    yield case, line
+                    yield case, lines
                 return
             except BrokenProcessPool:
                 self._start()
@@ -116,8 +117,8 @@ def _noted(cases: Iterator[CampaignCase], under_way: dict[CampaignCase, None]) -
         yield case
 
 
-def _with_case(line_of: LineOf, case: CampaignCase) -> tuple[CampaignCase, str]:
-    return case, line_of(case)
+def _with_case(lines_of: LinesOf, case: CampaignCase) -> tuple[CampaignCase, Lines]:
+    return case, lines_of(case)
 
 
 def _begin_worker(parent: int) -> None:

@@ -1,8 +1,7 @@
 """What a campaign keeps of a case: one line of JSON, the same whatever drove it, where and when.
 
 No computing times and nothing of the machine: a row follows from what is drawn, level, seed, index, method,
-preset and the versions that campaign.json names. Only where times matter, in areas and with a deadline, a row
-has some, and those under one key, `timed`.
+preset and the versions that campaign.json names. What was timed is a line of its own, for another file.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from dataclasses import asdict, dataclass
 from enum import Enum
 from itertools import pairwise
 from math import hypot, tan
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -138,7 +137,7 @@ class CampaignRow:
         figures: of `metrics.summary` but those that are timed, with cycles_by_status (counts) and
             failures_driven (cycles whose QP was refused and whose command is its solution all the same); None
             where nothing was driven to its end.
-        timed: what is not the same the next time, see `timed_figures`; None along a path without a deadline.
+        timed: what is not the same the next time, see `timed_figures`; no part of the line.
     """
 
     index: int
@@ -153,9 +152,24 @@ class CampaignRow:
     def line(self) -> str:
         """The row as JSON, with its line end. Raises ValueError for figures that are not finite."""
         table = asdict(self) | {"outcome": self.outcome.value}
-        if self.timed is None:
-            del table["timed"]
-        return json.dumps(table, allow_nan=False, separators=(",", ":"), ensure_ascii=False) + "\n"
+        del table["timed"]
+        return _line(table)
+
+    def lines(self) -> Lines:
+        """Both. Raises ValueError likewise."""
+        timed = None if self.timed is None else _line({"index": self.index, **self.timed})
+        return Lines(self.line(), timed)
+
+
+class Lines(NamedTuple):
+    """What is kept of a case: its row, and what was timed, None where nothing was."""
+
+    row: str
+    timed: str | None = None
+
+
+def _line(table: Mapping[str, Any]) -> str:
+    return json.dumps(table, allow_nan=False, separators=(",", ":"), ensure_ascii=False) + "\n"
 
 
 def row_of(index: int, outcome: Outcome) -> CampaignRow:
@@ -180,15 +194,13 @@ def row_of(index: int, outcome: Outcome) -> CampaignRow:
     )
 
 
-def timed_figures(outcome: Outcome) -> dict[str, Any] | None:
-    """What differs from run to run; None along a path without a deadline.
+def timed_figures(outcome: Outcome) -> dict[str, Any]:
+    """What differs from run to run.
 
     That all searches took (planning_s), cycle_ms and deadline_misses as in summary.json, and by status the
     slowest cycle (slowest_ms) and how many missed the deadline (misses). Times leave the first cycle out.
     """
     result, figures = outcome.result, outcome.figures
-    if result.area is None and result.config.deadline is None:
-        return None
     cycles = result.cycles
     slowest: dict[str, float] = {}
     for status, time in zip(cycles.status[1:], cycles.step_ms[1:].tolist(), strict=True):

@@ -1,4 +1,5 @@
-"""rows.jsonl: one line a case, in the order in which they ended, never changed again.
+"""rows.jsonl: one line a case, in the order in which they ended, never changed again; and timed.jsonl beside
+it, with what was timed of them.
 
 A line is handed to the system by one call, so a process that is killed leaves whole lines and at most a torn
 last one, which is cut off when the file is opened again; its case is driven again.
@@ -16,9 +17,10 @@ from types import TracebackType
 from typing import Any, BinaryIO, Self
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.campaign.row import CaseOutcome
+from rti_mpcc.simulation.campaign.row import CaseOutcome, Lines
 
 FILE = "rows.jsonl"
+TIMES = "timed.jsonl"
 SYNCED = 64
 """After so many lines the system is told to write them to the disk: what a power cut may cost."""
 Table = dict[str, Any]
@@ -71,8 +73,9 @@ class RowsFile:
         for number, row, end in _tables(self.file):
             self._note(row, f"{self.file}: line {number}")
             whole = end
-        self._stream: BinaryIO = self.file.open("ab", buffering=0)
-        self._stream.truncate(whole)
+        self._stream = _continued(self.file, whole)
+        times = folder / TIMES
+        self._times = _continued(times, max((end for _, _, end in _tables(times)), default=0))
 
     def __enter__(self) -> Self:
         return self
@@ -84,17 +87,23 @@ class RowsFile:
             os.fsync(self._stream.fileno())
         finally:
             self._stream.close()
+            self._times.close()
 
-    def append(self, line: str) -> None:
-        """Keep the line of a case. Raises InputError for one that has a line, OSError for a full disk."""
-        self._note(json.loads(line), "a new row")
-        data = line.encode("utf-8")
-        if self._stream.write(data) != len(data):
-            raise OSError(f"{self.file}: a row could not be written whole: is the disk full?")
+    def append(self, lines: Lines) -> None:
+        """Keep the lines of a case. Raises InputError for one that has a row, OSError for a full disk."""
+        self._note(json.loads(lines.row), "a new row")
+        if lines.timed is not None:
+            self._write(self._times, lines.timed)
+        self._write(self._stream, lines.row)
         self._unsynced += 1
         if self._unsynced >= SYNCED:
             os.fsync(self._stream.fileno())
             self._unsynced = 0
+
+    def _write(self, stream: BinaryIO, line: str) -> None:
+        data = line.encode("utf-8")
+        if stream.write(data) != len(data):
+            raise OSError(f"{self.file}: a row could not be written whole: is the disk full?")
 
     def _note(self, row: Table, place: str) -> None:
         try:
@@ -116,6 +125,27 @@ def read_rows(folder: Path) -> Iterator[Table]:
     """
     for _, row, _ in _tables(folder / FILE):
         yield row
+
+
+def read_times(folder: Path) -> dict[int, Table]:
+    """What was timed of the cases of a campaign; the last time counts.
+
+    Raises InputError for a line that is none of it.
+    """
+    file, found = folder / TIMES, {}
+    for number, table, _ in _tables(file):
+        try:
+            found[int(table["index"])] = table
+        except (KeyError, TypeError, ValueError):
+            raise InputError(f"{file}: line {number}: is not what was timed of a case") from None
+    return found
+
+
+def _continued(file: Path, whole: int) -> BinaryIO:
+    """The file, open for more lines behind those `whole` bytes; the rest is cut off."""
+    stream = file.open("ab", buffering=0)
+    stream.truncate(whole)
+    return stream
 
 
 def _tables(file: Path) -> Iterator[tuple[int, Table, int]]:

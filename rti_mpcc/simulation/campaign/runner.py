@@ -15,12 +15,13 @@ from pathlib import Path
 from rti_mpcc.simulation.campaign.case import (
     CampaignCase,
     Drive,
-    died_line,
+    died_lines,
     drive_case,
-    driven_line,
+    driven_lines,
 )
-from rti_mpcc.simulation.campaign.engine import Engine, LineOf
+from rti_mpcc.simulation.campaign.engine import Engine, LinesOf
 from rti_mpcc.simulation.campaign.lock import locked
+from rti_mpcc.simulation.campaign.row import Lines
 from rti_mpcc.simulation.campaign.rows_file import RowsFile, Tally
 from rti_mpcc.simulation.campaign.settings import CampaignSettings, keep_settings
 
@@ -57,31 +58,31 @@ def run_campaign(
             if to_do == 0:
                 return rows.tally
             cases = (settings.case(index) for index in range(settings.count) if not rows.done[index])
-            with engine, closing(lines(cases, drive, engine)) as found:
-                for done, line in enumerate(found, start=1):
-                    rows.append(line)
+            with engine, closing(kept(cases, drive, engine)) as found:
+                for done, lines in enumerate(found, start=1):
+                    rows.append(lines)
                     if progress is not None:
                         progress(done, to_do)
     return rows.tally
 
 
-def lines(cases: Iterator[CampaignCase], drive: Drive, engine: Engine) -> Generator[str]:
-    """The line of each case, as they end."""
+def kept(cases: Iterator[CampaignCase], drive: Drive, engine: Engine) -> Generator[Lines]:
+    """The lines of each case, as they end."""
     suspects = []
-    with closing(engine.driven(partial(driven_line, drive), cases)) as driven:
-        for case, line in driven:
-            if line is None:
+    with closing(engine.driven(partial(driven_lines, drive), cases)) as driven:
+        for case, lines in driven:
+            if lines is None:
                 suspects.append(case)
             else:
-                yield line
+                yield lines
     for case in suspects:
-        line = _alone(engine, partial(driven_line, drive), case)
-        if line is None:  # its course is drawn once more, by another worker, if it can be
-            line = _alone(engine, died_line, case) or died_line(case, drawn=False)
-        yield line
+        lines = _alone(engine, partial(driven_lines, drive), case)
+        if lines is None:  # its course is drawn once more, by another worker, if it can be
+            lines = _alone(engine, died_lines, case) or died_lines(case, drawn=False)
+        yield lines
 
 
-def _alone(engine: Engine, line_of: LineOf, case: CampaignCase) -> str | None:
-    """The line of a case with no other one under way."""
-    ((_, line),) = engine.driven(line_of, iter([case]))
-    return line
+def _alone(engine: Engine, lines_of: LinesOf, case: CampaignCase) -> Lines | None:
+    """The lines of a case with no other one under way."""
+    ((_, lines),) = engine.driven(lines_of, iter([case]))
+    return lines

@@ -13,13 +13,13 @@ import pytest
 from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, simulate, summary
 from rti_mpcc.simulation.metrics import (
     clearances,
-    direction_changes,
     energy,
     goal_errors,
     rms,
     time_to_dock,
 )
-from rti_mpcc.types import Array, Source, Status, VehicleState
+from rti_mpcc.simulation.ride import direction_changes, energy_bound, standing, turning_points
+from rti_mpcc.types import Array, Reason, Source, Status, VehicleState
 
 STEP = 0.01
 TIMES: Array = STEP * np.arange(1001, dtype=np.float64)
@@ -116,6 +116,75 @@ def test_direction_changes_count_after_five_centimetres(travels: list[float], ch
     times: Array = 0.001 * np.arange(len(v), dtype=np.float64)
     assert direction_changes(times, v) == changes
     assert direction_changes(times, -v) == changes
+
+
+def rest_to_rest(distance: float, duration: float) -> tuple[Array, Array]:
+    """Times and speeds of least acceleration energy."""
+    times = np.linspace(0.0, duration, 2001)
+    return times, 6.0 * distance / duration**3 * times * (duration - times)
+
+
+def joined(*pieces: tuple[Array, Array]) -> Truth:
+    """Motions one after the other."""
+    times, v = pieces[0]
+    for more, faster in pieces[1:]:
+        times, v = np.append(times, times[-1] + more[1:]), np.append(v, faster[1:])
+    a, none = np.diff(v) / np.diff(times), np.zeros(len(times))
+    a = np.append(a, a[-1])
+    return replace(
+        truth_of(), times=times, v=v, acceleration=a, steering_rate=none, lateral_acceleration=none
+    )
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_best_ride_takes_no_more_than_its_bound(sign: float) -> None:
+    times, v = rest_to_rest(8.0, 12.0)
+    truth = joined((times, sign * v))
+    assert energy_bound(truth, times[-1]) == pytest.approx(12.0 * 8.0**2 / 12.0**3, rel=1e-6)
+    assert energy(truth, None)["acceleration"] == pytest.approx(energy_bound(truth, 12.0), rel=1e-3)
+
+
+def test_each_way_in_one_direction_has_a_bound_of_its_own() -> None:
+    forth, back = rest_to_rest(8.0, 12.0), rest_to_rest(-3.0, 6.0)
+    truth = joined(forth, back)
+    assert turning_points(truth.times, truth.v) == [2000]
+    alone = 12.0 * 8.0**2 / 12.0**3 + 12.0 * 3.0**2 / 6.0**3
+    assert energy_bound(truth, 18.0) == pytest.approx(alone, rel=1e-5)
+    # Up to the turn there is only the first.
+    assert energy_bound(truth, 12.0) == pytest.approx(12.0 * 8.0**2 / 12.0**3, rel=1e-5)
+
+
+def test_standing_is_no_part_of_the_time_of_a_way() -> None:
+    rest = np.linspace(0.0, 20.0, 2001), np.zeros(2001)
+    truth = joined(rest_to_rest(8.0, 12.0), rest, rest_to_rest(8.0, 12.0))
+    # 16 m in 24 s, as if it had not stood: what it had to stop for is energy beyond the bound. The slowest
+    # centimetres before and after count as standing, too.
+    assert energy_bound(truth, 44.0) == pytest.approx(12.0 * 16.0**2 / 24.0**3, rel=0.02)
+    assert 12.0 < truth.times[standing(truth.times, truth.v)].mean() < 32.0
+    assert not standing(*rest_to_rest(8.0, 12.0))[5:-5].any()
+
+
+def test_who_does_not_move_has_no_bound() -> None:
+    assert energy_bound(truth_of(), 10.0) == 0.0
+
+
+def test_hard_braking_is_counted_by_its_reason(scripted: Any, straight: Scenario) -> None:
+    # 0.5 m/s², from 3 s on -1 m/s² for 0.5 s, then none: the reasons are the controller's.
+    def script(now: float, state: VehicleState) -> tuple[float, float]:
+        return (0.5 if now < 3.0 else -1.0 if now < 3.5 else 0.0), 0.0
+
+    controller = scripted(script=script, docked=lambda now: False)
+    result = simulate(changed(straight, {"simulation.duration": 5.0}), controller=controller)
+    cycles = result.cycles
+    hard = int(np.count_nonzero(cycles.acceleration == -1.0))
+    assert summary(result)["hard_braking"] == {Reason.DRIVES.value: hard}
+    last = int(np.flatnonzero(cycles.acceleration == -1.0)[-1])
+    causes = tuple(Reason.CONTACT_AHEAD if i == last else each for i, each in enumerate(cycles.cause))
+    other = summary(replace(result, cycles=replace(cycles, cause=causes)))
+    assert other["hard_braking"] == {Reason.CONTACT_AHEAD.value: 1, Reason.DRIVES.value: hard - 1}
+    # What a weak drive makes of it is in comfort.
+    weak = replace(result, scenario=changed(result.scenario, {"simulation.acceleration_gain": 0.4}))
+    assert summary(weak)["hard_braking"] == {}
 
 
 def test_errors_are_in_the_frame_of_the_goal_and_wrapped() -> None:
@@ -215,7 +284,12 @@ def test_computing_figures_leave_the_first_cycle_out(run: RunResult) -> None:
     assert figures["cycle_ms"]["max"] == 2.0
     assert figures["cycle_ms"]["p50"] == pytest.approx(np.median(step_ms[1:]))
     assert figures["feedback_ms"] == {"p50": 0.5, "p95": 0.5, "p99": 0.5, "max": 0.5}
-    assert figures["solver"] == {"iterations_p50": 15.0, "iterations_p95": 19.5, "failures": 0}
+    assert figures["solver"] == {
+        "iterations_p50": 15.0,
+        "iterations_p95": 19.5,
+        "failures": 0,
+        "iteration_limit_cycles": 0,
+    }
 
 
 def test_substitutes_are_counted_and_braking_to_the_goal_is_none(run: RunResult) -> None:
@@ -240,7 +314,12 @@ def test_a_run_of_one_cycle_has_no_spread(scripted: Any, straight: Scenario) -> 
     controller = scripted(script=lambda now, state: (0.0, 0.0), iterations=lambda now: 0)
     figures = summary(simulate(changed(straight, {"simulation.duration": 0.01}), controller=controller))
     assert figures["cycle_ms"] == dict.fromkeys(("p50", "p95", "p99", "max"))
-    assert figures["solver"] == {"iterations_p50": None, "iterations_p95": None, "failures": 0}
+    assert figures["solver"] == {
+        "iterations_p50": None,
+        "iterations_p95": None,
+        "failures": 0,
+        "iteration_limit_cycles": 0,
+    }
     assert json.loads(json.dumps(figures, allow_nan=False)) == figures
 
 
@@ -249,7 +328,7 @@ def test_summary_has_the_names_of_the_contract(run: RunResult) -> None:
     names = (
         "scenario method preset seed docked time_to_tolerance_s time_to_dock_s final_error min_clearance_m "
         "direction_changes max_steering_rad rms energy energy_to_dock distance_m cycle_ms feedback_ms solver "
-        "fallback_cycles deadline_misses goal"
+        "fallback_cycles deadline_misses goal energy_ratio hard_braking"
     )
     assert set(names.split()) <= set(figures)
     assert set(figures["final_error"]) == {"longitudinal_m", "lateral_m", "heading_rad"}

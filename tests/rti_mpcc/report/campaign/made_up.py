@@ -74,13 +74,21 @@ def figures(time: float | None = 20.0, clearance: float | None = 0.2, **changes:
         "distance_m": 23.0,
         "final_error": {"longitudinal_m": 0.01, "lateral_m": -0.002, "heading_rad": -0.001},
         "energy_to_dock": energy,
-        "comfort": {"acceleration": 0.4},
-        "solver": {"failures": 0},
+        "comfort": {"acceleration": 0.4, "lateral_acceleration": 1.0, "steering_rate": 0.5},
+        "peak": peak(),
+        "energy_ratio": 1.1,
+        "expected_time_s": 18.0,
+        "hard_braking": {"contact ahead": 2},
+        "solver": {"failures": 0, "iteration_limit_cycles": 0},
         "failures_driven": 0,
         "fallback_cycles": 0,
         "cycles_by_status": {"arriving": 10, "docked": 2},
     }
     return {**usual, **changes}
+
+
+def peak(**changes: float) -> dict[str, float]:
+    return {"acceleration": 0.5, "lateral_acceleration": 0.8, "steering_rate": 0.25, **changes}
 
 
 def row(
@@ -144,8 +152,12 @@ def write(
 ) -> Path:
     """A folder as `run_campaign` leaves it; `tail`: what stands behind the rows."""
     folder.mkdir(parents=True, exist_ok=True)
+    rows = list(rows)
+    rows = list(rows)
     (folder / "campaign.json").write_text(json.dumps(settings.table()))
     (folder / "rows.jsonl").write_text("".join(one.line() for one in rows) + tail)
+    (folder / "timed.jsonl").write_text("".join(one.lines().timed or "" for one in rows))
+    (folder / "timed.jsonl").write_text("".join(one.lines().timed or "" for one in rows))
     return folder
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from scipy.stats import beta
 
 from rti_mpcc.report.campaign.figures import overall, success_interval
 from rti_mpcc.simulation.campaign import CaseOutcome
-from tests.rti_mpcc.report.campaign.made_up import campaign, docked, figures, raised, row, stalled
+from tests.rti_mpcc.report.campaign.made_up import CALM, campaign, docked, figures, peak, raised, row, stalled
 
 
 @pytest.mark.parametrize(
@@ -34,7 +35,12 @@ def test_intervals_are_quantiles_of_the_beta_distribution() -> None:
 
 def test_figures_are_those_of_the_rows(tmp_path: Path) -> None:
     turned = figures(
-        30.0, -0.1, direction_changes=3, solver={"failures": 4}, failures_driven=1, fallback_cycles=5
+        30.0,
+        -0.1,
+        direction_changes=3,
+        solver={"failures": 4, "iteration_limit_cycles": 2},
+        failures_driven=1,
+        fallback_cycles=5,
     )
     read = campaign(
         tmp_path,
@@ -72,6 +78,23 @@ def test_figures_are_those_of_the_rows(tmp_path: Path) -> None:
     assert told["energy_to_dock"]["steering_rate"]["p50"] == 0.2
     assert told["cycles_by_status"] == {"arriving": 40, "docked": 8}
     json.dumps(told, allow_nan=False)
+
+
+def test_comfort_is_told_of_the_worst_too(tmp_path: Path) -> None:
+    rough = figures(36.0, 0.2, peak=peak(acceleration=1.2), energy_ratio=4.0)
+    weak = replace(CALM, acceleration_gain=0.5)
+    read = campaign(tmp_path, docked(0, 18.0), docked(1, 18.0), replace(row(2, rough), disturbances=weak))
+    told = overall(read)
+    assert told["told_docked"] == 1.0
+    # 0.5 and 1.2 m/s² of a comfort of 0.4; a drive of half the strength was told 2.4.
+    assert told["comfort"]["acceleration"]["p50"] == pytest.approx(1.25)
+    assert told["comfort"]["acceleration"]["max"] == pytest.approx(6.0)
+    assert told["comfort"]["steering_rate"] == pytest.approx(dict.fromkeys(("p50", "p95", "p99", "max"), 0.5))
+    assert told["energy_ratio"]["p50"] == pytest.approx(1.1)
+    assert told["energy_ratio"]["max"] == 4.0
+    assert (told["time_ratio"]["p50"], told["time_ratio"]["max"]) == (1.0, 2.0)
+    assert told["hard_braking"] == {"contact ahead": 6}
+    assert told["iteration_limit_cycles"] == 0
 
 
 def test_what_nothing_is_known_of_is_null(tmp_path: Path) -> None:

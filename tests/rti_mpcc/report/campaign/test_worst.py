@@ -9,9 +9,9 @@ import pytest
 
 from rti_mpcc.report.campaign.rows import Campaign
 from rti_mpcc.report.campaign.worst import (
+    BY_FIGURE,
     CLOSE,
     CROSSED,
-    LONG,
     Again,
     command_of,
     drive_again,
@@ -20,21 +20,30 @@ from rti_mpcc.report.campaign.worst import (
     worst_cases,
 )
 from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level
-from tests.rti_mpcc.report.campaign.made_up import SETTINGS, campaign, docked, figures, raised, row, stalled
+from tests.rti_mpcc.report.campaign.made_up import (
+    SETTINGS,
+    campaign,
+    docked,
+    figures,
+    peak,
+    raised,
+    row,
+    stalled,
+)
 
 
 def order(read: Campaign, count: int = 20) -> list[tuple[int, str]]:
     return list(worst_cases(read.rows, count).items())
 
 
-def test_failures_come_first_then_close_and_long_ones_in_turn(tmp_path: Path) -> None:
+def test_failures_come_first_then_the_worst_by_each_figure_in_turn(tmp_path: Path) -> None:
     read = campaign(
         tmp_path,
-        docked(0, 20.0, 0.5),
-        docked(1, 24.0, 0.4),
+        row(0, figures(20.0, 0.5, energy_ratio=3.0)),
+        row(1, figures(24.0, 0.4, peak=peak(steering_rate=0.9))),
         docked(2, 19.0, 0.11),
-        docked(3, 18.0, 0.12),
-        docked(4, 30.0, None),
+        row(3, figures(18.0, 0.12, expected_time_s=10.0)),
+        row(4, figures(30.0, None, peak=peak(acceleration=0.9, lateral_acceleration=1.1))),
         docked(5, 20.0, -0.1),
         row(6, figures(None, -0.3), outcome=CaseOutcome.UNFINISHED),
         row(7, figures(None, 0.3), outcome=CaseOutcome.UNFINISHED),
@@ -54,10 +63,10 @@ def test_failures_come_first_then_close_and_long_ones_in_turn(tmp_path: Path) ->
         (8, "stalled"),
         (7, "unfinished"),
         (2, CLOSE),
-        (4, LONG),
-        (3, CLOSE),
-        (1, LONG),
-        (0, LONG),
+        (4, BY_FIGURE["over_yardstick"]),
+        (1, BY_FIGURE["over_comfort.steering_rate"]),
+        (0, BY_FIGURE["energy_ratio"]),
+        (3, BY_FIGURE["over_expected"]),
     ]
     assert order(read) == expected
     assert order(read, 3) == expected[:3]

@@ -9,8 +9,8 @@ from typing import Self
 
 from rti_mpcc.errors import CampaignError
 from rti_mpcc.simulation.campaign import CampaignCase
-from rti_mpcc.simulation.campaign.case import died_line
-from rti_mpcc.simulation.campaign.engine import Driven, LineOf
+from rti_mpcc.simulation.campaign.case import died_lines
+from rti_mpcc.simulation.campaign.engine import Driven, LinesOf
 
 
 class Puppet:
@@ -43,7 +43,7 @@ class Puppet:
     ) -> None:
         self.left_by.append(kind)
 
-    def driven(self, line_of: LineOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
+    def driven(self, lines_of: LinesOf, cases: Iterator[CampaignCase]) -> Generator[Driven]:
         under_way: list[CampaignCase] = []
         while True:
             under_way += islice(cases, self._window - len(under_way))
@@ -53,13 +53,13 @@ class Puppet:
             if len(self.begun) >= self.lost_after:
                 raise CampaignError("the engine is lost")
             case = under_way.pop()
-            if line_of is not died_line:
+            if lines_of is not died_lines:
                 self.begun.append(case.index)
-            if case.index in self.deadly and (self.undrawable or line_of is not died_line):
+            if case.index in self.deadly and (self.undrawable or lines_of is not died_lines):
                 yield from ((one, None) for one in [case, *under_way])
                 under_way.clear()
             elif case.index in self.dropped:
                 self.dropped.remove(case.index)
                 yield case, None
             else:
-                yield case, line_of(case)
+                yield case, lines_of(case)

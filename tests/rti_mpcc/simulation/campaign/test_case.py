@@ -11,7 +11,7 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import CAMPAIGN, changed, drawn_course, scenario_from_dict, scenario_text
 from rti_mpcc.simulation.batch import Case, drive
 from rti_mpcc.simulation.campaign import CampaignCase, Level, Problems
-from rti_mpcc.simulation.campaign.case import DIED, MOST, died_line, drive_case, driven_line
+from rti_mpcc.simulation.campaign.case import DIED, MOST, died_lines, drive_case, driven_lines
 from rti_mpcc.simulation.campaign.row import row_of
 from rti_mpcc.simulation.scenes import drawn_scene
 from tests.rti_mpcc.simulation.campaign import drives
@@ -70,7 +70,7 @@ def test_the_saved_scenario_is_driven_to_the_same_row() -> None:
         scenario_from_dict(tomllib.loads(scenario_text(one.scenario()))), {"simulation.duration": 0.5}
     )
     again = row_of(one.index, drive(Case(scenario=read, seed=one.run_seed)))
-    assert driven_line(drives.short, one) == again.line()
+    assert driven_lines(drives.short, one).row == again.line()
 
 
 def test_the_real_drive_is_of_the_drawn_scenario(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,17 +88,17 @@ def test_the_real_drive_is_of_the_drawn_scenario(monkeypatch: pytest.MonkeyPatch
 
 
 def test_an_exception_is_a_row_that_tells_it() -> None:
-    table = json.loads(driven_line(drives.troubled, case(1)))
+    table = json.loads(driven_lines(drives.troubled, case(1)).row)
     assert table["outcome"] == "raised"
     assert table["detail"] == "ZeroDivisionError: case 1 of <object object>"
     assert table["course"]["pieces"] > 0
     assert table["disturbances"]["acceleration_gain"] != 1.0
     assert table["figures"] is None
-    assert json.loads(driven_line(drives.troubled, case(4)))["detail"] == "SystemExit: 3"
+    assert json.loads(driven_lines(drives.troubled, case(4)).row)["detail"] == "SystemExit: 3"
 
 
 def test_figures_that_are_no_numbers_are_an_exception() -> None:
-    table = json.loads(driven_line(drives.without_figures, case()))
+    table = json.loads(driven_lines(drives.without_figures, case()).row)
     assert (table["outcome"], table["figures"]) == ("raised", None)
     assert table["detail"].startswith("ValueError: Out of range float values")
 
@@ -108,15 +108,15 @@ def test_a_course_that_cannot_be_drawn_is_a_row_without_one(monkeypatch: pytest.
         raise InputError(f"course {index} of seed {seed}: none of 200 draws can be docked in")
 
     monkeypatch.setattr("rti_mpcc.simulation.campaign.case.drawn_course", none)
-    table = json.loads(driven_line(drive_case, case()))
+    table = json.loads(driven_lines(drive_case, case()).row)
     assert table["outcome"] == "raised"
     assert table["detail"] == "InputError: course 3 of seed 11: none of 200 draws can be docked in"
     assert (table["scenario"], table["course"], table["disturbances"]) == ("campaign_11_03_hard", None, None)
 
 
 def test_a_case_that_ended_its_worker_is_a_row() -> None:
-    table = json.loads(died_line(case()))
+    table = json.loads(died_lines(case()).row)
     assert (table["outcome"], table["detail"], table["figures"]) == ("worker_died", DIED, None)
     assert table["course"] is not None
-    bare = json.loads(died_line(case(), drawn=False))
+    bare = json.loads(died_lines(case(), drawn=False).row)
     assert table | {"course": None, "disturbances": None} == bare

@@ -19,7 +19,7 @@ import pytest
 
 from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
 from rti_mpcc.simulation.campaign import CampaignSettings, Level, cluster, read_rows, run_campaign
-from rti_mpcc.simulation.campaign.case import driven_line
+from rti_mpcc.simulation.campaign.case import driven_lines
 from rti_mpcc.simulation.campaign.cluster import DaskEngine
 from tests.rti_mpcc.simulation.campaign import drives
 
@@ -29,7 +29,7 @@ HARD = CampaignSettings(count=2, level=Level.HARD, seed=11)
 
 @pytest.fixture(scope="module")
 def expected() -> list[str]:
-    return sorted(driven_line(drives.short, HARD.case(index)) for index in range(HARD.count))
+    return sorted(driven_lines(drives.short, HARD.case(index)).row for index in range(HARD.count))
 
 
 def lines(folder: Path) -> list[str]:

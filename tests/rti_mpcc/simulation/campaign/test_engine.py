@@ -15,7 +15,7 @@ import pytest
 from rti_mpcc.errors import CampaignError, InputError
 from rti_mpcc.simulation.batch import THREADS
 from rti_mpcc.simulation.campaign import CampaignSettings, Level, ProcessEngine, read_rows, run_campaign
-from rti_mpcc.simulation.campaign.case import driven_line
+from rti_mpcc.simulation.campaign.case import driven_lines
 from tests.rti_mpcc.simulation.campaign import drives
 from tests.rti_mpcc.simulation.campaign.engines import Puppet
 
@@ -40,7 +40,7 @@ def lines(folder: Path) -> list[str]:
 def test_two_processes_keep_the_rows_of_this_one(tmp_path: Path) -> None:
     before = {name: os.environ.get(name) for name in THREADS}
     run_campaign(HARD, tmp_path, engine=ProcessEngine(2), drive=drives.short)
-    assert sorted(lines(tmp_path)) == [driven_line(drives.short, HARD.case(index)) for index in range(2)]
+    assert sorted(lines(tmp_path)) == [driven_lines(drives.short, HARD.case(index)).row for index in range(2)]
     assert {name: os.environ.get(name) for name in THREADS} == before
 
 

@@ -90,15 +90,22 @@ def test_a_scene_is_told_in_figures() -> None:
     assert found.comfort_acceleration == scene.comfort_acceleration
 
 
-def test_what_is_timed_is_kept_apart_in_areas_and_with_a_deadline(course: Scenario, outcome: Outcome) -> None:
-    assert row_of(7, outcome).timed is None
+def test_what_is_timed_is_kept_apart(course: Scenario, outcome: Outcome) -> None:
+    along = row_of(7, outcome)
+    assert "timed" not in json.loads(along.line())
+    assert along.timed is not None
+    assert (along.timed["planning_s"], along.timed["cycle_ms"]) == (None, outcome.figures["cycle_ms"])
+    assert along.lines() == (
+        along.line(),
+        json.dumps({"index": 7, **along.timed}, separators=(",", ":")) + "\n",
+    )
     scene = changed(scenario_of(drawn_scene(1, 0)), {"simulation.duration": 1.0})
     driven = drive(Case(scenario=scene, seed=4))
     row = row_of(0, driven)
     assert row.figures is not None
     assert set(row.figures["planning"]) == {"replans", "length_m", "cusps"}
     assert row.figures["planning"]["length_m"] > 0.0
-    timed = json.loads(row.line())["timed"]
+    timed = json.loads(row.lines().timed or "")
     assert timed["planning_s"] == driven.figures["planning"]["seconds"] > 0.0
     assert timed["cycle_ms"] == driven.figures["cycle_ms"]
     assert (timed["deadline_misses"], timed["misses"]) == (0, {})

@@ -8,14 +8,22 @@ from pathlib import Path
 import pytest
 
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level, RowsFile, read_rows
+from rti_mpcc.simulation.campaign import (
+    CampaignCase,
+    CaseOutcome,
+    Level,
+    Lines,
+    RowsFile,
+    read_rows,
+    read_times,
+)
 from rti_mpcc.simulation.campaign import rows_file as writing
-from rti_mpcc.simulation.campaign.case import driven_line
+from rti_mpcc.simulation.campaign.case import driven_lines
 from tests.rti_mpcc.simulation.campaign import drives
 
 
 def line(index: int) -> str:
-    return driven_line(drives.made_up, CampaignCase(seed=1, level=Level.NOMINAL, index=index))
+    return driven_lines(drives.made_up, CampaignCase(seed=1, level=Level.NOMINAL, index=index)).row
 
 
 def written(folder: Path) -> bytes:
@@ -25,7 +33,7 @@ def written(folder: Path) -> bytes:
 def test_lines_are_there_at_once_and_counted(tmp_path: Path) -> None:
     with RowsFile(tmp_path, 4) as rows:
         for kept, index in enumerate((2, 0), start=1):
-            rows.append(line(index))
+            rows.append(Lines(line(index)))
             assert written(tmp_path).count(b"\n") == kept
         assert list(rows.done) == [1, 0, 1, 0]
         assert rows.tally.outcomes == {CaseOutcome.DOCKED: 2}
@@ -35,11 +43,11 @@ def test_lines_are_there_at_once_and_counted(tmp_path: Path) -> None:
 
 def test_more_lines_go_behind_those_that_are_there(tmp_path: Path) -> None:
     with RowsFile(tmp_path, 2) as rows:
-        rows.append(line(1))
+        rows.append(Lines(line(1)))
     with RowsFile(tmp_path, 5) as rows:
         assert list(rows.done) == [0, 1, 0, 0, 0]
         assert rows.tally.cases == 1
-        rows.append(line(4))
+        rows.append(Lines(line(4)))
     assert [row["index"] for row in read_rows(tmp_path)] == [1, 4]
 
 
@@ -51,7 +59,7 @@ def test_a_torn_line_is_cut_off(tmp_path: Path, kept: int) -> None:
         assert [row["index"] for row in read_rows(tmp_path)] == list(range(kept))
         with RowsFile(tmp_path, 4) as rows:
             assert sum(rows.done) == kept
-            rows.append(line(3))
+            rows.append(Lines(line(3)))
         assert written(tmp_path).decode() == whole + line(3)
 
 
@@ -64,11 +72,11 @@ def test_a_file_that_ends_whole_is_left_as_it_is(tmp_path: Path) -> None:
 
 def test_a_case_is_kept_once(tmp_path: Path) -> None:
     with RowsFile(tmp_path, 3) as rows:
-        rows.append(line(0))
+        rows.append(Lines(line(0)))
         with pytest.raises(InputError, match="a new row: case 0 is there already"):
-            rows.append(line(0))
+            rows.append(Lines(line(0)))
         with pytest.raises(InputError, match="case 3 is there already, or none of this campaign"):
-            rows.append(line(3))
+            rows.append(Lines(line(3)))
     assert written(tmp_path).decode() == line(0)
 
 
@@ -91,6 +99,31 @@ def test_other_files_are_refused_and_left_alone(tmp_path: Path, text: str, messa
     assert written(tmp_path).decode() == line(0) + text
 
 
+def timed(index: int, seconds: float) -> str:
+    return json.dumps({"index": index, "planning_s": seconds}) + "\n"
+
+
+def test_what_was_timed_has_a_file_of_its_own(tmp_path: Path) -> None:
+    assert read_times(tmp_path) == {}
+    with RowsFile(tmp_path, 4) as rows:
+        rows.append(Lines(line(2), timed(2, 0.5)))
+        rows.append(Lines(line(0)))
+    assert written(tmp_path).decode() == line(2) + line(0)
+    assert read_times(tmp_path) == {2: {"index": 2, "planning_s": 0.5}}
+    # Killed between a time and its row, and in the middle of another time.
+    with (tmp_path / "timed.jsonl").open("a") as stream:
+        stream.write(timed(1, 0.1) + timed(3, 0.1)[:-4])
+    with RowsFile(tmp_path, 4) as rows:
+        rows.append(Lines(line(1), timed(1, 0.2)))
+    assert {index: time["planning_s"] for index, time in read_times(tmp_path).items()} == {2: 0.5, 1: 0.2}
+
+
+def test_times_of_nothing_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "timed.jsonl").write_text(timed(1, 0.1) + "[]\n")
+    with pytest.raises(InputError, match="line 2: is not what was timed of a case"):
+        read_times(tmp_path)
+
+
 def test_no_file_has_no_rows(tmp_path: Path) -> None:
     assert list(read_rows(tmp_path)) == []
 
@@ -101,6 +134,6 @@ def test_lines_are_written_to_the_disk_now_and_then(tmp_path: Path, monkeypatch:
     monkeypatch.setattr("os.fsync", synced.append)
     with RowsFile(tmp_path, 5) as rows:
         for index in range(5):
-            rows.append(line(index))
+            rows.append(Lines(line(index)))
         assert len(synced) == 2
     assert len(synced) == 3

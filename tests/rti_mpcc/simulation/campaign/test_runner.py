@@ -18,7 +18,7 @@ from rti_mpcc.simulation.campaign import (
     run_campaign,
 )
 from rti_mpcc.simulation.campaign.lock import locked
-from rti_mpcc.simulation.campaign.runner import lines
+from rti_mpcc.simulation.campaign.runner import kept
 from tests.rti_mpcc.simulation.campaign import drives
 from tests.rti_mpcc.simulation.campaign.engines import Puppet
 
@@ -72,7 +72,7 @@ def test_cases_are_made_as_they_are_begun() -> None:
             made.append(index)
             yield SETTINGS.case(index)
 
-    for done, _ in enumerate(lines(cases(), drives.made_up, Puppet(4)), start=1):
+    for done, _ in enumerate(kept(cases(), drives.made_up, Puppet(4)), start=1):
         assert len(made) <= done + 4
     assert len(made) == 50
 
