@@ -53,8 +53,9 @@ class DockingController:
 
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
-        segments: of the manoeuvre along it; None: `segments_of` the path, which is made smooth before where
-            it bends more sharply than the vehicle can (`mended_path`), unless `config` has no recovery.
+        segments: of the manoeuvre along it; None: `segments_of` the path, which is made drivable before where
+            it bends more sharply than the vehicle can, or leads the body into something (`mended_path`),
+            unless `config` has no recovery.
 
     Attributes:
         config, segments: as given.
@@ -347,9 +348,7 @@ class DockingController:
 def _mended(
     path: ReferencePath, corridor: Corridor, config: ControllerConfig
 ) -> tuple[ReferencePath, tuple[PathChange, ...]]:
-    """The path made smooth where it cannot be driven, inside its corridor and past its obstacles; says so."""
-    if path.max_curvature <= config.max_curvature:
-        return path, ()
+    """The path made drivable where it is not, inside its corridor and past its obstacles; says so."""
     try:
         area = area_along(path, corridor, config).with_obstacles(corridor.obstacles)
     except CorridorError as error:
@@ -357,7 +356,9 @@ def _mended(
         return path, ()
     made = mended_path(path, area, config)
     for change in made.changes:
-        _log.warning("%s", change)
+        # Where there is no room on the path the goal may be elsewhere: that alone is no reason to warn.
+        told = change.aside is not None or change.curvature > change.possible
+        _log.log(logging.WARNING if told else logging.INFO, "%s", change)
     return made.path, made.changes
 
 

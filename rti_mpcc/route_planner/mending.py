@@ -1,29 +1,38 @@
-"""A given path that bends more sharply than the vehicle can, made smooth where it does.
+"""A given path that the vehicle cannot drive as it is: made smooth, or led past what stands, where that is.
 
-Each such place is cut out with some way before and after it, more and more until what is cut out can be made
-smooth (`smoothing`) with the hard minimum kept to all that stands. Where it cannot the path stays as it was
-given: the vehicle passes there beside it, or plans another way when it has come to a stop.
+It bends more sharply there than the vehicle can, or the body on it comes nearer to something than the hard
+minimum. Each such place is cut out with some way before and after it, more and more until what is cut out
+can be made smooth (`smoothing`) with the hard minimum kept to all that stands; or, past what stands, until
+a way without a change of direction is planned there. Where there is none the path stays as it was given:
+the vehicle passes there beside it, or plans another way when it has come to a stop.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
+from math import inf
 from typing import cast
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from geometry import Area, PathPart, ReferencePath
 from geometry.arrays import Array
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.route_planner.arcs import poses_after, split
 from rti_mpcc.route_planner.drivable import Drivable, Kept, drivable
+from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.route_planner.problem import Problem
 
 _SPACING = 0.1  # [m] between the poses at which it is measured how far a way leads beside the path
 _ROUNDING = 1e-6
+Places = list[tuple[float, float]]
+"""Between which progress [m] each of them is."""
+_NODES = 10_000  # of a search past what stands: where there is a way in one go it is found soon
 _SHORTEST = 1e-9  # [m]: a shorter piece is none
 
 
@@ -35,6 +44,7 @@ class PathChange:
         part: of the path; start, end: progress along the given path between which it was changed, or, where
             it was left, bends too sharply [m].
         curvature: the largest there as it was given; possible: that can be driven [1/m].
+        room: from the body on it to what stands there, the least; needed: the hard minimum [m].
         aside: how far the smooth way leads beside the given one, at most [m]; None: the path was left as it
             is, for no smooth way is clear there.
     """
@@ -44,16 +54,20 @@ class PathChange:
     end: float
     curvature: float
     possible: float
+    room: float
+    needed: float
     aside: float | None
 
     def __str__(self) -> str:
-        made = "left as it is, no smooth way is clear there"
+        made, wrong = "left as it is, no smooth way is clear there", []
         if self.aside is not None:
             made = f"made smooth, at most {self.aside:.2f} m beside it"
-        return (
-            f"the path, part {self.part}, theta = {self.start:.2f} to {self.end:.2f} m, bends by "
-            f"{self.curvature:.3f} 1/m, the vehicle can drive {self.possible:.3f} 1/m: {made}"
-        )
+        if self.curvature > self.possible:
+            wrong.append(f"bends by {self.curvature:.3f} 1/m, the vehicle can drive {self.possible:.3f} 1/m")
+        if self.room < self.needed:
+            wrong.append(f"leaves {self.room:.2f} m beside the body, at least {self.needed:.2f} m are kept")
+        where = f"the path, part {self.part}, theta = {self.start:.2f} to {self.end:.2f} m, "
+        return f"{where}{', and '.join(wrong)}: {made}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +79,7 @@ class MendedPath:
 
 
 def mended_path(path: ReferencePath, area: Area, config: ControllerConfig | None = None) -> MendedPath:
-    """The path made smooth where it bends more sharply than the vehicle can.
+    """The path made smooth where it bends more sharply than the vehicle can, or leads it into something.
 
     One that can be driven is returned itself. Parts, directions, and the poses at both ends of each part stay
     as they are.
@@ -74,8 +88,6 @@ def mended_path(path: ReferencePath, area: Area, config: ControllerConfig | None
         area: where the vehicle may be; config: of the vehicle, its limits, and `ControllerConfig.route`.
     """
     config = config or ControllerConfig()
-    if path.max_curvature <= _most(config):
-        return MendedPath(path=path, changes=())
     make_ready()
     pieces: list[Array] = []
     changes: list[PathChange] = []
@@ -100,56 +112,92 @@ def _mended_part(
     """Signed lengths [m] and curvatures [1/m] of the pieces (n, 2) of a part, mended."""
     rows: list[Array] = []
     changes: list[PathChange] = []
-    at, bends = part.start, _bends(part, config)
-    while bends:
-        change, way = _put_in(index, part, at, bends, area, config)
+    at, places = part.start, _united(_bends(part, config) + _tight(part, area, config))
+    while places:
+        change, way = _put_in(index, part, at, places, area, config)
         rows += [_between(part, at, change.start), way]
         changes.append(change)
         at = change.end
-        bends = [bend for bend in bends if bend[1] > at]
+        places = [place for place in places if place[1] > at]
     return np.vstack([*rows, _between(part, at, part.end)]), changes
 
 
-def _bends(part: PathPart, config: ControllerConfig) -> list[tuple[float, float]]:
-    """Between which progress [m] the part bends too sharply."""
-    sharp = np.concatenate(([False], np.abs(part.curvatures) > _most(config), [False]))
-    first, last = np.flatnonzero(sharp[1:] & ~sharp[:-1]), np.flatnonzero(sharp[:-1] & ~sharp[1:])
-    return list(zip(part.knots[first].tolist(), part.knots[last].tolist(), strict=True))
+def _united(places: Places) -> Places:
+    """Those that overlap or meet are one, in order."""
+    found: Places = []
+    for begin, end in sorted(places):
+        if found and begin <= found[-1][1]:
+            found[-1] = found[-1][0], max(found[-1][1], end)
+        else:
+            found.append((begin, end))
+    return found
+
+
+def _bends(part: PathPart, config: ControllerConfig) -> Places:
+    """Where the part bends too sharply."""
+    return _runs(np.abs(part.curvatures) > _most(config), part.knots)
+
+
+def _tight(part: PathPart, area: Area, config: ControllerConfig) -> Places:
+    """Where the body on the part comes too near to something."""
+    theta = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _SPACING)) + 1)
+    near = _room(part, theta, area, config) < config.route.hard_minimum
+    return _runs(near[1:] | near[:-1], theta)
+
+
+def _room(part: PathPart, theta: Array, area: Area, config: ControllerConfig) -> Array:
+    """Distance (n,) [m] from bodies on the part to what stands, as far as it counts."""
+    at, needed = part.reference(theta), config.route.hard_minimum
+    poses = np.column_stack([at.x, at.y, at.phi])
+    apart = area.signed_distances(body_of(config.vehicle), poses, needed + _SPACING)
+    found: Array = apart.reshape(len(poses), -1).min(axis=1, initial=inf)
+    return found
+
+
+def _runs(wrong: NDArray[np.bool_], knots: Array) -> Places:
+    """From where to where neighbouring pieces (n,) between `knots` (n+1,) [m] are wrong."""
+    edged = np.concatenate(([False], wrong, [False]))
+    first, last = np.flatnonzero(edged[1:] & ~edged[:-1]), np.flatnonzero(edged[:-1] & ~edged[1:])
+    return list(zip(knots[first].tolist(), knots[last].tolist(), strict=True))
 
 
 def _put_in(
-    index: int,
-    part: PathPart,
-    at: float,
-    bends: list[tuple[float, float]],
-    area: Area,
-    config: ControllerConfig,
+    index: int, part: PathPart, at: float, places: Places, area: Area, config: ControllerConfig
 ) -> tuple[PathChange, Array]:
-    """What becomes of the first of some bends, the last change having ended `at` [m]: the change, and its
+    """What becomes of the first of some places, the last change having ended `at` [m]: the change, and its
     pieces (n, 2)."""
-    bend = bends[0]
-    reach, way, span = 1.0 / config.max_curvature, None, bend
+    place = places[0]
+    reach, way, span = 1.0 / config.max_curvature, None, place
     while way is None and span != (at, part.end):
-        span = _span(bends, reach, at, part.end)
+        span = _span(places, reach, at, part.end)
         way = _smoothed(part, *span, area, config)
+        if way is None and _collides(part, span, area, config):
+            way = _past(part, *span, area, config)
         reach *= 2.0
-    span = bend if way is None else span
-    given = _between(part, *span)
+    span = place if way is None else span
+    given, theta = _between(part, *span), np.arange(*span, _SPACING)
     change = PathChange(
         part=index,
         start=span[0],
         end=span[1],
         curvature=float(np.abs(given[:, 1]).max()),
         possible=config.max_curvature,
+        room=float(_room(part, theta, area, config).min()),
+        needed=config.route.hard_minimum,
         aside=None if way is None else _aside(part, span, way),
     )
     return change, given if way is None else way
 
 
-def _span(bends: list[tuple[float, float]], reach: float, least: float, most: float) -> tuple[float, float]:
-    """From `reach` [m] before the first bend to so far behind it, and behind each one that this comes to."""
-    first, last = bends[0]
-    for begin, end in bends:
+def _collides(part: PathPart, span: tuple[float, float], area: Area, config: ControllerConfig) -> bool:
+    least = float(_room(part, np.arange(*span, _SPACING), area, config).min())
+    return least < config.route.hard_minimum
+
+
+def _span(places: Places, reach: float, least: float, most: float) -> tuple[float, float]:
+    """From `reach` [m] before the first place to so far behind it, and behind each one that this comes to."""
+    first, last = places[0]
+    for begin, end in places:
         if begin < last + 2.0 * reach:
             last = end
     return max(first - reach, least), min(last + reach, most)
@@ -184,6 +232,19 @@ def _smoothed(part: PathPart, start: float, end: float, area: Area, config: Cont
     bend = float(np.abs(driven.way[:, 1]).max())
     fits = not driven.stops.any() and driven.clearance >= least and bend <= _most(config)
     return driven.way if fits else None
+
+
+def _past(part: PathPart, start: float, end: float, area: Area, config: ControllerConfig) -> Array | None:
+    """A way past what stands, in one go in the direction of the part, from `start` to `end` [m], or None."""
+    route = config.route.along_path()
+    # What the vehicle has to go through it has to go through, with whatever room there is.
+    short = route.model_copy(update={"nodes": min(route.nodes, _NODES), "reserve": 0.0})
+    searched = config.model_copy(update={"route": short})
+    made = plan_manoeuvre(part.pose(start), part.pose(end), area, searched)
+    if not made.found or made.path is None or len(made.path.parts) != 1:
+        return None
+    (way,) = made.path.parts
+    return _between(way, way.start, way.end) if way.direction == part.direction else None
 
 
 def _whole(steps: Generator[None, None, Drivable]) -> Drivable:

@@ -7,9 +7,10 @@ from math import pi
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, PathChange, VehicleState, mended_path
 from rti_mpcc.model.footprint import body_of
+from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
 
 CONFIG = ControllerConfig()
@@ -144,3 +145,42 @@ def test_a_run_is_measured_along_the_path_that_is_driven() -> None:
     assert run.paths[0][1].max_curvature <= CONFIG.max_curvature
     assert told["min_clearance_m"] > 0.05
     assert run.truth.theta[-1] == pytest.approx(run.paths[0][1].length, abs=0.1)
+
+
+def slot(direction: int, straight: float) -> tuple[ReferencePath, Corridor]:
+    """An S bend with a slot in its middle, along the path and 0.25 m wider than the body to either side."""
+    pieces = [(direction, 0.1, 15.0), (direction, 0.0, straight), (direction, -0.1, 15.0)]
+    given = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), pieces)
+    half, middle = 0.5 * CONFIG.vehicle.width + 0.25, 15.0 + 0.5 * straight
+    narrowing = Narrowing(start=middle - 2.5, end=middle + 2.5, left=half, right=-half)
+    return given, Corridor.from_offsets(given, left=4.0, right=-4.0, narrowings=[narrowing])
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_path_on_which_the_body_meets_something_is_led_past_it(direction: int) -> None:
+    """A body that follows the bend into the slot meets its edge with a corner: it has to swing out before."""
+    given, corridor = slot(direction, 6.0)
+    area = area_along(given, corridor, CONFIG)
+    (change,) = mended_path(given, area, CONFIG).changes
+    assert change.room < 0.0 < change.needed
+    assert change.curvature <= change.possible
+    assert "beside the body, at least 0.05 m are kept: made smooth" in str(change)
+    path = mended_path(given, area, CONFIG).path
+    assert [part.direction for part in path.parts] == [direction]
+    poses = np.vstack([np.column_stack([at.x, at.y, at.phi]) for at in path.sample(0.05)])
+    clear = area.signed_distances(body_of(CONFIG.vehicle), poses, 1.0)
+    assert clear.min() >= CONFIG.route.hard_minimum - 1e-3
+    assert path.max_curvature <= CONFIG.max_curvature
+
+
+def test_where_no_way_leads_through_in_one_go_the_path_stays(caplog: pytest.LogCaptureFixture) -> None:
+    """A wall across the corridor: the path is kept, and it is no matter for a warning of its own."""
+    given = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
+    wall = [(20.0, -6.0), (21.0, -6.0), (21.0, 6.0), (20.0, 6.0)]
+    corridor = Corridor.from_offsets(given, left=3.0, right=-3.0, obstacles=[wall])
+    controller = DockingController(given, corridor, CONFIG)
+    assert controller.path is given
+    (change,) = controller.path_changes
+    assert change.aside is None
+    assert change.room < 0.0
+    assert str(change) not in caplog.messages
