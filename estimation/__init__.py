@@ -1,4 +1,4 @@
-"""Kalman filters: the goal pose from noisy detections, and what acts beside the commands. Knows geometry."""
+"""Filters: of the goal pose, of the vehicle's state, of what acts beside the commands. Knows geometry."""
 
 from __future__ import annotations
 
@@ -8,8 +8,14 @@ from estimation.disturbance import DisturbanceEstimate
 from estimation.goal_filter import GoalPoseFilter
 from estimation.history import PoseHistory
 from estimation.measurement import Frame, GoalMeasurement
-from estimation.settings import DetectionNoise, DisturbanceFilterConfig, GoalFilterConfig
+from estimation.settings import (
+    DetectionNoise,
+    DisturbanceFilterConfig,
+    GoalFilterConfig,
+    VehicleFilterConfig,
+)
 from estimation.types import GoalEstimate, GoalStatus, Judgement, Outcome, stds_in
+from estimation.vehicle_filter import MeasurementNoise
 
 __all__ = [
     "Camera",
@@ -26,7 +32,9 @@ __all__ = [
     "GoalPoseFilter",
     "GoalStatus",
     "Judgement",
+    "MeasurementNoise",
     "Outcome",
     "PoseHistory",
+    "VehicleFilterConfig",
     "stds_in",
 ]

@@ -128,3 +128,28 @@ class DisturbanceFilterConfig(Settings):
     most_drive_share: Annotated[float, Field(gt=0.0, le=0.9)] = 0.3
     held_time: Seconds = 1.0
     gap: Seconds = 1.0
+
+
+class VehicleFilterConfig(Settings):
+    """Settings of the filter of the vehicle's own state (`estimation.vehicle_filter`).
+
+    What is noise in the measurements is learnt; what is set is how far the model may be off: the more, the
+    more a measurement counts.
+
+    Attributes:
+        enabled: filter it; otherwise the state is what is measured.
+        memory: over which the noise is learnt [s].
+        position_walk, heading_walk, speed_walk, steering_walk: what nobody models [m/sqrt(s)],
+            [rad/sqrt(s)], [m/s/sqrt(s)], [rad/sqrt(s)]: lag of drive and steering, slopes that begin.
+        slip: share of the way driven, and of a change of speed, by which the model is off.
+        widest: the state is no farther from a measurement than so many standard deviations of the noise.
+    """
+
+    enabled: bool = True
+    memory: Seconds = 3.0
+    position_walk: Std = 0.002
+    heading_walk: Std = 5e-4
+    speed_walk: Std = 0.02
+    steering_walk: Std = 0.01
+    slip: Annotated[float, Field(ge=0.0, le=1.0)] = 0.05
+    widest: Positive = 3.0

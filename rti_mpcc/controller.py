@@ -13,7 +13,7 @@ from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import AXLE, body_of
 from rti_mpcc.model.layout import PHI, POSE, THETA, V
-from rti_mpcc.ocp.bounds import overrun, stage_bounds
+from rti_mpcc.ocp.bounds import Change, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
     CorridorRows,
@@ -113,6 +113,7 @@ class RtiMpcc:
         steps: AdmmSettings | None = None,
         again: bool = False,
         disturbance: Disturbance = UNDISTURBED,
+        before: float | None = None,
     ) -> Linearisation:
         """Preparation phase: everything about the QP that needs no measurement.
 
@@ -127,6 +128,7 @@ class RtiMpcc:
                 `plan`, which may be far from its optimum.
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
+            before: acceleration that acts until then [m/s²]; None: any.
         """
         begun = perf_counter()
         config, wheelbase = self.config, self.config.vehicle.wheelbase
@@ -179,6 +181,7 @@ class RtiMpcc:
             turns=not along_path,
             disturbance=disturbance,
             most=most,
+            change=None if before is None else Change(before, float(states[0, V]), lengths),
         )
 
         values, pattern = self._values, self._pattern
@@ -290,8 +293,7 @@ class RtiMpcc:
             linear.states,
             linear.lengths,
             linear.bounds,
-            self.config.limits,
-            relaxation.limit_share,
+            self.config.comfort,
         )
         if linear.rows is None or linear.drift is None:
             return far_out

@@ -409,6 +409,7 @@ def _stop(
         motion, control = lookout.braking(context, wanted, config), fallback.hold(state, config)
     else:
         motion, needed = lookout.braking_in_time(s, context, wanted, config, along)
-        control = fallback.brake(state, needed, config, float(motion.controls[0, DELTA_DOT]))
+        rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration
+        control = fallback.brake(state, needed, config, rate, before)
     decision = ControlDecision(control=control, verdict=verdict, trajectory=motion, attempt=attempt)
     return Driven(s, decision)

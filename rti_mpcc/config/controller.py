@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from estimation import DisturbanceFilterConfig
+from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance
 from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
@@ -28,6 +28,10 @@ EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
 COMFORT_ACCELERATION = 0.4
 """By default [m/s²]."""
+RAMP = 0.4
+"""In which a vehicle comes from none to the comfort acceleration [s]."""
+NO_JERK = 1e3
+"""More than any vehicle has in a cycle: no bound [m/s³]."""
 NO_COMFORT = (0.0, 0.0, 0.0)
 """Weights of a method that knows no comfort."""
 
@@ -44,6 +48,7 @@ class ControllerConfig(Settings):
         route: how ways are planned in an area, see `RoutePlanner`.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
+        vehicle_filter: how noise is taken out of the measured state, see `VehicleFilterConfig`; likewise.
         cycle: time between two steps [s], 0.005 to 0.2.
         dead_time: time from a command to its effect, on both actuators [s].
         goal_tolerance: longitudinal [m], lateral [m], heading [rad], in the goal's frame.
@@ -52,6 +57,8 @@ class ControllerConfig(Settings):
         comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
             what passengers or load are to feel at most. A planned arrival takes the time that keeps to all
             three, and what goes beyond them costs extra.
+        comfort_jerk: so much the acceleration of a plan changes in a second at most [m/s³]; None: as much as
+            reaches the comfort acceleration in `RAMP`. In the presets of the paper it is not bounded.
         cruise_horizon: horizon of the contouring objective [s].
         arrival_horizon: longest planned arrival [s].
         arrival: plan one arrival at rest once the goal is within reach; otherwise contour to the end.
@@ -96,6 +103,7 @@ class ControllerConfig(Settings):
     route: RoutePlanner = RoutePlanner()
     user_clock: UserClock = UserClock()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
+    vehicle_filter: VehicleFilterConfig = VehicleFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05
     dead_time: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     goal_tolerance: Tolerance = (0.05, 0.05, radians(2.0))
@@ -104,6 +112,7 @@ class ControllerConfig(Settings):
     comfort_acceleration: Annotated[float, Field(gt=0.0, le=100.0)] = COMFORT_ACCELERATION
     comfort_lateral_acceleration: Positive = 1.0
     comfort_steering_rate: Positive = 0.5
+    comfort_jerk: Positive | None = None
     cruise_horizon: Annotated[float, Field(ge=1.0, le=120.0)] = 10.0
     arrival_horizon: Annotated[float, Field(ge=3.0, le=300.0)] = 25.0
     arrival: bool = True
@@ -138,9 +147,12 @@ class ControllerConfig(Settings):
 
     @property
     def comfort(self) -> Comfort:
-        """The three comfort values."""
+        """All comfort values."""
         return Comfort(
-            self.comfort_acceleration, self.comfort_lateral_acceleration, self.comfort_steering_rate
+            self.comfort_acceleration,
+            self.comfort_lateral_acceleration,
+            self.comfort_steering_rate,
+            self.comfort_acceleration / RAMP if self.comfort_jerk is None else self.comfort_jerk,
         )
 
     @property
@@ -192,6 +204,8 @@ class ControllerConfig(Settings):
             "speed_profile": SpeedProfile(),
             "reference_turns": False,
             "disturbance": DisturbanceFilterConfig(enabled=False),
+            "vehicle_filter": VehicleFilterConfig(enabled=False),
+            "comfort_jerk": NO_JERK,
         }
         return cls(**{**preset, **changes})
 
@@ -207,5 +221,7 @@ class ControllerConfig(Settings):
             "cruise_horizon": 7.0,
             "arrival": False,
             "disturbance": DisturbanceFilterConfig(enabled=False),
+            "vehicle_filter": VehicleFilterConfig(enabled=False),
+            "comfort_jerk": NO_JERK,
         }
         return cls(**{**preset, **changes})

@@ -111,12 +111,16 @@ class ArrivalTiming(Settings):
         waiting_reach: no arrival within reach waits until it is nearer than this [m]: (T2) leaves a slow
             vehicle no room to get across to a goal beside its path. With a speed limit of 0.5 m/s it began
             0.9 m before such a goal and stalled (docs/decisions/01-arrival-at-rest.md).
-        late_reach: nearer to its target than this an arrival that has fallen behind keeps its time [m].
+        late_reach: nearer to its target than this an arrival keeps its time [m].
+        hurry_from: a plan that would take longer in comfort by more than this share gets more time; hurry: by
+            which share it gets a second more each second.
+        slack: a plan that would take less than this share of its time in comfort, and has that much more
+            than its way takes, gets less; catching_up: so many seconds each second.
         passed_distance: a vehicle that has passed its target by less than this [m] still has that way left.
         target_moved: a target that has moved by more than this is a new arrival [m].
         lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes.
-        kept_share: an arrival, or a search for one, keeps its time as long as this share of what the way
-            takes is left.
+        kept_share: a search for an arrival keeps its time as long as this share of what the way takes is
+            left; a vehicle whose speed brings it less than this share of its way in its time is slow for it.
         path_spacing: of the samples along a part, and of the pieces of the way ahead, at which the pace is
             known [m].
         least_pieces, most_pieces: in which the way ahead is looked at.
@@ -130,6 +134,10 @@ class ArrivalTiming(Settings):
     least_time: Positive = 1.0
     waiting_reach: NonNegative = 30.0
     late_reach: NonNegative = 2.0
+    hurry_from: NonNegative = 0.03
+    hurry: Positive = 0.2
+    slack: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
+    catching_up: NonNegative = 0.2
     passed_distance: NonNegative = 0.5
     target_moved: NonNegative = 0.1
     lost_cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 2.5

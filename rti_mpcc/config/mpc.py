@@ -173,8 +173,6 @@ class BoundRelaxation(Settings):
         margin_distance: S, over which it is given back, as far as the room that the trailing end needs for
             that goes [m].
         boundary_distance: over which a body that is over a boundary is brought back, once it has turned [m].
-        limit_share: of the input limits, at which a measured speed or steering outside its limits must
-            return.
         far_share: of the margin, that must be missing for a vehicle to be far outside.
         patience: while it is, a QP may take so many times the configured iterations at least: what presses it
             back in at all stages adds up, and it takes the solver long to find how much.
@@ -183,7 +181,6 @@ class BoundRelaxation(Settings):
     margin_time: Positive = 1.5
     margin_distance: Positive = 3.5
     boundary_distance: Positive = 10.0
-    limit_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     far_share: NonNegative = 0.1
     patience: Annotated[int, Field(ge=1, le=1000)] = 10
 

@@ -12,11 +12,15 @@ from geometry.settings import NonNegative, Positive, Settings
 
 
 class Comfort(NamedTuple):
-    """What a passenger, or the load, is to feel at most: [m/s²], [m/s²], [rad/s]."""
+    """What a passenger, or the load, is to feel at most: [m/s²], [m/s²], [rad/s], [m/s³].
+
+    The jerk is that of the acceleration along the vehicle.
+    """
 
     acceleration: float
     lateral_acceleration: float
     steering_rate: float
+    jerk: float
 
 
 class Vehicle(Settings):

@@ -28,6 +28,10 @@ class Disturbance(NamedTuple):
         """What has to be commanded [m/s²] for an acceleration that acts."""
         return (acceleration - self.acceleration) / self.gain
 
+    def acting(self, commanded: float) -> float:
+        """The acceleration [m/s²] that acts when this is commanded."""
+        return self.gain * commanded + self.acceleration
+
     def effective(self, measured: Array) -> Array:
         """The state (6,) with the steering that acts."""
         state = measured.copy()

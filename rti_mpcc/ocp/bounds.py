@@ -1,9 +1,16 @@
-"""Bounds of every stage on speed, steering, progress and controls."""
+"""Bounds of every stage on speed, steering, progress and controls.
+
+(J1)  |a_k - a_before| <= jerk (t_k + h_0),   t_k from the begin of the plan to that of its stage
+
+A vehicle that comes to rest so soon that its braking cannot fade at that rate may let it go at once. Whatever
+else bounds the speed gives way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +29,17 @@ class StageBounds:
     controls: Array
 
 
+class Change(NamedTuple):
+    """From what the acceleration changes: the one before [m/s²], and the speed by then [m/s].
+
+    `lengths`: (N,) of the stages [s].
+    """
+
+    before: float
+    speed: float
+    lengths: Array
+
+
 def overrun(target: Target, progress: Progress) -> float:
     """How far the progress may pass the stop point [m]: at a path's end not at all, it would end there."""
     return progress.overrun if target.kind is TargetKind.POSE else 0.0
@@ -37,6 +55,7 @@ def stage_bounds(
     ends: bool = True,
     most: Array | None = None,
     disturbance: Disturbance = UNDISTURBED,
+    change: Change | None = None,
 ) -> StageBounds:
     """The limits, one direction of motion, and the speed profile where the configuration has one.
 
@@ -48,6 +67,7 @@ def stage_bounds(
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
+        change: with comfort, (J1); None: any.
     """
     limits, progress, profile = config.limits, config.progress, config.speed_profile
     d, o, gain = disturbance
@@ -70,6 +90,8 @@ def stage_bounds(
         states,
         controls,
     )
+    if change is not None:
+        _bound_change(*change, config.comfort.jerk, controls)
     return StageBounds(states=states, controls=controls)
 
 
@@ -105,3 +127,18 @@ def _stage_bounds(
         controls[k, 0, 0], controls[k, 1, 0] = acceleration
         controls[k, 0, 1], controls[k, 1, 1] = -steering_rate, steering_rate
         controls[k, 0, 2], controls[k, 1, 2] = -virtual if reverses else 0.0, virtual
+
+
+@kernel
+def _bound_change(before: float, speed: float, lengths: Array1, jerk: float, controls: Out3) -> None:
+    """(J1), within the limits."""
+    free = before * speed <= 0.0 and speed * speed < (before * before / jerk) ** 2
+    allowed = jerk * lengths[0]
+    for k in range(len(controls)):
+        lowest, highest = before - allowed, before + allowed
+        if free:
+            lowest, highest = min(lowest, 0.0), max(highest, 0.0)
+        low, high = max(controls[k, 0, 0], lowest), min(controls[k, 1, 0], highest)
+        if low <= high:  # else it is beyond the limits, and only they count
+            controls[k, 0, 0], controls[k, 1, 0] = low, high
+        allowed += jerk * lengths[k]

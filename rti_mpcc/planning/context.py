@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import copysign
 
 from geometry import Pose2
 from rti_mpcc.model.layout import V
@@ -18,6 +19,7 @@ class PlanningContext:
     Attributes:
         now, begin: [s]; begin = now + dead time.
         state: (6,) at `begin`, heading on the route's branch, with the steering that acts, see (O4).
+        acceleration: that acts until then [m/s²].
         measured_speed: at `now` [m/s], as far as it is believed.
         doubt: why nothing can be planned from this state, or "".
         target: what the vehicle is to end in: what the segment is, or a stop on it.
@@ -34,6 +36,7 @@ class PlanningContext:
     now: float
     begin: float
     state: Array
+    acceleration: float
     measured_speed: float
     doubt: str
     target: Target
@@ -47,6 +50,11 @@ class PlanningContext:
     standing_error: Pose2
     stop_error: Pose2
     tolerance: tuple[float, float, float]
+
+    @property
+    def deceleration(self) -> float:
+        """With which the vehicle brakes until `begin` [m/s²]; negative where it gains speed."""
+        return -copysign(self.acceleration, self.acceleration * float(self.state[V]))
 
     @property
     def own_speed(self) -> float:

@@ -16,12 +16,12 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
 
     `s`: of the last cycle, with the commands sent up to then; `monitor`: with this measurement.
     """
-    if monitor.state is None or not config.disturbance.enabled:
+    if monitor.measured is None or not config.disturbance.enabled:
         return s.vehicle.offsets
     before = s.vehicle.offsets or first_estimate(config.disturbance)
     if monitor.why or monitor.found:
         return unseated(before)
-    state, now = monitor.state, monitor.at
+    state, now = monitor.measured, monitor.at
     asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
     return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)

@@ -1,26 +1,29 @@
 """What the measured state is worth: the state that is believed, and why the measured one is not.
 
 Every cycle the state believed last is rolled forward by the commands under way and set against the
-measurement. Doubted is a measurement that cannot be (not finite, no vehicle's), that has not changed although
-the vehicle must have moved, or that is farther off than the vehicle can be. What is believed is then reckoned
-from the commands. It is trusted again once it agrees with the reckoning; or, as the vehicle may have been set
-down elsewhere, once it has agreed with itself for `Plausibility.confirmation` while the vehicle stands. A
-steering that moves otherwise than commanded is found out in the same way, and is given as much time. A
-measurement that stays the same to the last bit may be an old one, or that of a vehicle that cannot move, told
-in round numbers: once the vehicle must stand, it is tried again, but not for ever.
+measurement, which is believed as far as it is no noise (`estimation.vehicle_filter`). Doubted is a
+measurement that cannot be (not finite, no vehicle's), that has not changed although the vehicle must have
+moved, or that is farther off than the vehicle can be. What is believed is then reckoned from the commands.
+It is trusted again once it agrees with the reckoning; or, as the vehicle may have been set down elsewhere,
+once it has agreed with itself for `Plausibility.confirmation` while the vehicle stands. A steering that
+moves otherwise than commanded is found out in the same way, and is given as much time. A measurement that
+stays the same to the last bit may be an old one, or that of a vehicle that cannot move, told in round
+numbers: once the vehicle must stand, it is tried again, but not for ever.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import exp, hypot, isfinite
 
 import numpy as np
 
+from estimation import MeasurementNoise
+from estimation.vehicle_filter import filtered
 from geometry import wrap
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.delay import QueuedCommand, roll_forward
+from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
@@ -43,6 +46,7 @@ class StateMonitor:
         odd_since: since when measurements contradict one another [s], or None.
         gap: there was no usable measurement since a time without cycles.
         tries: so often a frozen measurement was trusted once more since it last changed.
+        noise: what is known of that of the measurements.
     """
 
     at: float = 0.0
@@ -58,6 +62,7 @@ class StateMonitor:
     odd_since: float | None = None
     gap: bool = False
     tries: int = 0
+    noise: MeasurementNoise = field(default_factory=MeasurementNoise)
 
     def heeded(self, config: ControllerConfig) -> Array | None:
         """The measurement (6,) as far as it may hold a command back: NaN where it may not; None without any.
@@ -111,20 +116,24 @@ def validate_measurement(
     frozen = _frozen(measured, reckoned, config) if same else ""
     problem = problem or frozen or _far(measured, expected, seconds, config)
     gap, fault = last.steering_gap * exp(-seconds / checks.steering_time), ""
+    follows = expected if last.why else rolled(last.measured)
     if not problem:
-        gap += float(measured[DELTA] - expected[DELTA])
+        gap += float(measured[DELTA] - follows[DELTA])
         problem = fault = _steering_fault(gap, last, config)
     alike = not problem or _alike(measured, last.measured, rolled, seconds, config)
     agrees = problem and alike and abs(float(measured[V])) <= checks.rest_speed
     if frozen:
         agrees = agrees and last.tries < checks.frozen_tries and abs(float(reckoned[V])) <= checks.rest_speed
+    state, noise = measured, last.noise.broken()
+    if problem and not fault:
+        state = _believed(measured, expected, reckoned if frozen else None, config)
+    elif not (problem or last.why or same) and config.vehicle_filter.enabled:
+        gained = seconds * mean_acceleration(queue, last.at, now)
+        settings, curvature = config.vehicle_filter, config.max_curvature
+        state, noise = filtered(last.noise, measured, follows, expected, seconds, gained, curvature, settings)
     monitor = StateMonitor(
         at=now,
-        state=(
-            _believed(measured, expected, reckoned if frozen else None, config)
-            if problem and not fault
-            else measured
-        ),
+        state=state,
         measured=measured,
         reckoned=reckoned,
         steering_gap=gap,
@@ -135,6 +144,7 @@ def validate_measurement(
         found=False,
         odd_since=None if alike else (now if last.odd_since is None else last.odd_since),
         tries=last.tries if same else 0,
+        noise=noise,
     )
     since = monitor.agrees_since
     if since is None or now - since < checks.confirmation * 2**monitor.tries:
@@ -164,7 +174,10 @@ def _first(
     """The first measurement, or the first one after a gap, in which too much may have happened."""
     if not problem:
         found = last.state is not None
-        return StateMonitor(at=now, state=measured, measured=measured, reckoned=measured, found=found)
+        noise = last.noise.broken()
+        return StateMonitor(
+            at=now, state=measured, measured=measured, reckoned=measured, found=found, noise=noise
+        )
     since = last.since if last.why else now
     state = last.state
     if state is not None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot
+from math import hypot, sqrt
+
+import numpy as np
 
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import THETA
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, A, V
 from rti_mpcc.planning.arrival import time_to_go, within_reach
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.types import Trajectory
 
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
@@ -40,8 +43,8 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
 
-    A vehicle that halts, lost cycles, or has fallen far behind gets the time again that its way takes: to
-    catch up it would have to leave all comfort behind.
+    A vehicle that halts, or lost cycles, gets the time again that its way takes; otherwise the time follows
+    the plan (`_followed`).
     """
     arrival = s.task.arrival
     if s.task.phase is not Phase.ARRIVING:
@@ -50,14 +53,15 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
     moved = apart(arrival.timed_for, pose) > timing.target_moved
     lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
-    if moved or lost or s.task.halt is not None or _falls_behind(arrival, context, config):
+    if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         at = due if moved else max(due, arrival.at)
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
     elif arrival.at >= begin + timing.least_time:
-        if arrival.overdue_since is None:
+        at = _followed(arrival.at, s.plans.driven, context, config)
+        if at == arrival.at and arrival.overdue_since is None:
             return s
-        later = replace(arrival, overdue_since=None)
+        later = replace(arrival, at=at, overdue_since=None)
     else:
         since = context.now if arrival.overdue_since is None else arrival.overdue_since
         later = replace(arrival, at=begin + timing.least_time, overdue_since=since)
@@ -105,19 +109,42 @@ def _duration(context: PlanningContext, config: ControllerConfig) -> float:
     return time_to_go(distance, context.speed, config.arrival_acceleration, least, highest)
 
 
-def _falls_behind(arrival: Arrival, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a vehicle that drives far from its target has far less time left than its way takes, by (T1)
-    already.
+def _followed(
+    at: float, plan: Trajectory | None, context: PlanningContext, config: ControllerConfig
+) -> float:
+    """The time of an arrival [s] that was planned for `at`, after a cycle of the plan that is driven.
 
-    One that is slow for its way, too, may not get on at all, and one that is near may be beside its target:
-    their arrivals are to be overdue some time.
+    With f of `pressed`, later where f > 1 by (f - 1) / `hurry` seconds a second, at most 1: the time to go
+    stands still then. Sooner where f is below `slack`, and more time is left than the way takes by that
+    share. Nothing but the rate changes by a step, so no acceleration does.
+
+    A vehicle that is slow for its way may not get on at all, and one that is near may be beside its target:
+    their arrivals are to be overdue some time, and keep their time.
     """
     distance, timing = context.distance, config.arrival_timing
-    if distance <= timing.late_reach:
-        return False
+    if plan is None or distance <= timing.late_reach:
+        return at
     needed = time_to_go(distance, context.speed, config.arrival_acceleration, timing.least_time)
-    drives = context.speed * needed >= timing.kept_share * distance
-    return drives and _too_short(arrival, needed, context, config)
+    if context.speed * needed < timing.kept_share * distance:
+        return at
+    factor = pressed(plan, config)
+    if factor > 1.0 + timing.hurry_from:
+        return at + config.cycle * min((factor - 1.0) / timing.hurry, 1.0)
+    if factor < timing.slack and timing.slack * (at - context.begin) > _duration(context, config):
+        return at - timing.catching_up * config.cycle
+    return at
+
+
+def pressed(plan: Trajectory, config: ControllerConfig) -> float:
+    """So many times as long a plan would take to keep to comfort, driven the same way.
+
+    In f times the time it has 1/f² times the accelerations, and 1/f times the steering rates.
+    """
+    comfort, controls, states = config.comfort, np.abs(plan.controls), plan.states
+    lateral = np.abs(states[:, V] ** 2 * np.tan(states[:, DELTA])).max() / config.vehicle.wheelbase
+    along = float(controls[:, A].max()) / comfort.acceleration
+    across = float(lateral) / comfort.lateral_acceleration
+    return max(sqrt(along), sqrt(across), float(controls[:, DELTA_DOT].max()) / comfort.steering_rate)
 
 
 def _too_short(arrival: Arrival, needed: float, context: PlanningContext, config: ControllerConfig) -> bool:

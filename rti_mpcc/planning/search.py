@@ -220,6 +220,7 @@ def _iterate(
         steps=start.steps,
         again=start.iterate is not None,
         disturbance=s.vehicle.disturbance,
+        before=context.acceleration,
     )
     solution = mpcc.feedback(
         context.state,

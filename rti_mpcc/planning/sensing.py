@@ -55,6 +55,7 @@ def context_of(
         now=now,
         begin=now + config.dead_time,
         state=reached,
+        acceleration=s.vehicle.disturbance.acting(s.queue[-1].acceleration) if s.queue else 0.0,
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
         doubt=monitor.why or _off_the_path(here, on_path, config.plausibility.off_path),
         target=target,

@@ -1,9 +1,9 @@
 """How long docking takes in comfort, and how much comfort a given time leaves.
 
 The same motion in 1/f of the time has f² times the accelerations and f times the steering rates: a time is
-asked for by one factor on the comfort values, in these powers. On a cruise the contouring objective with its
-reward (W4) and horizon T is, on a straight path, the linear-quadratic problem gamma (v - v² / (2 v_c)) - r a²
-with the feedback
+asked for by one factor on the comfort values, in these powers (of the jerk the third). On a cruise the
+contouring objective with its reward (W4) and horizon T is, on a straight path, the linear-quadratic problem
+gamma (v - v² / (2 v_c)) - r a² with the feedback
 
 (T4)  a = k (v_c - v),   k = w tanh(w T),   w² = gamma / (2 r v_c).
 """
@@ -87,6 +87,7 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
             "comfort_acceleration": min(comfort.acceleration * factor**2, config.limits.acceleration),
             "comfort_lateral_acceleration": comfort.lateral_acceleration * factor**2,
             "comfort_steering_rate": comfort.steering_rate * factor,
+            "comfort_jerk": comfort.jerk * factor**3,
         }
     )
 

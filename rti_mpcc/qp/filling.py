@@ -26,7 +26,7 @@ from geometry.compiled import (
     inner,
     kernel,
 )
-from rti_mpcc.config import Limits
+from rti_mpcc.config import Comfort
 from rti_mpcc.model.bicycle import Step
 from rti_mpcc.model.layout import CONTROLS, DELTA, PHI, POSE, STATES, THETA, THETA_DOT, V, X, Y
 from rti_mpcc.ocp.bounds import StageBounds
@@ -385,21 +385,21 @@ def fill_motion_bounds(
     states: Array,
     lengths: Array,
     bounds: StageBounds,
-    limits: Limits,
-    share: float,
+    comfort: Comfort,
 ) -> bool:
-    """Feedback phase: widen bounds on v and delta as far as the measured state (6,) needs it.
+    """Feedback phase: widen bounds on v and delta as far as the measured state (6,), and bounds on the
+    acceleration, need it.
 
     Args:
         states: (N+1, 6) linearised about; lengths: (N,) of the stages [s].
         bounds: that were filled last.
-        share: of the input `limits`, at which they must return.
+        comfort: with which they must return: just outside a limit, at rest say, more would be a jerk.
 
     Returns whether it is by more than the first stage can give back.
     """
     return _fill_motion_bounds(
-        measured, states, lengths, bounds.states, pattern.bound_units,
-        share * limits.acceleration, share * limits.steering_rate,
+        measured, states, lengths, bounds.states, bounds.controls, pattern.bound_units,
+        comfort.acceleration, comfort.steering_rate,
         values.row_scaling_by.bounds, values.lower_by.bounds, values.upper_by.bounds,
     )  # fmt: skip
 
@@ -410,6 +410,7 @@ def _fill_motion_bounds(
     states: Array2,
     lengths: Array1,
     bounds: Array3,
+    controls: Array3,
     units: Array2,
     acceleration: float,
     steering_rate: float,
@@ -419,18 +420,18 @@ def _fill_motion_bounds(
 ) -> bool:
     far_out = False
     for column in range(2):
-        quantity, rate = (V, acceleration) if column == 0 else (DELTA, steering_rate)
-        value, inside = measured[quantity], True
+        quantity, most = (V, acceleration) if column == 0 else (DELTA, steering_rate)
+        least, highest = measured[quantity], measured[quantity]
+        low, high = lower[0, 0, column], upper[0, 0, column]
         for k in range(len(lengths)):
-            inside &= bounds[k, 0, column] <= value <= bounds[k, 1, column]
-        if inside:
-            continue
-        drop, low, high = 0.0, lower[0, 0, column], upper[0, 0, column]
-        for k in range(len(lengths)):
-            drop += rate * lengths[k]
+            # As far as comfort and the control's own bounds bring it down, and up.
+            least += max(controls[k, 0, column], -most) * lengths[k]
+            highest += min(controls[k, 1, column], most) * lengths[k]
+            if least <= bounds[k, 1, column] and highest >= bounds[k, 0, column]:
+                continue
             unit, about = units[0, column] * row_scaling[0, k, column], states[k + 1, quantity]
-            upper[0, k, column] = max(upper[0, k, column], (value - drop - about) / unit)
-            lower[0, k, column] = min(lower[0, k, column], (value + drop - about) / unit)
+            upper[0, k, column] = max(upper[0, k, column], (least - about) / unit)
+            lower[0, k, column] = min(lower[0, k, column], (highest - about) / unit)
         far_out |= lower[0, 0, column] < low or upper[0, 0, column] > high
     return far_out
 

@@ -19,7 +19,7 @@ driving, as gently as it stands in time. It is blocked until the way has been cl
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot
+from math import hypot, sqrt
 
 import numpy as np
 
@@ -49,15 +49,29 @@ def follow(controls: Array, source: Source) -> ControlInput:
 
 
 def brake(
-    state: Array, deceleration: float, config: ControllerConfig, steering_rate: float = 0.0
+    state: Array,
+    deceleration: float,
+    config: ControllerConfig,
+    steering_rate: float = 0.0,
+    before: float | None = None,
 ) -> ControlInput:
     """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than `braking`.
 
-    `steering_rate` [rad/s] is kept on.
+    Args:
+        steering_rate: is kept on [rad/s].
+        before: deceleration until now [m/s²], from which comfort comes to the new one; None: any.
     """
-    speed, settling = float(state[V]), max(config.fallback.settling_time, config.cycle)
-    soft = config.cycle if deceleration > braking(config) else settling
-    wanted = min(deceleration, abs(speed) / soft, config.limits.acceleration)
+    speed, comfort = float(state[V]), config.comfort
+    wanted = min(deceleration, config.limits.acceleration)
+    if deceleration > braking(config):
+        wanted = min(wanted, abs(speed) / config.cycle)
+    else:
+        if before is not None and deceleration <= comfort.acceleration:
+            wanted = min(wanted, max(before, 0.0) + comfort.jerk * config.cycle)
+        # The brakes are let go evenly, the faster the harder they were.
+        jerk = comfort.jerk * max(deceleration / comfort.acceleration, 1.0)
+        settling = max(config.fallback.settling_time, config.cycle)
+        wanted = min(wanted, sqrt(jerk * abs(speed)), abs(speed) / settling)
     rate = steering_rate if abs(speed) > config.fallback.steering_speed else 0.0
     return ControlInput(
         acceleration=-float(np.sign(speed)) * wanted, steering_rate=rate, source=Source.BRAKING
@@ -111,10 +125,30 @@ def before_contact(speed: float, distance: float, config: ControllerConfig) -> f
 
 
 def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] that comes to rest at the target's length, within a factor of the comfort one."""
-    left = -context.direction * context.error.x
-    comfort, factor = config.comfort_acceleration, config.fallback.settling_factor
-    if left <= 0.0:
-        return min(factor * comfort, config.limits.acceleration)
-    wanted = context.speed**2 / (2.0 * left)
-    return min(max(wanted, comfort / factor), factor * comfort, config.limits.acceleration)
+    """Deceleration [m/s²] that comes to rest at the target's length, within a factor of the comfort one.
+
+    It goes on from the present one without a step, see `_eased`.
+    """
+    before, comfort, factor = context.deceleration, config.comfort, config.fallback.settling_factor
+    # What the soft end of `brake` takes more than to brake on to the end.
+    left = -context.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)
+    least, most = (
+        comfort.acceleration / factor,
+        min(factor * comfort.acceleration, config.limits.acceleration),
+    )
+    wanted = most if left <= 0.0 else _eased(context.speed, left, before, config.cycle)
+    step = comfort.jerk * config.cycle
+    return min(max(min(max(wanted, before - step), before + step), least), most)
+
+
+def _eased(speed: float, distance: float, before: float, seconds: float) -> float:
+    """Deceleration [m/s²] after so many seconds of a stop after `distance` [m] whose deceleration changes
+    evenly, from `before` [m/s²] on.
+
+    From v and b it takes T with s = 2/3 v T - b T² / 6; where b would stop it short, it is let go evenly.
+    """
+    root = 4.0 * speed**2 / 9.0 - 2.0 / 3.0 * before * distance
+    duration = 2.0 * distance / (2.0 / 3.0 * speed + sqrt(root)) if root > 0.0 else 2.0 * speed / before
+    if duration <= seconds:
+        return speed / seconds
+    return before - 2.0 * seconds * (before * duration - speed) / duration**2

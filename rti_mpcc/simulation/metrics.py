@@ -19,12 +19,13 @@ from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import RunResult, Truth, cusps_of
-from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, spells
+from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
 from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.types import Array, Source, Status
 
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
 """Figures of `summary` that are not the same the next time."""
+_OF_TRUTH = tuple(name for name in Comfort._fields if name != "jerk")
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION)
 _INTERRUPTED = (Status.BLOCKED, Status.FAILED)
 """What a vehicle says on its way back, too: such cycles neither begin nor end one."""
@@ -55,7 +56,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "energy": energy(truth, to_tolerance),
         "energy_to_dock": energy(truth, to_dock),
         "energy_ratio": _energy_ratio(truth, to_dock),
-        "peak": peak(truth, to_dock),
+        "peak": {**peak(truth, to_dock), "jerk": peak_jerk(result, to_dock)},
         "comfort": result.config.comfort._asdict(),
         "hard_braking": hard_braking(result),
         "expected_time_s": _expected_time(result),
@@ -169,7 +170,7 @@ def untimed(figures: Mapping[str, Any]) -> dict[str, Any]:
 def peak(truth: Truth, until: float | None) -> dict[str, float]:
     """Largest absolute values up to `until` [s] (None: the whole run): what comfort is measured by."""
     count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
-    return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in Comfort._fields}
+    return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in _OF_TRUTH}
 
 
 def _energy_ratio(truth: Truth, until: float | None) -> float | None:

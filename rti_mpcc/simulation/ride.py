@@ -88,6 +88,19 @@ def hard_braking(result: RunResult) -> dict[str, int]:
     return dict(sorted(found.items()))
 
 
+def peak_jerk(result: RunResult, until: float | None) -> float:
+    """Largest change of the commanded acceleration from a cycle to the next, times the drive's gain, over the
+    time between them, up to `until` [s] (None: the whole run) [m/s³]."""
+    times, commanded = result.cycles.times, result.cycles.acceleration
+    count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME))
+    if count < 1:
+        return 0.0
+    # What acts before the first command is none.
+    changes = np.abs(np.diff(commanded[:count], prepend=0.0))
+    spans = np.diff(times[:count], prepend=times[0] - result.scenario.simulation.cycle)
+    return float(result.scenario.simulation.acceleration_gain * np.max(changes / spans))
+
+
 def _travel(times: Array, v: Array) -> Array:
     """(n,) way [m] since the begin, less what was driven back."""
     return np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(times)))

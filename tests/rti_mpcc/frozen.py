@@ -390,9 +390,9 @@ def _nearing(mpcc: RtiMpcc, linear: Linearisation, walls: FrozenPlanes | None) -
 def _widened(bounds: StageBounds, measured: Array, lengths: Array, config: ControllerConfig) -> StageBounds:
     """Bounds on v and delta as far out as a measured state outside them needs to come back."""
     states, elapsed = bounds.states.copy(), np.cumsum(lengths)
-    for quantity, rate in ((V, config.limits.acceleration), (DELTA, config.limits.steering_rate)):
+    for quantity, rate in ((V, config.comfort_acceleration), (DELTA, config.comfort_steering_rate)):
         column = int(np.flatnonzero(quantity == BOUNDED)[0])
-        back = config.bound_relaxation.limit_share * rate * elapsed
+        back = rate * elapsed
         states[:, 0, column] = np.minimum(states[:, 0, column], measured[quantity] + back)
         states[:, 1, column] = np.maximum(states[:, 1, column], measured[quantity] - back)
     return replace(bounds, states=states)

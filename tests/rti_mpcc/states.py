@@ -160,6 +160,7 @@ class Contexts:
             "now": NOW,
             "begin": NOW + 0.2,
             "state": np.array([10.0, 0.0, 0.0, 1.0, 0.0, 10.0]),
+            "acceleration": 0.0,
             "doubt": "",
             "measured_speed": 1.0,
             "target": target_at(20.0),

@@ -77,6 +77,7 @@ FUNCTIONS: dict[str, dict[str, tuple[float, ...]]] = {
     "ocp/stage_cost.py": {ROUNDING: (1e-12,)},
     "safety/contact.py": {ROUNDING: (1e-9,)},
     "safety/decision.py": {"milliseconds": (1e3,)},
+    "safety/fallback.py": {"of a motion with an even change of its acceleration": (3.0, 4.0, 6.0, 9.0)},
     "safety/stopping.py": {ROUNDING: (1e-9,)},
 }
 """Floating-point numbers in functions, other than `PLAIN` ones."""

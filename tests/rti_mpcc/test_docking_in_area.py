@@ -281,9 +281,8 @@ def test_before_an_obstacle_that_appears_it_stops_and_plans_meanwhile_and_drives
     while_stopping = moving & (drive.times > appears) & (begun > 0)
     assert while_stopping.any()
     assert begun[while_stopping].max() <= BRISK.route.slices
-    assert drive.statuses.index(Status.BLOCKED) < len(drive.statuses) - 1
     stood = (drive.times > appears) & ~moving & (drive.states[:, 0] < 8.0 - BRISK.vehicle.front)
-    assert stood.sum() * BRISK.cycle < 6.0  # it does not wait for the way
+    assert 0.0 < stood.sum() * BRISK.cycle < 6.0  # it does not wait for the way
 
 
 def test_what_fills_the_only_way_is_waited_for() -> None:

@@ -7,7 +7,7 @@ from geometry import Pose2
 from rti_mpcc.config import ControllerConfig, Limits, SpeedProfile
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, THETA_DOT, A, V
-from rti_mpcc.ocp.bounds import StageBounds, stage_bounds
+from rti_mpcc.ocp.bounds import Change, StageBounds, stage_bounds
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.qp.pattern import BOUNDED
 
@@ -93,3 +93,34 @@ def test_bounds_are_of_what_acts() -> None:
     np.testing.assert_allclose(got.controls[:, :, A], [[-2.3, 1.7]] * 70)
     np.testing.assert_allclose(got.states[:, :, STEERING], [[-0.46, 0.54]] * 70)
     np.testing.assert_allclose(got.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * 70)
+
+
+LENGTHS = np.append(0.05, np.full(69, 0.1))
+
+
+def changing(before: float, speed: float) -> StageBounds:
+    config = ControllerConfig(limits=LIMITS, comfort_jerk=2.0)
+    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
+    return stage_bounds(config, target, 1, THETAS, change=Change(before, speed, LENGTHS))
+
+
+def test_the_acceleration_leaves_the_one_before_at_the_comfort_jerk() -> None:
+    got = changing(0.3, 1.0)
+    allowed = 2.0 * (np.cumsum(LENGTHS) - LENGTHS + LENGTHS[0])
+    np.testing.assert_allclose(got.controls[:, 1, A], np.minimum(0.3 + allowed, 2.0))
+    np.testing.assert_allclose(got.controls[:, 0, A], np.maximum(0.3 - allowed, -2.0))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_who_comes_to_rest_soon_may_let_the_brakes_go(sign: float) -> None:
+    """From 0.4 m/s² at 2 m/s³ it takes 0.04 m/s to let them go evenly; twice that is enough to be bound."""
+    soon, later = changing(-sign * 0.4, sign * 0.07), changing(-sign * 0.4, sign * 0.09)
+    side = 1 if sign > 0.0 else 0
+    assert soon.controls[0, side, A] == 0.0
+    assert later.controls[0, side, A] == pytest.approx(-sign * 0.3)
+    # Harder than evenly it does not brake either way.
+    assert soon.controls[0, 1 - side, A] == later.controls[0, 1 - side, A] == pytest.approx(-sign * 0.5)
+
+
+def test_beyond_the_limits_only_they_count() -> None:
+    np.testing.assert_allclose(changing(-3.0, 10.0).controls[0, :, A], [-2.0, 2.0])

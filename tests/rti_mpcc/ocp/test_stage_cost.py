@@ -23,7 +23,7 @@ from tests.rti_mpcc.differences import slopes
 
 N, WHEELBASE = 8, 2.875
 SETTINGS = Weights()
-COMFORT = Comfort(acceleration=0.4, lateral_acceleration=0.9, steering_rate=0.3)
+COMFORT = Comfort(acceleration=0.4, lateral_acceleration=0.9, steering_rate=0.3, jerk=1.0)
 """Some stages of the plan are within it, others beyond it on either side."""
 BLENDED = [field.name for field in fields(WeightSlopes)]
 NOTHING = StageWeights(

@@ -17,7 +17,7 @@ from rti_mpcc.planning.arrival import time_to_go
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import rescheduled, scheduled
 from rti_mpcc.planning.state import Arrival, ControllerState, Halt, Phase
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.states import (
     BEFORE,
     PATH,
@@ -88,26 +88,45 @@ def test_an_arrival_that_lost_cycles_gets_its_time_back() -> None:
     assert due(arriving(at=16.0, queue=none), contexts()) == 16.0
 
 
-def test_an_arrival_that_has_fallen_far_behind_gets_the_time_that_its_way_takes() -> None:
-    """As behind something that slowed it: to catch up it would have to leave all comfort behind."""
-    needed = time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST)
-    some, little = (10.2 + share * needed for share in (0.51, 0.49))
-    assert due(arriving(at=some), contexts()) == some
-    assert due(arriving(at=little), contexts()) == pytest.approx(10.2 + needed)
+def planned(acceleration: float = 0.36, lateral: float = 0.1, steering_rate: float = 0.1) -> Trajectory:
+    """A plan of one stage with these peaks."""
+    wheelbase = CONFIG.vehicle.wheelbase
+    states = np.tile((10.0, 0.0, 0.0, 1.0, np.arctan(lateral * wheelbase), 10.0), (2, 1))
+    controls = np.array([[-acceleration, steering_rate, 1.0]])
+    return Trajectory(times=np.array([10.2, 10.25]), states=states, controls=controls)
 
 
-def test_near_its_target_a_late_arrival_keeps_its_time() -> None:
-    near = TIMING.late_reach
-    for distance, waits in ((0.9 * near, False), (1.1 * near, True)):
-        needed = time_to_go(distance, 1.0, CONFIG.arrival_acceleration, LEAST)
-        at = 10.2 + 0.49 * needed
-        context = contexts(distance=distance)
-        assert at >= context.begin + LEAST
-        assert (due(arriving(at=at), context) > at) == waits
+@pytest.mark.parametrize(
+    ("peaks", "factor"),
+    [
+        ({"acceleration": 1.6}, 2.0),
+        ({"lateral": 2.25}, 1.5),
+        ({"steering_rate": 0.9}, 1.8),
+        ({"acceleration": 0.1, "lateral": 0.01}, 0.5),
+    ],
+)
+def test_a_plan_is_pressed_by_what_it_has_beyond_comfort(peaks: dict[str, float], factor: float) -> None:
+    assert schedule.pressed(planned(**peaks), CONFIG) == pytest.approx(factor)
 
 
-def test_an_arrival_that_hardly_drives_keeps_its_time_so_that_it_is_overdue_one_day() -> None:
-    assert due(arriving(at=12.0), contexts(speed=0.05)) == 12.0
+def test_the_time_of_arrival_follows_the_plan() -> None:
+    cycle = CONFIG.cycle
+    # Within comfort it stays; beyond it there is more time, never more than passes.
+    assert due(arriving(at=20.0, driven=planned(0.41)), contexts()) == 20.0
+    later = due(arriving(at=20.0, driven=planned(0.484)), contexts())
+    assert later == pytest.approx(20.0 + cycle * 0.5)
+    assert due(arriving(at=20.0, driven=planned(4.0)), contexts()) == pytest.approx(20.0 + cycle)
+    # With slack there is less, as long as there is more than the way takes.
+    slow = planned(0.05, 0.0, 0.0)
+    assert due(arriving(at=30.0, driven=slow), contexts()) == pytest.approx(30.0 - 0.2 * cycle)
+    assert due(arriving(at=20.0, driven=slow), contexts()) == 20.0
+
+
+def test_near_its_target_or_slow_for_its_way_an_arrival_keeps_its_time_to_be_overdue_one_day() -> None:
+    pressed = arriving(at=20.0, driven=planned(4.0))
+    assert due(pressed, contexts(distance=0.9 * TIMING.late_reach, speed=0.5)) == 20.0
+    assert due(pressed, contexts(distance=10.0, speed=0.1)) == 20.0
+    assert due(pressed, contexts(distance=10.0, speed=0.9)) > 20.0
 
 
 def test_an_arrival_that_halts_gets_its_time_back() -> None:

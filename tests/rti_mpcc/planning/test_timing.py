@@ -59,10 +59,11 @@ def test_the_comfort_for_a_time_takes_that_time_and_keeps_its_proportions(
     shares = [ours / usual for ours, usual in zip(got.comfort, CONFIG.comfort, strict=True)]
     assert shares[0] == pytest.approx(shares[1])
     assert shares[0] == pytest.approx(shares[2] ** 2)
+    assert shares[3] == pytest.approx(shares[2] ** 3)
     assert got.model_copy(update={name: getattr(CONFIG, name) for name in COMFORT}) == CONFIG
 
 
-COMFORT = ("comfort_acceleration", "comfort_lateral_acceleration", "comfort_steering_rate")
+COMFORT = ("comfort_acceleration", "comfort_lateral_acceleration", "comfort_steering_rate", "comfort_jerk")
 
 
 def test_the_same_motion_slower_takes_as_much_longer() -> None:

@@ -22,11 +22,14 @@ def state(v: float = 1.0, delta: float = 0.0) -> Array:
     return np.array([0.0, 0.0, 0.0, v, delta, 0.0])
 
 
-def before_the_goal(left: float, speed: float, direction: int = 1) -> PlanningContext:
-    """`left` [m] before the goal at `speed` [m/s] in the direction of the part."""
+def before_the_goal(
+    left: float, speed: float, direction: int = 1, deceleration: float = 0.0
+) -> PlanningContext:
+    """`left` [m] before the goal at `speed` [m/s] in the direction of the part, braking already."""
     values: dict[str, Any] = {"now": 0.0, "begin": 0.0, "doubt": "", "ends_at_goal": True, "free": True}
     return PlanningContext(
         state=state(direction * speed),
+        acceleration=-direction * deceleration,
         measured_speed=direction * speed,
         target=Target(pose=Pose2(0.0, 0.0, 0.0), theta=9.0, theta_end=9.0, kind=TargetKind.POSE),
         direction=direction,
@@ -135,10 +138,45 @@ def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_landing_comes_to_rest_at_the_goal_within_a_factor_of_the_comfort(direction: int) -> None:
+@pytest.mark.parametrize(("left", "speed", "before"), [(0.1, 0.25, 0.3), (0.15, 0.3, 0.2), (0.06, 0.2, 0.36)])
+def test_settling_goes_on_braking_without_a_step_to_rest_at_the_goal(
+    left: float, speed: float, before: float, direction: int
+) -> None:
+    cycle, steps = CONFIG.cycle, [before]
+    while speed > 1e-4 and len(steps) < 200:
+        context = before_the_goal(left, speed, direction, steps[-1])
+        wanted = fallback.settling_deceleration(context, CONFIG)
+        braked = fallback.brake(context.state, wanted, CONFIG, before=context.deceleration)
+        assert braked.acceleration * direction <= 0.0
+        steps.append(-direction * braked.acceleration)
+        left -= cycle * (speed - 0.5 * cycle * steps[-1])
+        speed -= cycle * steps[-1]
+    assert abs(left) < 0.008
+    assert np.abs(np.diff(steps)).max() <= 1.25 * CONFIG.comfort.jerk * cycle
+
+
+def test_settling_stays_within_a_factor_of_the_comfort() -> None:
     comfort = CONFIG.comfort_acceleration
-    exact = fallback.settling_deceleration(before_the_goal(0.1, 0.3, direction), CONFIG)
-    assert exact == pytest.approx(0.3**2 / 0.2)
-    assert fallback.settling_deceleration(before_the_goal(0.01, 0.3, direction), CONFIG) == 2.0 * comfort
-    assert fallback.settling_deceleration(before_the_goal(1.0, 0.1, direction), CONFIG) == 0.5 * comfort
-    assert fallback.settling_deceleration(before_the_goal(-0.02, 0.1, direction), CONFIG) == 2.0 * comfort
+    past = before_the_goal(-0.02, 0.1, deceleration=2.0 * comfort)
+    assert fallback.settling_deceleration(past, CONFIG) == 2.0 * comfort
+    assert fallback.settling_deceleration(before_the_goal(1.0, 0.1), CONFIG) == 0.5 * comfort
+
+
+def test_an_even_change_of_deceleration_stops_where_it_is_to() -> None:
+    """Against the closed form: v and s of a deceleration b - j t."""
+    v, b, s = 0.4, 0.2, 0.25
+    root = np.sqrt(4.0 * v**2 / 9.0 - 2.0 / 3.0 * b * s)
+    duration = 2.0 * s / (2.0 / 3.0 * v + root)
+    j = 2.0 * (b * duration - v) / duration**2
+    assert v - b * duration + 0.5 * j * duration**2 == pytest.approx(0.0, abs=1e-12)
+    assert v * duration - 0.5 * b * duration**2 + j * duration**3 / 6.0 == pytest.approx(s)
+    assert fallback._eased(v, s, b, 0.05) == pytest.approx(b - 0.05 * j)
+    # Braking too hard already it is let go, as far as the speed lets it.
+    assert fallback._eased(0.2, 0.5, 0.4, 0.05) == pytest.approx(0.4 - 0.05 * 0.4**2 / (2.0 * 0.2))
+
+
+def test_comfort_begins_to_brake_without_a_step_and_need_does_not() -> None:
+    step = CONFIG.comfort.jerk * CONFIG.cycle
+    assert fallback.brake(state(1.0), 0.4, CONFIG, before=-0.2).acceleration == pytest.approx(-step)
+    assert fallback.brake(state(1.0), 0.4, CONFIG, before=0.1).acceleration == pytest.approx(-0.1 - step)
+    assert fallback.brake(state(1.0), 1.6, CONFIG, before=0.1).acceleration == pytest.approx(-1.6)

@@ -1,0 +1,185 @@
+"""Noise goes out of the measured state, motion stays in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import cos, pi, sin, tan
+
+import numpy as np
+import pytest
+
+from estimation import MeasurementNoise, VehicleFilterConfig
+from estimation.types import Array
+from estimation.vehicle_filter import filtered
+from geometry import wrap
+
+CONFIG = VehicleFilterConfig()
+CYCLE, WHEELBASE, CURVATURE = 0.05, 2.875, 0.24
+NOISE: Array = np.array((0.015, 0.015, 0.003, 0.01, 0.0025))
+
+
+def driven(state: Array, acceleration: float, steering_rate: float) -> Array:
+    """The model: one cycle on."""
+    x, y, phi, v, delta, other = state.tolist()
+    middle = v + 0.5 * CYCLE * acceleration
+    turn = CYCLE * middle * tan(delta + 0.5 * CYCLE * steering_rate) / WHEELBASE
+    return np.array(
+        (
+            x + CYCLE * middle * cos(phi + 0.5 * turn),
+            y + CYCLE * middle * sin(phi + 0.5 * turn),
+            phi + turn,
+            v + CYCLE * acceleration,
+            delta + CYCLE * steering_rate,
+            other,
+        )
+    )
+
+
+@dataclass
+class Watch:
+    """A vehicle as it is measured, and as it is believed to be."""
+
+    true: Array
+    noise: Array = field(default_factory=lambda: np.zeros(5))
+    seed: int = 1
+    config: VehicleFilterConfig = CONFIG
+    known: MeasurementNoise = field(default_factory=MeasurementNoise)
+    off: Array = field(default_factory=lambda: np.zeros(6))
+
+    def __post_init__(self) -> None:
+        self.random = np.random.default_rng(self.seed)
+        self.measured = self.state = self.seen()
+        self.errors: list[Array] = []
+        self.measured_errors: list[Array] = []
+
+    def seen(self) -> Array:
+        found: Array = self.true + np.append(self.noise * self.random.standard_normal(5), 0.0)
+        return found
+
+    def step(self, acceleration: float = 0.0, steering_rate: float = 0.0, jump: float = 0.0) -> None:
+        """`off` (6,) is what the truth does in each cycle that the model does not know."""
+        self.true = driven(self.true, acceleration, steering_rate) + self.off
+        self.true[0] += jump
+        follows = driven(self.measured, acceleration, steering_rate)
+        expected = driven(self.state, acceleration, steering_rate)
+        self.measured = self.seen()
+        gained = CYCLE * acceleration
+        self.state, self.known = filtered(
+            self.known, self.measured, follows, expected, CYCLE, gained, CURVATURE, self.config
+        )
+        self.errors.append((self.state - self.true)[:5])
+        self.measured_errors.append((self.measured - self.true)[:5])
+
+    def drive(self, cycles: int) -> None:
+        for k in range(cycles):
+            self.step(0.3 * cos(0.05 * k), 0.1 * sin(0.03 * k))
+
+
+def start(heading: float = 0.4, v: float = 0.8) -> Array:
+    return np.array((3.0, -2.0, heading, v, 0.1, 7.0))
+
+
+def test_without_noise_the_state_is_what_is_measured() -> None:
+    watch = Watch(start())
+    watch.drive(200)
+    assert np.abs(watch.errors).max() < 1e-9
+    assert watch.state[5] == 7.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_is_learnt_and_taken_out(seed: int) -> None:
+    watch = Watch(start(), NOISE, seed)
+    watch.drive(1500)
+    assert watch.known.stds == pytest.approx(NOISE, rel=0.5)
+    left = np.std(watch.errors[300:], axis=0) / np.std(watch.measured_errors[300:], axis=0)
+    assert (left[:3] < [0.4, 0.4, 0.5]).all()
+    assert (left[3:] < [0.7, 0.75]).all()
+    assert (np.abs(np.mean(watch.errors[300:], axis=0)) < 0.15 * NOISE).all()
+
+
+def test_what_moves_the_command_moves_far_less() -> None:
+    """The step from one cycle to the next, beyond what the vehicle does."""
+    watch = Watch(start(), NOISE)
+    watch.drive(1500)
+    steps = np.std(np.diff(watch.errors[300:], axis=0), axis=0)
+    assert (steps[:3] < 0.25 * np.std(np.diff(watch.measured_errors[300:], axis=0), axis=0)[:3]).all()
+
+
+def test_at_rest_it_is_about_the_mean() -> None:
+    watch = Watch(start(v=0.0), NOISE)
+    for _ in range(100):
+        watch.step()
+    assert np.abs(watch.errors[-1][:2]).max() < 0.005
+    # From the second measurement on it counts them.
+    first = Watch(start(v=0.0), NOISE)
+    first.known = MeasurementNoise(variance=NOISE**2, pairs=100)
+    seen = [first.measured]
+    for _ in range(4):
+        first.step()
+        seen.append(first.measured)
+    assert first.state[:2] == pytest.approx(np.mean(seen, axis=0)[:2], abs=0.003)
+
+
+@pytest.mark.parametrize("turn", [0.7, pi, -2.5])
+def test_a_turned_vehicle_is_filtered_alike(turn: float) -> None:
+    one, other = Watch(start()), Watch(start())
+    c, s = cos(turn), sin(turn)
+    rotation = np.array([[c, -s], [s, c]])
+
+    def turned(state: Array) -> Array:
+        found = state.copy()
+        found[:2] = rotation @ state[:2]
+        found[2] = wrap(float(state[2]) + turn)
+        return found
+
+    random = np.random.default_rng(5)
+    one.known = other.known = MeasurementNoise(variance=NOISE**2, pairs=100, run=100)
+    follows, expected, measured = (start() + 0.01 * random.standard_normal(6) for _ in range(3))
+    given = CYCLE, 0.01, CURVATURE, CONFIG
+    plain, known = filtered(one.known, measured, follows, expected, *given)
+    rotated, also = filtered(other.known, turned(measured), turned(follows), turned(expected), *given)
+    assert rotated[:2] == pytest.approx(rotation @ plain[:2], abs=1e-12)
+    assert wrap(float(rotated[2] - plain[2]) - turn) == pytest.approx(0.0, abs=1e-12)
+    assert also.residual == pytest.approx(known.residual, abs=1e-12)
+
+
+def test_headings_may_be_on_any_branch() -> None:
+    known = MeasurementNoise(variance=NOISE**2, pairs=100, run=100)
+    measured = start(heading=pi - 0.001)
+    expected = start(heading=-pi + 0.001)
+    state, after = filtered(known, measured, expected, expected, CYCLE, 0.0, CURVATURE, CONFIG)
+    assert pi - 0.001 <= state[2] <= pi + 0.001
+    assert after.residual[2] == pytest.approx(-0.002)
+
+
+def test_it_is_never_farther_from_a_measurement_than_noise_explains() -> None:
+    watch = Watch(start(), NOISE)
+    watch.drive(300)
+    std = watch.known.stds[0]
+    watch.step(jump=0.4)
+    off = np.hypot(*(watch.state - watch.measured)[:2])
+    assert off <= 3.0 * 1.5 * std
+    for _ in range(20):
+        watch.step()
+        assert np.hypot(*(watch.state - watch.true)[:2]) < 0.1
+
+
+def test_a_model_that_is_off_is_followed() -> None:
+    """It slips aside by 2 cm/s: less of that is taken for noise the larger it is."""
+    watch = Watch(start(), 0.1 * NOISE)
+    watch.off[1] = 0.02 * CYCLE
+    watch.drive(300)
+    assert np.abs(watch.errors[-1][1]) < 0.005
+
+
+def test_a_break_counts_measurements_anew() -> None:
+    watch = Watch(start(), NOISE)
+    watch.drive(100)
+    broken = watch.known.broken()
+    assert (broken.run, broken.pairs) == (0, 99)
+    assert broken.variance is watch.known.variance
+    again, known = filtered(broken, watch.measured, watch.true, watch.true, CYCLE, 0.0, CURVATURE, CONFIG)
+    # The first of the new run may be believed no more than half, and tells nothing of the noise.
+    assert known.variance is watch.known.variance
+    assert known.run == 1
+    assert np.isfinite(again).all()
