@@ -36,7 +36,8 @@ class _Asked:
 
     Attributes:
         start, goal: poses; changes: number of obstacle changes known.
-        at: when the vehicle will be at the start, and drive [s]; None: it will stand there.
+        at: when the vehicle will be at the start, and drive [s]; None: it will stand there. after: so long
+            after it was asked for [s].
         came: its direction, +1 or -1, and the curvature that it drives [1/m]; 0, 0 where it will stand.
     """
 
@@ -44,6 +45,7 @@ class _Asked:
     goal: Pose2
     changes: int
     at: float | None = None
+    after: float = 0.0
     came: tuple[float, float] = (0.0, 0.0)
 
     def answers(self, other: _Asked, most: tuple[float, float, float]) -> bool:
@@ -167,13 +169,14 @@ class Rerouter:
         moment, or where it will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
         if last is not None and last.is_for(goal, s.area.changes, config.route.unmoved):
-            # Not again on the move, where that came too late.
             if last.at is not None and s.now <= last.at:
                 return last
-        elif s.plans.driven is not None and ways.on_the_move(s):
-            asked = _driving(s, goal, s.now + config.route.join_after, config)
-            if asked is not None:
-                return asked
+            # That came too late: once more with twice the time, as long as the vehicle drives by then.
+            asked = None if last.at is None else _driving(s, goal, 2.0 * last.after, config)
+        else:
+            asked = _driving(s, goal, config.route.join_after, config) if ways.on_the_move(s) else None
+        if asked is not None:
+            return asked
         if stop is None:
             return None
         part = s.task.segment.part
@@ -209,11 +212,10 @@ class Rerouter:
         return moves.onto_way(s, found, told)
 
 
-def _driving(s: ControllerState, goal: Pose2, at: float, config: ControllerConfig) -> _Asked | None:
-    """What is asked for from where the plan being driven will be at a time [s]; None: it stands by then."""
-    plan = s.plans.driven
-    assert plan is not None
-    if at >= plan.times[-1]:
+def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerConfig) -> _Asked | None:
+    """What is asked for from where the plan being driven will be so much later [s]; None: it stands."""
+    plan, at = s.plans.driven, s.now + after
+    if plan is None or at >= plan.times[-1]:
         return None
     state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]
     if abs(float(state[V])) <= config.behaviour.moving_speed:
@@ -221,7 +223,9 @@ def _driving(s: ControllerState, goal: Pose2, at: float, config: ControllerConfi
     start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     direction = 1.0 if state[V] > 0.0 else -1.0
     curvature = tan(float(state[DELTA])) / config.vehicle.wheelbase
-    return _Asked(start=start, goal=goal, changes=s.area.changes, at=at, came=(direction, curvature))
+    return _Asked(
+        start=start, goal=goal, changes=s.area.changes, at=at, after=after, came=(direction, curvature)
+    )
 
 
 def standing_route(here: Pose2) -> tuple[ReferencePath, tuple[Segment, ...]]:

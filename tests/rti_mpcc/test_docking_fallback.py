@@ -56,7 +56,7 @@ def finite(run: list[tuple[PlantState, Command]]) -> bool:
 def test_the_last_plan_is_driven_on_through_a_short_failure(fail: Fail) -> None:
     usual = list(drive(short(), 6.0))
     fail(5.0, 5.5)
-    run = list(drive(short(), 22.0))
+    run = list(drive(short(), 30.0))
     during = between(run, 5.0, 5.5)
     assert {command.source for _, command in during} == {Source.SHIFTED_PLAN}
     assert all(command.diagnostics.failed for _, command in during)
@@ -87,9 +87,10 @@ def test_it_brakes_when_the_plan_is_too_old_and_goes_on_afterwards(fail: Fail) -
 def test_without_a_first_plan_it_does_not_move(fail: Fail) -> None:
     fail(0.0, inf)
     run = list(drive(short(), 3.0))
-    assert {command.status for _, command in run} == {Status.STARTING}
-    assert all(command.acceleration == 0.0 and command.steering_rate == 0.0 for _, command in run)
-    assert run[-1][1].diagnostics.reason == REFUSED
+    # Once it has stood for a while it asks for another way, and its first plan fails as well.
+    assert {command.status for _, command in run} == {Status.STARTING, Status.PLANNING}
+    assert all(command.acceleration == 0.0 for _, command in run)
+    assert any(REFUSED in command.diagnostics.reason for _, command in run)
     assert not run[-1][1].docked
 
 
@@ -97,8 +98,10 @@ def test_without_a_first_plan_it_does_not_move(fail: Fail) -> None:
 def test_it_begins_as_soon_as_a_first_plan_is_found(fail: Fail) -> None:
     fail(0.0, 1.0)
     run = list(drive(short(), 22.0))
-    assert {command.status for _, command in between(run, 0.0, 1.0)} == {Status.STARTING}
-    assert run[int(1.0 / 0.05)][1].status is Status.ARRIVING
+    assert {command.status for _, command in between(run, 0.0, 1.0)} <= {Status.STARTING, Status.PLANNING}
+    # Its wheels are turned at rest for the way that was planned meanwhile.
+    drives = next(plant.time for plant, command in run if command.status is Status.ARRIVING)
+    assert drives <= 3.0
     assert run[-1][1].docked
 
 

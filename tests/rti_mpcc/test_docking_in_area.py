@@ -481,7 +481,7 @@ def test_planning_takes_only_the_slices_that_a_cycle_grants_and_loses_none(
     drive = hurried.drive(40.0)
     assert_docked(drive)
     assert len(slices) == 2 * needed
-    assert np.diff(taken).max() == min(granted, ROUTE.slices)
+    assert np.diff(taken).max() == min(granted, ROUTE.slices_at_rest)
     assert len({id(search) for search in slices}) == 2
     for one, other in ((unhurried.controller, hurried.controller),):
         assert isinstance(one, DockingController)
