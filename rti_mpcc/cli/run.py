@@ -6,9 +6,11 @@ import argparse
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import get_args
 
 from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
+from rti_mpcc.config import Ride
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_run
@@ -38,7 +40,8 @@ def add_to(commands: Commands) -> None:
         "trajectory.csv, overview.png and timeline.png.",
         # SCENARIO first: after --animate it would be taken for its file.
         usage="%(prog)s [-h] SCENARIO [--method METHOD] [--preset PRESET] [--seed N]\n"
-        "                    [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE] [--no-plots]\n"
+        "                    [--ride RIDE] [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
+        "                    [--no-plots]\n"
         "                    [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
         epilog="Exit status: 0 docked, 1 not docked or a boundary was crossed, 2 bad input.",
     )
@@ -52,6 +55,12 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     """What can be asked for of one run besides its scenario and seed."""
     parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
     parser.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
+    parser.add_argument(
+        "--ride",
+        choices=get_args(Ride),
+        help="smooth: least acceleration energy, brisk: least time, within comfort; default: what the "
+        "scenario says, else smooth",
+    )
     parser.add_argument(
         "--docking-time",
         type=float,
@@ -85,6 +94,8 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     """Run it by the options of `add_run_options` and a seed, tell and write; the exit status."""
+    if arguments.ride is not None:
+        scenario = changed(scenario, {"controller.ride": arguments.ride})
     if arguments.docking_time is not None:
         scenario = changed(scenario, {"controller.docking_time": arguments.docking_time})
     # simulate() would find what is wrong, too, but after the folder was made.

@@ -7,7 +7,7 @@ switched on by `ControllerConfig.paper()`, see docs/decisions.
 from __future__ import annotations
 
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, ControllerConfig
-from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
+from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import (
     AdmmSettings,
@@ -47,6 +47,7 @@ __all__ = [
     "Plausibility",
     "Progress",
     "Retries",
+    "Ride",
     "RoutePlanner",
     "Search",
     "SolverSettings",

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from math import radians, tan
+from math import inf, radians, tan
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance
-from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Search
+from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mpc import (
     BoundRelaxation,
@@ -30,6 +30,8 @@ COMFORT_ACCELERATION = 0.4
 """By default [m/s²]."""
 RAMP = 0.4
 """In which a vehicle comes from none to the comfort acceleration [s]."""
+BRISK_EFFORT = 0.04
+"""Share of the effort's weight in a brisk cruise: its time constant falls from 12 s to 2.4 s."""
 NO_JERK = 1e3
 """More than any vehicle has in a cycle: no bound [m/s³]."""
 NO_COMFORT = (0.0, 0.0, 0.0)
@@ -57,6 +59,7 @@ class ControllerConfig(Settings):
         comfort_acceleration: a_c [m/s²], comfort_lateral_acceleration [m/s²], comfort_steering_rate [rad/s]:
             what passengers or load are to feel at most. A planned arrival takes the time that keeps to all
             three, and what goes beyond them costs extra.
+        ride: "smooth" or "brisk", see `Ride`.
         comfort_jerk: so much the acceleration of a plan changes in a second at most [m/s³]; None: as much as
             reaches the comfort acceleration in `RAMP`. In the presets of the paper it is not bounded.
         cruise_horizon: horizon of the contouring objective [s].
@@ -113,6 +116,7 @@ class ControllerConfig(Settings):
     comfort_lateral_acceleration: Positive = 1.0
     comfort_steering_rate: Positive = 0.5
     comfort_jerk: Positive | None = None
+    ride: Ride = "smooth"
     cruise_horizon: Annotated[float, Field(ge=1.0, le=120.0)] = 10.0
     arrival_horizon: Annotated[float, Field(ge=3.0, le=300.0)] = 25.0
     arrival: bool = True
@@ -171,6 +175,25 @@ class ControllerConfig(Settings):
         if not self.arrival:
             return self.limits.speed
         return min(self.limits.speed, 0.5 * self.arrival_acceleration * self.arrival_horizon)
+
+    @property
+    def cruise_effort(self) -> float:
+        """Weight on the squared acceleration of a cruise [s⁴/m²]: comfort bounds that of a brisk one."""
+        return self.weights.acceleration * (BRISK_EFFORT if self.ride == "brisk" else 1.0)
+
+    @property
+    def planned_acceleration(self) -> float:
+        """Largest that a plan may have, besides the limits [m/s²]."""
+        return inf if self.ride == "smooth" else self.arrival_timing.brisk_bound * self.comfort_acceleration
+
+    @property
+    def arrival_comfort(self) -> tuple[float, float, float]:
+        """Weights on what goes beyond comfort in an arrival.
+
+        The time of a smooth one says what acceleration it takes; that of a brisk one leaves no room.
+        """
+        along, across, turning = self.weights.arrival_comfort
+        return (self.weights.comfort[0] if self.ride == "brisk" else along, across, turning)
 
     @property
     def recovers(self) -> bool:

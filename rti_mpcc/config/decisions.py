@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 from math import radians
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -23,6 +23,14 @@ class Method(Enum):
     """Contouring to a stop at a staging pose on the path; from there a Cartesian objective (paper IV)."""
     SWITCHED = "switched"
     """Contouring, and from `Weights.transition_reach` of way left on a Cartesian objective (paper IV)."""
+
+
+Ride = Literal["smooth", "brisk"]
+"""What an arrival is to be like, within comfort.
+
+smooth: of least acceleration energy; its acceleration falls evenly, and is that of comfort at either end.
+brisk: of least time, with the comfort acceleration as far as its jerk allows; some 15 % shorter.
+"""
 
 
 class Behaviour(Settings):
@@ -126,6 +134,9 @@ class ArrivalTiming(Settings):
         least_pieces, most_pieces: in which the way ahead is looked at.
         steering_distance: way over which a step of the path's curvature is steered [m]: no vehicle turns its
             wheels on the spot.
+        brisk_catching_up: so many seconds each second less has an arrival of a brisk ride that has more than
+            its plan's own way takes in comfort.
+        brisk_bound: no plan of a brisk ride takes more than so many times the comfort acceleration.
         slowest: least factor on the speeds of a motion by which it is slowed down for a given docking time.
         cruise_step: in which a cruise is driven in thought for the expected docking time [s].
     """
@@ -146,6 +157,8 @@ class ArrivalTiming(Settings):
     least_pieces: Annotated[int, Field(ge=2, le=100_000)] = 64
     most_pieces: Annotated[int, Field(ge=2, le=100_000)] = 400
     steering_distance: Annotated[float, Field(ge=0.0, le=1000.0)] = 4.0
+    brisk_catching_up: NonNegative = 0.5
+    brisk_bound: Annotated[float, Field(ge=1.0, le=10.0)] = 1.1
     slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     cruise_step: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
 

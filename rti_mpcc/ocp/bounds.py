@@ -71,6 +71,7 @@ def stage_bounds(
     """
     limits, progress, profile = config.limits, config.progress, config.speed_profile
     d, o, gain = disturbance
+    planned = config.planned_acceleration
     states, controls = np.empty((2, len(theta) - 1, 2, 3))
     _stage_bounds(
         np.ascontiguousarray(theta),
@@ -85,7 +86,7 @@ def stage_bounds(
         config.progress_reverses,
         (o - limits.steering, o + limits.steering),
         target.stop + overrun(target, progress) if ends else inf,
-        (d - gain * limits.acceleration, d + gain * limits.acceleration),
+        (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
         limits.steering_rate,
         states,
         controls,

@@ -128,6 +128,7 @@ class Contouring:
             cruise_speed=config.cruise_speed,
             clip_goal=config.corridor_rows,
             allocate=not config.arrival,
+            effort=config.cruise_effort,
         )
 
 
@@ -156,7 +157,7 @@ class ArrivalAtRest:
 
     def weights(self, config: ControllerConfig, target: Target, theta: Array, lengths: Array) -> StageWeights:
         """See `arrival_weights`."""
-        return arrival_weights(config.weights, target, theta, lengths)
+        return arrival_weights(config.weights, target, theta, lengths, config.arrival_comfort)
 
 
 def sigma(distance: Array | float, weights: Weights) -> Array:
@@ -175,6 +176,7 @@ def contouring_weights(
     cruise_speed: float,
     clip_goal: bool,
     allocate: bool = True,
+    effort: float | None = None,
 ) -> StageWeights:
     """Contouring with dynamic weights: paper Eq. 8 where the path's end is the goal, else Eq. 9 to 11.
 
@@ -185,6 +187,7 @@ def contouring_weights(
         clip_goal: whether the goal's pull is bounded (where corridor rows act).
         allocate: False leaves all weights as they are far from the end: a cruise that will turn to a
             planned arrival in time.
+        effort: on the squared acceleration; None: that of `weights`.
     """
     share = stage_share(lengths, weights)
     near = sigma(target.stop - theta, weights) * allocate
@@ -226,7 +229,7 @@ def contouring_weights(
         lateral_acceleration=weights.lateral_acceleration * share,
         bound_distance=weights.bound_distance * (1.0 - near) * share,
         bound_speed=weights.bound_speed * share,
-        acceleration=weights.acceleration * share[:-1],
+        acceleration=(weights.acceleration if effort is None else effort) * share[:-1],
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
@@ -243,10 +246,16 @@ def contouring_weights(
     return states
 
 
-def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Array) -> StageWeights:
+def arrival_weights(
+    weights: Weights,
+    target: Target,
+    theta: Array,
+    lengths: Array,
+    comfort: tuple[float, float, float] | None = None,
+) -> StageWeights:
     """One planned arrival at rest at the target at the horizon's end (docs/method.md).
 
-    Args as `contouring_weights`.
+    Args as `contouring_weights`; comfort: weights on what goes beyond it, None: those of `weights`.
     """
     share = stage_share(lengths, weights)
     firm = min(1.0, float(lengths.sum()) / weights.firm_time) ** 3
@@ -254,7 +263,7 @@ def arrival_weights(weights: Weights, target: Target, theta: Array, lengths: Arr
         weights,
         share,
         share * firm,
-        comfort=weights.arrival_comfort,
+        comfort=weights.arrival_comfort if comfort is None else comfort,
         goal=np.full(3, weights.arrival_pose),
         goal_speed=weights.arrival_speed,
         goal_clipped=True,

@@ -19,6 +19,12 @@ its vertex,
 Where the speed allowed changes on the way, (T3) with c(theta) the lower of the pace and the peak of (T1) is
 driven forwards from the present speed and backwards from rest. That keeps to both, if not with the least
 energy, and is (T1) where the pace is nowhere below that peak.
+
+That is a smooth ride. A brisk one takes the least time with the acceleration a and the jerk j,
+
+(T6)  t_go = (2 V - v) / a + a / j,   V² = a D + v² / 2,   |dv/dt| = a below the pace:
+
+the acceleration takes a / j to come to its value and to leave it, at either end of the way for a half.
 """
 
 from __future__ import annotations
@@ -32,26 +38,70 @@ from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array
 
 
-def time_to_go(
-    distance: float, speed: float, comfort: float, least: float, highest: Array | None = None
+def arrival_time(
+    distance: float, speed: float, config: ControllerConfig, highest: Array | None = None
 ) -> float:
-    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3).
+    """Duration [s] of the arrival that is planned over `distance` [m] from `speed` >= 0 [m/s].
+
+    Args:
+        highest: see `time_to_go`.
+    """
+    return time_to_go(
+        distance,
+        speed,
+        config.arrival_acceleration,
+        config.arrival_timing.least_time,
+        highest,
+        jerk=config.comfort.jerk if config.ride == "brisk" else None,
+    )
+
+
+def time_to_go(
+    distance: float,
+    speed: float,
+    comfort: float,
+    least: float,
+    highest: Array | None = None,
+    *,
+    jerk: float | None = None,
+) -> float:
+    """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3); (T6).
 
     Where stopping takes more than the comfort acceleration, it is the constant deceleration that does.
 
     Args:
         comfort: acceleration a [m/s²]; least: shortest duration [s].
         highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
+        jerk: of a brisk ride [m/s³]; None: a smooth one.
     """
     distance = max(distance, 1e-6)
-    a = _deceleration(distance, speed, comfort)
-    free = _free_time(distance, speed, a)
-    if free <= least:
+    a, brisk = _deceleration(distance, speed, comfort), jerk is not None
+    ramp = 0.0 if jerk is None else a / jerk
+    free = (_least_time if brisk else _free_time)(distance, speed, a)
+    if free + ramp <= least:
         return least
-    peak = _vertex_speed(distance, speed, free)
+    peak = _highest_speed(distance, speed, a) if brisk else _vertex_speed(distance, speed, free)
     if highest is None or float(highest.min()) >= peak:
-        return free
-    return max(float(_paced(distance, speed, a, np.minimum(highest, peak))[0][-1]), free)
+        return free + ramp
+    paced = _paced(distance, speed, a, np.minimum(highest, peak), brisk)[0]
+    return max(float(paced[-1]), free) + ramp
+
+
+def time_along(ways: Array, speed: float, acceleration: float, highest: Array) -> float:
+    """Duration [s] of a brisk arrival over unequal pieces of its way, Eq. (T6) without its ramps.
+
+    Args:
+        ways: (m,) lengths of the pieces [m]; highest: (m,) speeds allowed in them [m/s].
+    """
+    up, down = [speed], [0.0]
+    for piece, bound in zip(ways.tolist(), highest.tolist(), strict=True):
+        up.append(min(bound, sqrt(up[-1] ** 2 + 2.0 * acceleration * piece)))
+    for piece, bound in zip(ways[::-1].tolist(), highest[::-1].tolist(), strict=True):
+        down.append(min(bound, sqrt(down[-1] ** 2 + 2.0 * acceleration * piece)))
+    speeds = np.minimum(up, down[::-1])
+    speeds[0] = speed
+    times = 2.0 * ways / np.maximum(speeds[1:] + speeds[:-1], 1e-6)
+    return float(times.sum())
 
 
 def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, Array]:
@@ -70,18 +120,20 @@ def cubic_motion(elapsed: Array, distance: float, speed: float) -> tuple[Array, 
 
 
 def paced_motion(
-    elapsed: Array, distance: float, speed: float, comfort: float, highest: Array
+    elapsed: Array, distance: float, speed: float, comfort: float, highest: Array, *, brisk: bool = False
 ) -> tuple[Array, Array]:
-    """The same by (T3), stretched to the time that there is: it begins with `speed`, and keeps to what is
-    highest, where that is the time of (T3).
+    """The same by (T3), or (T6), stretched to the time that there is: it begins with `speed`, and keeps to
+    what is highest, where that is the time of (T3).
 
     Args:
         distance, speed, comfort, highest: see `time_to_go`.
     """
     distance = max(distance, 1e-6)
     a = _deceleration(distance, speed, comfort)
-    peak = _vertex_speed(distance, speed, _free_time(distance, speed, a))
-    times, speeds = _paced(distance, speed, a, np.minimum(highest, peak))
+    peak = _highest_speed(distance, speed, a)
+    if not brisk:
+        peak = _vertex_speed(distance, speed, _free_time(distance, speed, a))
+    times, speeds = _paced(distance, speed, a, np.minimum(highest, peak), brisk)
     slower = float(times[-1]) / float(elapsed[-1])
     at, pieces = elapsed * slower, len(highest)
     rate = np.interp(at, times, speeds)
@@ -114,19 +166,20 @@ def within_reach(distance: float, speed: float, config: ControllerConfig, pace: 
         distance: [m], from `theta` [m] on a part with this pace; speed: [m/s].
     """
     comfort, timing = config.arrival_acceleration, config.arrival_timing
-    duration = time_to_go(distance, speed, comfort, timing.least_time)
-    due = distance <= max(4.0 * speed**2 / (3.0 * comfort), timing.waiting_reach)
-    if not due and peak_speed(distance, speed, duration) > config.limits.speed:
+    duration, brisk = arrival_time(distance, speed, config), config.ride == "brisk"
+    braking = 4.0 * speed**2 / (3.0 * comfort)
+    if brisk:
+        braking = 0.5 * speed**2 / comfort + speed * comfort / config.comfort.jerk
+    due = distance <= max(braking, timing.waiting_reach)
+    peak = _highest_speed(distance, speed, comfort) if brisk else peak_speed(distance, speed, duration)
+    if not due and peak > config.limits.speed:
         return False
     if distance <= config.arrival_reach:
         return True
     horizon = config.arrival_horizon
     if duration > horizon:
         return False
-    return (
-        time_to_go(distance, speed, comfort, timing.least_time, pace.ahead(theta, distance, config))
-        <= horizon
-    )
+    return arrival_time(distance, speed, config, pace.ahead(theta, distance, config)) <= horizon
 
 
 def _deceleration(distance: float, speed: float, comfort: float) -> float:
@@ -139,12 +192,24 @@ def _free_time(distance: float, speed: float, acceleration: float) -> float:
     return (-speed + sqrt(speed**2 + 6.0 * acceleration * distance)) / acceleration
 
 
-def _paced(distance: float, speed: float, acceleration: float, bounds: Array) -> tuple[Array, Array]:
-    """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3) at the ends of m equal pieces of the
-    way, with c = `bounds` (m,) [m/s] in them."""
-    piece = distance / len(bounds)
-    up = _speeds_along(speed, bounds.tolist(), piece, acceleration)
-    down = _speeds_along(0.0, bounds[::-1].tolist(), piece, acceleration)[::-1]
+def _least_time(distance: float, speed: float, acceleration: float) -> float:
+    """Duration [s] by (T6) without its ramps."""
+    return (2.0 * _highest_speed(distance, speed, acceleration) - speed) / acceleration
+
+
+def _highest_speed(distance: float, speed: float, acceleration: float) -> float:
+    """V of (T6) [m/s]."""
+    return sqrt(acceleration * distance + 0.5 * speed**2)
+
+
+def _paced(
+    distance: float, speed: float, acceleration: float, bounds: Array, brisk: bool
+) -> tuple[Array, Array]:
+    """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3), or (T6), at the ends of m equal pieces
+    of the way, with c = `bounds` (m,) [m/s] in them."""
+    piece, along = distance / len(bounds), _even_speeds_along if brisk else _speeds_along
+    up = along(speed, bounds.tolist(), piece, acceleration)
+    down = along(0.0, bounds[::-1].tolist(), piece, acceleration)[::-1]
     # Faster than comfort at its begin, it brakes.
     braked = [sqrt(max(speed**2 - 2.0 * acceleration * k * piece, 0.0)) for k in range(len(up))]
     speeds = np.array([max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)])
@@ -162,5 +227,14 @@ def _speeds_along(speed: float, bounds: list[float], piece: float, acceleration:
         u = sqrt(1.0 - min(speed, bound) / bound)
         left = 1.5 * (u - u**3 / 3.0 - 0.5 * acceleration * piece / bound**2)
         speed = bound if left <= 0.0 else bound * (1.0 - (2.0 * sin(asin(min(left, 1.0)) / 3.0)) ** 2)
+        speeds.append(speed)
+    return speeds
+
+
+def _even_speeds_along(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:
+    """The same at one acceleration, below the bounds."""
+    speeds = [speed]
+    for bound in bounds:
+        speed = min(bound, sqrt(min(speed, bound) ** 2 + 2.0 * acceleration * piece))
         speeds.append(speed)
     return speeds

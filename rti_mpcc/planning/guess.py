@@ -35,10 +35,13 @@ def arrival_guess(
     speed = max(part.direction * float(state[V]), 0.0)
     elapsed, theta = times - times[0], float(state[THETA])
     s, rate = cubic_motion(elapsed, distance, speed)
-    if pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, speed, config)).any():
+    brisk = config.ride == "brisk"
+    if brisk or (
+        pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, speed, config)).any()
+    ):
         # The QP would not let it be so fast: the motion that the time was planned with.
         highest = pace.ahead(theta, distance, config)
-        s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest)
+        s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest, brisk=brisk)
     return along_path(part, target, state, times, s, rate, config)
 
 

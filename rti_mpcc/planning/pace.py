@@ -5,7 +5,9 @@ turns its wheels on the spot. From it, with the comfort values,
 
 (P1)  v² |tan delta| / L <= a_lat,   v |d delta / d theta| <= delta_dot,   v <= the speed limit,
 
-and what the room beside the body allows, (P2) of rti_mpcc.ocp.room.
+and what the room beside the body allows, (P2) of rti_mpcc.ocp.room. A brisk ride is not slowed by what the
+path asks of the steering: a vehicle steers over more of its way than the path, and where that leaves comfort
+all the same its arrival gets more time, see `rti_mpcc.planning.schedule`.
 """
 
 from __future__ import annotations
@@ -57,8 +59,9 @@ def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) 
     steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")
     curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)
     turning = np.maximum(np.abs(np.gradient(steering, theta)), FLAT)
-    speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), comfort.steering_rate / turning)
-    speed = np.minimum(speed, config.limits.speed)
+    speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), config.limits.speed)
+    if config.ride == "smooth":
+        speed = np.minimum(speed, comfort.steering_rate / turning)
     if room is not None:
         speed = np.minimum(speed, timing.planned_share * room.speed_at(theta))
     return Pace(theta=theta, speed=speed, room=room)

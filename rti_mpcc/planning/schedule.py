@@ -10,8 +10,9 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, A, V
-from rti_mpcc.planning.arrival import time_to_go, within_reach
+from rti_mpcc.planning.arrival import arrival_time, time_along, within_reach
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.pace import FLAT
 from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
 from rti_mpcc.types import Trajectory
 
@@ -105,8 +106,7 @@ def _duration(context: PlanningContext, config: ControllerConfig) -> float:
     """What the arrival takes from here [s]."""
     distance = context.distance
     highest = context.pace.ahead(float(context.state[THETA]), distance, config)
-    least = config.arrival_timing.least_time
-    return time_to_go(distance, context.speed, config.arrival_acceleration, least, highest)
+    return arrival_time(distance, context.speed, config, highest)
 
 
 def _followed(
@@ -116,7 +116,8 @@ def _followed(
 
     With f of `pressed`, later where f > 1 by (f - 1) / `hurry` seconds a second, at most 1: the time to go
     stands still then. Sooner where f is below `slack`, and more time is left than the way takes by that
-    share. Nothing but the rate changes by a step, so no acceleration does.
+    share. A brisk ride has the time of `own_time` and half a ramp of (T6) at least, a whole one at most.
+    Nothing but the rate changes by a step, so no acceleration does.
 
     A vehicle that is slow for its way may not get on at all, and one that is near may be beside its target:
     their arrivals are to be overdue some time, and keep their time.
@@ -124,15 +125,32 @@ def _followed(
     distance, timing = context.distance, config.arrival_timing
     if plan is None or distance <= timing.late_reach:
         return at
-    needed = time_to_go(distance, context.speed, config.arrival_acceleration, timing.least_time)
+    needed = arrival_time(distance, context.speed, config)
     if context.speed * needed < timing.kept_share * distance:
         return at
     factor = pressed(plan, config)
     if factor > 1.0 + timing.hurry_from:
         return at + config.cycle * min((factor - 1.0) / timing.hurry, 1.0)
+    if config.ride == "brisk":
+        ramp = config.arrival_acceleration / config.comfort.jerk
+        spare = at - context.begin - own_time(plan, context.speed, config)
+        if spare < 0.5 * ramp:
+            return at + config.cycle * min((0.5 * ramp - spare) / timing.hurry, 1.0)
+        return at - config.cycle * min(max(spare - ramp, 0.0), timing.brisk_catching_up)
     if factor < timing.slack and timing.slack * (at - context.begin) > _duration(context, config):
         return at - timing.catching_up * config.cycle
     return at
+
+
+def own_time(plan: Trajectory, speed: float, config: ControllerConfig) -> float:
+    """Least time [s] in comfort of the way that a plan leads, by its own bends: (T6) without its ramps."""
+    comfort, states, lengths = config.comfort, plan.states, np.diff(plan.times)
+    ways = np.maximum(0.5 * np.abs(states[1:, V] + states[:-1, V]) * lengths, FLAT)
+    curvature = np.abs(np.tan(states[1:, DELTA])) / config.vehicle.wheelbase
+    across = np.sqrt(comfort.lateral_acceleration / np.maximum(curvature, FLAT))
+    turning = comfort.steering_rate * ways / np.maximum(np.abs(np.diff(states[:, DELTA])), FLAT)
+    highest = np.minimum(np.minimum(across, turning), config.limits.speed)
+    return time_along(ways, speed, config.arrival_acceleration, highest)
 
 
 def pressed(plan: Trajectory, config: ControllerConfig) -> float:

@@ -18,7 +18,7 @@ from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
-from rti_mpcc.planning.arrival import time_to_go, within_reach
+from rti_mpcc.planning.arrival import arrival_time, within_reach
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.sensing import distance_between
 
@@ -103,16 +103,16 @@ def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> floa
         speed = min(speed + gain * step, highest)
         time, left, begin = time + step, left - speed * step, begin + speed * step
     highest_ahead = pace.ahead(begin, left, config)
-    return time + time_to_go(left, speed, config.arrival_acceleration, timing.least_time, highest_ahead)
+    return time + arrival_time(left, speed, config, highest_ahead)
 
 
 def _rise(config: ControllerConfig) -> float:
     """k of (T4) [1/s]. Raises ConfigError where it is none."""
-    weights = config.weights
-    if not (weights.progress_reward > 0.0 and weights.acceleration > 0.0):
+    weights, effort = config.weights, config.cruise_effort
+    if not (weights.progress_reward > 0.0 and effort > 0.0):
         raise ConfigError(
             f"weights.progress_reward = {weights.progress_reward}, weights.acceleration = "
             f"{weights.acceleration}: a cruise has a time that is known before only if both are > 0"
         )
-    w = sqrt(weights.progress_reward / (2.0 * weights.acceleration * config.cruise_speed))
+    w = sqrt(weights.progress_reward / (2.0 * effort * config.cruise_speed))
     return w * tanh(w * config.cruise_horizon)

@@ -15,7 +15,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.baselines import with_method
-from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, RoutePlanner, Vehicle
+from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Ride, RoutePlanner, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
@@ -184,6 +184,8 @@ class ControllerSection(Section):
     comfort_acceleration: Positive | None = None
     comfort_lateral_acceleration: Positive | None = None
     comfort_steering_rate: Positive | None = None
+    comfort_jerk: Positive | None = None
+    ride: Ride | None = None
     docking_time: Positive | None = None
     recovery: bool | None = None
     deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None

@@ -7,7 +7,15 @@ import pytest
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.planning.arrival import cubic_motion, paced_motion, peak_speed, time_to_go, within_reach
+from rti_mpcc.planning.arrival import (
+    arrival_time,
+    cubic_motion,
+    paced_motion,
+    peak_speed,
+    time_along,
+    time_to_go,
+    within_reach,
+)
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.types import Array
 
@@ -228,3 +236,48 @@ def test_a_bend_ahead_delays_the_arrival_until_it_is_short_enough() -> None:
     distance = 60.0
     assert within_reach(distance, 3.0, config, pace, 5.0)
     assert not within_reach(distance, 3.0, config, slow, 5.0)
+
+
+# -- brisk rides ---------------------------------------------------------------------------------------------
+
+
+def test_a_brisk_ride_is_full_acceleration_and_full_braking_with_ramps_between() -> None:
+    assert time_to_go(25.0, 0.0, 0.4, LEAST, jerk=1.0) == pytest.approx(2.0 * sqrt(25.0 / 0.4) + 0.4)
+    # From 2 m/s: up to V, down to rest.
+    top = sqrt(0.4 * 25.0 + 0.5 * 2.0**2)
+    assert time_to_go(25.0, 2.0, 0.4, LEAST, jerk=1.0) == pytest.approx((2.0 * top - 2.0) / 0.4 + 0.4)
+    # One that can only just brake does that.
+    assert time_to_go(5.0, 2.0, 0.4, LEAST, jerk=1.0) == pytest.approx(2.0 / 0.4 + 0.4)
+
+
+def test_it_is_a_fifth_shorter_than_a_smooth_one() -> None:
+    brisk, smooth = (ControllerConfig(ride=ride) for ride in ("brisk", "smooth"))
+    ratio = arrival_time(30.0, 0.0, brisk) / arrival_time(30.0, 0.0, smooth)
+    assert 2.0 / sqrt(6.0) < ratio < 0.85
+    assert arrival_time(30.0, 0.0, smooth) == time_to_go(30.0, 0.0, smooth.arrival_acceleration, LEAST)
+
+
+def test_a_brisk_ride_keeps_to_what_is_allowed_on_the_way() -> None:
+    """Up to 1 m/s, along, and down: 1/0.4 s and 1.25 m each."""
+    got = time_to_go(20.0, 0.0, 0.4, LEAST, np.full(2000, 1.0), jerk=1.0)
+    assert got == pytest.approx(2.5 + (20.0 - 2.5) + 2.5 + 0.4, rel=1e-3)
+    pieces = np.full(2000, 0.01)
+    assert time_along(pieces, 0.0, 0.4, np.full(2000, 1.0)) == pytest.approx(got - 0.4, rel=1e-3)
+    s, rate = paced_motion(np.linspace(0.0, got, 200), 20.0, 0.0, 0.4, np.full(2000, 1.0), brisk=True)
+    assert (s[-1], rate[-1]) == (pytest.approx(20.0), pytest.approx(0.0, abs=1e-9))
+    assert rate.max() <= 1.0 + 1e-9
+
+
+def test_unequal_pieces_take_the_time_of_their_way() -> None:
+    ways = np.random.default_rng(3).uniform(0.001, 0.05, 2000)
+    even = 2.0 * sqrt(ways.sum() / 0.4)
+    assert time_along(ways, 0.0, 0.4, np.full(2000, 50.0)) == pytest.approx(even, rel=1e-3)
+
+
+def test_out_of_a_cruise_a_brisk_arrival_begins_when_it_has_to_brake() -> None:
+    config = ControllerConfig(limits=Limits(speed=3.0), ride="brisk", arrival_horizon=60.0)
+    a, speed = config.arrival_acceleration, 3.0
+    braking = 0.5 * speed**2 / a + speed * a / config.comfort.jerk
+    config = config.model_copy(update={"arrival_timing": TIMING.model_copy(update={"waiting_reach": 0.0})})
+    assert reaches(braking - 0.1, speed, config)
+    assert not reaches(braking + 0.5, speed, config)

@@ -122,6 +122,46 @@ def test_the_time_of_arrival_follows_the_plan() -> None:
     assert due(arriving(at=20.0, driven=slow), contexts()) == 20.0
 
 
+BRISK = ControllerConfig(dead_time=0.2, ride="brisk")
+
+
+def driving(speed: float, duration: float) -> Trajectory:
+    """Straight on at one speed, in 50 stages."""
+    times = 10.2 + np.linspace(0.0, duration, 51)
+    way = speed * (times - times[0])
+    states = np.column_stack([way, 0 * way, 0 * way, np.full(51, speed), 0 * way, way])
+    return Trajectory(times=times, states=states, controls=np.zeros((50, 3)))
+
+
+def test_the_own_time_of_a_plan_is_that_of_its_way() -> None:
+    a = BRISK.arrival_acceleration
+    assert schedule.own_time(driving(1.0, 20.0), 0.0, BRISK) == pytest.approx(
+        2.0 * (20.0 / a) ** 0.5, rel=0.02
+    )
+    # A bend of 0.2 1/m is driven at 2.2 m/s, for the lateral acceleration.
+    bent = driving(1.0, 40.0)
+    states = bent.states.copy()
+    states[:, 4] = np.arctan(0.2 * BRISK.vehicle.wheelbase)
+    top = (BRISK.comfort_lateral_acceleration / 0.2) ** 0.5
+    expected = 2.0 * top / a + (40.0 - top**2 / a) / top
+    assert schedule.own_time(replace(bent, states=states), 0.0, BRISK) == pytest.approx(expected, rel=0.02)
+
+
+def test_the_time_of_a_brisk_arrival_follows_the_own_time_of_its_plan() -> None:
+    plan, begin = driving(1.0, 10.0), 10.2
+    ramp = BRISK.arrival_acceleration / BRISK.comfort.jerk
+    own = schedule.own_time(plan, 1.0, BRISK)
+
+    def due_brisk(spare: float) -> float:
+        at = begin + own + spare
+        return arrival_of(decided(arriving(at=at, driven=plan), contexts(), BRISK)).at - at
+
+    assert due_brisk(0.8 * ramp) == 0.0
+    assert due_brisk(ramp + 2.0) == pytest.approx(-BRISK.cycle * BRISK.arrival_timing.brisk_catching_up)
+    assert due_brisk(0.5 * ramp - 0.1) == pytest.approx(0.5 * BRISK.cycle)
+    assert due_brisk(-3.0) == pytest.approx(BRISK.cycle)
+
+
 def test_near_its_target_or_slow_for_its_way_an_arrival_keeps_its_time_to_be_overdue_one_day() -> None:
     pressed = arriving(at=20.0, driven=planned(4.0))
     assert due(pressed, contexts(distance=0.9 * TIMING.late_reach, speed=0.5)) == 20.0
