@@ -162,7 +162,9 @@ class ControllerConfig(Settings):
     @property
     def arrival_acceleration(self) -> float:
         """What a planned arrival takes [m/s²]."""
-        return self.arrival_timing.planned_share * self.comfort_acceleration
+        timing = self.arrival_timing
+        share = timing.planned_share if self.ride == "smooth" else timing.brisk_share
+        return share * self.comfort_acceleration
 
     @property
     def arrival_reach(self) -> float:

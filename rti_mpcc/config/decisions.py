@@ -134,6 +134,8 @@ class ArrivalTiming(Settings):
         least_pieces, most_pieces: in which the way ahead is looked at.
         steering_distance: way over which a step of the path's curvature is steered [m]: no vehicle turns its
             wheels on the spot.
+        brisk_share: what an arrival of a brisk ride takes of the comfort acceleration. Nearly all: its time
+            has the ramps for a reserve.
         brisk_catching_up: so many seconds each second less has an arrival of a brisk ride that has more than
             its plan's own way takes in comfort.
         brisk_bound: no plan of a brisk ride takes more than so many times the comfort acceleration.
@@ -157,6 +159,7 @@ class ArrivalTiming(Settings):
     least_pieces: Annotated[int, Field(ge=2, le=100_000)] = 64
     most_pieces: Annotated[int, Field(ge=2, le=100_000)] = 400
     steering_distance: Annotated[float, Field(ge=0.0, le=1000.0)] = 4.0
+    brisk_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.96
     brisk_catching_up: NonNegative = 0.5
     brisk_bound: Annotated[float, Field(ge=1.0, le=10.0)] = 1.1
     slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
