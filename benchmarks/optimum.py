@@ -4,7 +4,7 @@
 
 Of the built-in scenarios and of drawn courses with one direction of motion. The program has the bicycle
 model over N equal intervals of a free time T, with RK4, the limits and comfort as hard bounds, and the
-outline of the body, a point every quarter of a metre, kept by `CLEARANCE` from all of the corridor. It is
+outline of the body, a point every 0.1 m, kept by `CLEARANCE` from all of the corridor. It is
 asked three things:
 
 least time:    min T with no more of each of the three energies than the smooth closed loop took
@@ -31,10 +31,9 @@ import casadi as ca
 import numpy as np
 
 from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
-from geometry import Area, Pose2
+from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.footprint import AXLE, body_of, body_polygons
-from rti_mpcc.planning.surroundings import area_along
+from rti_mpcc.model.footprint import AXLE, body_polygons, clearances
 from rti_mpcc.simulation import RunResult, Scenario, changed, drawn_course, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import spread
 from rti_mpcc.types import Array
@@ -44,11 +43,11 @@ BUILT_IN = ("docking_inside", "docking_behind")
 STAGES = 80
 CLEARANCE = 0.05  # [m], the hard minimum of plans
 GRID = 0.1  # [m] between the distances that a spline goes through
-OUTLINE = 0.25  # [m] between points of the outline
-NEAR = 0.8  # [m]: a point nearer to something gets a row
+OUTLINE = 0.1  # [m] between points of the outline: a corner between two of them stays outside
+NEAR = 0.35  # [m]: a point nearer to something gets a row
 BEYOND = 6.0  # [m] that the grid reaches beyond the motion
 ROUNDS = 6  # of adding rows
-TOUCH = 0.02  # [m] that the exact body may miss CLEARANCE by: the spline rounds corners off
+TOUCH = 0.03  # [m] that the exact body may miss CLEARANCE by: the spline rounds corners off
 ENERGIES = ("acceleration", "steering_rate", "lateral_acceleration")
 IPOPT: dict[str, Any] = {
     "print_level": 0,
@@ -84,14 +83,15 @@ class Docking:
 
     Attributes:
         config: limits and comfort; start, goal: poses; direction: of the motion.
-        area: where the body may be; distance: casadi's, of a point to what is solid, around the motion.
+        corridor: where the body may be; distance: casadi's, of a point to its walls and obstacles, around the
+            motion.
     """
 
     config: ControllerConfig
     start: Pose2
     goal: Pose2
     direction: int
-    area: Area
+    corridor: Corridor
     distance: Any
 
     @classmethod
@@ -99,12 +99,13 @@ class Docking:
         """What a scenario with one direction of motion asks, around a motion that does it."""
         path, config = scenario.build_path(), scenario.controller_config()
         corridor = scenario.build_corridor(path)
-        area = area_along(path, corridor, config).with_obstacles(corridor.obstacles)
         low, high = motion.states[:, :2].min(axis=0) - BEYOND, motion.states[:, :2].max(axis=0) + BEYOND
         axes = [np.arange(a, b + GRID, GRID) for a, b in zip(low, high, strict=True)]
         x, y = np.meshgrid(*axes, indexing="ij")
         points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        apart = area.signed_distances(AXLE, points, BEYOND).reshape(x.size, -1).min(axis=1, initial=BEYOND)
+        apart = corridor.signed_distances(0, AXLE, points, BEYOND).min(axis=1, initial=BEYOND)
+        depth = corridor.beyond(0, points[:, :2])
+        apart = np.where(depth > 0.0, np.minimum(apart, -depth), apart)
         # casadi counts the first axis fastest
         values = np.clip(apart, -BEYOND, BEYOND).reshape(x.shape).ravel(order="F")
         return cls(
@@ -112,7 +113,7 @@ class Docking:
             start=path.start,
             goal=_lifted(scenario.goal_pose(path), float(motion.states[-1, 2])),
             direction=path.parts[0].direction,
-            area=area,
+            corridor=corridor,
             distance=ca.interpolant("apart", "bspline", axes, values),
         )
 
@@ -129,8 +130,7 @@ class Docking:
 
     def clearance(self, motion: Motion) -> float:
         """Exact, of the body at all stages [m]."""
-        poses = np.ascontiguousarray(motion.states[:, :3])
-        return float(self.area.signed_distances(body_of(self.config.vehicle), poses, 1.0).min(initial=1.0))
+        return float(clearances(motion.states, self.corridor, 0, self.config.vehicle, 1.0).min(initial=1.0))
 
     def solved(self, question: Question, begin: Motion, most: dict[str, float]) -> Motion | None:
         """The best motion near one, or None; `most`: energies that it may take."""
