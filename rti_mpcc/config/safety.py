@@ -61,7 +61,8 @@ class Fallback(Settings):
         firmness: so many times the comfort acceleration is braked before something that blocks the way, or
             without a plan: firm, not an emergency.
         settling_factor: a stop at the target's length takes no more than so many times the comfort
-            acceleration, and no less than it by this factor.
+            acceleration, some millimetres more of way are better than that; settling_least: and no less than
+            this share of it.
         settling_time: time constant with which the last of the speed is taken out [s];
             holding_time: the same while standing [s], so that noise hardly shows.
         stop_distance: distance to a contact at which a blocked vehicle means to stand [m].
@@ -73,7 +74,8 @@ class Fallback(Settings):
     plan_offset: tuple[Positive, Positive] = (0.5, 0.2)
     braking_offset: tuple[Positive, Positive] = (0.2, 0.1)
     firmness: Annotated[float, Field(ge=1.0, le=1e3)] = 4.0
-    settling_factor: Annotated[float, Field(ge=1.0, le=1e3)] = 2.0
+    settling_factor: Annotated[float, Field(ge=1.0, le=1e3)] = 1.2
+    settling_least: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
     settling_time: Positive = 0.15
     holding_time: Positive = 0.5
     stop_distance: NonNegative = 0.3

@@ -125,17 +125,15 @@ def before_contact(speed: float, distance: float, config: ControllerConfig) -> f
 
 
 def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] that comes to rest at the target's length, within a factor of the comfort one.
+    """Deceleration [m/s²] that comes to rest at the target's length, about the comfort one.
 
     It goes on from the present one without a step, see `_eased`.
     """
-    before, comfort, factor = context.deceleration, config.comfort, config.fallback.settling_factor
+    before, comfort, settings = context.deceleration, config.comfort, config.fallback
     # What the soft end of `brake` takes more than to brake on to the end.
     left = -context.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)
-    least, most = (
-        comfort.acceleration / factor,
-        min(factor * comfort.acceleration, config.limits.acceleration),
-    )
+    least = settings.settling_least * comfort.acceleration
+    most = min(settings.settling_factor * comfort.acceleration, config.limits.acceleration)
     wanted = most if left <= 0.0 else _eased(context.speed, left, before, config.cycle)
     step = comfort.jerk * config.cycle
     return min(max(min(max(wanted, before - step), before + step), least), most)

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 from scipy.stats import binomtest
 
-from rti_mpcc.report.campaign.rows import COMFORT, SEVERITY, Campaign
+from rti_mpcc.report.campaign.rows import COMFORT, OVER_GAIN, SEVERITY, Campaign
 from rti_mpcc.simulation.campaign import CaseOutcome
 
 INTERVAL = "Clopper-Pearson"
@@ -54,7 +54,7 @@ def overall(campaign: Campaign) -> dict[str, Any]:
         "clearance_p50_m": known(clearance.quantile(0.5)),
         "final_error": {name: spread(docked[f"final_error.{name}"].abs(), 50, 95) for name in ERRORS},
         "energy_to_dock": {name: spread(docked[f"energy_to_dock.{name}"], 50, 95) for name in ENERGIES},
-        "comfort": {name: spread(rows[f"over_comfort.{name}"], *TAIL) for name in COMFORT},
+        "comfort": {name: spread(rows[f"over_comfort.{name}"], *TAIL) for name in (*COMFORT, OVER_GAIN)},
         "energy_ratio": spread(docked["energy_ratio"], *TAIL),
         "time_ratio": spread(docked["over_expected"], *TAIL),
         "hard_braking": dict(campaign.hard_braking),

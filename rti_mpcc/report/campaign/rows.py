@@ -57,6 +57,8 @@ FIGURES = (
 """Columns from `figures` of a row, by their path in it."""
 COMFORT = ("acceleration", "lateral_acceleration", "steering_rate")
 """What comfort has a value of."""
+OVER_GAIN = "acceleration_over_gain"
+"""The acceleration with the gain of the drive divided out: what was commanded to a weak or strong drive."""
 PLANNING = ("planning.length_m", "planning.cusps", "planning.replans")
 """The same, of rows in areas only."""
 TIMED = (
@@ -232,8 +234,7 @@ def _completed(rows: pd.DataFrame) -> pd.DataFrame:
     It makes long and short ways comparable; it is no bound: cusps cut in unequal parts, corners are cut. In
     an area the route is the first way that was planned, which ends at the goal.
 
-    `over_comfort.<what>`: peaks over the comfort values, with the gain of the drive divided out of the
-    acceleration; `over_expected`: time to dock over the time that was expected.
+    `over_comfort.<what>`: peaks over the comfort values, and of the acceleration `OVER_GAIN`; `over_expected`: time to dock over the time that was expected.
     """
     docked = rows["outcome"] == CaseOutcome.DOCKED.value
     time = rows["time_to_dock_s"].where(docked)
@@ -244,7 +245,7 @@ def _completed(rows: pd.DataFrame) -> pd.DataFrame:
     way = (rows["length_m"] + rows["goal_behind_m"].fillna(0.0)).clip(lower=0.0)
     yardstick = 2.0 * np.sqrt((rows["cusps"] + 1.0) * way / rows["comfort.acceleration"])
     over_comfort = {name: rows[f"peak.{name}"] / rows[f"comfort.{name}"] for name in COMFORT}
-    over_comfort["acceleration"] /= rows["acceleration_gain"]
+    over_comfort[OVER_GAIN] = over_comfort["acceleration"] / rows["acceleration_gain"]
     rows = rows.assign(**{f"over_comfort.{name}": ratio for name, ratio in over_comfort.items()})
     return rows.assign(
         outcome=pd.Categorical(rows["outcome"], [one.value for one in SEVERITY], ordered=True),

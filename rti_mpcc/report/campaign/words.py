@@ -20,6 +20,7 @@ ENERGIES = {
 }
 COMFORT = {
     "acceleration": "acceleration",
+    "acceleration_over_gain": "acceleration, gain divided out,",
     "lateral_acceleration": "lateral acceleration",
     "steering_rate": "steering rate",
 }

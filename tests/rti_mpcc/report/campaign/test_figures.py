@@ -88,7 +88,8 @@ def test_comfort_is_told_of_the_worst_too(tmp_path: Path) -> None:
     assert told["told_docked"] == 1.0
     # 0.5 and 1.2 m/s² of a comfort of 0.4; a drive of half the strength was told 2.4.
     assert told["comfort"]["acceleration"]["p50"] == pytest.approx(1.25)
-    assert told["comfort"]["acceleration"]["max"] == pytest.approx(6.0)
+    assert told["comfort"]["acceleration"]["max"] == pytest.approx(3.0)
+    assert told["comfort"]["acceleration_over_gain"]["max"] == pytest.approx(6.0)
     assert told["comfort"]["steering_rate"] == pytest.approx(dict.fromkeys(("p50", "p95", "p99", "max"), 0.5))
     assert told["energy_ratio"]["p50"] == pytest.approx(1.1)
     assert told["energy_ratio"]["max"] == 4.0
