@@ -234,7 +234,8 @@ def _completed(rows: pd.DataFrame) -> pd.DataFrame:
     It makes long and short ways comparable; it is no bound: cusps cut in unequal parts, corners are cut. In
     an area the route is the first way that was planned, which ends at the goal.
 
-    `over_comfort.<what>`: peaks over the comfort values, and of the acceleration `OVER_GAIN`; `over_expected`: time to dock over the time that was expected.
+    `over_comfort.<what>`: peaks over the comfort values, and of the acceleration `OVER_GAIN`;
+    `over_expected`: time to dock over the time that was expected.
     """
     docked = rows["outcome"] == CaseOutcome.DOCKED.value
     time = rows["time_to_dock_s"].where(docked)
