@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from estimation import VehicleFilterConfig
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
@@ -244,3 +245,52 @@ def test_only_for_a_moment_may_measurements_that_contradict_one_another_hold_a_c
     # What stands has nothing to brake.
     stood = after([standing(v=31.0)] * 9, after([standing()]))
     assert stood.heeded(CONFIG) is stood.measured
+
+
+def noisy(count: int, seed: int = 4) -> list[VehicleState]:
+    """Cruising, as it is measured with noise of 1.5 cm."""
+    random = np.random.default_rng(seed)
+    return [
+        cruising(
+            k * CONFIG.cycle, x=k * CONFIG.cycle + random.normal(0.0, 0.015), y=random.normal(0.0, 0.015)
+        )
+        for k in range(count)
+    ]
+
+
+def test_of_noisy_measurements_the_noise_is_not_believed() -> None:
+    monitor, off = StateMonitor(at=-CONFIG.cycle), []
+    for k, state in enumerate(noisy(200)):
+        monitor = after([state], monitor)
+        x, y, *_ = believed(monitor)
+        off.append((x - k * CONFIG.cycle, y))
+    assert monitor.why == ""
+    assert np.std(off[60:], axis=0) == pytest.approx((0.0, 0.0), abs=0.007)
+    assert monitor.noise.stds[:2] == pytest.approx((0.015, 0.015), rel=0.4)
+
+
+def test_without_the_filter_it_is_what_is_measured() -> None:
+    plain = CONFIG.model_copy(update={"vehicle_filter": VehicleFilterConfig(enabled=False)})
+    monitor = StateMonitor(at=-CONFIG.cycle)
+    for state in noisy(20):
+        monitor = validate_measurement(monitor, state, (), round(monitor.at + CONFIG.cycle, 9), plain)
+        assert believed(monitor)[:2] == [state.x, state.y]
+
+
+def test_a_measurement_told_once_more_is_believed_and_tells_nothing_of_the_noise() -> None:
+    states = noisy(60)
+    monitor = after(states)
+    again = after([states[-1]], monitor)
+    assert believed(again)[:2] == [states[-1].x, states[-1].y]
+    assert again.noise.pairs == monitor.noise.pairs
+
+
+def test_after_a_doubt_the_state_is_what_is_measured_and_the_noise_is_known_still() -> None:
+    monitor = after(noisy(100))
+    known = monitor.noise.variance
+    monitor = after([cruising(5.0, x=nan)], monitor)
+    assert monitor.why
+    monitor = after([cruising(5.05)], monitor)
+    assert monitor.why == ""
+    assert believed(monitor)[0] == 5.05
+    assert monitor.noise.variance is known
