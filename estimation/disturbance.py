@@ -11,7 +11,7 @@ d [m/s²] is a slope, or whatever else acts along the body's axis (positive to t
 drives); o [rad] the angle by which the wheels stand to the left of what is measured. g and c are shares by
 which the drive answers too strongly, and the vehicle turns too tightly (a wrong wheelbase), so that they are
 not mistaken for d and o. Who counts on d has to count on g: at rest on a slope only (1 + g) a + d = 0 is
-known. c is for nobody to use.
+known.
 
 A vehicle that is held at rest (by a brake of its own, say) although it is commanded to drive off tells
 nothing about d: for `held_time` nothing is learnt from that.
@@ -91,6 +91,11 @@ class DisturbanceEstimate:
         return 1.0 + float(self.mean[G])
 
     @property
+    def turn(self) -> float:
+        """1 + c."""
+        return 1.0 + float(self.mean[C])
+
+    @property
     def stds(self) -> tuple[float, float]:
         """Standard deviations of d [m/s²] and o [rad]."""
         return float(self.covariance[D, D]) ** 0.5, float(self.covariance[O, O]) ** 0.5
@@ -141,7 +146,7 @@ def updated(
         _measured(mean, covariance, V, motion.v, config.speed_std)
     _correct(
         mean, covariance, motion.v, lift(motion.phi, float(mean[PHI])), config.speed_std, config.heading_std,
-        config.most_acceleration, config.most_drive_share, config.most_steering,
+        config.most_acceleration, config.most_drive_share, config.most_steering, config.most_turn_share,
     )  # fmt: skip
     return _estimate(mean, covariance, now, motion, since)
 
@@ -232,6 +237,7 @@ def _correct(
     most_d: float,
     most_g: float,
     most_o: float,
+    most_c: float,
 ) -> None:
     """Kalman's update by v and phi, one after the other as their noises are independent."""
     gain, row = np.empty(STATES), np.empty(STATES)
@@ -245,7 +251,7 @@ def _correct(
         for j in range(STATES):
             for k in range(STATES):
                 covariance[j, k] -= gain[j] * row[k]
-    for i, most in ((D, most_d), (G, most_g), (O, most_o)):
+    for i, most in ((D, most_d), (G, most_g), (O, most_o), (C, most_c)):
         mean[i] = min(max(mean[i], -most), most)
     for j in range(STATES):
         for k in range(j):

@@ -106,7 +106,7 @@ class DisturbanceFilterConfig(Settings):
         drive_share_std: by which share the drive answers too strongly or weakly; turn_share_std: the same of
             the curvature, as a wheelbase that is off makes it.
         most_acceleration, most_steering: largest |d| [m/s²] (a slope of 30 %) and |o| [rad] (6 deg).
-        most_drive_share: largest |g|.
+        most_drive_share, most_turn_share: largest |g| and |c|.
         held_time: so long a vehicle may stand although it is commanded to drive off before that is taken for
             a slope [s]: as a parking brake takes to open.
         gap: after so long without a measurement [s] nothing is learnt of what was in between.
@@ -126,6 +126,7 @@ class DisturbanceFilterConfig(Settings):
     most_acceleration: Std = 3.0
     most_steering: Annotated[float, Field(gt=0.0, le=0.5)] = 0.1
     most_drive_share: Annotated[float, Field(gt=0.0, le=0.9)] = 0.3
+    most_turn_share: Annotated[float, Field(gt=0.0, le=0.9)] = 0.2
     held_time: Seconds = 1.0
     gap: Seconds = 1.0
 

@@ -44,7 +44,7 @@ from rti_mpcc.qp.filling import (
 from rti_mpcc.qp.pattern import SLACK_UNIT, STATE_UNITS, build_pattern
 from rti_mpcc.qp.problem import QpProblem, problem_of
 from rti_mpcc.qp.solver import Ends, QpSolution, QpSolver
-from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.types import Array, Objective, Trajectory
 
 
 class RtiMpcc:
@@ -170,7 +170,7 @@ class RtiMpcc:
             wheels=target.wheels or 0.0,
         )
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
-        along_path = objective.along_path
+        along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
         most = self._speeds(shifted) if along_path else None
         bounds = stage_bounds(
             config,
@@ -181,7 +181,7 @@ class RtiMpcc:
             turns=not along_path,
             disturbance=disturbance,
             most=most,
-            change=None if before is None else Change(before, float(states[0, V]), lengths),
+            change=None if before is None else Change(before, states[:-1, V].copy(), lengths, rests),
         )
 
         values, pattern = self._values, self._pattern

@@ -60,6 +60,7 @@ class Behaviour(Settings):
             the rest is for how the vehicle gets there (docs/decisions/13-cusps.md).
         wheels_off: a segment that says so is begun with the wheels within this of the angle that it begins
             with [rad]; wheels_reach: as long as no more of it than this is driven [m].
+        calm_speed: slower than this [m/s] a plan turns the wheels within comfort.
         near_stop: a vehicle this near to a stop before something stays where it is [m].
         stop_tolerance: what counts as being at such a stop: longitudinal [m], lateral [m], heading [rad].
     """
@@ -80,6 +81,7 @@ class Behaviour(Settings):
     cusp_shift: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
     wheels_off: Positive = 0.1
     wheels_reach: NonNegative = 0.5
+    calm_speed: NonNegative = 0.1
     near_stop: NonNegative = 0.2
     stop_tolerance: Tolerance = (0.2, 1.0, 0.5)
 

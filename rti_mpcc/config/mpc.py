@@ -72,7 +72,7 @@ class Weights(Settings):
     bound_speed_reach: Positive = 2.5
     stage_length: Positive = 0.1
     arrival_pose: Positive = 1e5
-    arrival_speed: NonNegative = 1e5
+    arrival_speed: NonNegative = 8e5
     arrival_wheels: NonNegative = 1e3
     arrival_contouring: NonNegative = 0.0
     comfort: Triple = (1e5, 1e5, 1e4)

@@ -74,7 +74,7 @@ class Fallback(Settings):
     plan_offset: tuple[Positive, Positive] = (0.5, 0.2)
     braking_offset: tuple[Positive, Positive] = (0.2, 0.1)
     firmness: Annotated[float, Field(ge=1.0, le=1e3)] = 4.0
-    settling_factor: Annotated[float, Field(ge=1.0, le=1e3)] = 1.2
+    settling_factor: Annotated[float, Field(ge=1.0, le=1e3)] = 1.05
     settling_least: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
     settling_time: Positive = 0.15
     holding_time: Positive = 0.5

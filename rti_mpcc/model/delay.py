@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry.compiled import Array2, Out1, kernel
 from rti_mpcc.model.bicycle import advance
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, acting_steering
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, A
 from rti_mpcc.types import Array
 
@@ -53,6 +53,7 @@ def _roll_forward(
     d: float,
     o: float,
     gain: float,
+    turn: float,
     most: float,
     wheelbase: float,
     state: Out1,
@@ -62,7 +63,8 @@ def _roll_forward(
     Its steering is the measured one, on the way the one that acts.
     """
     control = np.zeros(CONTROLS)
-    state[DELTA] += o
+    delta = state[DELTA]
+    state[DELTA] = acting_steering(delta, o, turn)
     begin, coming = now, 0
     while begin < until:
         while coming < len(commands) and commands[coming, 0] <= begin:
@@ -70,12 +72,13 @@ def _roll_forward(
         end = min(commands[coming, 0], until) if coming < len(commands) else until
         a = commands[coming - 1, 1] if coming > 0 else 0.0
         rate = commands[coming - 1, 2] if coming > 0 else 0.0
-        seconds, delta = end - begin, state[DELTA] - o
-        turned = min(max(delta + rate * seconds, min(-most, delta)), max(most, delta))
-        control[A], control[DELTA_DOT] = gain * a + d, (turned - delta) / seconds
+        seconds = end - begin
+        delta = min(max(delta + rate * seconds, min(-most, delta)), max(most, delta))
+        control[A] = gain * a + d
+        control[DELTA_DOT] = (acting_steering(delta, o, turn) - state[DELTA]) / seconds
         advance(state, control, seconds, wheelbase, state)
         begin = end
-    state[DELTA] -= o
+    state[DELTA] = delta
 
 
 def still_acting(queue: Sequence[QueuedCommand], now: float) -> tuple[QueuedCommand, ...]:

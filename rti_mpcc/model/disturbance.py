@@ -3,26 +3,30 @@
 The controller plans with what acts, the *effective* acceleration and steering; what is commanded and measured
 is without them:
 
-(O4)  a_eff = (1 + g) a + d,   delta_eff = delta + o
+(O4)  a_eff = (1 + g) a + d,   tan(delta_eff) = (1 + c) tan(delta + o)
 
+A vehicle that turns too tightly or too widely, by a wrong wheelbase say, acts as if its wheels stood otherwise.
 So the model (M1) stays as it is. Only where something comes in (the measured state, the commands under way)
 or goes out (a command, a plan) one is turned into the other.
 """
 
 from __future__ import annotations
 
+from math import atan, tan
 from typing import NamedTuple
 
+from geometry.compiled import kernel
 from rti_mpcc.model.layout import DELTA
 from rti_mpcc.types import Array
 
 
 class Disturbance(NamedTuple):
-    """d, along the body's axis, positive to the front [m/s²]; o, of the wheels to the left [rad]; 1 + g."""
+    """d, along the body's axis, positive to the front [m/s²]; o, of the wheels to the left [rad]; 1 + g, 1 + c."""
 
     acceleration: float = 0.0
     steering: float = 0.0
     gain: float = 1.0
+    turn: float = 1.0
 
     def commanded(self, acceleration: float) -> float:
         """What has to be commanded [m/s²] for an acceleration that acts."""
@@ -32,11 +36,43 @@ class Disturbance(NamedTuple):
         """The acceleration [m/s²] that acts when this is commanded."""
         return self.gain * commanded + self.acceleration
 
+    def acting_steering(self, measured: float) -> float:
+        """The angle [rad] that acts when this is measured."""
+        return float(acting_steering(measured, self.steering, self.turn))
+
+    def measured_steering(self, acting: float) -> float:
+        """The angle [rad] that is measured when this acts."""
+        return float(measured_steering(acting, self.steering, self.turn))
+
+    def commanded_rate(self, rate: float, acting: float, seconds: float) -> float:
+        """The steering rate [rad/s] by which an angle that acts changes at `rate` [rad/s] for so long [s]."""
+        if self.turn == 1.0:
+            return rate
+        end = self.measured_steering(acting + seconds * rate)
+        return (end - self.measured_steering(acting)) / seconds
+
+    @property
+    def rate_share(self) -> float:
+        """By what an angle that acts turns at least, where the wheels turn by 1, at any angle."""
+        return min(self.turn, 1.0 / self.turn)
+
     def effective(self, measured: Array) -> Array:
         """The state (6,) with the steering that acts."""
         state = measured.copy()
-        state[DELTA] += self.steering
+        state[DELTA] = self.acting_steering(float(state[DELTA]))
         return state
+
+
+@kernel
+def acting_steering(measured: float, o: float, turn: float) -> float:
+    """(O4)."""
+    return atan(turn * tan(measured + o)) if turn != 1.0 else measured + o
+
+
+@kernel
+def measured_steering(acting: float, o: float, turn: float) -> float:
+    """(O4), the other way."""
+    return atan(tan(acting) / turn) - o if turn != 1.0 else acting - o
 
 
 UNDISTURBED = Disturbance()

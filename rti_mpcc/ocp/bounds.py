@@ -1,6 +1,9 @@
 """Bounds of every stage on speed, steering, progress and controls.
 
 (J1)  |a_k - a_before| <= jerk (t_k + h_0),   t_k from the begin of the plan to that of its stage
+(J2)  |a_k| <= jerk (T - t_k),   T the end of a plan that comes to rest there
+
+(J3)  |delta_dot_k| <= comfort,   where |v_k| is next to nothing
 
 A vehicle that comes to rest so soon that its braking cannot fade at that rate may let it go at once. Whatever
 else bounds the speed gives way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan.
@@ -30,14 +33,15 @@ class StageBounds:
 
 
 class Change(NamedTuple):
-    """From what the acceleration changes: the one before [m/s²], and the speed by then [m/s].
+    """From what the acceleration changes: the one before [m/s²], and the speeds (N,) of the stages [m/s].
 
-    `lengths`: (N,) of the stages [s].
+    `lengths`: (N,) of the stages [s]; `rests`: whether the plan ends at rest, (J2).
     """
 
     before: float
-    speed: float
+    speeds: Array
     lengths: Array
+    rests: bool = False
 
 
 def overrun(target: Target, progress: Progress) -> float:
@@ -67,10 +71,10 @@ def stage_bounds(
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
-        change: with comfort, (J1); None: any.
+        change: with comfort, (J1) to (J3); None: any.
     """
     limits, progress, profile = config.limits, config.progress, config.speed_profile
-    d, o, gain = disturbance
+    d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
     planned = config.planned_acceleration
     states, controls = np.empty((2, len(theta) - 1, 2, 3))
     _stage_bounds(
@@ -84,15 +88,19 @@ def stage_bounds(
         limits.speed if turns else 0.0,
         1.0 if profile is not None else progress.headroom,
         config.progress_reverses,
-        (o - limits.steering, o + limits.steering),
+        (disturbance.acting_steering(-most_steering), disturbance.acting_steering(most_steering)),
         target.stop + overrun(target, progress) if ends else inf,
         (max(d - gain * limits.acceleration, -planned), min(d + gain * limits.acceleration, planned)),
-        limits.steering_rate,
+        limits.steering_rate * disturbance.rate_share,
         states,
         controls,
     )
     if change is not None:
-        _bound_change(*change, config.comfort.jerk, controls)
+        before, speeds, lengths, rests = change
+        _bound_change(before, speeds[0], lengths, config.comfort.jerk, controls)
+        _bound_turning(speeds, config.behaviour.calm_speed, config.comfort.steering_rate, controls)
+        if rests:
+            _bound_end(lengths, config.comfort.jerk, controls)
     return StageBounds(states=states, controls=controls)
 
 
@@ -143,3 +151,22 @@ def _bound_change(before: float, speed: float, lengths: Array1, jerk: float, con
         if low <= high:  # else it is beyond the limits, and only they count
             controls[k, 0, 0], controls[k, 1, 0] = low, high
         allowed += jerk * lengths[k]
+
+
+@kernel
+def _bound_end(lengths: Array1, jerk: float, controls: Out3) -> None:
+    """(J2), where (J1) and the limits leave it."""
+    left = 0.0
+    for k in range(len(controls) - 1, -1, -1):
+        left += lengths[k]
+        low, high = max(controls[k, 0, 0], -jerk * left), min(controls[k, 1, 0], jerk * left)
+        if low <= high:
+            controls[k, 0, 0], controls[k, 1, 0] = low, high
+
+
+@kernel
+def _bound_turning(speeds: Array1, calm: float, most: float, controls: Out3) -> None:
+    """(J3)."""
+    for k in range(len(controls)):
+        if abs(speeds[k]) <= calm:
+            controls[k, 0, 1], controls[k, 1, 1] = max(controls[k, 0, 1], -most), min(controls[k, 1, 1], most)

@@ -3,9 +3,9 @@
 An arrival at rest of least acceleration energy over the way D from the speed v is a cubic in time. The
 one whose final deceleration is a takes
 
-(T1)  t_go = (-v + sqrt(v² + 6 a D)) / a.
+(T1)  t_go = (-v + sqrt(v² + 6 a D)) / a + a / 2 j,   j the jerk at which it ends.
 
-Along that cubic t_go falls exactly by the time passed, so the rule needs no second thought on the way.
+Along that motion t_go falls exactly by the time passed, so the rule needs no second thought on the way.
 Out of a cruise at v the cubic begins without a step in acceleration at
 
 (T2)  D = 4 v² / (3 a).
@@ -29,7 +29,7 @@ the acceleration takes a / j to come to its value and to leave it, at either end
 
 from __future__ import annotations
 
-from math import asin, sin, sqrt
+from math import asin, inf, sin, sqrt
 
 import numpy as np
 
@@ -52,7 +52,8 @@ def arrival_time(
         config.arrival_acceleration,
         config.arrival_timing.least_time,
         highest,
-        jerk=config.comfort.jerk if config.ride == "brisk" else None,
+        jerk=config.comfort.jerk,
+        brisk=config.ride == "brisk",
     )
 
 
@@ -63,7 +64,8 @@ def time_to_go(
     least: float,
     highest: Array | None = None,
     *,
-    jerk: float | None = None,
+    jerk: float = inf,
+    brisk: bool = False,
 ) -> float:
     """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3); (T6).
 
@@ -72,11 +74,11 @@ def time_to_go(
     Args:
         comfort: acceleration a [m/s²]; least: shortest duration [s].
         highest: (m,) speeds allowed in m equal pieces of the way [m/s]; None: any.
-        jerk: of a brisk ride [m/s³]; None: a smooth one.
+        jerk: at which it begins and ends to brake [m/s³]; brisk: whether it is a brisk ride.
     """
     distance = max(distance, 1e-6)
-    a, brisk = _deceleration(distance, speed, comfort), jerk is not None
-    ramp = 0.0 if jerk is None else a / jerk
+    a = _deceleration(distance, speed, comfort)
+    ramp = a / jerk if brisk else 0.5 * a / jerk
     free = (_least_time if brisk else _free_time)(distance, speed, a)
     if free + ramp <= least:
         return least

@@ -160,7 +160,9 @@ class VehicleEstimate:
     def disturbance(self) -> Disturbance:
         """What is counted on beside the commands."""
         known = self.offsets
-        return UNDISTURBED if known is None else Disturbance(known.acceleration, known.steering, known.gain)
+        if known is None:
+            return UNDISTURBED
+        return Disturbance(known.acceleration, known.steering, known.gain, known.turn)
 
     def is_stationary(self, now: float, seconds: float = 0.0) -> bool:
         """Whether it has been standing for `seconds` at `now` [s]."""

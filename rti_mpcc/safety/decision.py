@@ -8,12 +8,12 @@ import numpy as np
 
 from estimation import Judgement
 from geometry import Pose2
-from geometry.compiled import Out2, kernel
+from geometry.compiled import Array1, Out2, kernel
 from rti_mpcc.behaviour.status import Verdict, status_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import DELTA, PHI, THETA, A, V, X, Y
+from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance, measured_steering
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import read_only, stage_times
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -117,10 +117,9 @@ def _command(
     disturbance: Disturbance,
 ) -> Command:
     """`control`, as it is sent, from the state (6,) that it begins to act in; now `believed` (6,)."""
-    d, o, gain = disturbance
     now = state if believed is None else believed
-    speed = float(state[V]) + config.cycle * (gain * control.acceleration + d)
-    steering = float(state[DELTA]) - o + config.cycle * control.steering_rate
+    speed = float(state[V]) + config.cycle * disturbance.acting(control.acceleration)
+    steering = disturbance.measured_steering(float(state[DELTA])) + config.cycle * control.steering_rate
     return Command(
         acceleration=control.acceleration,
         steering_rate=control.steering_rate,
@@ -144,18 +143,21 @@ def _as_sent(plan: Trajectory, disturbance: Disturbance) -> Trajectory:
     if disturbance == UNDISTURBED:
         return plan
     states, controls = plan.states.copy(), plan.controls.copy()
-    _turn_back(*disturbance, states, controls)
+    _turn_back(*disturbance, plan.times, states, controls)
     read_only(states, controls)
     return Trajectory(times=plan.times, states=states, controls=controls)
 
 
 @kernel
-def _turn_back(d: float, o: float, gain: float, states: Out2, controls: Out2) -> None:
+def _turn_back(
+    d: float, o: float, gain: float, turn: float, times: Array1, states: Out2, controls: Out2
+) -> None:
     """Equation (O4), from what acts to what is measured and commanded."""
     for k in range(len(states)):
-        states[k, DELTA] -= o
+        states[k, DELTA] = measured_steering(states[k, DELTA], o, turn)
     for k in range(len(controls)):
         controls[k, A] = (controls[k, A] - d) / gain
+        controls[k, DELTA_DOT] = (states[k + 1, DELTA] - states[k, DELTA]) / (times[k + 1] - times[k])
 
 
 def _diagnose(

@@ -25,7 +25,9 @@ def saturate(
     they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
     All that is of what is sent and measured; `disturbance`: what is known to act beside.
     """
-    acceleration, steering_rate = disturbance.commanded(control.acceleration), control.steering_rate
+    acting = float(state[DELTA])
+    acceleration = disturbance.commanded(control.acceleration)
+    steering_rate = disturbance.commanded_rate(control.steering_rate, acting, config.cycle)
     if not (isfinite(acceleration) and isfinite(steering_rate)):
         control = brake(state, braking(config), config)
         acceleration, steering_rate = control.acceleration, control.steering_rate
@@ -33,7 +35,7 @@ def saturate(
     v, delta = (nan, nan) if measured is None else (float(measured[V]), float(measured[DELTA]))
     speed, steering = (limits.speed, limits.acceleration), (limits.steering, limits.steering_rate)
     a = _within(acceleration, float(state[V]), v, *speed, config, disturbance)
-    rate = _within(steering_rate, float(state[DELTA]) - disturbance.steering, delta, *steering, config)
+    rate = _within(steering_rate, disturbance.measured_steering(acting), delta, *steering, config)
     return ControlInput(acceleration=a, steering_rate=rate, source=control.source)
 
 

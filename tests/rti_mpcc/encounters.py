@@ -33,12 +33,14 @@ class Car:
         lag: time constant of both actuators [s]; 0: none.
         slope: acceleration that comes on top of what is commanded [m/s²].
         offset: by which the wheels stand to the left of what is measured [rad].
+        turn: so many times as tightly it turns as its wheelbase says.
     """
 
     config: ControllerConfig = field(default_factory=ControllerConfig)
     lag: float = 0.0
     slope: float = 0.0
     offset: float = 0.0
+    turn: float = 1.0
 
     @property
     def vehicle(self) -> Vehicle:
@@ -84,7 +86,7 @@ class Plant:
             v = self.v + 0.5 * STEP * (self.a + car.slope)
             self.x += STEP * v * cos(self.phi)
             self.y += STEP * v * sin(self.phi)
-            self.phi += STEP * v * tan(self.delta + car.offset) / car.vehicle.wheelbase
+            self.phi += STEP * v * car.turn * tan(self.delta + car.offset) / car.vehicle.wheelbase
             self.v += STEP * (self.a + car.slope)
             self.delta = min(max(self.delta + STEP * self.rate, -limits.steering), limits.steering)
             self.time += STEP

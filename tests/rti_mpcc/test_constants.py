@@ -49,7 +49,7 @@ MODULES: dict[str, dict[str, str]] = {
         TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",
     },
     "model/bicycle.py": {RULE: "_TIMES _TURNS _WAYS _TURNED_FOR", TABLE: "_TURNED_AT _DRIVEN_AT"},
-    "model/disturbance.py": {NEUTRAL: "acceleration steering gain"},
+    "model/disturbance.py": {NEUTRAL: "acceleration steering gain turn"},
     "model/footprint.py": {"a point of the vehicle, not a number of its own": "AXLE"},
     "ocp/frenet.py": {TABLE: "LAG CONTOURING HEADING"},
     "ocp/objectives.py": {NEUTRAL: "goal_wheels"},

@@ -30,6 +30,9 @@ COURSES = {
         start=Pose2(0.0, 0.0, 0.4),
         segments=[(-1, 0.0, 3.0), (-1, 0.12, 5.0), (-1, -0.1, 4.0), (-1, 0.0, 2.0)],
     ),
+    "tight": ReferencePath.from_segments(
+        start=Pose2(0.0, 0.0, 0.4), segments=[(-1, 0.2, 4.0), (-1, -0.1, 6.0), (-1, 0.23, 8.0)]
+    ),
     "cusp": ReferencePath.from_segments(
         start=Pose2(0.0, 0.0, 0.4), segments=[(1, 0.0, 4.0), (1, 0.1, 4.0), (-1, -0.1, 4.0), (-1, 0.1, 4.0)]
     ),
@@ -46,12 +49,13 @@ def driven(
     noise: int | None = None,
     until_docked: bool = True,
     lag: float = 0.0,
+    turn: float = 1.0,
 ) -> Drive:
     path = COURSES[course]
     controller = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0), config)
     return drive(
         controller,
-        Car(config=config, slope=slope, offset=offset, lag=lag),
+        Car(config=config, slope=slope, offset=offset, lag=lag, turn=turn),
         path.start,
         seconds,
         noise=None if noise is None else np.random.default_rng(noise),
@@ -123,6 +127,13 @@ def test_an_offset_leaves_no_lateral_error(sign: float) -> None:
     check_docked(result, "reverse")
     error = Pose2(*result.states[-1, :3]).relative_to(COURSES["reverse"].end)
     assert abs(error.y) <= 0.005
+
+
+def test_a_vehicle_that_turns_too_widely_plans_with_that() -> None:
+    """It makes room for the last bend, which it takes at full steering: that took 34 s, with a second try."""
+    result = driven("tight", turn=0.94)
+    check_docked(result, "tight")
+    assert {np.sign(round(v, 2)) for v in result.states[:, 3]} <= {-1.0, 0.0}  # in one go
 
 
 @pytest.mark.acceptance

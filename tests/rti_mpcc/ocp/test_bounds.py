@@ -98,10 +98,11 @@ def test_bounds_are_of_what_acts() -> None:
 LENGTHS = np.append(0.05, np.full(69, 0.1))
 
 
-def changing(before: float, speed: float) -> StageBounds:
+def changing(before: float, speed: float, *, rests: bool = False) -> StageBounds:
     config = ControllerConfig(limits=LIMITS, comfort_jerk=2.0)
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
-    return stage_bounds(config, target, 1, THETAS, change=Change(before, speed, LENGTHS))
+    change = Change(before, np.full(len(LENGTHS), speed), LENGTHS, rests)
+    return stage_bounds(config, target, 1, THETAS, change=change)
 
 
 def test_the_acceleration_leaves_the_one_before_at_the_comfort_jerk() -> None:
@@ -124,3 +125,30 @@ def test_who_comes_to_rest_soon_may_let_the_brakes_go(sign: float) -> None:
 
 def test_beyond_the_limits_only_they_count() -> None:
     np.testing.assert_allclose(changing(-3.0, 10.0).controls[0, :, A], [-2.0, 2.0])
+
+
+def test_a_plan_that_ends_at_rest_lets_the_brakes_go_at_the_comfort_jerk() -> None:
+    got, free = changing(0.0, 1.0, rests=True), changing(0.0, 1.0)
+    left = 2.0 * np.cumsum(LENGTHS[::-1])[::-1]
+    np.testing.assert_allclose(got.controls[:, 0, A], np.maximum(free.controls[:, 0, A], -left))
+    np.testing.assert_allclose(got.controls[:, 1, A], np.minimum(free.controls[:, 1, A], left))
+
+
+def test_where_the_present_braking_cannot_fade_by_the_end_only_that_counts() -> None:
+    """Short plans: the first stage keeps what (J1) asks for."""
+    lengths = np.full(len(LENGTHS), 0.001)
+    config = ControllerConfig(limits=LIMITS, comfort_jerk=2.0)
+    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
+    change = Change(-1.0, np.full(len(lengths), 1.0), lengths, True)
+    got = stage_bounds(config, target, 1, THETAS, change=change).controls[:, :, A]
+    assert (got[:, 0] <= got[:, 1]).all()
+    np.testing.assert_allclose(got[0], [-1.002, -0.998])
+
+
+def test_next_to_rest_the_wheels_turn_within_comfort() -> None:
+    config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
+    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
+    speeds = np.where(np.arange(len(LENGTHS)) < 10, -0.05, -0.5)
+    got = stage_bounds(config, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS))
+    np.testing.assert_allclose(got.controls[:10, :, DELTA_DOT], [[-0.3, 0.3]] * 10)
+    np.testing.assert_allclose(got.controls[10:, :, DELTA_DOT], [[-0.7, 0.7]] * (len(LENGTHS) - 10))

@@ -13,7 +13,7 @@ from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import STATES, THETA
 from rti_mpcc.planning import schedule
-from rti_mpcc.planning.arrival import time_to_go
+from rti_mpcc.planning.arrival import arrival_time
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.schedule import rescheduled, scheduled
 from rti_mpcc.planning.state import Arrival, ControllerState, Halt, Phase
@@ -82,7 +82,7 @@ def test_an_arrival_with_time_to_go_is_not_overdue() -> None:
 
 def test_an_arrival_that_lost_cycles_gets_its_time_back() -> None:
     gap = (QueuedCommand(10.2 - 5.0, 0.0, 0.0),)
-    full = 10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST)
+    full = 10.2 + arrival_time(10.0, 1.0, CONFIG)
     assert due(arriving(at=16.0, queue=gap), contexts()) == pytest.approx(full)
     none = (QueuedCommand(10.2 - CONFIG.cycle, 0.0, 0.0),)
     assert due(arriving(at=16.0, queue=none), contexts()) == 16.0
@@ -170,14 +170,14 @@ def test_near_its_target_or_slow_for_its_way_an_arrival_keeps_its_time_to_be_ove
 
 
 def test_an_arrival_that_halts_gets_its_time_back() -> None:
-    full = 10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST)
+    full = 10.2 + arrival_time(10.0, 1.0, CONFIG)
     assert due(arriving(at=12.0, halt=Halt()), contexts()) == pytest.approx(full)
     assert due(arriving(at=40.0, halt=Halt()), contexts()) == 40.0
 
 
 def test_a_target_that_moves_is_a_new_arrival() -> None:
     moved = contexts(target=target_at(20.5), distance=10.5)
-    expected = 10.2 + time_to_go(10.5, 1.0, CONFIG.arrival_acceleration, LEAST)
+    expected = 10.2 + arrival_time(10.5, 1.0, CONFIG)
     assert due(arriving(), moved) == pytest.approx(expected)
     slightly = contexts(target=target_at(20.05), distance=10.05)
     assert due(arriving(), slightly) == 20.0
@@ -190,13 +190,13 @@ def test_a_target_that_creeps_away_is_a_new_arrival_too() -> None:
         s = decided(s, contexts(target=target_at(there), distance=there - 10.0), CONFIG)
         times.append(arrives_at(s))
     assert times[:3] == [20.0] * 3
-    assert times[3] == pytest.approx(10.2 + time_to_go(10.12, 1.0, CONFIG.arrival_acceleration, LEAST))
+    assert times[3] == pytest.approx(10.2 + arrival_time(10.12, 1.0, CONFIG))
     assert times[4] == times[3]
 
 
 def test_begin_with_an_arrival_within_reach_and_with_contouring_beyond() -> None:
     near = scheduled(state(), contexts(), CONFIG)
-    assert arrives_at(near) == pytest.approx(10.2 + time_to_go(10.0, 1.0, CONFIG.arrival_acceleration, LEAST))
+    assert arrives_at(near) == pytest.approx(10.2 + arrival_time(10.0, 1.0, CONFIG))
     assert arrival_of(near).timed_for == contexts().target.pose
     slow = ControllerConfig(limits=Limits(speed=1.0))
     assert scheduled(state(), contexts(distance=90.0), slow).task.arrival is None
@@ -210,9 +210,7 @@ def test_near_the_goal_it_has_the_time_that_its_way_takes_even_beside_it(x: floa
         beside = contexts.standing(x, error=Pose2(x - 20.0, across, 0.0))
         for since in (None, 9.0):
             after = scheduled(arriving(standing_since=since), beside, CONFIG)
-            assert arrives_at(after) == pytest.approx(
-                10.2 + time_to_go(20.0 - x, 0.0, CONFIG.arrival_acceleration, LEAST)
-            )
+            assert arrives_at(after) == pytest.approx(10.2 + arrival_time(20.0 - x, 0.0, CONFIG))
 
 
 def test_a_search_that_goes_on_keeps_its_time_of_arrival() -> None:

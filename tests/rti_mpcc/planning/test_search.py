@@ -15,7 +15,7 @@ from rti_mpcc.model.bicycle import step
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import schedule, search
-from rti_mpcc.planning.arrival import time_to_go
+from rti_mpcc.planning.arrival import arrival_time
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.state import SuspendedSearch
 from rti_mpcc.qp.solver import Stop
@@ -286,9 +286,7 @@ def test_a_search_begun_while_moving_keeps_its_time(mpcc: RtiMpcc, solution: Sol
     assert arrives_at(after) == 15.0
     late = contexts(target=mpcc.target, now=14.0, begin=14.2)
     again = schedule.scheduled(s, late, mpcc.config)
-    least = time_to_go(
-        late.distance, late.speed, CONFIG.arrival_acceleration, CONFIG.arrival_timing.least_time
-    )
+    least = arrival_time(late.distance, late.speed, CONFIG)
     assert arrives_at(again) == pytest.approx(14.2 + least)
 
 

@@ -20,7 +20,8 @@ def route(segments: list[tuple[int, float, float]]) -> ReferencePath:
 
 def test_over_a_straight_it_is_the_cubic_arrival_and_the_dead_time() -> None:
     path = route([(1, 0.0, 24.0)])
-    expected = 0.18 + sqrt(6.0 * 24.0 / CONFIG.arrival_acceleration)
+    a = CONFIG.arrival_acceleration
+    expected = 0.18 + sqrt(6.0 * 24.0 / a) + 0.5 * a / CONFIG.comfort.jerk
     assert expected_docking_time(path, CONFIG) == pytest.approx(expected)
 
 
@@ -76,7 +77,7 @@ def test_the_same_motion_slower_takes_as_much_longer() -> None:
 
 def test_a_time_beyond_the_limits_is_refused_with_what_is_possible() -> None:
     weak = ControllerConfig(limits=Limits(acceleration=0.5))
-    with pytest.raises(ConfigError, match=r"docking_time = 5\.0 s: .* takes 20 to 223"):
+    with pytest.raises(ConfigError, match=r"docking_time = 5\.0 s: .* takes 20.16 to 225.4"):
         config_for_docking_time(5.0, route(REVERSE), weak)
     with pytest.raises(ConfigError, match="docking_time = 1000000"):
         config_for_docking_time(1e6, route(REVERSE), weak)

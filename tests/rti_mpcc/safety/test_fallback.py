@@ -157,8 +157,9 @@ def test_settling_goes_on_braking_without_a_step_to_rest_at_the_goal(
 
 def test_settling_stays_within_a_factor_of_the_comfort() -> None:
     comfort = CONFIG.comfort_acceleration
-    past = before_the_goal(-0.02, 0.1, deceleration=1.2 * comfort)
-    assert fallback.settling_deceleration(past, CONFIG) == pytest.approx(1.2 * comfort)
+    most = CONFIG.fallback.settling_factor * comfort
+    past = before_the_goal(-0.02, 0.1, deceleration=most)
+    assert fallback.settling_deceleration(past, CONFIG) == pytest.approx(most)
     assert fallback.settling_deceleration(before_the_goal(1.0, 0.1), CONFIG) == 0.5 * comfort
 
 
