@@ -5,7 +5,7 @@ is without them:
 
 (O4)  a_eff = (1 + g) a + d,   tan(delta_eff) = (1 + c) tan(delta + o)
 
-A vehicle that turns too tightly or too widely, by a wrong wheelbase say, acts as if its wheels stood otherwise.
+A vehicle that turns too tightly, by a wrong wheelbase say, acts as if its wheels stood otherwise.
 So the model (M1) stays as it is. Only where something comes in (the measured state, the commands under way)
 or goes out (a command, a plan) one is turned into the other.
 """
@@ -21,7 +21,7 @@ from rti_mpcc.types import Array
 
 
 class Disturbance(NamedTuple):
-    """d, along the body's axis, positive to the front [m/s²]; o, of the wheels to the left [rad]; 1 + g, 1 + c."""
+    """d, along the body's axis, to the front [m/s²]; o, of the wheels to the left [rad]; 1 + g, 1 + c."""
 
     acceleration: float = 0.0
     steering: float = 0.0
