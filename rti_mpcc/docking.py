@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
+from rti_mpcc import rehearsal, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction, may_look_again
@@ -167,7 +168,7 @@ class DockingController:
 
         1. Check what comes in, and take what can be used.
         2. Filter the detections of the goal, and let the pose made for follow.
-        3. In an area, take another way if one is needed and planned; plan on with the time that is left.
+        3. Take another way if one is needed and planned; plan on with the time that is left.
         4. Predict where the command will begin to act; begin the next segment where this one is over.
         5. Drive what the phase asks for, or the next rung of the fallback.
         6. Keep the command within the limits, and say why it is what it is.
@@ -192,6 +193,7 @@ class DockingController:
             s, remarks = self._given(s, state, now, goal, obstacles)
             s, detections, unfit = self._goal_located(s, measurements)
             s = s if self._rerouter is None else self._rerouter.routed(s)
+            s = self._rehearsed(s, clock)
             s, context, w = self._on_segment(s, clock)
             after, decision = driven(s, context, w)
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
@@ -300,6 +302,17 @@ class DockingController:
         s = self._targeted(another)
         w = self._workspaces.of(s, clock)
         return s, w.context(s), w
+
+    def _rehearsed(self, s: ControllerState, clock: CycleClock) -> ControllerState:
+        """Before a given path is begun: whether the goal is reached from its last change of direction.
+
+        Where a first plan from there misses it, another way is planned from here.
+        """
+        if self._rerouter is None or not rehearsal.is_due(s, self.config):
+            return s
+        trial = self._targeted(rehearsal.on_last(s))
+        w = replace(self._workspaces.of(trial, clock), start=rehearsal.at_begin(trial))
+        return rehearsal.judged(s, scouting.ends_at_goal(trial, w.context(trial), w), self.config)
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:
         """Those of the route that the state is on."""

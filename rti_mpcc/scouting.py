@@ -61,6 +61,19 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
     return scouting.found
 
 
+def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
+    """Whether a first plan of the segment ends at the goal; None: there was no time to find out, or it begins
+    with a cruise."""
+    s = schedule.scheduled(s.suspending(None), context, w.config)
+    if s.task.arrival is None:
+        return None
+    s, attempt, _ = _from_guess(s, context, w)
+    found = _iterated_on(Found(s, attempt, context), None, w)
+    if found.attempt.out_of_time:
+        return None
+    return search.reaches(found.attempt, context, w.config.retries.accepted_miss)
+
+
 def iterated(
     s: ControllerState, context: PlanningContext, start: InitialIterate, w: Workspace
 ) -> tuple[ControllerState, SqpResult]:

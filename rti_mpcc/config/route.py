@@ -41,6 +41,8 @@ class RoutePlanner(Settings):
             [rad].
         unmoved: what is planned goes on while the vehicle and its goal are within this of where they were
             (longitudinal [m], lateral [m], heading [rad]); near: and is driven from within this.
+        instead: another way is driven instead of a path whose goal is out of reach from its last change of
+            direction, if it takes at most so many times as long.
         join_after: a way that a vehicle is to go on without a stop begins so far ahead of it [s].
         slices: of planning in one cycle, at most; slices_at_rest: of a vehicle that stands and waits for it.
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
@@ -80,6 +82,7 @@ class RoutePlanner(Settings):
     goal_moved: tuple[Positive, Positive] = (1.0, 0.35)
     unmoved: Tolerance = (0.03, 0.03, 0.03)
     near: Tolerance = (0.1, 0.05, 0.035)
+    instead: Positive = 1.2
     join_after: Positive = 1.0
     slices: Annotated[int, Field(ge=1, le=10_000)] = 2
     slices_at_rest: Annotated[int, Field(ge=1, le=10_000)] = 6

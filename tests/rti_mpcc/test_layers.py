@@ -26,6 +26,7 @@ LAYERS = (
     "safety",
     "scouting",
     "driving",
+    "rehearsal",
     "rerouting",
     "docking",
     "recording",

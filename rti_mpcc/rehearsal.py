@@ -1,0 +1,59 @@
+"""The last part of a given path, tried before the path is begun.
+
+A goal beside the end of a path can be out of reach from where the path changes its direction last. That is
+found out there, too, but then the vehicle has driven a way that is of no use: from where it stands now there
+may be one that takes no longer than the path itself would.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.model.layout import V
+from rti_mpcc.planning.schedule import apart
+from rti_mpcc.planning.state import ControllerState, Phase, Plans, Task
+from rti_mpcc.planning.timing import expected_docking_time
+from rti_mpcc.types import Array
+
+OUT_OF_REACH = "the goal is out of reach from the path's last change of direction"
+
+
+def is_due(s: ControllerState, config: ControllerConfig) -> bool:
+    """Whether it is to be tried now: at rest before a path that changes its direction, for a new goal."""
+    route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
+    if route is None or goal is None or measured is None:
+        return False
+    if s.on_planned_way or route.why:
+        return False
+    stands = abs(float(measured[V])) <= config.behaviour.standstill_speed
+    begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
+    if not (stands and begins and config.arrival and config.method is Method.DYNAMIC):
+        return False
+    before = route.rehearsed
+    return before is None or apart(goal, before) > config.route.goal_moved[0]
+
+
+def on_last(s: ControllerState) -> ControllerState:
+    """The state with nothing to do but the last segment."""
+    task = Task.begun((s.task.segments[-1],))
+    return replace(s, task=task, plans=Plans(), begin=None)
+
+
+def at_begin(s: ControllerState) -> Array:
+    """The state (6,) of a vehicle at rest where the segment begins."""
+    segment = s.task.segment
+    first, wheels = segment.part.first, segment.wheels or 0.0
+    return np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
+
+
+def judged(s: ControllerState, reaches: bool | None, config: ControllerConfig) -> ControllerState:
+    """The state that asks for another way where the goal is not reached."""
+    assert s.route is not None
+    route = replace(s.route, rehearsed=s.goal_pose)
+    if reaches is False:
+        expected = expected_docking_time(s.path, config, s.goal_pose)
+        route = replace(route, wanted=OUT_OF_REACH, most=config.route.instead * expected)
+    return replace(s, route=route)
