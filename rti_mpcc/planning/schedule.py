@@ -116,7 +116,7 @@ def _followed(
 
     With f of `pressed`, later where f > 1 by (f - 1) / `hurry` seconds a second, at most 1: the time to go
     stands still then. Sooner where f is below `slack`, and more time is left than the way takes by that
-    share. A brisk ride has the time of `own_time` and half a ramp of (T6) at least, a whole one at most.
+    share. A brisk ride has the time of `own_time` and a ramp of (T6).
     Nothing but the rate changes by a step, so no acceleration does.
 
     A vehicle that is slow for its way may not get on at all, and one that is near may be beside its target:
@@ -134,9 +134,9 @@ def _followed(
     if config.ride == "brisk":
         ramp = config.arrival_acceleration / config.comfort.jerk
         spare = at - context.begin - own_time(plan, context.speed, config)
-        if spare < 0.5 * ramp:
-            return at + config.cycle * min((0.5 * ramp - spare) / timing.hurry, 1.0)
-        return at - config.cycle * min(max(spare - ramp, 0.0), timing.brisk_catching_up)
+        if spare < ramp:
+            return at + config.cycle * min((ramp - spare) / timing.hurry, 1.0)
+        return at - config.cycle * min(spare - ramp, timing.brisk_catching_up)
     if factor < timing.slack and timing.slack * (at - context.begin) > _duration(context, config):
         return at - timing.catching_up * config.cycle
     return at
