@@ -276,7 +276,7 @@ class RtiMpcc:
             return None
         wheelbase = config.vehicle.wheelbase
         found = stage_contacts(self._corridor, self.index, self._body, plan, footprint, wheelbase)
-        least = config.caution.hard_minimum
+        least = config.caution.planned_minimum
         return corridor_rows(local[1:, PHI].copy(), found, footprint, config.narrow_passage, least)
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
@@ -302,7 +302,7 @@ class RtiMpcc:
         if missing is None:
             return far_out
         lack, caution = missing[0].max(axis=0), self.config.caution
-        spare = margin - caution.hard_minimum - caution.contact_tolerance
+        spare = margin - caution.planned_minimum
         vehicle, direction = self.config.vehicle, self.part.direction
         bounds = relaxed_bounds(
             linear.rows,

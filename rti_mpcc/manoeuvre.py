@@ -154,8 +154,7 @@ class Segment:
     @staticmethod
     def _margin(planned: float, config: ControllerConfig) -> float:
         """What is kept where so much was planned [m]: within the footprint's and what may be driven."""
-        least = config.caution.hard_minimum + config.caution.contact_tolerance
-        return min(max(planned, least), config.footprint.margin)
+        return min(max(planned, config.caution.planned_minimum), config.footprint.margin)
 
 
 Segments = tuple[Segment, ...]

@@ -49,6 +49,11 @@ class Caution(Settings):
     overlap_growth: NonNegative = 0.01
     authority_reserve: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
 
+    @property
+    def planned_minimum(self) -> float:
+        """What plans keep where there is no room for the margin [m]."""
+        return self.hard_minimum + self.contact_tolerance
+
 
 class Fallback(Settings):
     """What is driven where there is no plan of the cycle's own, and how it is braked.

@@ -33,6 +33,7 @@ _ROUNDING = 1e-6
 Places = list[tuple[float, float]]
 """Between which progress [m] each of them is."""
 _NODES = 10_000  # of a search past what stands: where there is a way in one go it is found soon
+_BISECTIONS = 3  # of the clearance, between the hard minimum and the margin
 _SHORTEST = 1e-9  # [m]: a shorter piece is none
 
 
@@ -220,8 +221,26 @@ def _between(part: PathPart, start: float, end: float) -> Array:
 
 
 def _smoothed(part: PathPart, start: float, end: float, area: Area, config: ControllerConfig) -> Array | None:
-    """The part itself made smooth from `start` to `end` [m], or None."""
-    least = config.route.hard_minimum
+    """The part itself made smooth from `start` to `end` [m], or None: with the margin beside the body where
+    there is room for it, else with as much as there is, by bisection."""
+    least, most = config.route.hard_minimum, config.route.margin
+    found = _smoothed_with(least, part, start, end, area, config)
+    if found is None or most <= least:
+        return found
+    for _ in range(_BISECTIONS):
+        kept = 0.5 * (least + most)
+        another = _smoothed_with(kept, part, start, end, area, config)
+        if another is None:
+            most = kept
+        else:
+            found, least = another, kept
+    return found
+
+
+def _smoothed_with(
+    least: float, part: PathPart, start: float, end: float, area: Area, config: ControllerConfig
+) -> Array | None:
+    """The same with at least so much beside the body [m]."""
     problem = Problem.of(part.pose(start), part.pose(end), area, config)
     if min(problem.room) < least:
         return None
