@@ -114,6 +114,7 @@ class RtiMpcc:
         again: bool = False,
         disturbance: Disturbance = UNDISTURBED,
         before: float | None = None,
+        first: bool = True,
     ) -> Linearisation:
         """Preparation phase: everything about the QP that needs no measurement.
 
@@ -129,6 +130,7 @@ class RtiMpcc:
             again: the same QP was begun before and is to be gone on with: the solver keeps its step size.
             disturbance: what acts beside the commands. States and controls are with it, see (O4).
             before: acceleration that acts until then [m/s²]; None: any.
+            first: nothing is driven yet: without a `last` solution the wheels may turn as fast as they can.
         """
         begun = perf_counter()
         config, wheelbase = self.config, self.config.vehicle.wheelbase
@@ -172,6 +174,8 @@ class RtiMpcc:
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
         most = self._speeds(shifted) if along_path else None
+        spare = config.footprint.margin - config.caution.planned_minimum
+        pressed = first if last is None else float(last.slack.max()) > max(spare, 0.0)
         bounds = stage_bounds(
             config,
             target,
@@ -181,7 +185,7 @@ class RtiMpcc:
             turns=not along_path,
             disturbance=disturbance,
             most=most,
-            change=None if before is None else Change(before, states[:-1, V].copy(), lengths, rests),
+            change=None if before is None else Change(before, states[:-1, V].copy(), lengths, rests, pressed),
         )
 
         values, pattern = self._values, self._pattern

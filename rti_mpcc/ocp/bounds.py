@@ -3,7 +3,7 @@
 (J1)  |a_k - a_before| <= jerk (t_k + h_0),   t_k from the begin of the plan to that of its stage
 (J2)  |a_k| <= jerk (T - t_k),   T the end of a plan that comes to rest there
 
-(J3)  |delta_dot_k| <= comfort,   where |v_k| is next to nothing
+(J3)  |delta_dot_k| <= comfort,   unless the vehicle moves and the last plan had to leave its margin
 
 A vehicle that comes to rest so soon that its braking cannot fade at that rate may let it go at once. Whatever
 else bounds the speed gives way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan.
@@ -35,13 +35,15 @@ class StageBounds:
 class Change(NamedTuple):
     """From what the acceleration changes: the one before [m/s²], and the speeds (N,) of the stages [m/s].
 
-    `lengths`: (N,) of the stages [s]; `rests`: whether the plan ends at rest, (J2).
+    `lengths`: (N,) of the stages [s]; `rests`: whether the plan ends at rest, (J2); `pressed`:
+    whether more than the comfort steering rate may be needed, (J3).
     """
 
     before: float
     speeds: Array
     lengths: Array
     rests: bool = False
+    pressed: bool = True
 
 
 def overrun(target: Target, progress: Progress) -> float:
@@ -71,7 +73,7 @@ def stage_bounds(
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
         disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
-        change: with comfort, (J1) to (J3); None: any.
+        change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
     limits, progress, profile = config.limits, config.progress, config.speed_profile
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
@@ -96,9 +98,11 @@ def stage_bounds(
         controls,
     )
     if change is not None:
-        before, speeds, lengths, rests = change
+        before, speeds, lengths, rests, pressed = change
         _bound_change(before, speeds[0], lengths, config.comfort.jerk, controls)
-        _bound_turning(speeds, config.behaviour.calm_speed, config.comfort.steering_rate, controls)
+        if config.weights.comfort[2] > 0.0:
+            calm = config.behaviour.calm_speed if pressed else inf
+            _bound_turning(speeds, calm, config.comfort.steering_rate, controls)
         if rests:
             _bound_end(lengths, config.comfort.jerk, controls)
     return StageBounds(states=states, controls=controls)

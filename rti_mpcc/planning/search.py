@@ -221,6 +221,7 @@ def _iterate(
         again=start.iterate is not None,
         disturbance=s.vehicle.disturbance,
         before=context.acceleration,
+        first=s.plans.driven is None,
     )
     solution = mpcc.feedback(
         context.state,

@@ -145,10 +145,15 @@ def test_where_the_present_braking_cannot_fade_by_the_end_only_that_counts() -> 
     np.testing.assert_allclose(got[0], [-1.002, -0.998])
 
 
-def test_next_to_rest_the_wheels_turn_within_comfort() -> None:
+def test_the_wheels_turn_within_comfort_next_to_rest_and_where_nothing_presses() -> None:
     config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
     speeds = np.where(np.arange(len(LENGTHS)) < 10, -0.05, -0.5)
     got = stage_bounds(config, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS))
     np.testing.assert_allclose(got.controls[:10, :, DELTA_DOT], [[-0.3, 0.3]] * 10)
     np.testing.assert_allclose(got.controls[10:, :, DELTA_DOT], [[-0.7, 0.7]] * (len(LENGTHS) - 10))
+    calm = stage_bounds(config, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS, pressed=False))
+    np.testing.assert_allclose(calm.controls[:, :, DELTA_DOT], [[-0.3, 0.3]] * len(LENGTHS))
+    paper = ControllerConfig.paper(limits=LIMITS, comfort_steering_rate=0.3)
+    free = stage_bounds(paper, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS, pressed=False))
+    np.testing.assert_allclose(free.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * len(LENGTHS))
