@@ -161,7 +161,7 @@ class ArrivalTiming(Settings):
     least_pieces: Annotated[int, Field(ge=2, le=100_000)] = 64
     most_pieces: Annotated[int, Field(ge=2, le=100_000)] = 400
     steering_distance: Annotated[float, Field(ge=0.0, le=1000.0)] = 4.0
-    brisk_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.96
+    brisk_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.98
     brisk_catching_up: NonNegative = 0.5
     brisk_bound: Annotated[float, Field(ge=1.0, le=10.0)] = 1.1
     slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
