@@ -12,7 +12,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import AXLE, body_of
-from rti_mpcc.model.layout import PHI, POSE, THETA, V
+from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V
 from rti_mpcc.ocp.bounds import Change, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -174,8 +174,7 @@ class RtiMpcc:
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
         most = self._speeds(shifted) if along_path else None
-        spare = config.footprint.margin - config.caution.planned_minimum
-        pressed = first if last is None else float(last.slack.max()) > max(spare, 0.0)
+        pressed = first if last is None else self._pressed(last, states[0])
         bounds = stage_bounds(
             config,
             target,
@@ -282,6 +281,14 @@ class RtiMpcc:
         found = stage_contacts(self._corridor, self.index, self._body, plan, footprint, wheelbase)
         least = config.caution.planned_minimum
         return corridor_rows(local[1:, PHI].copy(), found, footprint, config.narrow_passage, least)
+
+    def _pressed(self, last: Solution, start: Array) -> bool:
+        """Whether the last plan had to leave its margin by what is on top of the least, or the vehicle is
+        beyond a limit at the `start` (6,)."""
+        config, limits = self.config, self.config.limits
+        spare = max(config.footprint.margin - config.caution.planned_minimum, 0.0)
+        beyond = abs(start[V]) > limits.speed or abs(start[DELTA]) > limits.steering
+        return bool(beyond) or float(last.slack.max()) > spare
 
     def _admit(self, measured: Array, linear: Linearisation) -> bool:
         """Widen bounds on v and delta, and the corridor, as far as a measured state needs it.

@@ -3,7 +3,7 @@
 (J1)  |a_k - a_before| <= jerk (t_k + h_0),   t_k from the begin of the plan to that of its stage
 (J2)  |a_k| <= jerk (T - t_k),   T the end of a plan that comes to rest there
 
-(J3)  |delta_dot_k| <= comfort,   unless the vehicle moves and the last plan had to leave its margin
+(J3)  |delta_dot_k| <= comfort,   unless the vehicle moves and something presses, `RtiMpcc`
 
 A vehicle that comes to rest so soon that its braking cannot fade at that rate may let it go at once. Whatever
 else bounds the speed gives way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan.
