@@ -406,7 +406,8 @@ def _stop(
     config, state = w.config, context.state
     wanted = config.comfort_acceleration if deceleration is None else deceleration
     if s.is_stationary:
-        motion, control = lookout.braking(context, wanted, config), fallback.hold(state, config)
+        motion = lookout.braking(context, wanted, config)
+        control = fallback.hold(state, config, context.acceleration)
     else:
         motion, needed = lookout.braking_in_time(s, context, wanted, config, along)
         rate, before = float(motion.controls[0, DELTA_DOT]), context.deceleration

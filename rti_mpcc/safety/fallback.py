@@ -96,10 +96,16 @@ def shifted_plan(
     return Trajectory(times=times, states=states, controls=shifted.controls)
 
 
-def hold(state: Array, config: ControllerConfig) -> ControlInput:
-    """Stay at a standstill: what speed is left fades out gently, so that noise hardly shows."""
-    most = config.limits.acceleration
-    wanted = max(min(-float(state[V]) / config.fallback.holding_time, most), -most)
+def hold(state: Array, config: ControllerConfig, before: float = 0.0) -> ControlInput:
+    """Stay at a standstill: what speed is left fades out gently, so that noise hardly shows.
+
+    `before`: acceleration until now [m/s²]; brakes that stop no more than that speed are let go evenly.
+    """
+    most, speed, jerk = config.limits.acceleration, float(state[V]), config.comfort.jerk
+    wanted = max(min(-speed / config.fallback.holding_time, most), -most)
+    if before * speed < 0.0 and before**2 <= 2.0 * jerk * abs(speed):
+        step = jerk * config.cycle
+        wanted = max(min(wanted, before + step), before - step)
     return ControlInput(acceleration=wanted, steering_rate=0.0, source=Source.STANDSTILL)
 
 

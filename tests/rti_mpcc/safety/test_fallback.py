@@ -181,3 +181,11 @@ def test_comfort_begins_to_brake_without_a_step_and_need_does_not() -> None:
     assert fallback.brake(state(1.0), 0.4, CONFIG, before=-0.2).acceleration == pytest.approx(-step)
     assert fallback.brake(state(1.0), 0.4, CONFIG, before=0.1).acceleration == pytest.approx(-0.1 - step)
     assert fallback.brake(state(1.0), 1.6, CONFIG, before=0.1).acceleration == pytest.approx(-1.6)
+
+
+def test_at_the_begin_of_a_standstill_the_brakes_are_let_go_evenly() -> None:
+    step = CONFIG.comfort.jerk * CONFIG.cycle
+    assert fallback.hold(state(0.02), CONFIG, -0.15).acceleration == pytest.approx(-0.15 + step)
+    # Let go evenly they would more than stop it, or it is noise: only the speed counts.
+    for speed, before in ((0.001, -0.15), (0.02, 0.1)):
+        assert fallback.hold(state(speed), CONFIG, before) == fallback.hold(state(speed), CONFIG)
