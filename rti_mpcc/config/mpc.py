@@ -173,7 +173,8 @@ class BoundRelaxation(Settings):
         margin_distance: S, over which it is given back, as far as the room that the trailing end needs for
             that goes [m].
         boundary_distance: over which a body that is over a boundary is brought back, once it has turned [m].
-        far_share: of the margin, that must be missing for a vehicle to be far outside.
+        far_share: of the margin, that must be missing for a vehicle to be far outside; far_speed: one that is
+            so many times as fast as its limit is braked at any jerk.
         patience: while it is, a QP may take so many times the configured iterations at least: what presses it
             back in at all stages adds up, and it takes the solver long to find how much.
     """
@@ -182,6 +183,7 @@ class BoundRelaxation(Settings):
     margin_distance: Positive = 3.5
     boundary_distance: Positive = 10.0
     far_share: NonNegative = 0.1
+    far_speed: Annotated[float, Field(ge=1.0, le=1e12)] = 1.1
     patience: Annotated[int, Field(ge=1, le=1000)] = 10
 
 

@@ -2,11 +2,11 @@
 
 (J1)  |a_k - a_before| <= jerk (t_k + h_0),   t_k from the begin of the plan to that of its stage
 (J2)  |a_k| <= jerk (T - t_k),   T the end of a plan that comes to rest there
-
-(J3)  |delta_dot_k| <= comfort,   unless the vehicle moves and something presses, `RtiMpcc`
+(J3)  |delta_dot_k| <= comfort,   unless the vehicle moves and something presses (`RtiMpcc`)
 
 A vehicle that comes to rest so soon that its braking cannot fade at that rate may let it go at once. Whatever
-else bounds the speed gives way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan.
+else bounds the speed gives way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan. It does
+not hold for a vehicle that is far faster than it may be.
 """
 
 from __future__ import annotations
@@ -99,7 +99,8 @@ def stage_bounds(
     )
     if change is not None:
         before, speeds, lengths, rests, pressed = change
-        _bound_change(before, speeds[0], lengths, config.comfort.jerk, controls)
+        if abs(speeds[0]) <= config.bound_relaxation.far_speed * limits.speed:
+            _bound_change(before, speeds[0], lengths, config.comfort.jerk, controls)
         if config.weights.comfort[2] > 0.0:
             calm = config.behaviour.calm_speed if pressed else inf
             _bound_turning(speeds, calm, config.comfort.steering_rate, controls)

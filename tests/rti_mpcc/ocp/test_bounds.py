@@ -157,3 +157,8 @@ def test_the_wheels_turn_within_comfort_next_to_rest_and_where_nothing_presses()
     paper = ControllerConfig.paper(limits=LIMITS, comfort_steering_rate=0.3)
     free = stage_bounds(paper, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS, pressed=False))
     np.testing.assert_allclose(free.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * len(LENGTHS))
+
+
+def test_far_beyond_the_speed_limit_any_jerk_will_do() -> None:
+    free = changing(0.3, 1.2 * LIMITS.speed).controls[:, :, A]
+    np.testing.assert_allclose(free, [[-2.0, 2.0]] * len(LENGTHS))
