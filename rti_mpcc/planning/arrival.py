@@ -95,11 +95,8 @@ def time_along(ways: Array, speed: float, acceleration: float, highest: Array) -
     Args:
         ways: (m,) lengths of the pieces [m]; highest: (m,) speeds allowed in them [m/s].
     """
-    up, down = [speed], [0.0]
-    for piece, bound in zip(ways.tolist(), highest.tolist(), strict=True):
-        up.append(min(bound, sqrt(up[-1] ** 2 + 2.0 * acceleration * piece)))
-    for piece, bound in zip(ways[::-1].tolist(), highest[::-1].tolist(), strict=True):
-        down.append(min(bound, sqrt(down[-1] ** 2 + 2.0 * acceleration * piece)))
+    up = _even_speeds_along(speed, highest.tolist(), ways.tolist(), acceleration)
+    down = _even_speeds_along(0.0, highest[::-1].tolist(), ways[::-1].tolist(), acceleration)
     speeds = np.minimum(up, down[::-1])
     speeds[0] = speed
     times = 2.0 * ways / np.maximum(speeds[1:] + speeds[:-1], 1e-6)
@@ -210,22 +207,23 @@ def _paced(
     """Times (m+1,) [s] and speeds (m+1,) [m/s] of the arrival by (T3), or (T6), at the ends of m equal pieces
     of the way, with c = `bounds` (m,) [m/s] in them."""
     piece, along = distance / len(bounds), _even_speeds_along if brisk else _speeds_along
-    up = along(speed, bounds.tolist(), piece, acceleration)
-    down = along(0.0, bounds[::-1].tolist(), piece, acceleration)[::-1]
+    pieces = [piece] * len(bounds)
+    up = along(speed, bounds.tolist(), pieces, acceleration)
+    down = along(0.0, bounds[::-1].tolist(), pieces, acceleration)[::-1]
     # Faster than comfort at its begin, it brakes.
     braked = [sqrt(max(speed**2 - 2.0 * acceleration * k * piece, 0.0)) for k in range(len(up))]
     speeds = np.array([max(min(u, d), b) for u, d, b in zip(up, down, braked, strict=True)])
     return np.append(0.0, np.cumsum(2.0 * piece / (speeds[1:] + speeds[:-1]))), speeds
 
 
-def _speeds_along(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:
-    """Speeds at the ends of pieces of equal length, from `speed` on, by (T3).
+def _speeds_along(speed: float, bounds: list[float], pieces: list[float], acceleration: float) -> list[float]:
+    """Speeds at the ends of pieces of these lengths [m], from `speed` on, by (T3).
 
     With u = sqrt(1 - v / c) the way left to c is 2 c² / a (u - u³ / 3), and u - u³ / 3 = 2/3 sin 3x for
     u = 2 sin x.
     """
     speeds = [speed]
-    for bound in bounds:
+    for piece, bound in zip(pieces, bounds, strict=True):
         u = sqrt(1.0 - min(speed, bound) / bound)
         left = 1.5 * (u - u**3 / 3.0 - 0.5 * acceleration * piece / bound**2)
         speed = bound if left <= 0.0 else bound * (1.0 - (2.0 * sin(asin(min(left, 1.0)) / 3.0)) ** 2)
@@ -233,10 +231,12 @@ def _speeds_along(speed: float, bounds: list[float], piece: float, acceleration:
     return speeds
 
 
-def _even_speeds_along(speed: float, bounds: list[float], piece: float, acceleration: float) -> list[float]:
+def _even_speeds_along(
+    speed: float, bounds: list[float], pieces: list[float], acceleration: float
+) -> list[float]:
     """The same at one acceleration, below the bounds."""
     speeds = [speed]
-    for bound in bounds:
+    for piece, bound in zip(pieces, bounds, strict=True):
         speed = min(bound, sqrt(min(speed, bound) ** 2 + 2.0 * acceleration * piece))
         speeds.append(speed)
     return speeds
