@@ -223,34 +223,31 @@ def _between(part: PathPart, start: float, end: float) -> Array:
 def _smoothed(part: PathPart, start: float, end: float, area: Area, config: ControllerConfig) -> Array | None:
     """The part itself made smooth from `start` to `end` [m], or None: with the margin beside the body where
     there is room for it, else with as much as there is, by bisection."""
+    problem = Problem.of(part.pose(start), part.pose(end), area, config)
+    at = part.reference(np.arange(start, end, _SPACING))
+    line = np.column_stack([at.x - problem.given[0].x, at.y - problem.given[0].y, at.phi])
+    given = _between(part, start, end)
+
+    def with_room(least: float) -> Array | None:
+        if min(problem.room) < least:
+            return None
+        driven = _whole(drivable(problem, given, np.zeros((0, 2)), Kept(clearance=least, line=line)))
+        bend = float(np.abs(driven.way[:, 1]).max())
+        fits = not driven.stops.any() and driven.clearance >= least and bend <= _most(config)
+        return driven.way if fits else None
+
     least, most = config.route.hard_minimum, config.route.margin
-    found = _smoothed_with(least, part, start, end, area, config)
+    found = with_room(least)
     if found is None or most <= least:
         return found
     for _ in range(_BISECTIONS):
         kept = 0.5 * (least + most)
-        another = _smoothed_with(kept, part, start, end, area, config)
+        another = with_room(kept)
         if another is None:
             most = kept
         else:
             found, least = another, kept
     return found
-
-
-def _smoothed_with(
-    least: float, part: PathPart, start: float, end: float, area: Area, config: ControllerConfig
-) -> Array | None:
-    """The same with at least so much beside the body [m]."""
-    problem = Problem.of(part.pose(start), part.pose(end), area, config)
-    if min(problem.room) < least:
-        return None
-    at = part.reference(np.arange(start, end, _SPACING))
-    line = np.column_stack([at.x - problem.given[0].x, at.y - problem.given[0].y, at.phi])
-    given = _between(part, start, end)
-    driven = _whole(drivable(problem, given, np.zeros((0, 2)), Kept(clearance=least, line=line)))
-    bend = float(np.abs(driven.way[:, 1]).max())
-    fits = not driven.stops.any() and driven.clearance >= least and bend <= _most(config)
-    return driven.way if fits else None
 
 
 def _past(part: PathPart, start: float, end: float, area: Area, config: ControllerConfig) -> Array | None:
