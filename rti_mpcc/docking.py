@@ -312,7 +312,7 @@ class DockingController:
             return s
         trial = self._targeted(rehearsal.on_last(s))
         w = replace(self._workspaces.of(trial, clock), start=rehearsal.at_begin(trial))
-        return rehearsal.judged(s, scouting.ends_at_goal(trial, w.context(trial), w), self.config)
+        return rehearsal.judged(s, scouting.ends_at_goal(trial, w.context(trial), w))
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:
         """Those of the route that the state is on."""

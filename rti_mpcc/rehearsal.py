@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import V
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Phase, Plans, Task
@@ -49,11 +50,16 @@ def at_begin(s: ControllerState) -> Array:
     return np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
 
 
-def judged(s: ControllerState, reaches: bool | None, config: ControllerConfig) -> ControllerState:
+def judged(s: ControllerState, reaches: bool | None) -> ControllerState:
     """The state that asks for another way where the goal is not reached."""
     assert s.route is not None
-    route = replace(s.route, rehearsed=s.goal_pose)
-    if reaches is False:
-        expected = expected_docking_time(s.path, config, s.goal_pose)
-        route = replace(route, wanted=OUT_OF_REACH, most=config.route.instead * expected)
-    return replace(s, route=route)
+    wanted = OUT_OF_REACH if reaches is False else s.route.wanted
+    return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
+
+
+def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
+    """Whether a way that was found for want of reach takes too long to be driven in the path's place."""
+    if s.route is None or s.route.why != OUT_OF_REACH:
+        return False
+    given = expected_docking_time(s.path, config, s.goal_pose)
+    return expected_docking_time(found.path, config, found.goal) > config.route.instead * given

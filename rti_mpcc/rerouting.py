@@ -17,14 +17,14 @@ import numpy as np
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Phase
-from rti_mpcc.planning.timing import expected_docking_time
+from rti_mpcc.rehearsal import takes_too_long
 from rti_mpcc.route_planner.planner import RoutePlanning
 
 NO_MANOEUVRE = 1.0
@@ -111,8 +111,8 @@ class Rerouter:
         assert planning is not None
         before, settings = planning.seconds, self._config.route
         assert s.route is not None
-        wanted = s.task.phase is Phase.STARTING and s.is_stationary and s.route.wanted
-        waits = s.task.phase in (Phase.PLANNING, Phase.STALLED) or wanted
+        wanted = s.route.wanted != "" and s.task.phase is Phase.STARTING and s.is_stationary
+        waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
         for _ in range(settings.slices_at_rest if waits else settings.slices):
             if planning.manoeuvre is not None:
                 break
@@ -144,12 +144,6 @@ class Rerouter:
         if task.phase is Phase.STARTING and task.latched:
             return task.latched
         return ""
-
-    def _takes_longer(self, found: Manoeuvre, most: float | None) -> bool:
-        """Whether a way that was found is expected to take longer than it may [s]."""
-        if most is None or found.path is None:
-            return False
-        return expected_docking_time(found.path, self._config, found.goal) > most
 
     def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
         position, heading = self._config.route.goal_moved
@@ -213,13 +207,13 @@ class Rerouter:
         elif not found.found:
             since = route.since if planning else s.now
             why = found.reason if planning else ""
-            return replace(s, route=replace(told, why=why, wanted="", since=since, most=None))
-        elif self._takes_longer(found, route.most):
+            return replace(s, route=replace(told, why=why, wanted="", since=since))
+        elif takes_too_long(s, found, config):
             self.forget()
-            return replace(s, route=replace(route, why="", wanted="", most=None))
+            return replace(s, route=replace(route, why="", wanted=""))
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
-        told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now, most=None)
+        told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
         return moves.onto_way(s, found, told)
 
 

@@ -314,8 +314,7 @@ class RouteState:
         changes: number of obstacle changes that the last one knew of.
         ways: on so many the vehicle has set out, the path that was given among them; seconds: that all
             searches took.
-        rehearsed: goal that was tried from the path's last change of direction, or None; most: time that
-            another way is expected to take at most to be driven instead [s]; None: any.
+        rehearsed: goal that was tried from the path's last change of direction, or None.
     """
 
     end: Pose2 | None = None
@@ -328,7 +327,6 @@ class RouteState:
     ways: int = 0
     seconds: float = 0.0
     rehearsed: Pose2 | None = None
-    most: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
