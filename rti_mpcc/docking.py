@@ -168,7 +168,8 @@ class DockingController:
 
         1. Check what comes in, and take what can be used.
         2. Filter the detections of the goal, and let the pose made for follow.
-        3. Take another way if one is needed and planned; plan on with the time that is left.
+        3. Take another way if one is needed and planned; plan on with the time that is left. Before a given
+           path is begun, try its last part.
         4. Predict where the command will begin to act; begin the next segment where this one is over.
         5. Drive what the phase asks for, or the next rung of the fallback.
         6. Keep the command within the limits, and say why it is what it is.
@@ -310,9 +311,11 @@ class DockingController:
         """
         if self._rerouter is None or not rehearsal.is_due(s, self.config):
             return s
-        trial = self._targeted(rehearsal.on_last(s))
-        w = replace(self._workspaces.of(trial, clock), start=rehearsal.at_begin(trial))
-        return rehearsal.judged(s, scouting.ends_at_goal(trial, w.context(trial), w))
+        with self._workspaces_on(s).set_aside():
+            trial = self._targeted(rehearsal.on_last(s))
+            w = replace(self._workspaces.of(trial, clock), start=rehearsal.at_begin(trial))
+            reaches = scouting.ends_at_goal(trial, w.context(trial), w)
+        return rehearsal.judged(s, reaches)
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:
         """Those of the route that the state is on."""

@@ -6,6 +6,8 @@ but for what a core's solver keeps, the same state gives the same workspace.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from geometry import Corridor, PathPart, Pose2, ReferencePath
@@ -48,6 +50,17 @@ class Workspace:
         return sensing.context_of(s, self.start, self.pace, target, self.config)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Active:
+    """A segment, its settings and its core; the corridor that this is told of, and the pace by it."""
+
+    segment: Segment
+    config: ControllerConfig
+    mpcc: RtiMpcc
+    corridor: Corridor
+    pace: Pace
+
+
 class Workspaces:
     """Makes the workspace of each cycle, and keeps what is the same as in the last one.
 
@@ -67,50 +80,65 @@ class Workspaces:
             for k, room in enumerate(self._rooms):
                 tell_if_narrow(room, k, config)
         self._cusp_of: tuple[Segment, int, Pose2] | None = None
-        self._begin(first, corridor)
+        self._active = self._begun(first, corridor)
 
-    def _begin(self, segment: Segment, corridor: Corridor) -> None:
-        self._segment, self._config = segment, segment.limited(self._settings)
-        self._mpcc = RtiMpcc(segment.part, corridor, self._config, index=segment.index)
-        self._look_round(corridor)
+    def _begun(self, segment: Segment, corridor: Corridor) -> _Active:
+        config = segment.limited(self._settings)
+        mpcc = RtiMpcc(segment.part, corridor, config, index=segment.index)
+        return self._looked_round(segment, config, mpcc, corridor)
 
-    def _look_round(self, corridor: Corridor) -> None:
-        """The room along the segment, beside the obstacles that are known now, and the pace by it."""
-        core, index, config = self._mpcc, self._segment.index, self._config
+    def _looked_round(
+        self, segment: Segment, config: ControllerConfig, core: RtiMpcc, corridor: Corridor
+    ) -> _Active:
+        """With the room along the segment, beside the obstacles that are known now, and the pace by it."""
+        index = segment.index
         if core.part is self.path.parts[index]:
             room = with_obstacles(self._rooms[index], core.part, corridor, index, config)
         else:
             room = room_along(core.part, corridor, index, config)
         core.set_obstacles(corridor)
         core.room = room if config.corridor_rows else None
-        self._corridor, self._pace = corridor, pace_of(core.part, config, core.room)
+        pace = pace_of(core.part, config, core.room)
+        return _Active(segment=segment, config=config, mpcc=core, corridor=corridor, pace=pace)
 
     def core(self, s: ControllerState) -> RtiMpcc:
         """The core of the active segment, told of the obstacles that are known now."""
-        if s.task.whole is not self._segment:
-            self._begin(s.task.whole, s.area.corridor)
-        elif s.area.corridor is not self._corridor:
-            self._look_round(s.area.corridor)
-        return self._mpcc
+        active, corridor = self._active, s.area.corridor
+        if s.task.whole is not active.segment:
+            self._active = self._begun(s.task.whole, corridor)
+        elif corridor is not active.corridor:
+            self._active = self._looked_round(active.segment, active.config, active.mpcc, corridor)
+        return self._active.mpcc
+
+    @contextmanager
+    def set_aside(self) -> Iterator[None]:
+        """The active core is active again afterwards, whichever is made meanwhile."""
+        active = self._active
+        try:
+            yield
+        finally:
+            self._active = active
 
     def of(self, s: ControllerState, clock: CycleClock) -> Workspace:
         """The workspace of a cycle in which the state is `s`."""
         mpcc = self.core(s)
-        start = sensing.start_of(s, mpcc.part, self._config)
-        return Workspace(config=self._config, mpcc=mpcc, pace=self._pace, start=start, clock=clock)
+        active = self._active
+        start = sensing.start_of(s, mpcc.part, active.config)
+        return Workspace(config=active.config, mpcc=mpcc, pace=active.pace, start=start, clock=clock)
 
     def target(self, s: ControllerState) -> Target:
         """What the active segment, all of it, is to end in."""
         part, end, goal = self.core(s).part, s.task.whole.end, s.goal.pose
+        config = self._active.config
         if end is SegmentEnd.STAGING_POSE:
-            return staging_on(part, goal, self._config.staging)
+            return staging_on(part, goal, config.staging)
         if end is SegmentEnd.GOAL and goal is not None:
-            return goal_on(part, goal, s.task.target, reach=self._config.progress.projection_reach)
-        if end is SegmentEnd.CUSP and self._config.arrival:
+            return goal_on(part, goal, s.task.target, reach=config.progress.projection_reach)
+        if end is SegmentEnd.CUSP and config.arrival:
             then = s.task.on_whole().segments[1]
             # To turn the wheels on the way costs heading at its end, and little way mends little of that.
             shorter = min(s.task.whole.length, then.length)
-            share = min(shorter / self._config.route.whole_tolerance, 1.0) ** 2
+            share = min(shorter / config.route.whole_tolerance, 1.0) ** 2
             return ended_at(part, self._cusp(s, part), then.wheels, share)
         return path_end(part)
 
@@ -118,6 +146,6 @@ class Workspaces:
         """Where the direction is to change, clear of what is known now."""
         segment, changes = s.task.whole, s.area.changes
         if self._cusp_of is None or self._cusp_of[0] is not segment or self._cusp_of[1] != changes:
-            pose = cusp_pose(part.last, s.area.corridor, segment, self._config)
+            pose = cusp_pose(part.last, s.area.corridor, segment, self._active.config)
             self._cusp_of = segment, changes, pose
         return self._cusp_of[2]
