@@ -193,7 +193,8 @@ class Search(Settings):
         position_defect, heading_defect: largest error of a plan against the dynamics over that span [m],
             [rad].
         input_excess: share of an input limit by which a solver's answer may pass it before it is cut.
-        blocked_slack: corridor slack [m] of a plan that goes through something rather than past it.
+        blocked_slack: corridor slack [m], on top of what the vehicle begins with, of a plan that goes through
+            something rather than past it: it is not driven.
         seen_share: share of a cruise's plan up to which what stands in its way counts: it ends in mid-way,
             and has not seen enough of what is beyond.
         plan_age: a plan that is driven while another one is sought is iterated itself when it is older than

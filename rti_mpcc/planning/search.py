@@ -309,18 +309,13 @@ def rejection_reason(
     most = 1.0 + settings.input_excess
     if abs(a) > most * limits.acceleration or abs(rate) > most * limits.steering_rate:
         return f"the plan begins outside the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
-    slack, most = float(solution.slack.max()), _most_slack(solution, config)
-    if slack > most:
+    slack = float(solution.slack.max())
+    if slack > settings.blocked_slack + float(solution.slack[0]):
         return f"the plan leaves the corridor by {slack:.2f} m"
     position, heading = defect(plan, config)
     if position > settings.position_defect or heading > settings.heading_defect:
         return f"the plan breaks the dynamics by {position:.2f} m and {np.degrees(heading):.1f} deg"
     return ""
-
-
-def _most_slack(solution: Solution, config: ControllerConfig) -> float:
-    """Slack [m] with which the body's axis lies on a boundary, on top of what the vehicle begins with."""
-    return 0.5 * config.vehicle.width + config.footprint.margin + float(solution.slack[0])
 
 
 def defect(plan: Trajectory, config: ControllerConfig) -> tuple[float, float]:

@@ -1,8 +1,8 @@
 """The fallback: which plan is driven, and what is driven instead when there is none.
 
 1. The solution of this cycle, if `planning.search.rejection_reason` has none: OSQP calls it solved, all of it
-   is finite, it begins within the input limits, its first 2 s obey the dynamics, and its slack leaves no
-   disc's centre beyond a boundary.
+   is finite, it begins within the input limits, its first 2 s obey the dynamics, and its slack is that of a
+   plan that goes past what is in its way, not through it.
 2. If it does not hold and there is time, the same sought once more from a clean start: from the last plan
    without a complaint, with nothing kept of the solver's last answers.
 3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at

@@ -162,12 +162,13 @@ def test_it_gives_up_when_problems_are_not_solved(
     assert len(attempt.solutions) == (SETTINGS.unsolved if guess else 1)
 
 
-def test_a_plan_with_a_disc_beyond_a_boundary_is_refused_unless_it_begins_there(solution: Solution) -> None:
-    slack = np.full(len(solution.trajectory.controls), 1.2)
-    slack[30] = 1.5
+def test_a_plan_that_goes_through_something_is_refused_unless_it_begins_there(solution: Solution) -> None:
+    slack = np.full(len(solution.trajectory.controls), 0.9 * SETTINGS.blocked_slack)
     slack[0] = 0.0
-    assert "leaves the corridor by 1.50 m" in search.rejection_reason(replace(solution, slack=slack), CONFIG)
-    slack[0] = 0.5
+    assert search.rejection_reason(replace(solution, slack=slack), CONFIG) == ""
+    slack[30] = 1.5 * SETTINGS.blocked_slack
+    assert "leaves the corridor by 0.45 m" in search.rejection_reason(replace(solution, slack=slack), CONFIG)
+    slack[0] = 0.5 * SETTINGS.blocked_slack
     assert search.rejection_reason(replace(solution, slack=slack), CONFIG) == ""
 
 
