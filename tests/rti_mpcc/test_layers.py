@@ -19,6 +19,7 @@ LAYERS = (
     "iteration",
     "controller",
     "manoeuvre",
+    "steps",
     "baselines",
     "route_planner",
     "planning",
@@ -90,7 +91,7 @@ def may_import(importer: str, target: str) -> bool:
         return False
     if target == "estimation":
         # Settings and values name what it estimates; the optimal control problem knows no detections.
-        return importer in ("config", "types") or RANK[importer] >= RANK["planning"]
+        return importer in ("config", "types") or (importer == "steps" or RANK[importer] >= RANK["planning"])
     if importer in FOUNDATION:
         return target in FOUNDATION
     return RANK[target] <= RANK[importer]

@@ -1,0 +1,272 @@
+"""The steps of a mission, as data: dock, wait, drive straight, undock, drive to a pose.
+
+A mission is a list of them. How each is begun, and what it comes to, is in `rti_mpcc.mission`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+from math import inf
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from estimation import CharucoBoard
+from geometry import InputError, Pose2
+from geometry.outline import checked_polygon
+from rti_mpcc.types import Array
+
+Then = Literal["stop", "continue", "home"]
+"""What comes after a step that failed for good: nothing, the next step, or the way home."""
+Signal = Callable[[], bool]
+"""Asked once a cycle."""
+
+
+class DockKind(Enum):
+    """How the pose of a dock is known."""
+
+    KNOWN = "known"
+    """It is where it is said to be."""
+    DETECTED = "detected"
+    """By detections: what is said is where it is expected."""
+    CHARUCO = "charuco"
+    """The same, by its ChArUco board in the pictures of a camera."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """What all steps have.
+
+    Attributes:
+        timeout: the step has failed after so long [s].
+        patience: and where it does not get on for so long [s]: something is in the way, there is no plan or
+            no way, or the goal is not seen.
+        retries: so often it is tried again.
+        retry_from: place in the mission of the step from which it is tried again, an earlier one or its own;
+            None: its own.
+        then: what comes after it has failed for good.
+
+    Raises:
+        InputError: a time that is not positive, or a negative count.
+    """
+
+    word: ClassVar[str] = ""
+    timeout: float = inf
+    patience: float = 15.0
+    retries: int = 0
+    retry_from: int | None = None
+    then: Then = "stop"
+
+    def __post_init__(self) -> None:
+        for name in ("timeout", "patience"):
+            _refuse_unless(_positive(getattr(self, name), most=inf), self, name, "must be > 0")
+        for name in ("retries", "retry_from"):
+            count = getattr(self, name)
+            good = count is None or (type(count) is int and count >= 0)
+            _refuse_unless(good, self, name, "must be a whole number >= 0")
+        _refuse_unless(
+            self.then in ("stop", "continue", "home"), self, "then", "must be stop, continue or home"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """The straight last piece of the way into a dock.
+
+    Attributes:
+        length: [m]; direction: +1 forward, -1 in reverse.
+
+    Raises:
+        InputError: a length that is not positive, or another direction.
+    """
+
+    length: float
+    direction: int
+
+    def __post_init__(self) -> None:
+        _refuse_unless(_positive(self.length), self, "length", "must be > 0, and finite")
+        _refuse_unless(self.direction in (1, -1), self, "direction", "must be 1 (forward) or -1 (in reverse)")
+
+
+@dataclass(frozen=True, slots=True)
+class Straight(Step):
+    """Drive straight on: along the axis of the dock that the vehicle stands at, else along its heading.
+
+    Attributes:
+        distance: [m], negative in reverse.
+        speed: at most [m/s]; steering: angle of the wheels, at most [rad].
+        tolerance: lateral [m] and heading [rad] error at its end, at most. It is not begun where the errors
+            are so large that they cannot be mended on the way. None: as it comes.
+        until: what tells that it is over before its distance, a contact say; None: nothing.
+
+    Raises:
+        InputError: a distance of 0, or a limit or tolerance that is not positive.
+    """
+
+    word = "straight"
+    distance: float
+    speed: float = field(default=0.2, kw_only=True)
+    steering: float = field(default=0.05, kw_only=True)
+    tolerance: tuple[float, float] | None = field(default=None, kw_only=True)
+    until: Signal | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
+        for name in ("speed", "steering"):
+            _refuse_unless(_positive(getattr(self, name)), self, name, "must be > 0, and finite")
+        allowed = "must be two numbers > 0: lateral [m], heading [rad]"
+        _refuse_unless(_all_positive(self.tolerance, 2), self, "tolerance", allowed)
+        _refuse_unless(self.until is None or callable(self.until), self, "until", "must be callable")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dock(Step):
+    """Drive to a dock and stand there.
+
+    Attributes:
+        pose: of the rear axle of the docked vehicle, world frame; None: the controller's own goal.
+        name: of the dock, for who reads of it.
+        kind: see `DockKind`; None: as the controller's settings say.
+        board: that stands at it, of a `CHARUCO` dock.
+        approach: see there; None: any way into it.
+        tolerance: longitudinal [m], lateral [m], heading [rad]; None: that of the settings.
+        body: outline (k, 2) [m] of what is docked at, in the frame of `pose`: it is kept clear of in every
+            step but `Straight`, where the dock is seen to be. None: nothing.
+        contact: the move that ends in contact, to be put into a mission behind it; None: there is none.
+
+    Raises:
+        InputError: a tolerance that is not positive, a body that is no polygon, a charuco dock without a
+            board, or a board of another dock.
+    """
+
+    word = "dock"
+    pose: Pose2 | None = None
+    name: str = field(default="", kw_only=True)
+    kind: DockKind | None = field(default=None, kw_only=True)
+    board: CharucoBoard | None = field(default=None, kw_only=True)
+    approach: Approach | None = field(default=None, kw_only=True)
+    tolerance: tuple[float, float, float] | None = field(default=None, kw_only=True)
+    body: ArrayLike | None = field(default=None, kw_only=True)
+    contact: Straight | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        _refuse_unless(_all_positive(self.tolerance, 3), self, "tolerance", _THREE)
+        for name, kinds in (
+            ("pose", Pose2),
+            ("kind", DockKind),
+            ("approach", Approach),
+            ("contact", Straight),
+        ):
+            value = getattr(self, name)
+            good = value is None or isinstance(value, kinds)
+            _refuse_unless(good, self, name, f"must be a {kinds.__name__}, or None")
+        by_board = self.kind is DockKind.CHARUCO
+        _refuse_unless(
+            by_board == (self.board is not None), self, "board", "a charuco dock has one, and no other"
+        )
+        if self.body is not None:
+            checked_polygon(self.body, "Dock.body")
+
+    def body_at(self, pose: Pose2) -> Array | None:
+        """The outline (k, 2) of what is docked at, where the dock is at this pose; None: there is none."""
+        if self.body is None:
+            return None
+        placed = [pose.compose(Pose2(x, y, 0.0)) for x, y in np.asarray(self.body, dtype=np.float64).tolist()]
+        return np.array([[corner.x, corner.y] for corner in placed])
+
+
+@dataclass(frozen=True, slots=True)
+class Wait(Step):
+    """Stand for some seconds, or until something tells that it is over; with both until the first of them.
+
+    Raises:
+        InputError: negative seconds, or neither seconds nor `until`.
+    """
+
+    word = "wait"
+    seconds: float | None = None
+    until: Signal | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        good = self.seconds is None or self.seconds == 0 or _positive(self.seconds)
+        _refuse_unless(good, self, "seconds", "must be >= 0, and finite")
+        _refuse_unless(self.until is None or callable(self.until), self, "until", "must be callable")
+        some = self.seconds is not None or self.until is not None
+        _refuse_unless(some, self, "seconds", "needs seconds, or until")
+
+
+@dataclass(frozen=True, slots=True)
+class Undock(Step):
+    """Drive out of where the vehicle stands, straight on or along the best bend that is clear.
+
+    Attributes:
+        distance: along the way out [m], negative in reverse.
+
+    Raises:
+        InputError: a distance of 0.
+    """
+
+    word = "undock"
+    distance: float
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
+
+
+@dataclass(frozen=True, slots=True)
+class DriveTo(Step):
+    """Drive to a pose and stand there.
+
+    Attributes:
+        pose: of the rear axle, world frame.
+        tolerance: longitudinal [m], lateral [m], heading [rad]; None: that of the settings.
+
+    Raises:
+        InputError: a tolerance that is not positive.
+    """
+
+    word = "drive_to"
+    pose: Pose2
+    tolerance: tuple[float, float, float] | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        _refuse_unless(isinstance(self.pose, Pose2), self, "pose", "must be a Pose2")
+        _refuse_unless(_all_positive(self.tolerance, 3), self, "tolerance", _THREE)
+
+
+AnyStep = Dock | Wait | Straight | Undock | DriveTo
+
+
+_THREE = "must be three numbers > 0: [m], [m], [rad]"
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _positive(value: float, most: float = sys.float_info.max) -> bool:
+    return _is_number(value) and 0.0 < value <= most
+
+
+def _is_way(value: float) -> bool:
+    return _is_number(value) and _positive(abs(value))
+
+
+def _all_positive(values: tuple[float, ...] | None, count: int) -> bool:
+    if values is None:
+        return True
+    return isinstance(values, tuple | list) and len(values) == count and all(map(_positive, values))
+
+
+def _refuse_unless(good: bool, where: object, name: str, allowed: str) -> None:
+    if not good:
+        raise InputError(f"{type(where).__name__}.{name} = {getattr(where, name)!r}: {allowed}")
