@@ -50,13 +50,17 @@ from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import ConfigError, MissingExtraError, RecordingError, ScenarioError
 from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 from rti_mpcc.route_planner.mending import MendedPath, PathChange, mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
+from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import (
     Command,
     Diagnostics,
     EffectiveWeights,
+    MissionReport,
+    MissionResult,
     Objective,
     Reason,
     Source,
@@ -66,6 +70,7 @@ from rti_mpcc.types import (
 )
 
 __all__ = [
+    "Approach",
     "Area",
     "AreaError",
     "Camera",
@@ -79,7 +84,11 @@ __all__ = [
     "CorridorError",
     "DetectionNoise",
     "Diagnostics",
+    "Dock",
+    "DockKind",
     "DockingController",
+    "DockingMission",
+    "DriveTo",
     "EffectiveWeights",
     "Footprint",
     "Frame",
@@ -95,6 +104,8 @@ __all__ = [
     "Manoeuvre",
     "MendedPath",
     "MissingExtraError",
+    "MissionReport",
+    "MissionResult",
     "Narrowing",
     "Objective",
     "Outcome",
@@ -116,9 +127,12 @@ __all__ = [
     "Source",
     "SpeedProfile",
     "Status",
+    "Straight",
     "Trajectory",
+    "Undock",
     "Vehicle",
     "VehicleState",
+    "Wait",
     "Weights",
     "config_for_docking_time",
     "expected_docking_time",

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
-from rti_mpcc import rehearsal, scouting
+from rti_mpcc import orders, rehearsal, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction, may_look_again
@@ -29,6 +29,7 @@ from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
+from rti_mpcc.orders import Order
 from rti_mpcc.planning import aim, goals, offsets, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -144,6 +145,11 @@ class DockingController:
         return self.state.area.known
 
     @property
+    def area(self) -> Area | None:
+        """In which it plans ways, with all that stands as far as is known; None where it plans none."""
+        return None if self._rerouter is None else self._rerouter.area_known(self.state)
+
+    @property
     def has_stepped(self) -> bool:
         """Whether there was a cycle."""
         return self.state.clock.time is not None
@@ -153,6 +159,16 @@ class DockingController:
         known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
         end = self.state.route.end if self.state.on_planned_way and self.state.route else None
         self.state = self._made_for(replace(self.state, goal=known), end)
+
+    def assign(self, order: Order) -> None:
+        """Give it something else to do, from the next step on.
+
+        Raises:
+            InputError: a goal or a manoeuvre for a controller that plans no ways.
+        """
+        self.state = orders.carried_out(self.state, order, self._rerouter)
+        if orders.new_goal(order) and self._filter is not None:
+            self._filter.reset()
 
     def step(
         self,
@@ -332,7 +348,9 @@ class DockingController:
 
     def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
         """The state with which another segment begins now; None: this one goes on."""
-        return moves.next_segment(s) if may_change_direction(s, context, self.config) else None
+        if s.task.phase is Phase.WAITING or not may_change_direction(s, context, self.config):
+            return None
+        return moves.next_segment(s)
 
     # -- what goes out --------------------------------------------------------------------------------
 

@@ -56,7 +56,8 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
         return _give_up(s, context, w, beyond)
     s = transition_by_condition(_watching(s, context, w), context, w.config)
     s = schedule.rescheduled(s, context, w.config)
-    waiting = "" if s.task.phase is Phase.HOLDING else aim.must_wait(s, context, w.config)
+    stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
+    waiting = "" if stays else aim.must_wait(s, context, w.config)
     if waiting and s.is_stationary:
         return _stop(transition_on(s, Event.GOAL_LOST), context, w, Verdict(Reason.GOAL_UNCERTAIN, waiting))
     return _BY_PHASE[s.task.phase](s, context, w)
@@ -159,6 +160,12 @@ def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) ->
     return _stop(s, context, w, verdict)
 
 
+def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
+    """Brake to a standstill as firmly as can be, along the plan that was driven, and stand."""
+    firm, along = w.config.limits.acceleration, s.plans.driven
+    return _stop(s, context, w, Verdict(Reason.TOLD_TO_STAND), firm, along=along)
+
+
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     reason = _STANDS_AT[s.task.segment.end]
     if reason is Reason.DOCKED and aim.never_seen(s.goal, w.config):
@@ -182,6 +189,7 @@ _BY_PHASE = {
     Phase.HOLDING: _hold,
     Phase.STALLED: _stay,
     Phase.PLANNING: _wait_for_way,
+    Phase.WAITING: _wait,
 }
 
 

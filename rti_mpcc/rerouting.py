@@ -17,7 +17,7 @@ import numpy as np
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.behaviour import moves
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment, SegmentEnd
+from rti_mpcc.manoeuvre import Manoeuvre, Segment, SegmentEnd
 from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import ways
@@ -80,6 +80,8 @@ class Rerouter:
         """The state with another way, where one is needed and found, or without any, where one is needed."""
         route, here = s.route, ways.here(s, self._config)
         assert route is not None
+        if _as_it_is(s):
+            return s
         if s.task.phase is Phase.PLANNING:
             if apart(here, s.path.start) > self._config.plausibility.off_path:
                 # It is first heard of there, or was set down: nothing would be driven so far off a route.
@@ -93,20 +95,37 @@ class Rerouter:
             s = replace(s, route=replace(route, why=why, wanted=wanted))
         return self._answered(s)
 
+    def area_known(self, s: ControllerState) -> Area:
+        """All that stands, as far as is known."""
+        return self._area.with_obstacles([each.outline for each in s.area.standing])
+
+    def leaving(self, s: ControllerState, why: str) -> ControllerState:
+        """The state of a vehicle that leaves its route for a way that is still to be planned to its goal, in
+        all of the area."""
+        self.forget()
+        s = replace(s, area=s.area.without_path(self._area))
+        return moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
+
+    def following(self, s: ControllerState, manoeuvre: Manoeuvre) -> ControllerState:
+        """The state of a vehicle that leaves its route for a manoeuvre, and is not to take another one."""
+        s = self.leaving(s, "")
+        assert s.route is not None
+        route = replace(s.route, manoeuvre=manoeuvre, ways=s.route.ways + 1, fixed=True)
+        return moves.onto_way(s, manoeuvre, route)
+
     def planned_on(self, s: ControllerState, clock: CycleClock) -> ControllerState:
         """Go on planning, with what time this cycle has left."""
         asked = self._needed(s)
         if asked is None:
             return s
         if self._asked is None or not self._asked.answers(asked, self._config.route.unmoved):
-            known = self._area.with_obstacles([each.outline for each in s.area.standing])
+            known = self.area_known(s)
             self._asked = asked
             # One that has driven and asks does not stand well inside: it has to get there.
             driven = s.route is not None and s.route.ways > 0
             there = self._config.behaviour.settle_share if driven else 1.0
-            self._planning = RoutePlanning(
-                asked.start, asked.goal, known, self._config, asked.came, there=there
-            )
+            config = s.goal.terms.on(self._config)
+            self._planning = RoutePlanning(asked.start, asked.goal, known, config, asked.came, there=there)
         planning = self._planning
         assert planning is not None
         before, settings = planning.seconds, self._config.route
@@ -153,7 +172,7 @@ class Rerouter:
     def _needed(self, s: ControllerState) -> _Asked | None:
         """What is to be planned for now; None: nothing."""
         goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
-        if goal is None or monitor.state is None or monitor.why or route is None:
+        if goal is None or monitor.state is None or monitor.why or route is None or _as_it_is(s):
             return None
         # Plans may come and go: what was begun is planned on while it stands, and driven if it asks again.
         begun = self._planning is not None and s.task.phase is not Phase.HOLDING
@@ -215,6 +234,11 @@ class Rerouter:
         s = replace(s, area=s.area.without_path(self._area))
         told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
         return moves.onto_way(s, found, told)
+
+
+def _as_it_is(s: ControllerState) -> bool:
+    """Whether no way is to be planned, whatever happens."""
+    return s.task.phase is Phase.WAITING or (s.route is not None and s.route.fixed)
 
 
 def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerConfig) -> _Asked | None:

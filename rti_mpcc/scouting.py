@@ -152,7 +152,7 @@ def _another_way(scouting: Scouting, w: Workspace) -> Scouting:
     """Ask for another way from here, where what was found is not clear or misses the goal."""
     s, context, found = scouting.s, scouting.context, scouting.found
     assert found is not None
-    if s.route is None or not context.free:
+    if s.route is None or s.route.fixed or not context.free:
         return scouting
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:

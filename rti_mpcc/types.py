@@ -62,6 +62,8 @@ class Status(Enum):
     """The goal has not been seen for long and is not certain enough to dock at: stopping before it."""
     SEARCHING = "searching"
     """Standing at the planned goal, which has not been detected yet."""
+    WAITING = "waiting"
+    """Standing, or braking to a standstill, as it was told: in a mission that waits, or is cancelled."""
     PLANNING = "planning"
     """Standing until a way to the goal is planned, or until there is a goal."""
     STALLED = "stalled"
@@ -102,6 +104,7 @@ class Reason(Enum):
     STANDS_AT_STAGING_POSE = "stands at staging pose", "standing at the staging pose"
     NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet"
     DOCKED = "docked", "standing inside the tolerance"
+    TOLD_TO_STAND = "told to stand", "standing as it was told"
     STALLED = "stalled", "no plan from here ends inside the tolerance"
     PLANS_WAY = "plans way", "planning a way: {}"
     NO_WAY = "no way", "{}"
@@ -115,6 +118,21 @@ class Reason(Enum):
         reason = object.__new__(cls)
         reason._value_, reason.message = word, message
         return reason
+
+
+class MissionResult(Enum):
+    """What a step of a mission, or all of it, has come to."""
+
+    RUNNING = "RUNNING"
+    SUCCEEDED = "SUCCEEDED"
+    NOT_DETECTED = "NOT_DETECTED"
+    """The goal was not seen, or not well enough to dock by."""
+    NOT_REACHED = "NOT_REACHED"
+    """There is no way or no plan to where the step is to end, or it cannot be begun from here."""
+    BLOCKED = "BLOCKED"
+    """Something stands in the way."""
+    TIMED_OUT = "TIMED_OUT"
+    CANCELLED = "CANCELLED"
 
 
 class Source(Enum):
@@ -210,6 +228,24 @@ class Diagnostics:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MissionReport:
+    """How a mission goes on.
+
+    Attributes:
+        step: place of the step that is under way, or was the last one; kind: of it, as in scenario files.
+        attempt: so often that step was tried before.
+        result: of the step; of the whole mission once that is over.
+        reason: why it failed, or is tried once more, or "".
+    """
+
+    step: int
+    kind: str
+    result: MissionResult
+    attempt: int = 0
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
     """What the vehicle is to do until the next step.
 
@@ -223,6 +259,7 @@ class Command:
         trajectory: the plan that the command belongs to, its accelerations as they have to be commanded and
             its steering as it will be measured.
         diagnostics: how it came about.
+        mission: how the mission goes on; None without one.
     """
 
     acceleration: float
@@ -234,3 +271,4 @@ class Command:
     docked: bool
     trajectory: Trajectory
     diagnostics: Diagnostics
+    mission: MissionReport | None = None

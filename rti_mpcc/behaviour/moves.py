@@ -137,7 +137,7 @@ def next_segment(s: ControllerState) -> ControllerState:
 def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why: str) -> ControllerState:
     """Stand on this route of no length until another way is planned."""
     assert s.route is not None
-    route = replace(s.route, why=why, wanted="", since=s.now)
+    route = replace(s.route, why=why, wanted="", since=s.now, fixed=False)
     s = replace(s, path=path, task=Task.begun(segments), plans=Plans(), route=route, begin=None)
     return transition_on(s, Event.WAY_LOST)
 

@@ -48,6 +48,8 @@ class Event(Enum):
     MISTAKE = "this program went wrong in a cycle"
     WAY_LOST = "another way is to be planned"
     WAY_PLANNED = "a way was planned"
+    TOLD_TO_STAND = "it is told to stand"
+    TOLD_TO_GO_ON = "it is told to go on with the segment that it was stopped on"
 
 
 Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
@@ -75,9 +77,9 @@ class Transition:
     effect: Effect | None = None
 
 
-STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED, PLANNING = ANY = tuple(Phase)
+STARTING, CONTOURING, ARRIVING, SETTLING, HOLDING, STALLED, PLANNING, WAITING = ANY = tuple(Phase)
 SEEKING = (STARTING, *DRIVING)
-ON_ITS_WAY = tuple(phase for phase in Phase if phase is not PLANNING)
+ON_ITS_WAY = tuple(phase for phase in Phase if phase not in (PLANNING, WAITING))
 
 TRANSITIONS = (
     # Looked for in every cycle: of the rows of a phase the first one that holds.
@@ -108,7 +110,9 @@ TRANSITIONS = (
     Transition(ON_ITS_WAY, Event.SEGMENT_ENDED, STARTING),
     Transition(ON_ITS_WAY, Event.MISTAKE, STARTING),
     Transition(ANY, Event.WAY_LOST, PLANNING),
-    Transition((*SEEKING, HOLDING, STALLED, PLANNING), Event.WAY_PLANNED, STARTING),
+    Transition((*SEEKING, HOLDING, STALLED, PLANNING, WAITING), Event.WAY_PLANNED, STARTING),
+    Transition(ANY, Event.TOLD_TO_STAND, WAITING),
+    Transition((WAITING,), Event.TOLD_TO_GO_ON, STARTING),
 )
 _LOOKED_FOR = {p: [row for row in TRANSITIONS if row.when and p in row.sources] for p in Phase}
 _REPORTED = {(p, row.event): row for row in TRANSITIONS if not row.when for p in row.sources}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
@@ -19,7 +19,8 @@ class RoutePlanner(Settings):
         steering_slope: change of the steering along the way, at most [rad/m].
         search_share: as `curvature_share`, of the search: it knows no change of the steering, and less leaves
             room to smoothing; reserve: kept on top of the hard minimum in the search and by smooth ways [m].
-        final_straight: length of the straight last stretch into the goal [m].
+        final_straight: length of the straight last piece of a way into the goal [m]; final_direction: +1:
+            it is driven forward, -1: in reverse, 0: either way.
         reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
             steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard
             minimum, on top of its own, falling to 0 at the margin.
@@ -55,6 +56,7 @@ class RoutePlanner(Settings):
     search_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     reserve: NonNegative = 0.03
     final_straight: NonNegative = 0.0
+    final_direction: Literal[-1, 0, 1] = 0
     reverse_cost: Annotated[float, Field(ge=1.0, le=100.0)] = 1.2
     cusp_cost: NonNegative = 2.0
     steering_cost: NonNegative = 0.2

@@ -87,7 +87,8 @@ def doubt(s: ControllerState, config: ControllerConfig) -> str:
     tracking = config.goal_tracking
     left = 0.0 if arrival is None else max(arrival.at - s.now, 0.0)
     stds = _stds(estimate, tracking.filter.drift(left))
-    if all(tracking.certainty * std <= most for std, most in zip(stds, config.goal_tolerance, strict=True)):
+    tolerance = s.goal.terms.on(config).goal_tolerance
+    if all(tracking.certainty * std <= most for std, most in zip(stds, tolerance, strict=True)):
         return ""
     along, across, heading = stds
     return (
@@ -120,7 +121,7 @@ def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
     seen = goal.estimate is not None and goal.estimate.status is not GoalStatus.SEARCHING
     if goal.estimate_fit is not None and goal.followed is None:
         seen = False  # it was detected where it cannot be
-    return config.goal_tracking.required and not seen
+    return goal.terms.on(config).goal_tracking.required and not seen
 
 
 def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pose2:

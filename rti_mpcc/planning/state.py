@@ -18,10 +18,12 @@ from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
 from rti_mpcc.types import Array, Trajectory
 
 
@@ -35,6 +37,7 @@ class Phase(Enum):
     HOLDING = "holding"
     STALLED = "stalled"
     PLANNING = "planning"
+    WAITING = "waiting"
 
 
 class Candidate(Enum):
@@ -182,6 +185,7 @@ class GoalState:
         estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
         estimate_fit: whether that can be the goal, or None; followed: the last one that could, or None.
         waiting: the vehicle stops, or stands, before a goal that is not known well enough.
+        terms: what is asked of it beside its pose.
     """
 
     planned: Pose2 | None = None
@@ -195,6 +199,7 @@ class GoalState:
     estimate_fit: GoalFit | None = None
     followed: Pose2 | None = None
     waiting: bool = False
+    terms: GoalTerms = NO_TERMS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -315,6 +320,7 @@ class RouteState:
         ways: on so many the vehicle has set out, the path that was given among them; seconds: that all
             searches took.
         rehearsed: goal that was tried from the path's last change of direction, or None.
+        fixed: no other way is to be planned in place of the present one, a straight move say.
     """
 
     end: Pose2 | None = None
@@ -327,6 +333,7 @@ class RouteState:
     ways: int = 0
     seconds: float = 0.0
     rehearsed: Pose2 | None = None
+    fixed: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -340,6 +347,7 @@ class ControllerState:
         area: where the vehicle may be, with the obstacles that were given last.
         queue: commands on their way to the actuators.
         begin: state (6,) that the last cycle's command began to act in, or None at the begin of a segment.
+        agenda: of the mission, or None without one.
     """
 
     clock: ClockState = ClockState()
@@ -352,6 +360,7 @@ class ControllerState:
     area: Surroundings
     queue: tuple[QueuedCommand, ...] = ()
     begin: Array | None = None
+    agenda: Agenda | None = None
 
     @property
     def now(self) -> float:

@@ -92,12 +92,12 @@ class Problem:
 
     def lasts(self, terms: Terms) -> Array:
         """The last straight pieces (n, 2) into the goal, forward and in reverse, as far as they are clear."""
-        length = self.config.route.final_straight
+        length, direction = self.config.route.final_straight, self.config.route.final_direction
         if length == 0.0:
             return np.zeros((1, 2))
         marks = np.linspace(0.0, length, int(np.ceil(length / terms.check)) + 1)
         found = []
-        for sign in (1.0, -1.0):
+        for sign in (1.0, -1.0) if direction == 0 else (float(direction),):
             poses = np.array([self.before_goal(sign * mark) for mark in marks])
             if float(self.clearances(poses, terms.near).min()) >= terms.margin:
                 found.append((sign * length, 0.0))

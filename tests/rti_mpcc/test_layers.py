@@ -29,7 +29,9 @@ LAYERS = (
     "driving",
     "rehearsal",
     "rerouting",
+    "orders",
     "docking",
+    "mission",
     "recording",
     "simulation",
     "report",
@@ -41,7 +43,7 @@ RANK = (
     {"geometry": 0}
     | dict.fromkeys(FOUNDATION, 1)
     | {name: 2 + place for place, name in enumerate(LAYERS)}
-    # The package itself re-exports what a control loop needs, up to docking.
+    # The package itself re-exports what a control loop needs, up to missions.
     | {"rti_mpcc": 2 + LAYERS.index("docking"), "__main__": 2 + LAYERS.index("cli")}
 )
 

@@ -1,0 +1,123 @@
+"""How each step is begun: from what is known, the order that the controller gets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from geometry import Area, Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.mission.straight import straight_on
+from rti_mpcc.mission.way_out import ways_out
+from rti_mpcc.orders import GoOn, GoTo, Order, Stand
+from rti_mpcc.planning import ways
+from rti_mpcc.planning.agenda import Agenda, Berth, StepRecord
+from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.planning.terms import GoalTerms
+from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
+
+OUT = (0.2, 0.2, 0.1)
+"""What counts as the end of a way out: longitudinal [m], lateral [m], heading [rad]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Around:
+    """What a step is begun from.
+
+    Attributes:
+        s: state of the controller; config: its settings.
+        area: all that stands, as far as is known; None: the controller plans no ways.
+    """
+
+    s: ControllerState
+    config: ControllerConfig
+    area: Area | None
+
+    @property
+    def here(self) -> Pose2:
+        """Where the vehicle stands."""
+        return ways.here(self.s, self.config)
+
+
+class Begun(NamedTuple):
+    """What beginning a step came to.
+
+    Attributes:
+        agenda: afterwards; order: for the controller, None: it goes on as it does.
+        goal: pose that the step is to end in, or None; problem: why it cannot be begun, or "".
+    """
+
+    agenda: Agenda
+    order: Order | None = None
+    goal: Pose2 | None = None
+    problem: str = ""
+
+
+def begin(agenda: Agenda, around: Around) -> Begun:
+    """Begin the step that is due; one that has to begin at rest once the vehicle stands."""
+    due, s = agenda.due[0], around.s
+    from_rest = isinstance(due.step, Straight | Undock)
+    if from_rest and (s.vehicle.monitor.state is None or not s.is_stationary):
+        return Begun(agenda, None if s.task.phase is Phase.WAITING else Stand())
+    found = _BEGUN[type(due.step)](due.step, agenda, around)
+    record = StepRecord(
+        kind=due.step.word, place=due.place, attempt=due.attempt, begin=s.now, goal=found.goal
+    )
+    begun = replace(
+        found.agenda, begun=s.now, docked_since=None, trouble=None, reason="", log=(*agenda.log, record)
+    )
+    return found._replace(agenda=begun)
+
+
+def _docking(step: Dock, agenda: Agenda, around: Around) -> Begun:
+    s = around.s
+    goal = step.pose or agenda.own_goal
+    if goal is None or (step.pose is None and goal == s.goal.planned):  # that of its path, or to be told
+        return Begun(replace(agenda, berth=None), GoOn() if s.task.phase is Phase.WAITING else None, goal)
+    agenda = replace(agenda, berth=Berth(dock=step, pose=goal, body_at=goal))
+    approach = None if step.approach is None else (step.approach.length, step.approach.direction)
+    seen = None if step.kind is None else step.kind is not DockKind.KNOWN
+    terms = GoalTerms(tolerance=step.tolerance, detected=seen, approach=approach)
+    return Begun(agenda, GoTo(goal=goal, terms=terms), goal)
+
+
+def _waiting(step: Wait, agenda: Agenda, around: Around) -> Begun:
+    return Begun(agenda, Stand())
+
+
+def _straight(step: Straight, agenda: Agenda, around: Around) -> Begun:
+    berth = agenda.berth
+    axis = berth.pose if berth is not None and berth.reached else None
+    order, problem = straight_on(step, axis, around.here, around.area, around.config)
+    if berth is not None and berth.reached:
+        agenda = replace(agenda, berth=replace(berth, joined=True))
+    if order is None:
+        return Begun(agenda, Stand(), problem=problem)
+    return Begun(agenda, order, order.manoeuvre.goal)
+
+
+def _undocking(step: Undock, agenda: Agenda, around: Around) -> Begun:
+    ends = () if around.area is None else ways_out(around.here, step.distance, around.area, around.config)
+    if not ends:
+        return Begun(agenda, Stand(), problem="no end of a way out is clear")
+    return Begun(replace(agenda, ways_out=ends), out_to(ends[0]), ends[0])
+
+
+def out_to(end: Pose2) -> GoTo:
+    """The order to drive to the end of a way out."""
+    return GoTo(goal=end, terms=GoalTerms(tolerance=OUT, detected=False))
+
+
+def _driving(step: DriveTo, agenda: Agenda, around: Around) -> Begun:
+    order = GoTo(goal=step.pose, terms=GoalTerms(tolerance=step.tolerance, detected=False))
+    return Begun(replace(agenda, berth=None), order, step.pose)
+
+
+_BEGUN: dict[type[AnyStep], Callable[..., Begun]] = {
+    Dock: _docking,
+    Wait: _waiting,
+    Straight: _straight,
+    Undock: _undocking,
+    DriveTo: _driving,
+}

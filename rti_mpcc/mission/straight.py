@@ -1,0 +1,110 @@
+"""A straight move with hardly any steering, and whether the errors at its begin can be mended on it.
+
+With wheels of at most delta a bicycle of wheelbase L changes the slope of its way by at most
+k = tan(delta)/L for each metre. From a lateral error y0 and a heading error h0 it comes, over l metres in the
+direction d = +1 or -1, to any heading error h1 with |h1 - h0| <= k l, and with that to any lateral error of
+
+(M1)  |y1 - (y0 + d l (h0 + h1)/2)| <= k l²/4 - (h1 - h0)²/(4 k):
+
+at the bounds it turns as sharply as it can one way first, and then the other.
+"""
+
+from __future__ import annotations
+
+from math import degrees, tan
+
+import numpy as np
+
+from geometry import Area, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.model.footprint import body_of
+from rti_mpcc.orders import Follow
+from rti_mpcc.planning.terms import GoalTerms
+from rti_mpcc.steps import Straight
+
+ALONG = 0.01
+"""How near to its end a straight move stands [m]: what is to be touched there is no farther away."""
+SPACING = 0.05
+"""Of the poses at which the room beside it is looked at [m]."""
+_HEADINGS = 21  # so many end headings within the tolerance are tried
+_NEAR = 1.0  # [m] farther away nothing counts as being beside the body
+
+
+def straight_on(
+    step: Straight, axis: Pose2 | None, here: Pose2, area: Area | None, config: ControllerConfig
+) -> tuple[Follow | None, str]:
+    """The order to drive it, or None and why it cannot be begun.
+
+    Args:
+        axis: dock at which the vehicle stands: the move is along its axis, and ends `distance` from it. None:
+            along the vehicle's own heading.
+    """
+    line = here if axis is None else axis
+    error = here.relative_to(line)
+    way = step.distance - error.x
+    if way * step.distance <= 0.0:
+        return None, f"the vehicle stands {error.x:.3f} m along it, beyond its end"
+    curvature = tan(min(step.steering, config.limits.steering)) / config.vehicle.wheelbase
+    if step.tolerance is not None and not mendable(error, way, curvature, step.tolerance):
+        return None, (
+            f"the errors across it are too large to be mended on {abs(way):.2f} m: "
+            f"{error.y:.3f} m and {degrees(error.phi):.2f} deg"
+        )
+    return _order(step, line, error.x, here, area, config), ""
+
+
+def mendable(error: Pose2, way: float, curvature: float, tolerance: tuple[float, float]) -> bool:
+    """Whether an error across a straight move can come within a tolerance on the way, (M1).
+
+    Args:
+        error: lateral [m] and heading [rad] at its begin.
+        way: [m], negative in reverse; curvature: at most [1/m]; tolerance: lateral [m], heading [rad].
+    """
+    lateral, heading = tolerance
+    turn = curvature * abs(way)
+    low, high = max(-heading, error.phi - turn), min(heading, error.phi + turn)
+    if low > high:
+        return False
+    for end in np.linspace(low, high, _HEADINGS):
+        straight = error.y + 0.5 * (error.phi + float(end)) * way
+        swing = 0.25 * curvature * way**2 - (float(end) - error.phi) ** 2 / (4.0 * curvature)
+        if abs(straight) - max(swing, 0.0) <= lateral:
+            return True
+    return False
+
+
+def _order(
+    step: Straight, line: Pose2, begin: float, here: Pose2, area: Area | None, config: ControllerConfig
+) -> Follow:
+    direction = 1 if step.distance > 0.0 else -1
+    pieces = [(direction, 0.0, abs(step.distance - begin))]
+    path = ReferencePath.from_segments(start=line.compose(Pose2(begin, 0.0, 0.0)), segments=pieces)
+    lateral, heading = step.tolerance or config.goal_tolerance[1:]
+    tolerance = (ALONG, lateral, heading)
+    segment = Segment(
+        part=path.parts[0],
+        index=0,
+        end=SegmentEnd.GOAL,
+        tolerance=tolerance,
+        speed=step.speed,
+        steering=step.steering,
+        wheels=0.0,
+        margin=_room(path, area, config),
+    )
+    manoeuvre = Manoeuvre(
+        start=here, goal=path.end, outcome=PlanOutcome.FOUND, segments=(segment,), nearest=0.0
+    )
+    return Follow(manoeuvre=manoeuvre, terms=GoalTerms(tolerance=tolerance, detected=False))
+
+
+def _room(path: ReferencePath, area: Area | None, config: ControllerConfig) -> float | None:
+    """The least clearance of a body on the path [m]; None: more than enough, or not known."""
+    if area is None:
+        return None
+    (part,) = path.parts
+    marks = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / SPACING)) + 1)
+    on_path = part.reference(marks)
+    poses = np.column_stack([on_path.x, on_path.y, on_path.phi])
+    least = float(area.grid.signed_distances(body_of(config.vehicle), poses, _NEAR)[:, 0].min())
+    return None if least >= config.footprint.margin else max(least, 0.0)

@@ -1,0 +1,83 @@
+"""What a controller is told to do in place of the path and the goal that it had: orders, as data.
+
+A mission gives them, one after the other; they are carried out by what drives a path and plans ways anyhow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from geometry import Pose2
+from rti_mpcc.behaviour import moves
+from rti_mpcc.behaviour.transitions import Event, transition_on
+from rti_mpcc.errors import InputError
+from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd
+from rti_mpcc.planning.state import ControllerState, GoalState
+from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
+from rti_mpcc.rerouting import Rerouter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stand:
+    """Come to a standstill as soon as can be, and stand."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoOn:
+    """Go on with what the vehicle was stopped on."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoTo:
+    """Plan a way to a goal and drive it.
+
+    Attributes:
+        goal: pose of the rear axle, world frame; terms: what is asked of it.
+    """
+
+    goal: Pose2
+    terms: GoalTerms = NO_TERMS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Follow:
+    """Drive this manoeuvre and no other one.
+
+    Attributes:
+        manoeuvre: that begins where the vehicle stands; terms: what is asked of its goal.
+    """
+
+    manoeuvre: Manoeuvre
+    terms: GoalTerms = NO_TERMS
+
+
+Order = Stand | GoOn | GoTo | Follow
+
+
+def new_goal(order: Order) -> bool:
+    """Whether the goal is another one, of which nothing was detected yet."""
+    return isinstance(order, GoTo | Follow)
+
+
+def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> ControllerState:
+    """The state of a controller that was given an order.
+
+    Raises:
+        InputError: a goal or a manoeuvre for a controller that plans no ways.
+    """
+    if isinstance(order, Stand):
+        return transition_on(s, Event.TOLD_TO_STAND)
+    if isinstance(order, GoOn):
+        on_a_way = s.task.segment.end is not SegmentEnd.STOP or s.task.stop is not None
+        return transition_on(s, Event.TOLD_TO_GO_ON if on_a_way else Event.WAY_LOST)
+    if rerouter is None:
+        raise InputError("this controller drives its path only: its settings have no recovery")
+    if isinstance(order, GoTo):
+        return rerouter.leaving(_with_goal(s, order.goal, order.terms), "another goal")
+    return rerouter.following(_with_goal(s, order.manoeuvre.goal, order.terms), order.manoeuvre)
+
+
+def _with_goal(s: ControllerState, goal: Pose2, terms: GoalTerms) -> ControllerState:
+    """With another goal, of which nothing else is known."""
+    s = moves.with_goal(s, goal)
+    return replace(s, goal=GoalState(planned=goal, dock=goal, pose=goal, terms=terms))
