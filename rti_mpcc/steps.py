@@ -170,6 +170,9 @@ class Dock(Step):
         _refuse_unless(
             by_board == (self.board is not None), self, "board", "a charuco dock has one, and no other"
         )
+        for name in ("tolerance", "approach", "kind"):
+            alone = self.pose is None and getattr(self, name) is not None
+            _refuse_unless(not alone, self, name, "only of a dock with a pose, to which a way is planned")
         if self.body is not None:
             checked_polygon(self.body, "Dock.body")
 

@@ -87,7 +87,7 @@ def plan_misses(s: ControllerState, context: PlanningContext, config: Controller
     """Its arrival is due, and the plan itself ends outside the tolerance: there is no mending that from here,
     and another way can be planned."""
     plan = s.plans.driven
-    if s.route is None or plan is None or not (context.free and is_due(s, context, config)):
+    if s.route is None or s.route.fixed or plan is None or not (context.free and is_due(s, context, config)):
         return False
     return not (_ends_inside(plan, context) or context.inside(context.stop_error))
 

@@ -28,11 +28,13 @@ class Around:
     Attributes:
         s: state of the controller; config: its settings.
         area: all that stands, as far as is known; None: the controller plans no ways.
+        told: the goal that the user told in this cycle, or None.
     """
 
     s: ControllerState
     config: ControllerConfig
     area: Area | None
+    told: Pose2 | None = None
 
     @property
     def here(self) -> Pose2:
@@ -45,12 +47,14 @@ class Begun(NamedTuple):
 
     Attributes:
         agenda: afterwards; order: for the controller, None: it goes on as it does.
-        goal: pose that the step is to end in, or None; problem: why it cannot be begun, or "".
+        goal: pose that the step is to end in, or None; dock: that this is known by, or None.
+        problem: why it cannot be begun, or "".
     """
 
     agenda: Agenda
     order: Order | None = None
     goal: Pose2 | None = None
+    dock: Pose2 | None = None
     problem: str = ""
 
 
@@ -62,7 +66,12 @@ def begin(agenda: Agenda, around: Around) -> Begun:
         return Begun(agenda, None if s.task.phase is Phase.WAITING else Stand())
     found = _BEGUN[type(due.step)](due.step, agenda, around)
     record = StepRecord(
-        kind=due.step.word, place=due.place, attempt=due.attempt, begin=s.now, goal=found.goal
+        kind=due.step.word,
+        place=due.place,
+        attempt=due.attempt,
+        begin=s.now,
+        goal=found.goal,
+        dock=found.dock,
     )
     begun = replace(
         found.agenda, begun=s.now, docked_since=None, trouble=None, reason="", log=(*agenda.log, record)
@@ -72,14 +81,18 @@ def begin(agenda: Agenda, around: Around) -> Begun:
 
 def _docking(step: Dock, agenda: Agenda, around: Around) -> Begun:
     s = around.s
-    goal = step.pose or agenda.own_goal
-    if goal is None or (step.pose is None and goal == s.goal.planned):  # that of its path, or to be told
-        return Begun(replace(agenda, berth=None), GoOn() if s.task.phase is Phase.WAITING else None, goal)
+    if step.pose is None and agenda.own_goal == s.goal.planned:  # that of its path, or told on the way
+        goal = s.goal_pose or (None if s.on_planned_way else s.path.end)
+        order = GoOn() if s.task.phase is Phase.WAITING else None
+        return Begun(replace(agenda, berth=None), order, goal, goal)
+    goal = step.pose or around.told or agenda.own_goal or (None if s.route is None else s.route.end)
+    if goal is None:
+        return Begun(agenda, Stand(), problem="no goal was told")
     agenda = replace(agenda, berth=Berth(dock=step, pose=goal, body_at=goal))
     approach = None if step.approach is None else (step.approach.length, step.approach.direction)
     seen = None if step.kind is None else step.kind is not DockKind.KNOWN
     terms = GoalTerms(tolerance=step.tolerance, detected=seen, approach=approach)
-    return Begun(agenda, GoTo(goal=goal, terms=terms), goal)
+    return Begun(agenda, GoTo(goal=goal, terms=terms), goal, goal)
 
 
 def _waiting(step: Wait, agenda: Agenda, around: Around) -> Begun:
@@ -94,7 +107,7 @@ def _straight(step: Straight, agenda: Agenda, around: Around) -> Begun:
         agenda = replace(agenda, berth=replace(berth, joined=True))
     if order is None:
         return Begun(agenda, Stand(), problem=problem)
-    return Begun(agenda, order, order.manoeuvre.goal)
+    return Begun(agenda, order, order.manoeuvre.goal, axis)
 
 
 def _undocking(step: Undock, agenda: Agenda, around: Around) -> Begun:

@@ -100,10 +100,10 @@ class DockingMission:
 
         Args:
             goal: of a `Dock` without a pose.
-            signal: what `until` of the step under way says; None: it is asked.
+            signal: what `until` of the step under way would say; None: it is asked.
         """
-        told = self._signal() if signal is None else signal
-        self._guarded(self._begin)
+        told = self._told(signal)
+        self._guarded(lambda: self._begin(goal if isinstance(goal, Pose2) else None))
         step = self.agenda.step
         command = self.controller.step(
             state,
@@ -119,8 +119,8 @@ class DockingMission:
 
     # -- the three parts of a cycle --------------------------------------------------------------------
 
-    def _begin(self) -> None:
-        """Begin what is due, or end it all."""
+    def _begin(self, goal: Pose2 | None) -> None:
+        """Begin what is due, or end it all; `goal` was told in this cycle."""
         agenda, controller = self.agenda, self.controller
         if self._cancelled:
             self._cancelled = False
@@ -129,7 +129,7 @@ class DockingMission:
             return
         if not agenda.due or agenda.begun is not None:
             return
-        around = Around(s=controller.state, config=controller.config, area=controller.area)
+        around = Around(s=controller.state, config=controller.config, area=controller.area, told=goal)
         found = begin(agenda, around)
         self._take(Next(found.agenda, found.order))
         if found.problem:
@@ -172,13 +172,13 @@ class DockingMission:
 
     # -- what comes in and goes out --------------------------------------------------------------------
 
-    def _signal(self) -> bool:
+    def _told(self, signal: bool | None) -> bool:
         """Whether the step under way is told to be over. A user's function that raises says no."""
         agenda, step = self.agenda, self.agenda.step
         if agenda.begun is None or not isinstance(step, Straight | Wait) or step.until is None:
             return False
         try:
-            return bool(step.until())
+            return bool(step.until() if signal is None else signal)
         except Exception:
             _log.exception("`until` of a step raised: taken for not yet")
             return False

@@ -23,7 +23,7 @@ from rti_mpcc.orders import Follow
 from rti_mpcc.planning.terms import GoalTerms
 from rti_mpcc.steps import Straight
 
-ALONG = 0.01
+ALONG = 0.005
 """How near to its end a straight move stands [m]: what is to be touched there is no farther away."""
 SPACING = 0.05
 """Of the poses at which the room beside it is looked at [m]."""

@@ -33,7 +33,8 @@ class StepRecord:
         kind: as in scenario files; place, attempt: as in `Due`.
         begin, end: on the controller's own clock [s]; None: it is under way.
         result: what it came to; reason: why, or "".
-        goal: pose that it was to end in, None for one that has none.
+        goal: pose that it was to end in, None for one that has none; dock: pose of the dock that this is
+            known by, or None.
     """
 
     kind: str
@@ -44,6 +45,7 @@ class StepRecord:
     result: MissionResult = MissionResult.RUNNING
     reason: str = ""
     goal: Pose2 | None = None
+    dock: Pose2 | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from time import perf_counter
 from typing import Any, Protocol
 
@@ -13,18 +14,20 @@ from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
+from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
 from rti_mpcc.simulation.controllers import Planner, planner_in
 from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
 from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.ending import LATCHED, STANDSTILL_SPEED, Ending
 from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal, source_in
+from rti_mpcc.simulation.mission import Mission, body_at, mission_in, mission_of, touches
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
 from rti_mpcc.simulation.result import Planning, RunResult
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenery import Obstacles, Scenery
-from rti_mpcc.simulation.site import Site
-from rti_mpcc.types import Command, VehicleState
+from rti_mpcc.simulation.site import Changes, Site
+from rti_mpcc.types import Command, MissionResult, VehicleState
 
 
 class Controller(Protocol):
@@ -91,8 +94,8 @@ def simulate(
     site = Site.of(scenario)
     goal = scenario.goal_pose(site.path)
     if controller is None:
-        controller = site.controller(config)
-    planner = planner_in(controller)
+        controller = mission_of(scenario, site.controller(config))
+    planner, mission = planner_in(controller), mission_in(controller)
     # Where a given path cannot be driven the controller has made it smooth.
     path = site.path if planner is None else planner.path
     loop = _Loop(
@@ -100,6 +103,7 @@ def simulate(
         config=config,
         path=path,
         planner=planner,
+        mission=mission,
         scenery=Scenery(
             path=path,
             corridor=site.corridor,
@@ -120,6 +124,8 @@ def simulate(
         theta=0.0 if path is None else path.parts[0].start,
     )
     ended = _run(loop, controller, progress)
+    log = () if mission is None else mission.log
+    changes = _with_body(loop.scenery.changes, log, goal, scenario)
     return RunResult(
         scenario=scenario,
         preset=preset,
@@ -128,15 +134,30 @@ def simulate(
         goal_source=source,
         config=config,
         paths=tuple(loop.paths),
-        corridors=site.corridors(loop.scenery.changes),
+        corridors=site.corridors(changes),
         area=site.area,
-        besides=site.besides(loop.scenery.changes),
+        besides=site.besides(changes),
         planning=_planning(loop),
         truth=assemble_truth(loop.samples, scenario.plant_parameters()),
         cycles=assemble_cycles(loop.cycle_times, loop.commands, loop.step_ms),
         tracking=assemble_tracking(loop.cycle_times, loop.commands) if watched else None,
+        mission=log,
         ended=ended,
     )
+
+
+def _with_body(
+    changes: Changes, log: Sequence[StepRecord], goal: Pose2, scenario: Scenario
+) -> list[tuple[float, Obstacles]]:
+    """The obstacles of each time, with what is docked at until the vehicle drives on straight to touch it."""
+    body = scenario.goal.body
+    if body is None:
+        return list(changes)
+    outline = body_at(np.array(body), goal)
+    touched = next((record.begin for record in log if record.kind == "straight" and record.dock), inf)
+    found = [(at, (*some, outline)) for at, some in changes if at < touched]
+    last = next((some for at, some in reversed(changes) if at <= touched), ())
+    return [*found, (touched, last), *((at, some) for at, some in changes if at > touched)]
 
 
 def _lookout(scenario: Scenario, detector: Detector | None, seed: int) -> Lookout | None:
@@ -156,6 +177,7 @@ class _Loop:
     config: ControllerConfig
     path: ReferencePath | None
     planner: Planner | None
+    mission: Mission | None
     scenery: Scenery
     plant: PlantState
     goal: TrueGoal
@@ -207,7 +229,10 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
         loop.plant = advance(loop.plant, parameters, time)
         loop.goal = loop.goal.seen_from(loop.plant.x, loop.plant.y)
         _sample(loop, time)
-        ending = ending.after(time, docked=_docked(loop), stopped=_stopped(loop), said=_said(loop))
+        if loop.mission is None:
+            ending = ending.after(time, docked=_docked(loop), stopped=_stopped(loop), said=_said(loop))
+        else:
+            ending = ending.after_mission(time, over=loop.mission.result is not MissionResult.RUNNING)
         if (reason := ending.reason(time, loop.scenario.faults)) is not None:
             return reason
     return "duration"
@@ -286,9 +311,20 @@ def _given(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles
         arguments["measurements"] = measurements
     if loop.scenery.changing:
         arguments["obstacles"] = obstacles
+    if loop.mission is not None:
+        arguments["signal"] = _in_contact(loop)
     if (clock := faults.clock(now, loop.config.deadline)) is not None:
         arguments["clock"] = clock
     return arguments
+
+
+def _in_contact(loop: _Loop) -> bool:
+    """Whether the vehicle touches what it docks at."""
+    body, plant = loop.scenario.goal.body, loop.plant
+    if body is None:
+        return False
+    pose = Pose2(plant.x, plant.y, plant.phi)
+    return touches(pose, loop.config.vehicle, body_at(np.array(body), loop.goal.pose))
 
 
 def _sample(loop: _Loop, time: float) -> None:

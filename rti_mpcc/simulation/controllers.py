@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from geometry import ReferencePath
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
+from rti_mpcc.simulation.mission import mission_of
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.site import Site
 
 if TYPE_CHECKING:
     from rti_mpcc.docking import DockingController
+    from rti_mpcc.mission import DockingMission
 
 
 @runtime_checkable
@@ -44,12 +46,13 @@ def docking_controller(
     preset: str = "default",
     method: str = "dynamic",
     goal_source: GoalSource = GoalSource.DETECTED,
-) -> DockingController:
-    """The controller that `simulate` makes from a scenario: to wrap it in something, such as a recorder.
+) -> DockingController | DockingMission:
+    """The controller that `simulate` makes from a scenario, with its mission, if it has one: to wrap it in
+    something, such as a recorder.
 
     Raises InputError for an unknown preset or method, or a goal source that needs a detector where there is
     none.
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
-    return Site.of(scenario).controller(config)
+    return mission_of(scenario, Site.of(scenario).controller(config))

@@ -26,12 +26,13 @@ LATCHED = (Status.STALLED, Status.FAILED)
 class Ending:
     """Since when the vehicle has been docked in truth, and stopped for good by its own word [s].
 
-    `said`: the controller says that it has docked.
+    `said`: the controller says that it has docked; `over_since`: since when a mission is over [s].
     """
 
     docked_since: float | None = None
     stopped_since: float | None = None
     said: bool = False
+    over_since: float | None = None
 
     def after(self, time: float, *, docked: bool, stopped: bool, said: bool) -> Ending:
         """One sample later."""
@@ -41,6 +42,10 @@ class Ending:
             said,
         )
 
+    def after_mission(self, time: float, *, over: bool) -> Ending:
+        """One sample later, of a run that ends with its mission."""
+        return Ending(over_since=(time if self.over_since is None else self.over_since) if over else None)
+
     def reason(self, time: float, faults: Iterable[FaultSection]) -> str | None:
         """Why the run ends now, or None.
 
@@ -49,6 +54,8 @@ class Ending:
         the last fault is over.
         """
         docked, stopped = self.docked_since, self.stopped_since
+        if self.over_since is not None and time - self.over_since >= AFTER_DOCKING - SAME_TIME:
+            return "mission over"
         acting = any(fault.acts(time) for fault in faults)
         most = DOCK_TIME + (AFTER_DOCKING if self.said else WORD)
         if docked is not None and not acting and time - docked >= most - SAME_TIME:

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import Area
+from geometry import Area, Pose2
 from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
@@ -45,7 +46,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "method": result.method,
         "preset": result.preset,
         "seed": result.seed,
-        "docked": to_dock is not None and bool(standing[-1]),
+        "docked": to_dock is not None and bool(standing[_end_of_docking(result)]),
         "time_to_tolerance_s": to_tolerance,
         "time_to_dock_s": to_dock,
         "final_error": final_error(truth),
@@ -63,6 +64,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **_computing(result),
         **_planning(result),
+        **({"mission": mission(result)} if result.mission else {}),
         "goal": goal_summary(result),
         "ended": result.ended,
         "duration_s": float(truth.times[-1]),
@@ -90,8 +92,48 @@ def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
 
 def final_error(truth: Truth) -> dict[str, float]:
     """The last error to the true goal."""
-    longitudinal, lateral, heading = goal_errors(truth)[-1].tolist()
+    return _as_error(goal_errors(truth)[-1])
+
+
+def _as_error(error: Array) -> dict[str, float]:
+    longitudinal, lateral, heading = error.tolist()
     return {"longitudinal_m": longitudinal, "lateral_m": lateral, "heading_rad": heading}
+
+
+def mission(result: RunResult) -> list[dict[str, Any]]:
+    """What became of each step that was begun: kind, begin_s, end_s, result, final_error (contract 3.5)."""
+    return [
+        {
+            "kind": record.kind,
+            "begin_s": record.begin,
+            "end_s": record.end,
+            "result": record.result.value,
+            "reason": record.reason,
+            "final_error": _error_of(record, result.truth),
+        }
+        for record in result.mission
+    ]
+
+
+def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:
+    """The true error at its end to where the step was to end: at a dock by where that is in truth."""
+    if record.goal is None or record.end is None:
+        return None
+    row = _row(truth, record.end)
+    goal = record.goal
+    if record.dock is not None:
+        goal = Pose2(*truth.goals[row].tolist()).compose(record.goal.relative_to(record.dock))
+    return _as_error(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row : row + 1])[0])
+
+
+def _end_of_docking(result: RunResult) -> int:
+    """The sample at which the vehicle is to stand at its goal: the last one, or that of the last docking."""
+    ends = [record.end for record in result.mission if record.kind == "dock" and record.end is not None]
+    return _row(result.truth, ends[-1]) if ends else len(result.truth.times) - 1
+
+
+def _row(truth: Truth, time: float) -> int:
+    return min(int(np.searchsorted(truth.times, time - SAME_TIME)), len(truth.times) - 1)
 
 
 def clearances(result: RunResult) -> Array:

@@ -13,6 +13,7 @@ from estimation import GoalStatus, Judgement
 from geometry import Area, Corridor, PathPart, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.errors import InputError
+from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.scenario import Scenario
@@ -140,7 +141,8 @@ class RunResult:
         besides: (from time [s], obstacles (k, 2) [m] that were there besides those of the area) likewise.
         planning: of the ways in an area; None along a path, but where the vehicle left it for planned ones.
         truth, cycles: what happened; tracking: of the goal, None in a run without a detector.
-        ended: why the run ended: "docked", "stopped" or "duration".
+        mission: all steps of the mission that were begun; none without one.
+        ended: why the run ended: "docked", "mission over", "stopped" or "duration".
     """
 
     scenario: Scenario
@@ -158,6 +160,7 @@ class RunResult:
     cycles: Cycles
     tracking: Tracking | None
     ended: str
+    mission: tuple[StepRecord, ...] = ()
 
     @property
     def path(self) -> ReferencePath:

@@ -19,6 +19,7 @@ from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Ride, 
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
+from rti_mpcc.simulation.mission import MissionSection
 from rti_mpcc.simulation.plant import PlantParameters
 from rti_mpcc.simulation.section import Section
 
@@ -148,14 +149,22 @@ class MeasurementSection(Section):
 class GoalSection(Section):
     """The goal by `offset` from the path's last pose or by its `pose`; neither: the path's last pose.
 
-    In an area it is its `pose`.
+    In an area it is its `pose`. `body` is the outline of what is docked at, in the goal's frame [m]: the
+    vehicle keeps clear of it until it drives on straight to touch it.
     """
 
     offset: Triple | None = None
     pose: Triple | None = None
     tolerance: Tolerance = (0.05, 0.05, 0.03490658503988659)
+    body: Polygon | None = None
     measurement: MeasurementSection | None = None
     shifts: Annotated[tuple[ShiftSection, ...], Field(strict=False)] = ()
+
+
+class HomeSection(Section):
+    """Where a mission drives after a step that failed for good and says so: x, y [m], heading [rad]."""
+
+    pose: Triple
 
 
 class VehicleSection(Section):
@@ -229,6 +238,8 @@ class Scenario(Section):
     controller: ControllerSection = ControllerSection()
     simulation: SimulationSection = SimulationSection()
     faults: Annotated[tuple[FaultSection, ...], Field(strict=False)] = ()
+    mission: Annotated[tuple[MissionSection, ...], Field(strict=False)] = ()
+    home: HomeSection | None = None
 
     @property
     def in_area(self) -> bool:

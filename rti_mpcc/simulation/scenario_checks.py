@@ -12,6 +12,7 @@ from rti_mpcc.config import COMFORT_ACCELERATION, GoalLimits
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning import goals
 from rti_mpcc.simulation.faults import SIZES
+from rti_mpcc.simulation.mission import problems_of
 from rti_mpcc.simulation.scenario import Scenario
 
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
@@ -29,7 +30,7 @@ class Problem:
 def problems(scenario: Scenario) -> list[Problem]:
     """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
     ground = (_area_choice, _polygons) if scenario.in_area else (_path_choice, _corridor_choice)
-    checks = (_ground_choice, *ground, _goal_choice, _ranges, _clock, _comfort, _faults)
+    checks = (_ground_choice, *ground, _goal_choice, _ranges, _clock, _comfort, _faults, _body, _mission)
     found = [problem for check in checks for problem in check(scenario)]
     if found:
         return found
@@ -208,6 +209,35 @@ def _faults(scenario: Scenario) -> Iterator[Problem]:
         if size is not None and not size.above < fault.amount < size.below:
             allowed = f"must be > {size.above:g} and < {size.below:g} for {fault.kind}"
             yield Problem(key=f"faults[{index}].size", value=fault.size, allowed=allowed)
+
+
+def _body(scenario: Scenario) -> Iterator[Problem]:
+    body = scenario.goal.body
+    if body is None:
+        return
+    if not scenario.mission:
+        yield Problem(key="goal.body", value=None, allowed="only with [[mission]], which keeps clear of it")
+    try:
+        checked_polygon(body, "it")
+    except InputError as error:
+        allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
+        yield Problem(key="goal.body", value=[list(corner) for corner in body], allowed=allowed)
+
+
+def _mission(scenario: Scenario) -> Iterator[Problem]:
+    """Each step by itself, and against the others."""
+    steps, has_body = scenario.mission, scenario.goal.body is not None
+    for index, step in enumerate(steps):
+        name = f"mission[{index}]"
+        for key, value, allowed in problems_of(step, in_area=scenario.in_area, has_body=has_body):
+            yield Problem(key=f"{name}.{key}" if key else name, value=value, allowed=allowed)
+        if step.retry_from is not None and step.retry_from > index:
+            allowed = f"must be <= {index}, its own place"
+            yield Problem(key=f"{name}.retry_from", value=step.retry_from, allowed=allowed)
+        if step.then == "home" and scenario.home is None:
+            yield Problem(key=f"{name}.then", value="home", allowed="needs [home]")
+    if scenario.home is not None and not steps:
+        yield Problem(key="home", value=None, allowed="only with [[mission]]")
 
 
 def _path_key(scenario: Scenario) -> str:
