@@ -9,6 +9,7 @@ from __future__ import annotations
 from rti_mpcc.config.controller import COMFORT_ACCELERATION, EXIT, NO_COMFORT, ControllerConfig
 from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
+from rti_mpcc.config.mission import MissionSettings
 from rti_mpcc.config.mpc import (
     AdmmSettings,
     BoundRelaxation,
@@ -42,6 +43,7 @@ __all__ = [
     "Guesses",
     "Limits",
     "Method",
+    "MissionSettings",
     "NarrowPassage",
     "ObstacleTracking",
     "Plausibility",

@@ -11,6 +11,7 @@ from estimation import DisturbanceFilterConfig, VehicleFilterConfig
 from geometry.settings import NonNegative, Positive, Settings, Tolerance
 from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
+from rti_mpcc.config.mission import MissionSettings
 from rti_mpcc.config.mpc import (
     BoundRelaxation,
     Footprint,
@@ -48,6 +49,7 @@ class ControllerConfig(Settings):
             sought; see there.
         goal_limits, obstacle_tracking, user_clock: what is made of what comes in; see there.
         route: how ways are planned in an area, see `RoutePlanner`.
+        mission: how missions are driven, see `MissionSettings`.
         disturbance: how what acts beside the commands is estimated, see `DisturbanceFilterConfig`; in the
             presets of the paper it is not.
         vehicle_filter: how noise is taken out of the measured state, see `VehicleFilterConfig`; likewise.
@@ -105,6 +107,7 @@ class ControllerConfig(Settings):
     obstacle_tracking: ObstacleTracking = ObstacleTracking()
     route: RoutePlanner = RoutePlanner()
     user_clock: UserClock = UserClock()
+    mission: MissionSettings = MissionSettings()
     disturbance: DisturbanceFilterConfig = DisturbanceFilterConfig()
     vehicle_filter: VehicleFilterConfig = VehicleFilterConfig()
     cycle: Annotated[float, Field(ge=0.005, le=0.2)] = 0.05

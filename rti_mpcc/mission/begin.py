@@ -17,9 +17,6 @@ from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.terms import GoalTerms
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
 
-OUT = (0.2, 0.2, 0.1)
-"""What counts as the end of a way out: longitudinal [m], lateral [m], heading [rad]."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Around:
@@ -114,12 +111,12 @@ def _undocking(step: Undock, agenda: Agenda, around: Around) -> Begun:
     ends = () if around.area is None else ways_out(around.here, step.distance, around.area, around.config)
     if not ends:
         return Begun(agenda, Stand(), problem="no end of a way out is clear")
-    return Begun(replace(agenda, ways_out=ends), out_to(ends[0]), ends[0])
+    return Begun(replace(agenda, ways_out=ends), out_to(ends[0], around.config), ends[0])
 
 
-def out_to(end: Pose2) -> GoTo:
+def out_to(end: Pose2, config: ControllerConfig) -> GoTo:
     """The order to drive to the end of a way out."""
-    return GoTo(goal=end, terms=GoalTerms(tolerance=OUT, detected=False))
+    return GoTo(goal=end, terms=GoalTerms(tolerance=config.mission.out_tolerance, detected=False))
 
 
 def _driving(step: DriveTo, agenda: Agenda, around: Around) -> Begun:

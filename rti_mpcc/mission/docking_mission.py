@@ -23,9 +23,6 @@ from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
 
 _log = logging.getLogger(__name__)
 
-BODY_MOVED = (0.1, 0.1, 0.05)
-"""What is docked at is told anew once the dock is detected so far from where it was told: [m], [m], [rad]."""
-
 
 class DockingMission:
     """Drives a mission: gives the controller its orders, one step after the other.
@@ -143,11 +140,12 @@ class DockingMission:
             return
         if isinstance(agenda.step, Dock):
             agenda = _making_for(agenda, agenda.step, s)
-        self._take(self._after(outcome(agenda, command, told, s.now)))
+        settings = self.controller.config.mission
+        self._take(self._after(outcome(agenda, command, told, s.now, settings)))
 
     def _after(self, found: Outcome) -> Next:
-        s = self.controller.state
-        return after(found, self.steps, self.home, s.task.segment.part.direction, s.now)
+        s, config = self.controller.state, self.controller.config
+        return after(found, self.steps, self.home, s.task.segment.part.direction, s.now, config)
 
     def _take(self, following: Next) -> None:
         self._keep(following.agenda)
@@ -203,8 +201,8 @@ class DockingMission:
         estimate = self.controller.state.goal.estimate
         if not docks(self.agenda) or estimate is None or estimate.status is not GoalStatus.TRACKING:
             return berth
-        pose = estimate.pose
-        if pose is None or pose.relative_to(berth.body_at).within(BODY_MOVED):
+        pose, moved = estimate.pose, self.controller.config.mission.body_moved
+        if pose is None or pose.relative_to(berth.body_at).within(moved):
             return berth
         return replace(berth, body_at=pose)
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission.begin import out_to
 from rti_mpcc.mission.outcome import Outcome
 from rti_mpcc.orders import Order, Stand
 from rti_mpcc.planning.agenda import Agenda, Due
 from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock
 from rti_mpcc.types import MissionResult
-
-BACK_OFF = 3.0
-"""So far a vehicle drives out of a dock, at least, before it docks there once more [m]."""
 
 
 class Next(NamedTuple):
@@ -23,7 +21,14 @@ class Next(NamedTuple):
     order: Order | None = None
 
 
-def after(found: Outcome, steps: tuple[AnyStep, ...], home: DriveTo | None, came: int, now: float) -> Next:
+def after(
+    found: Outcome,
+    steps: tuple[AnyStep, ...],
+    home: DriveTo | None,
+    came: int,
+    now: float,
+    config: ControllerConfig,
+) -> Next:
     """What comes after a cycle in which the step under way has come to this.
 
     Args:
@@ -36,8 +41,8 @@ def after(found: Outcome, steps: tuple[AnyStep, ...], home: DriveTo | None, came
         return _on(found, came, now)
     if len(found.agenda.ways_out) > 1 and found.result in (MissionResult.NOT_REACHED, MissionResult.BLOCKED):
         left = found.agenda.ways_out[1:]
-        return Next(replace(found.agenda, ways_out=left, trouble=None), out_to(left[0]))
-    return _failed(found, steps, home, now)
+        return Next(replace(found.agenda, ways_out=left, trouble=None), out_to(left[0], config))
+    return _failed(found, steps, home, now, config.mission.back_off)
 
 
 def cancelled(agenda: Agenda, now: float) -> Next:
@@ -60,10 +65,12 @@ def _on(found: Outcome, came: int, now: float) -> Next:
     return Next(agenda, Stand() if isinstance(step, Straight) else None)
 
 
-def _failed(found: Outcome, steps: tuple[AnyStep, ...], home: DriveTo | None, now: float) -> Next:
+def _failed(
+    found: Outcome, steps: tuple[AnyStep, ...], home: DriveTo | None, now: float, back_off: float
+) -> Next:
     agenda, due = _closed(found, now), found.agenda.due[0]
     if due.attempt < due.step.retries:
-        return Next(replace(agenda, due=_again(agenda, steps)), Stand())
+        return Next(replace(agenda, due=_again(agenda, steps, back_off)), Stand())
     if due.step.then == "continue" and len(agenda.due) > 1:
         return Next(replace(agenda, due=agenda.due[1:]), Stand())
     way_home: tuple[Due, ...] = ()
@@ -73,7 +80,7 @@ def _failed(found: Outcome, steps: tuple[AnyStep, ...], home: DriveTo | None, no
     return Next(replace(agenda, due=way_home, result=result), Stand())
 
 
-def _again(agenda: Agenda, steps: tuple[AnyStep, ...]) -> tuple[Due, ...]:
+def _again(agenda: Agenda, steps: tuple[AnyStep, ...], back_off: float) -> tuple[Due, ...]:
     """What is due where the first step is tried once more. Who docks again drives out of the dock first."""
     due, *later = agenda.due
     place = due.place if due.step.retry_from is None else due.step.retry_from
@@ -85,7 +92,7 @@ def _again(agenda: Agenda, steps: tuple[AnyStep, ...]) -> tuple[Due, ...]:
         approach = first.approach
         came = berth.came or (0 if approach is None else approach.direction)
         if came and berth.reached:
-            way = -came * (BACK_OFF if approach is None else max(approach.length, BACK_OFF))
+            way = -came * (back_off if approach is None else max(approach.length, back_off))
             again.insert(0, Due(step=Undock(way, then="continue"), place=place))
     return (*again, *later)
 

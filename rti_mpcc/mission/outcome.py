@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
+from rti_mpcc.config import MissionSettings
 from rti_mpcc.planning.agenda import Agenda
 from rti_mpcc.steps import Dock, Straight, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status
 
-SETTLED = 0.5
-"""So long a vehicle stands where a step ends before that is over [s]."""
 TROUBLE = {
     Status.STALLED: MissionResult.NOT_REACHED,
     Status.FAILED: MissionResult.NOT_REACHED,
@@ -31,7 +30,7 @@ class Outcome(NamedTuple):
     reason: str = ""
 
 
-def outcome(agenda: Agenda, command: Command, signal: bool, now: float) -> Outcome:
+def outcome(agenda: Agenda, command: Command, signal: bool, now: float, settings: MissionSettings) -> Outcome:
     """What the step that is under way has come to.
 
     Args:
@@ -47,7 +46,7 @@ def outcome(agenda: Agenda, command: Command, signal: bool, now: float) -> Outco
     agenda = _noted(agenda, command, now)
     if isinstance(step, Straight) and signal:
         return Outcome(agenda, MissionResult.SUCCEEDED, "it was told to stop")
-    if agenda.docked_since is not None and now - agenda.docked_since >= SETTLED:
+    if agenda.docked_since is not None and now - agenda.docked_since >= settings.settled:
         return Outcome(agenda, MissionResult.SUCCEEDED)
     if agenda.trouble is not None and now - agenda.trouble_since >= step.patience:
         return Outcome(agenda, agenda.trouble, command.diagnostics.reason)

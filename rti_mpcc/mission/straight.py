@@ -23,13 +23,6 @@ from rti_mpcc.orders import Follow
 from rti_mpcc.planning.terms import GoalTerms
 from rti_mpcc.steps import Straight
 
-ALONG = 0.005
-"""How near to its end a straight move stands [m]: what is to be touched there is no farther away."""
-SPACING = 0.05
-"""Of the poses at which the room beside it is looked at [m]."""
-_HEADINGS = 21  # so many end headings within the tolerance are tried
-_NEAR = 1.0  # [m] farther away nothing counts as being beside the body
-
 
 def straight_on(
     step: Straight, axis: Pose2 | None, here: Pose2, area: Area | None, config: ControllerConfig
@@ -46,7 +39,9 @@ def straight_on(
     if way * step.distance <= 0.0:
         return None, f"the vehicle stands {error.x:.3f} m along it, beyond its end"
     curvature = tan(min(step.steering, config.limits.steering)) / config.vehicle.wheelbase
-    if step.tolerance is not None and not mendable(error, way, curvature, step.tolerance):
+    if step.tolerance is not None and not mendable(
+        error, way, curvature, step.tolerance, config.mission.headings
+    ):
         return None, (
             f"the errors across it are too large to be mended on {abs(way):.2f} m: "
             f"{error.y:.3f} m and {degrees(error.phi):.2f} deg"
@@ -54,21 +49,24 @@ def straight_on(
     return _order(step, line, error.x, here, area, config), ""
 
 
-def mendable(error: Pose2, way: float, curvature: float, tolerance: tuple[float, float]) -> bool:
+def mendable(
+    error: Pose2, way: float, curvature: float, tolerance: tuple[float, float], headings: int
+) -> bool:
     """Whether an error across a straight move can come within a tolerance on the way, (M1).
 
     Args:
         error: lateral [m] and heading [rad] at its begin.
         way: [m], negative in reverse; curvature: at most [1/m]; tolerance: lateral [m], heading [rad].
+        headings: so many at its end are looked at.
     """
     lateral, heading = tolerance
     turn = curvature * abs(way)
     low, high = max(-heading, error.phi - turn), min(heading, error.phi + turn)
     if low > high:
         return False
-    for end in np.linspace(low, high, _HEADINGS):
-        straight = error.y + 0.5 * (error.phi + float(end)) * way
-        swing = 0.25 * curvature * way**2 - (float(end) - error.phi) ** 2 / (4.0 * curvature)
+    for end in np.linspace(low, high, headings).tolist():
+        straight = error.y + 0.5 * (error.phi + end) * way
+        swing = 0.25 * curvature * way**2 - 0.25 * (end - error.phi) ** 2 / curvature
         if abs(straight) - max(swing, 0.0) <= lateral:
             return True
     return False
@@ -81,7 +79,7 @@ def _order(
     pieces = [(direction, 0.0, abs(step.distance - begin))]
     path = ReferencePath.from_segments(start=line.compose(Pose2(begin, 0.0, 0.0)), segments=pieces)
     lateral, heading = step.tolerance or config.goal_tolerance[1:]
-    tolerance = (ALONG, lateral, heading)
+    tolerance = (config.mission.straight_end, lateral, heading)
     segment = Segment(
         part=path.parts[0],
         index=0,
@@ -102,9 +100,10 @@ def _room(path: ReferencePath, area: Area | None, config: ControllerConfig) -> f
     """The least clearance of a body on the path [m]; None: more than enough, or not known."""
     if area is None:
         return None
-    (part,) = path.parts
-    marks = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / SPACING)) + 1)
+    (part,), mission = path.parts, config.mission
+    marks = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / mission.spacing)) + 1)
     on_path = part.reference(marks)
     poses = np.column_stack([on_path.x, on_path.y, on_path.phi])
-    least = float(area.grid.signed_distances(body_of(config.vehicle), poses, _NEAR)[:, 0].min())
+    room = area.grid.signed_distances(body_of(config.vehicle), poses, mission.beside)[:, 0]
+    least = float(room.min())
     return None if least >= config.footprint.margin else max(least, 0.0)

@@ -12,15 +12,6 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.types import Array
 
-SPACING = 0.1
-"""Of the poses on a way out at which it is looked at [m]."""
-STRAIGHT_SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Of a way out before its bend."""
-BENDS = (0.5, -0.5, 1.0, -1.0)
-"""Of the sharpest bend that ways take, in the order in which they are tried."""
-MOST = 8
-"""So many ends are tried."""
-
 
 def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig) -> tuple[Pose2, ...]:
     """Ends of ways out of a place, the best first.
@@ -33,14 +24,14 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
         here: where the vehicle stands; distance: along the way [m], negative in reverse; area: all that
             stands.
     """
-    settings = config.route
+    settings, mission = config.route, config.mission
     sharpest = settings.curvature_share * config.max_curvature
     length, sign = abs(distance), copysign(1.0, distance)
-    shapes = [(1.0, 0.0), *product(STRAIGHT_SHARES[1:], BENDS)]
+    shapes = [(1.0, 0.0), *product(mission.out_straights, mission.out_bends)]
     clear: list[tuple[float, Pose2]] = []
     at_end: list[tuple[float, Pose2]] = []
     for share, bend in shapes:
-        poses = _along(here, share * length, length, bend * sharpest, sign)
+        poses = _along(here, share * length, length, bend * sharpest, sign, mission.spacing)
         room = area.grid.signed_distances(body_of(config.vehicle), poses, 2.0 * settings.margin)[:, 0]
         end = Pose2(*poses[-1].tolist())
         if room[-1] < settings.hard_minimum:
@@ -50,16 +41,18 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
         least = min(float(room.min()) if drives else float(room[-1]), settings.margin)
         (clear if drives else at_end).append((-least, end))
     ranked = [end for _, end in sorted(clear, key=_rank)] + [end for _, end in sorted(at_end, key=_rank)]
-    return tuple(ranked[:MOST])
+    return tuple(ranked[: mission.out_ends])
 
 
 def _rank(found: tuple[float, Pose2]) -> float:
     return found[0]
 
 
-def _along(here: Pose2, straight: float, length: float, curvature: float, sign: float) -> Array:
-    """Poses (n, 3) on a straight piece and a bend, from `SPACING` on [m]."""
-    marks = np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1)[1:]
+def _along(
+    here: Pose2, straight: float, length: float, curvature: float, sign: float, spacing: float
+) -> Array:
+    """Poses (n, 3) on a straight piece and a bend, from the first `spacing` [m] on."""
+    marks = np.linspace(0.0, length, int(np.ceil(length / spacing)) + 1)[1:]
     poses = [_at(here, mark, straight, curvature, sign) for mark in marks.tolist()]
     return np.array([[pose.x, pose.y, pose.phi] for pose in poses])
 

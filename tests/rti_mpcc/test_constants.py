@@ -23,6 +23,8 @@ DECISIONS = (
     "scouting.py",
     "driving.py",
     "docking.py",
+    "orders.py",
+    "mission",
 )
 
 TABLE = "an index, or a table of indices"
@@ -34,6 +36,7 @@ ROUNDING = "what rounding may leave of a number"
 MODULES: dict[str, dict[str, str]] = {
     "manoeuvre.py": {NEUTRAL: "dwell", COUNT: "nearest nodes seconds"},
     "baselines.py": {"weights in the name of a method that the paper compares": "CONSTANT"},
+    "planning/agenda.py": {COUNT: "attempt trouble_since came"},
     "planning/cusp.py": {"the grid of poses tried around a cusp, its size is a setting": "_STEPS"},
     "planning/goals.py": {COUNT: "excess changes"},
     "planning/plausibility.py": {COUNT: "at tries steering_gap since"},

@@ -44,7 +44,7 @@ RANK = (
     | dict.fromkeys(FOUNDATION, 1)
     | {name: 2 + place for place, name in enumerate(LAYERS)}
     # The package itself re-exports what a control loop needs, up to missions.
-    | {"rti_mpcc": 2 + LAYERS.index("docking"), "__main__": 2 + LAYERS.index("cli")}
+    | {"rti_mpcc": 2 + LAYERS.index("mission"), "__main__": 2 + LAYERS.index("cli")}
 )
 
 
