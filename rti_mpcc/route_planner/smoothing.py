@@ -66,10 +66,14 @@ class Smoothing:
         self._line = None if line is None else (line, cKDTree(line[:, :2]))
         self.terms = terms
         given = Stretches.of(way, terms.spacing, terms.piece)
-        self.stretches = given.bounded(terms.curvature)
-        self._fixed = [
-            (k, bend) for k, bend in ((0, begin), (len(self.stretches.knots) - 1, end)) if bend is not None
-        ]
+        bounded = given.bounded(terms.curvature)
+        last = len(bounded.knots) - 1
+        self._fixed = [(k, bend) for k, bend in ((0, begin), (last, end)) if bend is not None]
+        # A step towards them would make it worse at first: they are there from the begin.
+        knots = bounded.knots.copy()
+        for k, bend in self._fixed:
+            knots[k] = bend
+        self.stretches = replace(bounded, knots=knots)
         self._trust = terms.trust
         self._at = self._linearised(self.stretches)
         self.moved = inf
@@ -234,8 +238,8 @@ class Smoothing:
         low = np.concatenate((np.maximum(-1.0 - bends, -trust), shorter, np.zeros(others)))
         high = np.concatenate((np.minimum(1.0 - bends, trust), longer, np.full(others, np.inf)))
         low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
-        for k, bend in self._fixed:
-            low[k] = high[k] = min(max(bend / terms.curvature - bends[k], -trust), trust)
+        for k, _ in self._fixed:
+            low[k] = high[k] = 0.0
         # Along the row of the goal as far as trust lets it.
         error, limits = at.error / (radius, radius, 1.0), at.slopes.limits
         error = error * min(1.0, trust / max(float(np.abs(error).max()), 1e-12))

@@ -58,6 +58,7 @@ def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -
         "docking_blackout",
         "docking_full_course",
         "docking_inside",
+        "docking_mission",
         "docking_moving_goal",
         "docking_noisy",
         "long_approach",

@@ -316,6 +316,22 @@ def test_the_last_stretch_is_straight(length: float) -> None:
     assert np.abs(beside).max() < 0.05
 
 
+@pytest.mark.parametrize("length", [0.5, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_the_last_piece_is_driven_in_the_direction_asked_for_and_without_a_stop(
+    length: float, direction: int
+) -> None:
+    config = with_route(final_straight=length, final_direction=direction)
+    area = Area(boundary=[(-10.0, -10.0), (40.0, -10.0), (40.0, 30.0), (-10.0, 30.0)])
+    manoeuvre = plan_manoeuvre(START, Pose2(15.0, -5.0, 0.5 * pi), area, config)
+    last = manoeuvre.segments[-1].part
+    assert last.direction == direction
+    assert last.end - last.start > length
+    assert len(manoeuvre.segments) == manoeuvre.cusps + 1
+    at = last.reference(np.linspace(last.end - 0.95 * length, last.end, 20))
+    assert np.abs(at.x - 15.0).max() < 1e-3
+
+
 def test_a_straight_stretch_that_is_not_free_is_said() -> None:
     walls = [
         [(5.0, 1.0), (9.0, 1.0), (9.0, 9.0), (5.0, 9.0)],
