@@ -23,7 +23,14 @@ ON_A_PATH = (
     "long_approach",
     "path_following",
 )
-IN_AN_AREA = ("aisle_dock", "bay_perpendicular", "docking_mission", "obstacle_appears", "slot_parallel", "yard_dead_end")
+IN_AN_AREA = (
+    "aisle_dock",
+    "bay_perpendicular",
+    "docking_mission",
+    "obstacle_appears",
+    "slot_parallel",
+    "yard_dead_end",
+)
 TRIANGLE = [[6.0, 1.0], [7.0, 1.0], [7.0, 2.0]]
 BOX = [[-2.0, -3.0], [12.0, -3.0], [12.0, 3.0], [-2.0, 3.0]]
 
