@@ -9,17 +9,17 @@ import numpy as np
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.route_planner.arcs import poses_after, split
+from rti_mpcc.route_planner.arcs import joined, poses_after, split
 from rti_mpcc.types import Array
 
 
 def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig) -> tuple[Pose2, ...]:
     """Ends of ways out of a place, the best first.
 
-    Each way is a straight piece, and a bend, or two that undo one another. First come those on which the body
-    keeps the margin of planned ways, or where it comes from less the more room it gets; then those whose end
-    alone is clear: there may be a way to it with changes of direction. Of those that keep as much the
-    straighter ones come first.
+    Each way is a straight piece and a bend, some of which may go to the other side. First come those on which
+    the body keeps the margin of planned ways, or where it comes from less the more room it gets; then those
+    whose end alone is clear: there may be a way to it with changes of direction. Of those that keep as much
+    the straighter ones come first.
 
     Args:
         here: where the vehicle stands; distance: along the way [m], negative in reverse; area: all that
@@ -44,9 +44,8 @@ def _shapes(distance: float, config: ControllerConfig) -> list[Array]:
     settings = config.mission
     sharpest = config.route.curvature_share * config.max_curvature
     ways = [np.array([(distance, 0.0)])]
-    for share, bend in product(settings.out_straights, settings.out_bends):
+    for share, bend, undone in product(settings.out_straights, settings.out_bends, settings.out_undone):
         straight, bent, curvature = share * distance, (1.0 - share) * distance, bend * sharpest
-        pieces = [(straight, 0.0)] if share else []
-        ways.append(np.array([*pieces, (bent, curvature)]))
-        ways.append(np.array([*pieces, (0.5 * bent, curvature), (0.5 * bent, -curvature)]))
+        pieces = (straight, 0.0), ((1.0 - undone) * bent, curvature), (undone * bent, -curvature)
+        ways.append(joined(np.array(pieces)))
     return ways

@@ -64,7 +64,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **_computing(result),
         **_planning(result),
-        **({"mission": mission(result)} if result.mission else {}),
+        **({"mission": mission(result)} if result.scenario.mission else {}),
         "goal": goal_summary(result),
         "ended": result.ended,
         "duration_s": float(truth.times[-1]),
