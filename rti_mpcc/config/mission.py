@@ -24,7 +24,8 @@ class MissionSettings(Settings):
         out_tolerance: what counts as the end of a way out: longitudinal [m], lateral [m], heading [rad].
         out_straights: shares of a way out before its bend, other than all of it; out_bends: in the sharpest
             bend that ways take, to the left or the right; out_undone: shares of a bend that go to the other
-            side; all in the order in which they are tried.
+            side; out_sides: how far off the way straight on its end may be where it is not driven to directly
+            [rad]; all in the order in which they are tried.
         out_ends: so many ends of ways out are tried at most.
         spacing: of the poses on a straight move or a way out at which the room is looked at [m]; beside:
             what is farther from the body is not beside it [m].
@@ -39,6 +40,7 @@ class MissionSettings(Settings):
     out_straights: tuple[Share, ...] = (0.75, 0.5, 0.25, 0.0)
     out_bends: tuple[Bend, ...] = (0.5, -0.5, 1.0, -1.0)
     out_undone: tuple[Annotated[float, Field(ge=0.0, le=0.5)], ...] = (0.0, 0.5, 0.35)
+    out_sides: tuple[Annotated[float, Field(ge=-1.5, le=1.5)], ...] = (0.4, -0.4, 0.7, -0.7, 1.0, -1.0)
     out_ends: Annotated[int, Field(ge=1, le=1000)] = 8
     spacing: Annotated[float, Field(ge=0.001, le=1.0)] = 0.05
     beside: Positive = 1.0

@@ -48,6 +48,8 @@ def outcome(agenda: Agenda, command: Command, signal: bool, now: float, settings
         return Outcome(agenda, MissionResult.SUCCEEDED, "it was told to stop")
     if agenda.docked_since is not None and now - agenda.docked_since >= settings.settled:
         return Outcome(agenda, MissionResult.SUCCEEDED)
+    if command.diagnostics.cause is Reason.NO_WAY and len(agenda.ways_out) > 1:
+        return Outcome(agenda, MissionResult.NOT_REACHED, command.diagnostics.reason)
     if agenda.trouble is not None and now - agenda.trouble_since >= step.patience:
         return Outcome(agenda, agenda.trouble, command.diagnostics.reason)
     return _unless_late(Outcome(agenda, MissionResult.RUNNING), now)

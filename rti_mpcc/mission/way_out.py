@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import product
+from math import cos, sin
 
 import numpy as np
 
 from geometry import Area, Pose2
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, RoutePlanner
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.route_planner.arcs import joined, poses_after, split
 from rti_mpcc.types import Array
@@ -16,10 +18,10 @@ from rti_mpcc.types import Array
 def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig) -> tuple[Pose2, ...]:
     """Ends of ways out of a place, the best first.
 
-    Each way is a straight piece and a bend, some of which may go to the other side. First come those on which
-    the body keeps the margin of planned ways, or where it comes from less the more room it gets; then those
-    whose end alone is clear: there may be a way to it with changes of direction. Of those that keep as much
-    the straighter ones come first.
+    First come those to which the vehicle can drive straight on, round a bend, or round one that goes back to
+    the other side, while the body keeps the margin of planned ways, or where it comes from less the more room
+    it gets. Then those, and others ahead to either side, whose end alone is clear: there may be a way to it
+    with changes of direction. Of those that keep as much the straighter ones come first.
 
     Args:
         here: where the vehicle stands; distance: along the way [m], negative in reverse; area: all that
@@ -27,16 +29,29 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
     """
     settings, body = config.route, body_of(config.vehicle)
     start = np.array([here.x, here.y, here.phi])
-    found: list[tuple[bool, float, int, Pose2]] = []
+
+    def room(poses: Array) -> Array:
+        return np.minimum(area.grid.signed_distances(body, poses, settings.margin)[:, 0], settings.margin)
+
+    direct, ends = [], [_beside(here, distance, *each) for each in _sides(config)]
     for way in _shapes(distance, config):
         poses = poses_after(start, split(way, config.mission.spacing))
-        room = np.minimum(area.grid.signed_distances(body, poses, settings.margin)[:, 0], settings.margin)
+        kept = room(poses)
+        end = Pose2(*poses[-1].tolist())
         # Beside a dock there may be little room: there must not get less of it.
-        blocked = bool((room < min(settings.margin, float(room[0]))).any())
-        if room[-1] >= settings.hard_minimum:
-            kept = float(room[-1] if blocked else room.min())
-            found.append((blocked, -kept, len(found), Pose2(*poses[-1].tolist())))
-    return tuple(end for *_, end in sorted(found, key=lambda each: each[:3])[: config.mission.out_ends])
+        if (kept >= min(settings.margin, float(kept[0]))).all():
+            direct.append((float(kept.min()), end))
+        else:
+            ends.append(end)
+    kept = room(np.array([[end.x, end.y, end.phi] for end in ends]))
+    found = [*_best_first(direct, settings), *_best_first(zip(kept.tolist(), ends, strict=True), settings)]
+    return tuple(found[: config.mission.out_ends])
+
+
+def _best_first(found: Iterable[tuple[float, Pose2]], settings: RoutePlanner) -> list[Pose2]:
+    """Those that are clear, the one with the most room [m] first; of equals as they come."""
+    clear = [each for each in found if each[0] >= settings.hard_minimum]
+    return [end for _, end in sorted(clear, key=lambda each: -each[0])]
 
 
 def _shapes(distance: float, config: ControllerConfig) -> list[Array]:
@@ -49,3 +64,13 @@ def _shapes(distance: float, config: ControllerConfig) -> list[Array]:
         pieces = (straight, 0.0), ((1.0 - undone) * bent, curvature), (undone * bent, -curvature)
         ways.append(joined(np.array(pieces)))
     return ways
+
+
+def _sides(config: ControllerConfig) -> list[tuple[float, float]]:
+    """Where ends may be beside the way straight on, and how the vehicle stands there [rad]."""
+    return [(side, turn * side) for side, turn in product(config.mission.out_sides, (0.0, 1.0))]
+
+
+def _beside(here: Pose2, distance: float, side: float, turn: float) -> Pose2:
+    """The pose at a distance [m], `side` [rad] off the way straight on, turned by `turn` [rad]."""
+    return here.compose(Pose2(distance * cos(side), distance * sin(side), turn))
