@@ -29,6 +29,7 @@ Pixels = Annotated[int, Field(ge=16, le=20000)]
 Metres = Annotated[float, Field(ge=-1e3, le=1e3)]
 Angle = Annotated[float, Field(ge=-2.0 * pi, le=2.0 * pi)]
 Squares = Annotated[int, Field(ge=3, le=100)]
+Marker = Annotated[int, Field(ge=0, le=10_000)]
 Std = Annotated[float, Field(gt=0.0, le=1.0)]
 
 
@@ -111,7 +112,9 @@ class CharucoBoard(Settings):
     Attributes:
         columns, rows: of squares.
         square, marker: side of a square and of the marker in every white one [m].
-        dictionary: name of the markers' dictionary, as in OpenCV.
+        dictionary: name of the markers' dictionary, as in OpenCV; first_marker: number of its first marker in
+            that. Boards that can be seen together need markers of their own: one with the same cannot be told
+            from this one.
         x, y, z: the board's middle in the goal frame [m].
         yaw: of its normal in the goal frame, 0 points the way that the docked vehicle faces [rad].
     """
@@ -121,6 +124,7 @@ class CharucoBoard(Settings):
     square: Positive = 0.2
     marker: Positive = 0.14
     dictionary: str = "DICT_4X4_50"
+    first_marker: Marker = 0
     x: Metres = -2.6
     y: Metres = 0.0
     z: Metres = 0.7
@@ -131,6 +135,11 @@ class CharucoBoard(Settings):
         if self.marker >= self.square:
             raise ValueError(f"marker = {self.marker}: must be smaller than square = {self.square}")
         return self
+
+    @property
+    def markers(self) -> range:
+        """Numbers of its markers in the dictionary: one in every white square."""
+        return range(self.first_marker, self.first_marker + self.columns * self.rows // 2)
 
     @property
     def size(self) -> tuple[float, float]:

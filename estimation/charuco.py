@@ -53,10 +53,11 @@ def opencv_board(board: CharucoBoard) -> Any:
     if not isinstance(number, int):
         raise ConfigError(f"CharucoBoard.dictionary = {board.dictionary!r}: not one of OpenCV's")
     dictionary = aruco.getPredefinedDictionary(number)
-    needed = board.columns * board.rows // 2
+    needed = board.markers.stop
     if len(dictionary.bytesList) < needed:
         raise ConfigError(f"CharucoBoard.dictionary = {board.dictionary!r}: the board needs {needed} markers")
-    return aruco.CharucoBoard((board.columns, board.rows), board.square, board.marker, dictionary)
+    markers = np.array(board.markers, dtype=np.int32)
+    return aruco.CharucoBoard((board.columns, board.rows), board.square, board.marker, dictionary, markers)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -13,7 +13,7 @@ from geometry import InputError, Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.begin import Around, begin
 from rti_mpcc.mission.next_step import Next, after, cancelled
-from rti_mpcc.mission.outcome import Outcome, docks, outcome
+from rti_mpcc.mission.outcome import Outcome, outcome
 from rti_mpcc.orders import Stand
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.planning.clock import CycleClock
@@ -74,6 +74,11 @@ class DockingMission:
         """All steps that were begun, in order of time."""
         return self.agenda.log
 
+    @property
+    def docks(self) -> bool:
+        """Whether the step under way makes for a dock: detections of it are of use."""
+        return isinstance(self.agenda.step, Dock)
+
     def cancel(self) -> None:
         """End it with the next step: the vehicle brakes to a standstill as soon as can be, and stands."""
         self._cancelled = True
@@ -106,7 +111,7 @@ class DockingMission:
             state,
             now=now,
             goal=goal if isinstance(step, Dock) and step.pose is None else None,
-            measurements=measurements if docks(self.agenda) else (),
+            measurements=measurements if self.docks else (),
             obstacles=self._obstacles(obstacles),
             clock=clock,
         )
@@ -199,7 +204,7 @@ class DockingMission:
     def _seen(self, berth: Berth) -> Berth:
         """With what is docked at where the dock is detected to be."""
         estimate = self.controller.state.goal.estimate
-        if not docks(self.agenda) or estimate is None or estimate.status is not GoalStatus.TRACKING:
+        if not self.docks or estimate is None or estimate.status is not GoalStatus.TRACKING:
             return berth
         pose, moved = estimate.pose, self.controller.config.mission.body_moved
         if pose is None or pose.relative_to(berth.body_at).within(moved):

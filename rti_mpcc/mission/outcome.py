@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rti_mpcc.config import MissionSettings
 from rti_mpcc.planning.agenda import Agenda
-from rti_mpcc.steps import Dock, Straight, Wait
+from rti_mpcc.steps import Straight, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status
 
 TROUBLE = {
@@ -76,8 +76,3 @@ def _noted(agenda: Agenda, command: Command, now: float) -> Agenda:
     if command.status in UNDECIDED and command.diagnostics.cause is not Reason.TURNS_WHEELS:
         return agenda
     return replace(agenda, trouble=None)
-
-
-def docks(agenda: Agenda) -> bool:
-    """Whether detections of the goal are of use in this cycle."""
-    return isinstance(agenda.step, Dock)

@@ -13,7 +13,7 @@ of the finer picture.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Annotated, Any
@@ -56,39 +56,57 @@ class Optics(Settings):
     border: Annotated[float, Field(ge=0.0, le=5.0)] = 0.5
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Print:
+    """A board as it is printed: grey and coverage (h, w, 2) with a border, from fine to coarse by halves."""
+
+    board: CharucoBoard
+    levels: tuple[Grey, ...]
+
+
 class BoardCamera:
-    """Takes grey pictures of a board. Holds the print and the background; all chance comes from `random`.
+    """Takes grey pictures of a board. Holds the prints and the background; all chance comes from `random`.
 
     Args:
         camera, board, optics: the true ones. Another camera of the same size and other optics may be set
             between two pictures.
         random: draws the background once, and each picture's noise.
+        others: boards of other docks, and where these are in the world; a nearer board hides a farther one.
     """
 
     def __init__(
-        self, camera: Camera, board: CharucoBoard, optics: Optics, random: np.random.Generator
+        self,
+        camera: Camera,
+        board: CharucoBoard,
+        optics: Optics,
+        random: np.random.Generator,
+        others: Sequence[tuple[CharucoBoard, Pose2]] = (),
     ) -> None:
         self.camera, self.board, self.optics = camera, board, optics
         self._cv2: Any = opencv()
         self._random = random
-        self._prints = self._printed()
+        self._own = self._printed(board)
+        self._others = [(self._printed(other), dock) for other, dock in others]
         self._surroundings = surroundings(round(2.0 * pi * camera.fx), camera.height, random)
 
     def expose(self, vehicle: Pose2, goal: Pose2) -> Image:
         """(height, width) picture taken from `vehicle` with the board at `goal`, both in the world."""
         picture = self._background(vehicle.phi)
-        homography = self._homography(goal.relative_to(vehicle))
-        if homography is not None:
-            self._draw(picture, homography)
+        boards = [(print_, dock.relative_to(vehicle)) for print_, dock in (*self._others, (self._own, goal))]
+        seen = [(self._homography(print_.board, dock), print_) for print_, dock in boards]
+        for homography, print_ in sorted(
+            ((h, print_) for h, print_ in seen if h is not None), key=lambda each: -each[0][2, 2]
+        ):
+            self._draw(picture, homography, print_)
         if self.optics.blur > 0.0:
             picture = self._cv2.GaussianBlur(picture, (0, 0), self.optics.blur)
         noise = self._random.standard_normal(picture.shape, dtype=np.float32)
         bright = self.optics.exposure * picture + self.optics.noise * noise
         return np.clip(np.rint(bright), 0.0, 255.0).astype(np.uint8)
 
-    def _printed(self) -> list[Grey]:
-        """Grey and coverage (h, w, 2) of the board with its border, from fine to coarse by halves."""
-        board, border = self.board, round(self.optics.border * SQUARE_PIXELS)
+    def _printed(self, board: CharucoBoard) -> _Print:
+        """The print of a board with its border."""
+        border = round(self.optics.border * SQUARE_PIXELS)
         size = (board.columns * SQUARE_PIXELS, board.rows * SQUARE_PIXELS)
         face = np.pad(opencv_board(board).generateImage(size), border, constant_values=255)
         # Ink and paper of a real print are neither black nor white.
@@ -98,7 +116,7 @@ class BoardCamera:
             height, width = levels[-1].shape[:2]
             smaller = (width // 2, height // 2)
             levels.append(self._cv2.resize(levels[-1], smaller, interpolation=self._cv2.INTER_AREA))
-        return levels
+        return _Print(board=board, levels=tuple(levels))
 
     def _background(self, heading: float) -> Grey:
         """(height, width) of the surroundings seen under this heading [rad]; far away, so they only turn."""
@@ -106,31 +124,31 @@ class BoardCamera:
         first = round(-(heading + self.camera.yaw) * self.camera.fx)
         return self._surroundings[:, np.arange(first, first + self.camera.width) % round_about]
 
-    def _homography(self, goal: Pose2) -> Array | None:
+    def _homography(self, board: CharucoBoard, goal: Pose2) -> Array | None:
         """(3, 3) H of Eq. (K4), from the board's plane [m] to the camera; None if its face is not seen."""
-        camera, board = self.camera, self.board
+        camera = self.camera
         plane = np.column_stack([board.axes[:, :2], np.zeros(3)])
         plane[:, 2] = board.middle - plane @ (*(0.5 * np.array(board.size)), 0.0)
         in_vehicle = turn(goal.phi) @ plane
         in_vehicle[:, 2] += (goal.x - camera.x, goal.y - camera.y, -camera.z)
         homography: Array = camera.rotation.T @ in_vehicle
         into_board = np.cross(homography[:, 0], homography[:, 1])
-        depth = (homography @ _homogeneous(self._outline(2)))[2]
+        depth = (homography @ _homogeneous(self._outline(board, 2)))[2]
         return homography if depth.min() > NEAREST and into_board @ homography[:, 2] > 0.0 else None
 
-    def _outline(self, points: int) -> Array:
+    def _outline(self, board: CharucoBoard, points: int) -> Array:
         """(4 points, 2) along the paper's four sides [m]."""
-        border, (width, height) = self.optics.border * self.board.square, self.board.size
+        border, (width, height) = self.optics.border * board.square, board.size
         share = np.linspace(0.0, 1.0, points)
         zero, one = np.zeros(points), np.ones(points)
         sides = ((share, zero), (share, one), (zero, share), (one, share))
         unit = np.vstack([np.column_stack(side) for side in sides])
         return unit * (width + 2.0 * border, height + 2.0 * border) - border
 
-    def _draw(self, picture: Grey, homography: Array) -> None:
-        """Draw the board into the picture, in place."""
+    def _draw(self, picture: Grey, homography: Array, drawn: _Print) -> None:
+        """Draw a board into the picture, in place."""
         cv2, camera = self._cv2, self.camera
-        outline = (homography @ _homogeneous(self._outline(20))).T
+        outline = (homography @ _homogeneous(self._outline(drawn.board, 20))).T
         pixels = camera.project(outline @ camera.rotation.T + camera.position)
         low = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - 2, 0)
         high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + 3, (camera.width, camera.height))
@@ -138,33 +156,33 @@ class BoardCamera:
         if width <= 0 or height <= 0:
             return
         if any(camera.distortion):
-            fine = self._distorted(homography, low, width, height)
+            fine = self._distorted(homography, low, width, height, drawn)
         else:
-            fine = self._warped(homography, low, width, height)
-        drawn = cv2.resize(fine, (width, height), interpolation=cv2.INTER_AREA)
+            fine = self._warped(homography, low, width, height, drawn)
+        coarse = cv2.resize(fine, (width, height), interpolation=cv2.INTER_AREA)
         window = picture[low[1] : high[1], low[0] : high[0]]
-        window *= 1.0 - drawn[:, :, 1]
-        window += drawn[:, :, 0]
+        window *= 1.0 - coarse[:, :, 1]
+        window += coarse[:, :, 0]
 
-    def _warped(self, homography: Array, low: Array, width: int, height: int) -> Grey:
+    def _warped(self, homography: Array, low: Array, width: int, height: int, drawn: _Print) -> Grey:
         """(FINER height, FINER width, 2) of the pinhole's window that begins at pixel `low`, Eq. (K5)."""
         to_fine = np.array([[FINER, 0.0, 0.0], [0.0, FINER, 0.0], [0.0, 0.0, 1.0]])
         to_fine[:2, 2] = FINER * (0.5 - np.asarray(low)) - 0.5
         # The coarsest print whose pixels are not larger than the finer ones.
         pixel = homography[2, 2] / (FINER * self.camera.fx)
-        step = self.board.square / SQUARE_PIXELS
-        level = int(np.clip(np.floor(np.log2(max(pixel / step, 1.0))), 0, len(self._prints) - 1))
+        step = drawn.board.square / SQUARE_PIXELS
+        level = int(np.clip(np.floor(np.log2(max(pixel / step, 1.0))), 0, len(drawn.levels) - 1))
         step *= 2.0**level
-        first = 0.5 * step - self.optics.border * self.board.square
+        first = 0.5 * step - self.optics.border * drawn.board.square
         to_board = np.array([[step, 0.0, first], [0.0, step, first], [0.0, 0.0, 1.0]])
         fine: Grey = self._cv2.warpPerspective(
-            self._prints[level],
+            drawn.levels[level],
             to_fine @ self.camera.matrix @ homography @ to_board,
             (FINER * width, FINER * height),
         )
         return fine
 
-    def _distorted(self, homography: Array, low: Array, width: int, height: int) -> Grey:
+    def _distorted(self, homography: Array, low: Array, width: int, height: int, drawn: _Print) -> Grey:
         """As `_warped`, through the lens: each pixel takes what the pinhole has where its ray comes from."""
         cv2, matrix = self._cv2, self.camera.matrix
         across, down = np.meshgrid(np.arange(low[0], low[0] + width), np.arange(low[1], low[1] + height))
@@ -172,7 +190,8 @@ class BoardCamera:
         ideal = cv2.undistortPoints(seen, matrix, np.array(self.camera.distortion), P=matrix)[:, 0]
         first = np.floor(ideal.min(axis=0)).astype(int) - 1
         last = np.ceil(ideal.max(axis=0)).astype(int) + 2
-        fine = self._warped(homography, first, *(last - first).tolist())
+        wide, high = (last - first).tolist()
+        fine = self._warped(homography, first, wide, high, drawn)
         where = (FINER * (ideal - first + 0.5) - 0.5).reshape(height, width, 2).astype(np.float32)
         where = cv2.resize(where, (FINER * width, FINER * height), interpolation=cv2.INTER_LINEAR)
         found: Grey = cv2.remap(fine, where, None, cv2.INTER_LINEAR)

@@ -25,6 +25,7 @@ from rti_mpcc.simulation.mission import Mission, body_at, mission_in, mission_of
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
 from rti_mpcc.simulation.result import Planning, RunResult
 from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scenario_camera import ScenarioCamera, Seen
 from rti_mpcc.simulation.scenery import Obstacles, Scenery
 from rti_mpcc.simulation.site import Changes, Site
 from rti_mpcc.types import Command, MissionResult, VehicleState
@@ -62,6 +63,7 @@ def simulate(
     obstacles_at: Callable[[float], Obstacles] | None = None,
     goal_source: GoalSource = GoalSource.DETECTED,
     detector: Detector | None = None,
+    seen: Seen | None = None,
 ) -> RunResult:
     """Run a scenario until 0.5 s after docking, 5 s after a latched stop, or its duration.
 
@@ -82,6 +84,7 @@ def simulate(
         goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
             the default is allowed.
         detector: looks for the goal in place of the one that the scenario describes.
+        seen: is told of every picture of the scenario's camera: stamp [s], picture, and detection or None.
 
     Raises InputError for an unknown preset or method, a negative seed, a goal source that needs a detector
     where there is none, or a command that is not finite.
@@ -116,7 +119,7 @@ def simulate(
         feed=GoalFeed(
             source=source,
             planned=scenario.planned_goal(site.path),
-            lookout=_lookout(scenario, detector, seed),
+            lookout=_lookout(scenario, detector, seed, seen),
         ),
         disturbances=Disturbances(faults=scenario.faults),
         random=np.random.default_rng(seed),
@@ -160,12 +163,14 @@ def _with_body(
     return [*found, (touched, last), *((at, some) for at, some in changes if at > touched)]
 
 
-def _lookout(scenario: Scenario, detector: Detector | None, seed: int) -> Lookout | None:
+def _lookout(scenario: Scenario, detector: Detector | None, seed: int, seen: Seen | None) -> Lookout | None:
     if detector is not None:
         return Lookout(detector=detector)
-    section = scenario.goal.measurement
+    section, camera = scenario.goal.measurement, scenario.goal.camera
     if section is None:
         return None
+    if camera is not None:
+        return Lookout(detector=ScenarioCamera.of(camera, section, seed, seen))
     return Lookout(detector=SimulatedDetector(section=section, random=np.random.default_rng([seed, 1])))
 
 
@@ -248,8 +253,14 @@ def _expose(loop: _Loop, parameters: PlantParameters, until: float) -> None:
         lookout.expose(
             Pose2(plant.x, plant.y, plant.phi),
             loop.goal.pose,
-            last_part=loop.path is not None and loop.part == len(loop.path.parts) - 1,
+            last_part=_looks(loop),
         )
+
+
+def _looks(loop: _Loop) -> bool:
+    """Whether the vehicle is on the last part of its way to the goal."""
+    docks = loop.mission is None or loop.mission.docks
+    return docks and loop.path is not None and loop.part == len(loop.path.parts) - 1
 
 
 def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, now: float) -> None:

@@ -148,12 +148,15 @@ class Mission(Protocol):
 
     Attributes:
         result: RUNNING until it is over; log: all steps that were begun.
+        docks: the step under way makes for a dock.
     """
 
     @property
     def result(self) -> MissionResult: ...  # noqa: D102
     @property
     def log(self) -> tuple[StepRecord, ...]: ...  # noqa: D102
+    @property
+    def docks(self) -> bool: ...  # noqa: D102
 
 
 def mission_in(controller: object) -> Mission | None:

@@ -21,6 +21,7 @@ from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.mission import MissionSection
 from rti_mpcc.simulation.plant import PlantParameters
+from rti_mpcc.simulation.scenario_camera import CameraSection
 from rti_mpcc.simulation.section import Section
 
 PRESETS = ("default", "paper", "paper_printed")
@@ -158,6 +159,7 @@ class GoalSection(Section):
     tolerance: Tolerance = (0.05, 0.05, 0.03490658503988659)
     body: Polygon | None = None
     measurement: MeasurementSection | None = None
+    camera: CameraSection | None = None
     shifts: Annotated[tuple[ShiftSection, ...], Field(strict=False)] = ()
 
 

@@ -30,7 +30,18 @@ class Problem:
 def problems(scenario: Scenario) -> list[Problem]:
     """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
     ground = (_area_choice, _polygons) if scenario.in_area else (_path_choice, _corridor_choice)
-    checks = (_ground_choice, *ground, _goal_choice, _ranges, _clock, _comfort, _faults, _body, _mission)
+    checks = (
+        _ground_choice,
+        *ground,
+        _goal_choice,
+        _ranges,
+        _camera,
+        _clock,
+        _comfort,
+        _faults,
+        _body,
+        _mission,
+    )
     found = [problem for check in checks for problem in check(scenario)]
     if found:
         return found
@@ -175,6 +186,25 @@ def _ranges(scenario: Scenario) -> Iterator[Problem]:
     if section is not None and section.blind_range >= section.visible_range:
         allowed = f"must be < goal.measurement.visible_range = {section.visible_range}"
         yield Problem(key="goal.measurement.blind_range", value=section.blind_range, allowed=allowed)
+
+
+def _camera(scenario: Scenario) -> Iterator[Problem]:
+    section = scenario.goal.camera
+    if section is None:
+        return
+    if scenario.goal.measurement is None:
+        allowed = "needs [goal.measurement], which says when and how far it sees"
+        yield Problem(key="goal.camera", value=None, allowed=allowed)
+    if section.lost is not None and not 0.0 <= section.lost[0] < section.lost[1]:
+        allowed = "must be two times after the first detection, the later one last"
+        yield Problem(key="goal.camera.lost", value=list(section.lost), allowed=allowed)
+    own = section.board.markers
+    for index, other in enumerate(section.others):
+        board = section.board.model_copy(update={"first_marker": other.first_marker})
+        if max(own.start, board.first_marker) < min(own.stop, board.markers.stop):
+            allowed = f"must leave the markers {own.start} to {own.stop - 1} to the board at the goal"
+            key = f"goal.camera.others[{index}].first_marker"
+            yield Problem(key=key, value=other.first_marker, allowed=allowed)
 
 
 def _clock(scenario: Scenario) -> Iterator[Problem]:
