@@ -104,7 +104,7 @@ class DockingMission:
             goal: of a `Dock` without a pose.
             signal: what `until` of the step under way would say; None: it is asked.
         """
-        told = self._told(signal)
+        told = self.told(signal)
         self._guarded(lambda: self._begin(goal if isinstance(goal, Pose2) else None))
         step = self.agenda.step
         command = self.controller.step(
@@ -175,8 +175,11 @@ class DockingMission:
 
     # -- what comes in and goes out --------------------------------------------------------------------
 
-    def _told(self, signal: bool | None) -> bool:
-        """Whether the step under way is told to be over. A user's function that raises says no."""
+    def told(self, signal: bool | None = None) -> bool:
+        """Whether the step under way is told to be over: by its `until`, or by `signal` in the place of that.
+
+        A user's function that raises says no.
+        """
         agenda, step = self.agenda, self.agenda.step
         if agenda.begun is None or not isinstance(step, Straight | Wait) or step.until is None:
             return False

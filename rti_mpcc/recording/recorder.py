@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
 from geometry import Pose2
-from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
+from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.recording.contents import Header, inputs_of, run_cycle
+from rti_mpcc.recording.contents import Driver, Header, core_of, inputs_of, run_cycle
 from rti_mpcc.recording.lines import END, to_line
 from rti_mpcc.recording.problem_file import dump_if_failed
 from rti_mpcc.types import Command, VehicleState
@@ -34,7 +34,7 @@ class Recorder:
     be written any more, that is logged and the vehicle is driven on without it. So is it after `close`.
 
     Args:
-        controller: which has not stepped yet.
+        controller: or a mission, which has not stepped yet.
         file: to write; what it holds is replaced.
         dump_failed: folder for the QPs of failed cycles, see `dump_problem`; None: they are not kept.
 
@@ -44,11 +44,12 @@ class Recorder:
     """
 
     def __init__(
-        self, controller: DockingController, file: str | PathLike[str], *, dump_failed: Path | None = None
+        self, controller: Driver, file: str | PathLike[str], *, dump_failed: Path | None = None
     ) -> None:
-        if controller.segments is not None:
+        core = core_of(controller)
+        if core.segments is not None:
             raise InputError("controller: a recording does not know segments that were given to it")
-        if controller.has_stepped:
+        if core.has_stepped:
             raise InputError("controller: has stepped before, a recording must begin with its first cycle")
         header = Header.of(controller)
         if dump_failed is not None:
@@ -56,7 +57,7 @@ class Recorder:
         self.controller = controller
         self._dumps = dump_failed
         self._number = 0
-        self._goal_cleared = False
+        self._goal_cleared = self._cancelled = False
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
         self._write(header)
 
@@ -69,24 +70,28 @@ class Recorder:
         measurements: Sequence[GoalMeasurement] = (),
         obstacles: Sequence[ArrayLike] | None = None,
         clock: CycleClock | None = None,
+        signal: bool | None = None,
     ) -> Command:
-        """One cycle, recorded. Arguments, result and errors are those of `DockingController.step`."""
-        clock = clock or CycleClock(self.controller.config.deadline)
+        """One cycle, recorded. Arguments, result and errors are those of what is recorded."""
+        driver = self.controller
+        clock = clock or CycleClock(core_of(driver).config.deadline)
         inputs = inputs_of(
             state,
             now=now,
             goal=goal,
             goal_cleared=self._goal_cleared,
+            cancelled=self._cancelled,
+            signal=isinstance(driver, DockingMission) and driver.told(signal),
             measurements=measurements,
             obstacles=obstacles,
         )
-        self._goal_cleared = False
-        cycle, error = run_cycle(self.controller, self._number, inputs, clock)
+        self._goal_cleared = self._cancelled = False
+        cycle, error = run_cycle(driver, self._number, inputs, clock)
         self._number += 1
         self._write(cycle)
         if self._dumps is not None:
             try:
-                dump_if_failed(self.controller, cycle, self._dumps)
+                dump_if_failed(core_of(driver), cycle, self._dumps)
             except OSError as problem:
                 _log.error("the QP of cycle %d was not written: %s", cycle.number, problem)
         if cycle.command is None:
@@ -97,6 +102,10 @@ class Recorder:
     def clear_goal(self) -> None:
         """Forget the goal and its detections; takes effect, and is recorded, with the next step."""
         self._goal_cleared = True
+
+    def cancel(self) -> None:
+        """Cancel the mission, if it has one; takes effect, and is recorded, with the next step."""
+        self._cancelled = True
 
     def close(self) -> None:
         """Write the end mark. Cycles after that are not recorded."""

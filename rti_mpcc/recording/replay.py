@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.clock import PlayedBack
 from rti_mpcc.recording.compare import FieldDifference, differences
-from rti_mpcc.recording.contents import run_cycle
+from rti_mpcc.recording.contents import Driver, core_of, run_cycle
 from rti_mpcc.recording.lines import to_data
 from rti_mpcc.recording.machine import Machine
 from rti_mpcc.recording.problem_file import dump_if_failed
@@ -92,10 +91,10 @@ def replay(
         tolerance = 0.0 if same_machine else ELSEWHERE
     if dump_failed is not None:
         dump_failed.mkdir(parents=True, exist_ok=True)
-    controller = recorded.header.controller()
+    driver = recorded.header.driver()
     mismatch, done = None, 0
     for done, entry in enumerate(recorded.cycles, start=1):
-        mismatch = _mismatch(controller, entry, tolerance, dump_failed)
+        mismatch = _mismatch(driver, entry, tolerance, dump_failed)
         if progress is not None:
             progress(done, len(recorded.cycles))
         if mismatch is not None:
@@ -109,16 +108,14 @@ def replay(
     )
 
 
-def _mismatch(
-    controller: DockingController, entry: Entry, tolerance: float, dumps: Path | None
-) -> Mismatch | None:
+def _mismatch(driver: Driver, entry: Entry, tolerance: float, dumps: Path | None) -> Mismatch | None:
     """Drive one cycle; what is not as it was recorded, or None."""
     recorded = entry.cycle
     if recorded is None:
         return Mismatch(cycle=entry.number, time=None, changed=entry.changed, fields=())
-    replayed, _ = run_cycle(controller, entry.number, recorded.inputs, PlayedBack(recorded.decisions))
+    replayed, _ = run_cycle(driver, entry.number, recorded.inputs, PlayedBack(recorded.decisions))
     if dumps is not None:
-        dump_if_failed(controller, replayed, dumps)
+        dump_if_failed(core_of(driver), replayed, dumps)
     fields = tuple(differences(to_data(recorded), to_data(replayed), tolerance))
     if not fields and not entry.changed:
         return None

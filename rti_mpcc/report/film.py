@@ -13,12 +13,11 @@ import numpy as np
 
 from geometry import Area, Corridor, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.clock import PlayedBack
 from rti_mpcc.recording import Cycle, read_recording
-from rti_mpcc.recording.contents import run_cycle
+from rti_mpcc.recording.contents import Driver, core_of, run_cycle
 from rti_mpcc.report.views import CycleView, ObservedCycle, observed_cycle, view_of
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.goal_metrics import rows_at
@@ -104,10 +103,11 @@ def film_of_recording(
     """
     recording = read_recording(file, allow_truncated=True)
     config, path = recording.header.config, recording.header.path
-    controller = recording.header.controller()
+    driver = recording.header.driver()
+    controller = core_of(driver)
     first, views = controller.corridor, list[CycleView]()
     in_area = first.area is not None
-    for done, observed in enumerate(_driven_along(controller, recording.cycles), start=1):
+    for done, observed in enumerate(_driven_along(driver, recording.cycles), start=1):
         if observed is not None:
             if controller.corridor.area is not None and controller.path is not None:
                 observed = replace(observed, path=controller.path, corridor=controller.corridor)
@@ -137,12 +137,12 @@ def _later(last: float | None, now: float) -> float:
     return max(last, now) if isfinite(now) else last
 
 
-def _driven_along(controller: DockingController, cycles: Sequence[Cycle]) -> Iterator[ObservedCycle | None]:
+def _driven_along(driver: Driver, cycles: Sequence[Cycle]) -> Iterator[ObservedCycle | None]:
     """What was seen of each recorded cycle, None of one that raised, while the controller makes it again."""
-    same = True
+    controller, same = core_of(driver), True
     for cycle in cycles:
         before = controller.state.plans.solution
-        replayed, _ = run_cycle(controller, cycle.number, cycle.inputs, PlayedBack(cycle.decisions))
+        replayed, _ = run_cycle(driver, cycle.number, cycle.inputs, PlayedBack(cycle.decisions))
         if cycle.command is None:
             yield None
             continue

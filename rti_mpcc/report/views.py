@@ -14,6 +14,7 @@ from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.iteration import Solution
+from rti_mpcc.mission import DockingMission
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import PHI, POSE, X, Y
 from rti_mpcc.ocp.horizon import read_only
@@ -108,8 +109,8 @@ class Observer:
     """Steps a controller and keeps what was seen of each cycle, for pictures.
 
     Args:
-        controller: a `DockingController`, a `Recorder` around one, or any other, of which nothing is seen
-            but its commands.
+        controller: a `DockingController`, a mission or a `Recorder` around one, or any other, of which nothing
+            is seen but its commands.
 
     Attributes:
         controller: as given; observed: what was seen of each cycle.
@@ -118,7 +119,9 @@ class Observer:
     def __init__(self, controller: Controller) -> None:
         self.observed: list[ObservedCycle] = []
         self.controller = controller
-        core = controller.controller if isinstance(controller, Recorder) else controller
+        core: object = controller
+        while isinstance(core, Recorder | DockingMission):
+            core = core.controller
         self._core = core if isinstance(core, DockingController) else None
 
     def step(
