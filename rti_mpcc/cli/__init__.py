@@ -1,4 +1,4 @@
-"""The command `rti-mpcc`: scenarios, run, plan, compare, campaigns, replay, watch, warm (3.2, 3.4)."""
+"""The command `rti-mpcc`: scenarios, run, plan, docks, compare, campaigns, replay, watch, warm (3.2, 3.4)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,18 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from rti_mpcc.cli import campaign, campaign_case, campaign_report, compare, plan, replay, run, warm, watch
+from rti_mpcc.cli import (
+    campaign,
+    campaign_case,
+    campaign_report,
+    compare,
+    docks,
+    plan,
+    replay,
+    run,
+    warm,
+    watch,
+)
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
 from rti_mpcc.report.console import warnings_on_stderr
@@ -55,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     listing.set_defaults(command=_scenarios)
     run.add_to(commands)
     plan.add_to(commands)
+    docks.add_to(commands)
     compare.add_to(commands)
     campaign.add_to(commands)
     campaign_case.add_to(commands)

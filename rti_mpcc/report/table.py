@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import degrees
 from typing import Any
 
+from rich.markup import escape
 from rich.table import Table
 
 from rti_mpcc.simulation import GoalSource
@@ -37,6 +39,17 @@ def plan_table(name: str, figures: dict[str, Any]) -> Table:
         ("time of the search", _number(figures["seconds"], 3), "s"),
         ("poses looked at", str(figures["nodes"]), ""),
     ):
+        table.add_row(*row)
+    return table
+
+
+def docks_table(name: str, rows: Sequence[tuple[str, ...]]) -> Table:
+    """Docks, one a row, see `docks_figure.docks_rows`."""
+    table = Table(title=name)
+    names = "dock", "kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"
+    for column in map(escape, names):
+        table.add_column(column, no_wrap=True)
+    for row in rows:
         table.add_row(*row)
     return table
 

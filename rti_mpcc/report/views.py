@@ -109,7 +109,7 @@ class Observer:
     """Steps a controller and keeps what was seen of each cycle, for pictures.
 
     Args:
-        controller: a `DockingController`, a mission or a `Recorder` around one, or any other, of which nothing
+        controller: a `DockingController`, a mission or `Recorder` around one, or any other, of which nothing
             is seen but its commands.
 
     Attributes:

@@ -7,6 +7,7 @@ from rti_mpcc.simulation.controllers import docking_controller
 from rti_mpcc.simulation.courses import CAMPAIGN, CourseRange, drawn_course
 from rti_mpcc.simulation.detector import Detector, SimulatedDetector
 from rti_mpcc.simulation.dockable import Witness, find_witness
+from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import Cycles, RunResult, Tracking, Truth
@@ -20,6 +21,7 @@ __all__ = [
     "CourseRange",
     "Cycles",
     "Detector",
+    "Docks",
     "GoalSource",
     "RunResult",
     "Scenario",
@@ -32,7 +34,9 @@ __all__ = [
     "docking_controller",
     "drawn_course",
     "find_witness",
+    "load_docks",
     "load_scenario",
+    "read_docks",
     "save_scenario",
     "scenario_from_dict",
     "scenario_text",

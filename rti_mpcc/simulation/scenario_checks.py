@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import tan
 
 from geometry import Corridor, Pose2, ReferencePath
@@ -14,17 +13,9 @@ from rti_mpcc.planning import goals
 from rti_mpcc.simulation.faults import SIZES
 from rti_mpcc.simulation.mission import problems_of
 from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.toml_file import Problem
 
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Problem:
-    """One thing wrong: the dotted key, its value as shown to the user, and what is allowed."""
-
-    key: str
-    value: object
-    allowed: str
 
 
 def problems(scenario: Scenario) -> list[Problem]:

@@ -71,10 +71,10 @@ def test_built_in_ones_have_room_at_start_and_goal(name: str, caplog: pytest.Log
     assert not caplog.records
 
 
-def test_there_are_some_of_them_one_on_a_map() -> None:
-    assert len(IN_AN_AREA) == 5
+def test_there_are_some_of_them_two_on_a_map() -> None:
+    assert len(IN_AN_AREA) == 6
     sections = [load_scenario(name).area for name in IN_AN_AREA]
-    assert sum(section is not None and section.map is not None for section in sections) == 1
+    assert sum(section is not None and section.map is not None for section in sections) == 2
 
 
 def test_start_area_and_goal(hall: Scenario) -> None:
