@@ -29,6 +29,7 @@ from rti_mpcc.simulation import (
 )
 from rti_mpcc.simulation.goal_feed import source_in
 from rti_mpcc.simulation.scenario import PRESETS
+from rti_mpcc.types import MissionResult
 
 
 def add_to(commands: Commands) -> None:
@@ -122,8 +123,9 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     tell_run(figures, written)
     if result.planning is not None and not result.paths:
         tell_lines([f"{scenario.name}: no way was found: {result.cycles.reason[-1]}"])
+    whole = result.mission_result in (None, MissionResult.SUCCEEDED)
     crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
-    return DOCKED if figures["docked"] and not crossed else NOT_DOCKED
+    return DOCKED if figures["docked"] and not crossed and whole else NOT_DOCKED
 
 
 def _animation(asked: str | None, folder: Path) -> tuple[Path, ...]:

@@ -205,14 +205,19 @@ class DockingMission:
         return (*agenda.obstacles, body)
 
     def _seen(self, berth: Berth) -> Berth:
-        """With what is docked at where the dock is detected to be."""
-        estimate = self.controller.state.goal.estimate
-        if not self.docks or estimate is None or estimate.status is not GoalStatus.TRACKING:
+        """With what is docked at where the dock is detected to be.
+
+        In between it is not told for a cycle: else it would be taken to move, and fast.
+        """
+        estimate, moved = self.controller.state.goal.estimate, self.controller.config.mission.body_moved
+        if berth.body_at is None:
+            return replace(berth, body_at=berth.pose if estimate is None else estimate.pose or berth.pose)
+        if not self.docks or estimate is None or estimate.pose is None:
             return berth
-        pose, moved = estimate.pose, self.controller.config.mission.body_moved
-        if pose is None or pose.relative_to(berth.body_at).within(moved):
+        known = estimate.status is GoalStatus.TRACKING
+        if not known or estimate.pose.relative_to(berth.body_at).within(moved):
             return berth
-        return replace(berth, body_at=pose)
+        return replace(berth, body_at=None)
 
     def _report(self, due: Due | None) -> MissionReport:
         """How it goes on; `due` was under way in this cycle, or is to begin; None: the mission was over."""

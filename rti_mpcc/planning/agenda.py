@@ -61,7 +61,7 @@ class Berth:
 
     dock: Dock
     pose: Pose2
-    body_at: Pose2
+    body_at: Pose2 | None
     reached: bool = False
     came: int = 0
     joined: bool = False
@@ -69,7 +69,7 @@ class Berth:
     @property
     def body(self) -> Array | None:
         """Outline (k, 2) of what is to be kept clear of there [m], or None."""
-        return None if self.joined else self.dock.body_at(self.body_at)
+        return None if self.joined or self.body_at is None else self.dock.body_at(self.body_at)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,6 +18,7 @@ from rti_mpcc.report.ground import (
     draw_ways,
     show_driven,
 )
+from rti_mpcc.report.mission_rows import draw_ends
 from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
 
@@ -48,6 +49,7 @@ def overview_figure(result: RunResult) -> Figure:
     poses = _poses_drawn(result)
     _draw_bodies(axes, result, poses)
     _draw_goals(axes, result)
+    draw_ends(axes, result)
     plane(axes)
     axes.set_anchor("NW")
     if result.area is not None:

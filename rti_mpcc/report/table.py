@@ -9,6 +9,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from rti_mpcc.report.mission_rows import mission_rows
 from rti_mpcc.simulation import GoalSource
 
 _NEVER = "never"
@@ -92,6 +93,7 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
         ("deadline misses", str(summary["deadline_misses"]), ""),
         *_planning_rows(summary.get("planning")),
         *_goal_rows(summary["goal"]),
+        *mission_rows(summary.get("mission")),
     ]
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid
 from rti_mpcc.report.goal_rows import NAMES, draw_goal_rows, has_goal_rows
+from rti_mpcc.report.mission_rows import LOWERED, draw_bands
 from rti_mpcc.simulation import RunResult
 
 
@@ -33,6 +34,7 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
     _draw_weights(axes[-2], result)
     _draw_computing(axes[-1], result)
     for place, one in enumerate(axes):
+        draw_bands(one, result, named=place == 0)
         _mark(one, summary)
         grid(one)
         # Marks are named once, in the first legend.
@@ -47,13 +49,15 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
             frameon=False,
             fontsize="small",
         )
-    axes[0].set_title(result.title)
+    axes[0].set_title(result.title, pad=_ABOVE_BANDS if result.mission else None)
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(0.0, max(float(result.truth.times[-1]), 1e-3))
     return figure
 
 
-_MARKS = ("inside tolerance", "docked")
+_MARKS = ("inside tolerance", "docked", LOWERED)
+_ABOVE_BANDS = 18.0
+"""Room for the names of a mission's steps below the title [points]."""
 
 
 def _mark(axes: Axes, summary: dict[str, Any]) -> None:

@@ -145,6 +145,7 @@ def simulate(
         cycles=assemble_cycles(loop.cycle_times, loop.commands, loop.step_ms),
         tracking=assemble_tracking(loop.cycle_times, loop.commands) if watched else None,
         mission=log,
+        mission_result=None if mission is None else mission.result,
         ended=ended,
     )
 

@@ -27,7 +27,7 @@ from rti_mpcc.types import Array, Source, Status
 TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
 """Figures of `summary` that are not the same the next time."""
 _OF_TRUTH = tuple(name for name in Comfort._fields if name != "jerk")
-_ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION)
+_ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, Status.WAITING)
 _INTERRUPTED = (Status.BLOCKED, Status.FAILED)
 """What a vehicle says on its way back, too: such cycles neither begin nor end one."""
 _SLICE = 500
@@ -64,7 +64,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
         **_computing(result),
         **_planning(result),
-        **({"mission": mission(result)} if result.scenario.mission else {}),
+        **_mission(result),
         "goal": goal_summary(result),
         "ended": result.ended,
         "duration_s": float(truth.times[-1]),
@@ -100,19 +100,23 @@ def _as_error(error: Array) -> dict[str, float]:
     return {"longitudinal_m": longitudinal, "lateral_m": lateral, "heading_rad": heading}
 
 
-def mission(result: RunResult) -> list[dict[str, Any]]:
-    """What became of each step that was begun: kind, begin_s, end_s, result, final_error (contract 3.5)."""
-    return [
-        {
-            "kind": record.kind,
-            "begin_s": record.begin,
-            "end_s": record.end,
-            "result": record.result.value,
-            "reason": record.reason,
-            "final_error": _error_of(record, result.truth),
-        }
-        for record in result.mission
-    ]
+def _mission(result: RunResult) -> dict[str, Any]:
+    """What became of the mission, and of each step that was begun (contract 3.5); nothing without one."""
+    if result.mission_result is None:
+        return {}
+    steps = [_step(each, result.truth) for each in result.mission]
+    return {"mission": steps, "mission_result": result.mission_result.value}
+
+
+def _step(record: StepRecord, truth: Truth) -> dict[str, Any]:
+    return {
+        "kind": record.kind,
+        "begin_s": record.begin,
+        "end_s": record.end,
+        "result": record.result.value,
+        "reason": record.reason,
+        "final_error": _error_of(record, truth),
+    }
 
 
 def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:

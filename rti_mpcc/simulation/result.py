@@ -17,7 +17,7 @@ from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.types import Array, Objective, Reason, Source, Status
+from rti_mpcc.types import Array, MissionResult, Objective, Reason, Source, Status
 
 
 def cusps_of(parts: Iterable[PathPart]) -> int:
@@ -141,7 +141,8 @@ class RunResult:
         besides: (from time [s], obstacles (k, 2) [m] that were there besides those of the area) likewise.
         planning: of the ways in an area; None along a path, but where the vehicle left it for planned ones.
         truth, cycles: what happened; tracking: of the goal, None in a run without a detector.
-        mission: all steps of the mission that were begun; none without one.
+        mission: all steps of the mission that were begun; mission_result: what all of it came to. None of
+            either without one.
         ended: why the run ended: "docked", "mission over", "stopped" or "duration".
     """
 
@@ -161,6 +162,7 @@ class RunResult:
     tracking: Tracking | None
     ended: str
     mission: tuple[StepRecord, ...] = ()
+    mission_result: MissionResult | None = None
 
     @property
     def path(self) -> ReferencePath:
