@@ -13,6 +13,7 @@ from rti_mpcc.simulation.batch import Case, Outcome
 DOCKING = {"docking_inside": "Scenario 1", "docking_behind": "Scenario 2"}
 """Scenarios of the paper's Tables II and III, by their names there."""
 FULL_COURSE = "path_following"
+MISSION = "docking_mission"
 METHODS = ("dynamic", "separated", "switched")
 CONTOURING = ("dynamic", "constant_1", "constant_50", "constant_100")
 PAPER, DEFAULT = "paper", "default"
@@ -29,11 +30,15 @@ COURSE_SEED = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Runs:
-    """The runs of a report: the paper's experiments, `default` at other comforts, and on drawn courses."""
+    """The runs of a report: the paper's experiments, `default` at other comforts and on drawn courses.
+
+    `mission` is the docking mission; None: it was not driven.
+    """
 
     experiments: Sequence[Outcome]
     comforts: Sequence[Outcome] = ()
     courses: Sequence[Outcome] = ()
+    mission: Outcome | None = None
 
     def of(self, scenario: str, method: str = "dynamic", preset: str = PAPER) -> Outcome:
         """The run of a scenario by a method and preset. Raises InputError if there is none."""
@@ -57,6 +62,11 @@ def experiment_cases() -> list[Case]:
         for name, compared in methods.items()
         for method, preset in [*((method, PAPER) for method in compared), ("dynamic", DEFAULT)]
     ]
+
+
+def mission_case() -> Case:
+    """The docking mission, by this project's own preset: the others plan no ways."""
+    return Case(scenario=load_scenario(MISSION))
 
 
 def comfort_cases() -> list[Case]:

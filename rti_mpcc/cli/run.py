@@ -22,7 +22,7 @@ from rti_mpcc.simulation import (
     RunResult,
     Scenario,
     changed,
-    docking_controller,
+    driver_of,
     load_scenario,
     simulate,
     summary,
@@ -152,9 +152,7 @@ def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunRes
         controller: Controller | None = None
         observer = None
         if arguments.record is not None or arguments.animate is not None:
-            core = docking_controller(
-                scenario, preset=arguments.preset, method=arguments.method, goal_source=source
-            )
+            core = driver_of(scenario, preset=arguments.preset, method=arguments.method, goal_source=source)
             controller = core
             if arguments.record is not None:
                 arguments.record.parent.mkdir(parents=True, exist_ok=True)

@@ -34,7 +34,8 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
     _draw_weights(axes[-2], result)
     _draw_computing(axes[-1], result)
     for place, one in enumerate(axes):
-        draw_bands(one, result, named=place == 0)
+        if place < _BANDED:
+            draw_bands(one, result, named=place == 0)
         _mark(one, summary)
         grid(one)
         # Marks are named once, in the first legend.
@@ -56,6 +57,8 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
 
 
 _MARKS = ("inside tolerance", "docked", LOWERED)
+_BANDED = 3
+"""So many rows show the steps of a mission: speed, steering, acceleration."""
 _ABOVE_BANDS = 18.0
 """Room for the names of a mission's steps below the title [points]."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rti_mpcc.simulation.closed_loop import Controller, simulate
-from rti_mpcc.simulation.controllers import docking_controller
+from rti_mpcc.simulation.controllers import docking_controller, driver_of
 from rti_mpcc.simulation.courses import CAMPAIGN, CourseRange, drawn_course
 from rti_mpcc.simulation.detector import Detector, SimulatedDetector
 from rti_mpcc.simulation.dockable import Witness, find_witness
@@ -33,6 +33,7 @@ __all__ = [
     "changed",
     "docking_controller",
     "drawn_course",
+    "driver_of",
     "find_witness",
     "load_docks",
     "load_scenario",

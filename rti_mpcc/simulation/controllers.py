@@ -46,13 +46,24 @@ def docking_controller(
     preset: str = "default",
     method: str = "dynamic",
     goal_source: GoalSource = GoalSource.DETECTED,
-) -> DockingController | DockingMission:
-    """The controller that `simulate` makes from a scenario, with its mission, if it has one: to wrap it in
-    something, such as a recorder.
+) -> DockingController:
+    """The controller that `simulate` makes from a scenario, without its mission: to wrap it in something.
 
     Raises InputError for an unknown preset or method, or a goal source that needs a detector where there is
     none.
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
-    return mission_of(scenario, Site.of(scenario).controller(config))
+    return Site.of(scenario).controller(config)
+
+
+def driver_of(
+    scenario: Scenario,
+    *,
+    preset: str = "default",
+    method: str = "dynamic",
+    goal_source: GoalSource = GoalSource.DETECTED,
+) -> DockingController | DockingMission:
+    """The same with the scenario's mission, if it has one: to wrap it in something, such as a recorder."""
+    core = docking_controller(scenario, preset=preset, method=method, goal_source=goal_source)
+    return mission_of(scenario, core)

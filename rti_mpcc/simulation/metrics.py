@@ -49,7 +49,7 @@ def summary(result: RunResult) -> dict[str, Any]:
         "docked": to_dock is not None and bool(standing[_end_of_docking(result)]),
         "time_to_tolerance_s": to_tolerance,
         "time_to_dock_s": to_dock,
-        "final_error": final_error(truth),
+        "final_error": final_error(truth, _end_of_docking(result)),
         "min_clearance_m": _finite(float(np.min(clearances(result)))),
         "direction_changes": direction_changes(truth.times, truth.v),
         "max_steering_rad": float(np.max(np.abs(truth.delta))),
@@ -90,9 +90,9 @@ def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
     return None
 
 
-def final_error(truth: Truth) -> dict[str, float]:
-    """The last error to the true goal."""
-    return _as_error(goal_errors(truth)[-1])
+def final_error(truth: Truth, row: int = -1) -> dict[str, float]:
+    """The error to the true goal at a sample: the last one, or that at which docking was over."""
+    return _as_error(goal_errors(truth)[row])
 
 
 def _as_error(error: Array) -> dict[str, float]:
