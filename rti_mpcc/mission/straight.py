@@ -4,7 +4,7 @@ With wheels of at most delta a bicycle of wheelbase L changes the slope of its w
 k = tan(delta)/L for each metre. From a lateral error y0 and a heading error h0 it comes, over l metres in the
 direction d = +1 or -1, to any heading error h1 with |h1 - h0| <= k l, and with that to any lateral error of
 
-(M1)  |y1 - (y0 + d l (h0 + h1)/2)| <= k l²/4 - (h1 - h0)²/(4 k):
+(L1)  |y1 - (y0 + d l (h0 + h1)/2)| <= k l²/4 - (h1 - h0)²/(4 k):
 
 at the bounds it turns as sharply as it can one way first, and then the other.
 """
@@ -52,7 +52,7 @@ def straight_on(
 def mendable(
     error: Pose2, way: float, curvature: float, tolerance: tuple[float, float], headings: int
 ) -> bool:
-    """Whether an error across a straight move can come within a tolerance on the way, (M1).
+    """Whether an error across a straight move can come within a tolerance on the way, (L1).
 
     Args:
         error: lateral [m] and heading [rad] at its begin.

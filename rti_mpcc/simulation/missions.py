@@ -22,6 +22,8 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import scenario_from_dict
+from rti_mpcc.simulation.scene_scenario import scenario_of
+from rti_mpcc.simulation.scenes import drawn_scene
 from rti_mpcc.types import Array, MissionResult
 
 DRAWS = 200
@@ -38,6 +40,8 @@ OTHER_MARKER = 20
 """First marker of the other capsule's board."""
 NEVER = 0.1
 """Range of a camera that never sees the board of the dock [m]."""
+UNDOCKED, WAY_OUT = ("bay", "slot", "aisle"), 1.4
+"""Scenes out of which a vehicle is to drive, and how far, in lengths of it."""
 CAPSULE = (3.0, 2.2)
 """Length and width of a capsule [m]."""
 
@@ -104,6 +108,21 @@ def _drawn(random: np.random.Generator, name: str) -> DrawnMission | None:
         "mission": steps(),
     }
     return DrawnMission(scenario=scenario_from_dict(data, source=name), expected=expected)
+
+
+def drawn_undocking(seed: int, number: int) -> Scenario:
+    """A vehicle that stands in a drawn bay, slot or aisle, and is to drive out of it.
+
+    The scene is one of `scenes`, which has a proven way out; the way is 1.4 times as long as the vehicle, and
+    out of a bay or aisle in the direction in which that way leads.
+    """
+    scene = drawn_scene(seed, number, UNDOCKED[number % len(UNDOCKED)])
+    out = scene.witness.back().pieces[0].direction if scene.kind != "slot" else 1
+    way = WAY_OUT * out * (scene.vehicle.front + scene.vehicle.rear)
+    data = scenario_of(scene).model_dump(by_alias=True, exclude_unset=True)
+    data |= {"name": f"undock_{scene.name}", "start": {"pose": _row(scene.goal)}}
+    data["mission"] = [{"kind": "undock", "distance": float(way)}]
+    return scenario_from_dict(data, source=data["name"])
 
 
 def steps() -> list[dict[str, Any]]:

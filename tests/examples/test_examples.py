@@ -12,6 +12,7 @@ FOLDER = Path(__file__).parents[2] / "examples"
 NAMES = (
     "charuco_docking",
     "dock_with_python",
+    "docking_mission",
     "embed_in_your_loop",
     "own_path_and_polygon",
     "park_from_map",

@@ -20,13 +20,19 @@ def run_blocks(page: Path, count: int) -> None:
 
 
 def test_the_blocks_of_the_readme_give_a_command_and_dock(capsys: pytest.CaptureFixture[str]) -> None:
-    run_blocks(ROOT / "README.md", 2)
-    first, docked = capsys.readouterr().out.splitlines()
+    run_blocks(ROOT / "README.md", 3)
+    first, docked, mission = capsys.readouterr().out.splitlines()
+    assert mission == "dock MissionResult.RUNNING"
     assert docked.startswith("docked after")
     status, acceleration, rate = first.split()
     assert status == "Status.ARRIVING"
     assert float(acceleration) < 0.0  # it reverses
     assert abs(float(rate)) <= 1.0
+
+
+def test_the_block_of_the_page_on_missions(capsys: pytest.CaptureFixture[str]) -> None:
+    run_blocks(ROOT / "docs" / "missions.md", 1)
+    assert capsys.readouterr().out.splitlines() == ["0 dock MissionResult.RUNNING"]
 
 
 def test_the_python_blocks_run_as_typed_and_dock(
