@@ -13,6 +13,7 @@ from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed
 from rti_mpcc.config import Ride
 from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder
+from rti_mpcc.report.camera_frames import CameraFrames, Frame
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_run
 from rti_mpcc.report.files import make_writable, write_files
 from rti_mpcc.report.views import ObservedCycle, Observer
@@ -112,11 +113,11 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     animation = _animation(arguments.animate, folder)
     for place in [folder, *(file.parent for file in animation)]:
         make_writable(place)
-    result, observed = simulated(scenario, arguments)
+    result, observed, frames = simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(result, figures, folder, plots=not arguments.no_plots)
     for file in animation:
-        _animate(result, observed, file)
+        _animate(result, observed, frames, file)
     if arguments.record is not None:
         written = (*written, arguments.record)
     written = (*written, *animation)
@@ -138,19 +139,23 @@ def _animation(asked: str | None, folder: Path) -> tuple[Path, ...]:
     return (animation_file(Path(asked) if asked else None, folder),)
 
 
-def _animate(result: RunResult, observed: Sequence[ObservedCycle], file: Path) -> None:
+def _animate(
+    result: RunResult, observed: Sequence[ObservedCycle], frames: Sequence[Frame], file: Path
+) -> None:
     from rti_mpcc.report.animation import animate_run
 
     with progress_bar(file.name, "{task.completed:.1f} s") as progress:
-        animate_run(result, observed, file, progress=progress)
+        animate_run(result, observed, file, frames=frames, progress=progress)
 
 
-def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Sequence[ObservedCycle]]:
-    """The run, recorded and looked at if that is asked for, and what was seen."""
+def simulated(
+    scenario: Scenario, arguments: argparse.Namespace
+) -> tuple[RunResult, Sequence[ObservedCycle], Sequence[Frame]]:
+    """The run, recorded and looked at if that is asked for, and what was seen of it, and by its camera."""
     source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
     with ExitStack() as stack:
         controller: Controller | None = None
-        observer = None
+        observer = camera = None
         if arguments.record is not None or arguments.animate is not None:
             core = driver_of(scenario, preset=arguments.preset, method=arguments.method, goal_source=source)
             controller = core
@@ -160,6 +165,8 @@ def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunRes
                 controller = stack.enter_context(recorder)
             if arguments.animate is not None:
                 controller = observer = Observer(controller)
+                if scenario.goal.camera is not None:
+                    camera = CameraFrames(scenario.goal.camera)
         progress = stack.enter_context(progress_bar(scenario.name, "{task.completed:.1f} s"))
         result = simulate(
             scenario,
@@ -169,5 +176,6 @@ def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunRes
             progress=progress and (lambda time: progress(time, duration)),
             controller=controller,
             goal_source=source,
+            seen=camera,
         )
-    return result, observer.observed if observer else ()
+    return result, observer.observed if observer else (), camera.frames if camera else ()

@@ -20,6 +20,8 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import entries_once
 from rti_mpcc.report.bars import WeightBars
+from rti_mpcc.report.camera_frames import Frame
+from rti_mpcc.report.camera_view import CameraView
 from rti_mpcc.report.film import Film, film_of_run
 from rti_mpcc.report.overlay import Overlay
 from rti_mpcc.report.scene import Scene, extent
@@ -46,6 +48,8 @@ _LEFT, _RIGHT, _TOP = 1.45, 0.3, 0.7
 """Room beside and above each scene [inch]."""
 _GAP, _BARS, _UNDER, _LEGEND = 0.65, 0.85, 0.6, 0.4
 """Below a scene: axis labels, bars, their labels; below all: the legend [inch]."""
+_CAMERA = 5.4
+"""Width of the camera's picture beside a scene [inch]."""
 _ENTRY = 1.75
 """Width of an entry of the legend [inch]."""
 _SHADES, _PALEST = 31, 0.1
@@ -67,10 +71,15 @@ def animation_file(asked: Path | None, folder: Path) -> Path:
 
 
 def animate_run(
-    result: RunResult, observed: Sequence[ObservedCycle], file: Path, *, progress: Progress | None = None
+    result: RunResult,
+    observed: Sequence[ObservedCycle],
+    file: Path,
+    *,
+    frames: Sequence[Frame] = (),
+    progress: Progress | None = None,
 ) -> None:
-    """Write the animation of a run and what an `Observer` saw of it; see `write_animation`."""
-    write_animation([film_of_run(result, observed)], file, progress=progress)
+    """Write the animation of a run and what an `Observer` and its camera saw of it; see `write_animation`."""
+    write_animation([film_of_run(result, observed, frames=frames)], file, progress=progress)
 
 
 def animate_runs(
@@ -156,7 +165,8 @@ class Stage:
         wide = min(_WIDEST, _ALL / abreast)
         high = min(_HIGHEST, wide * max((top - low) / (right - left) for left, right, low, top in extents))
         handles, labels = entries_once(column.scene.axes for column in self.columns)
-        whole = abreast * (_LEFT + wide + _RIGHT)
+        beside = _CAMERA + _RIGHT if any(film.frames for film in films) else 0.0
+        whole = abreast * (_LEFT + wide + _RIGHT + beside)
         entries = max(1, int(whole / _ENTRY))
         legend = _LEGEND + 0.2 * (ceil(len(labels) / entries) - 1)
         cell = _TOP + high + _GAP + _BARS + _UNDER
@@ -165,11 +175,16 @@ class Stage:
         self.figure.set_size_inches(size)
         for place, column in enumerate(self.columns):
             row, across = divmod(place, abreast)
-            left = (across * (_LEFT + wide + _RIGHT) + _LEFT) / size[0]
+            left = (across * (_LEFT + wide + _RIGHT + beside) + _LEFT) / size[0]
             bars = legend + (rows - 1 - row) * cell + _UNDER
             below = (bars + _BARS + _GAP) / size[1]
             column.scene.axes.set_position((left, below, wide / size[0], high / size[1]))
             column.bars_axes.set_position((left, bars / size[1], wide / size[0], _BARS / size[1]))
+            if column.camera_axes is not None:
+                right, tall = left + (wide + _RIGHT) / size[0], min(high, _CAMERA) / size[1]
+                column.camera_axes.set_position(
+                    (right, below + high / size[1] - tall, _CAMERA / size[0], tall)
+                )
         self.figure.legend(
             handles, labels, loc="lower center", ncols=entries, frameon=False, fontsize="small"
         )
@@ -195,7 +210,10 @@ class Column:
         axes = self.scene.axes
         axes.set_title(film.label, pad=20.0)
         self.status = axes.text(0.5, 1.01, "", transform=axes.transAxes, ha="center", va="bottom")
-        self.moving = [*self.scene.moving, *self.bars.moving, self.status]
+        self.camera_axes = figure.add_subplot() if film.frames else None
+        self.camera = None if self.camera_axes is None else CameraView(self.camera_axes, film.frames)
+        seen = [] if self.camera is None else self.camera.moving
+        self.moving = [*self.scene.moving, *self.bars.moving, *seen, self.status]
 
     def show(self, time: float) -> None:
         """Show the film at this time [s]."""
@@ -203,13 +221,16 @@ class Column:
         view = self.film.views[index]
         self.scene.show(index)
         self.bars.show(view)
+        if self.camera is not None:
+            self.camera.show(time)
         self.status.set_text(status_line(view))
 
 
 def status_line(view: CycleView) -> str:
     """Time, status and source of a cycle."""
     command = view.observed.command
-    return f"{view.time:.1f} s: {command.status.value} ({command.source.value})"
+    step = "" if command.mission is None else f"{command.mission.kind}, "
+    return f"{view.time:.1f} s: {step}{command.status.value} ({command.source.value})"
 
 
 def _write_gif(shown: Iterator[Picture], file: Path) -> None:

@@ -18,6 +18,7 @@ from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.clock import PlayedBack
 from rti_mpcc.recording import Cycle, read_recording
 from rti_mpcc.recording.contents import Driver, core_of, run_cycle
+from rti_mpcc.report.camera_frames import Frame
 from rti_mpcc.report.views import CycleView, ObservedCycle, observed_cycle, view_of
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.goal_metrics import rows_at
@@ -41,6 +42,7 @@ class Film:
         config: the controller's settings.
         views: of all cycles, at least one, in order of time.
         times: (m,) of the views [s], never falling.
+        frames: what a camera saw; none without one.
     """
 
     label: str
@@ -50,14 +52,23 @@ class Film:
     config: ControllerConfig
     views: tuple[CycleView, ...]
     times: Array
+    frames: tuple[Frame, ...] = ()
 
     def at(self, time: float) -> int:
         """Index of the look at `time` [s]: the last one not after it, the first one before all."""
         return max(0, int(np.searchsorted(self.times, time + 1e-9, side="right")) - 1)
 
 
-def film_of_run(result: RunResult, observed: Sequence[ObservedCycle], *, label: str | None = None) -> Film:
-    """The film of a simulated run and what an `Observer` saw of it; by default its label is the scenario.
+def film_of_run(
+    result: RunResult,
+    observed: Sequence[ObservedCycle],
+    *,
+    label: str | None = None,
+    frames: Sequence[Frame] = (),
+) -> Film:
+    """The film of a simulated run and what an `Observer`, and its camera, saw of it.
+
+    By default its label is the scenario.
 
     Raises InputError if there is nothing to be seen, or if it is not of this run.
     """
@@ -82,7 +93,8 @@ def film_of_run(result: RunResult, observed: Sequence[ObservedCycle], *, label: 
     )
     name = result.title if label is None else label
     corridor = None if in_area else result.corridors[0][1]
-    return _film(name, result.given_path, corridor, result.config, views, area=result.area)
+    film = _film(name, result.given_path, corridor, result.config, views, area=result.area)
+    return replace(film, frames=tuple(frames))
 
 
 def film_of_recording(
