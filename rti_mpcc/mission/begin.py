@@ -54,12 +54,20 @@ class Begun(NamedTuple):
 
 
 def begin(agenda: Agenda, around: Around) -> Begun:
-    """Begin the step that is due; one that has to begin at rest once the vehicle stands."""
+    """Begin the step that is due; one that has to begin at rest once the vehicle stands.
+
+    Where it does not come to rest in the step's time, or patience, the step cannot be begun.
+    """
     due, s = agenda.due[0], around.s
     from_rest = isinstance(due.step, Straight | Undock)
     if from_rest and (s.vehicle.monitor.state is None or not s.is_stationary):
-        return Begun(agenda, None if s.task.phase is Phase.WAITING else Stand())
-    found = _BEGUN[type(due.step)](due.step, agenda, around)
+        since = s.now if agenda.stopping_since is None else agenda.stopping_since
+        agenda = replace(agenda, stopping_since=since)
+        if s.now - since < min(due.step.timeout, due.step.patience):
+            return Begun(agenda, None if s.task.phase is Phase.WAITING else Stand())
+        found = Begun(agenda, Stand(), problem="the vehicle does not come to rest")
+    else:
+        found = _BEGUN[type(due.step)](due.step, agenda, around)
     record = StepRecord(
         kind=due.step.word,
         place=due.place,
@@ -69,7 +77,13 @@ def begin(agenda: Agenda, around: Around) -> Begun:
         dock=found.dock,
     )
     begun = replace(
-        found.agenda, begun=s.now, docked_since=None, trouble=None, reason="", log=(*agenda.log, record)
+        found.agenda,
+        begun=s.now,
+        stopping_since=None,
+        docked_since=None,
+        trouble=None,
+        reason="",
+        log=(*agenda.log, record),
     )
     return found._replace(agenda=begun)
 

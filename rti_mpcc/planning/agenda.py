@@ -82,6 +82,7 @@ class Agenda:
     Attributes:
         due: the first one is under way once it has begun.
         begun: when that was [s]; None: not yet.
+        stopping_since: since when one that has to begin at rest waits for that [s], or None.
         docked_since: since when the vehicle stands where it is to end [s], or None.
         trouble: what the step comes to if it goes on as it does, or None; trouble_since: since when [s].
         berth: see there; None: it is at no dock.
@@ -97,6 +98,7 @@ class Agenda:
 
     due: tuple[Due, ...]
     begun: float | None = None
+    stopping_since: float | None = None
     docked_since: float | None = None
     trouble: MissionResult | None = None
     trouble_since: float = 0.0

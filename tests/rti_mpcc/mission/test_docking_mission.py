@@ -566,3 +566,29 @@ def test_missions_that_are_none_are_refused(steps: list[Any], home: Any, said: s
 def test_without_a_mission_nothing_is_said_of_one() -> None:
     drive = Driver(area=YARD, goal_at=lambda now: DOCK).drive(0.2)
     assert {command.mission for command in drive.commands} == {None}
+
+
+# -- standing as it was told ---------------------------------------------------------------------------------
+
+
+def test_a_vehicle_that_is_told_to_stand_does_not_creep_out_of_what_it_overlaps() -> None:
+    """Not even where the settings allow that."""
+    config, over = BRISK.model_copy(update={"escape_speed": 0.2}), block(3.6, -0.5, 4.2, 0.5)
+    mission = mission_in(YARD, [Wait(3.0)], config=config)
+    drive = driven(mission, YARD, 6.0, config=config, obstacles_at=lambda now: [over] if now > 0.5 else [])
+    assert Status.BLOCKED in drive.statuses
+    assert_stays(drive, 0.0)
+    assert np.ptp(drive.states[:, 0]) < 1e-3
+
+
+@pytest.mark.parametrize(
+    "step", [Undock(3.0, timeout=1.0), Straight(1.0, patience=1.0)], ids=lambda s: s.word
+)
+def test_a_step_that_begins_at_rest_fails_where_that_is_never_known(step: AnyStep) -> None:
+    mission = mission_in(YARD, [step])
+    for k in range(30):
+        command = mission.step(replace(AT_REST, x=nan), now=CYCLE * k)
+        assert np.isfinite([command.acceleration, command.steering_rate]).all()
+    assert results(mission.log) == [(step.word, 0, 0, NOT_REACHED)]
+    assert mission.agenda.reason == "the vehicle does not come to rest"
+    assert mission.log[0].begin == pytest.approx(1.0, abs=1.5 * CYCLE)
