@@ -232,6 +232,13 @@ def test_a_dock_that_is_known_is_docked_at_where_it_is_said_to_be() -> None:
     assert drive.error(NEAR).within((0.06, 0.06, 0.04))
 
 
+def test_detections_are_of_use_to_a_docking_whose_dock_is_not_known() -> None:
+    useful = [Dock(), Dock(DOCK), Dock(DOCK, kind=DockKind.DETECTED)]
+    useless: list[AnyStep] = [Dock(DOCK, kind=DockKind.KNOWN), Wait(1.0), Straight(1.0), DriveTo(DOCK)]
+    assert all(mission_in(YARD, [step]).docks for step in useful)
+    assert not any(mission_in(YARD, [step]).docks for step in useless)
+
+
 def test_a_way_that_is_filled_fails_after_its_patience_and_the_vehicle_drives_home() -> None:
     home = Pose2(-3.0, 0.0, 0.0)
     mission = mission_in(ROOMS, [Dock(Pose2(14.0, 0.0, 0.0), patience=3.0, then="home")], home=home)

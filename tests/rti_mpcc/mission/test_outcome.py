@@ -7,12 +7,11 @@ from typing import Any
 
 import pytest
 
-from geometry import Pose2
 from rti_mpcc import DockingController
 from rti_mpcc.config import MissionSettings
-from rti_mpcc.mission.outcome import TROUBLE, UNDECIDED, docks, outcome
+from rti_mpcc.mission.outcome import TROUBLE, UNDECIDED, outcome
 from rti_mpcc.planning.agenda import Agenda
-from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
+from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import Command, MissionResult, Reason, Status, VehicleState
 from tests.rti_mpcc.mission.agendas import HERE, under_way
 from tests.rti_mpcc.yards import BRISK, YARD
@@ -108,18 +107,3 @@ def test_a_straight_move_is_over_when_it_is_told_and_no_other_drive_is(some: Com
             assert (found.result, found.reason) == (SUCCEEDED, "it was told to stop")
         else:
             assert found.result is RUNNING
-
-
-def test_detections_are_of_use_to_a_docking_whose_dock_is_not_known() -> None:
-    at = Pose2(1.0, 2.0, 0.0)
-    useful = [Dock(), Dock(at), Dock(at, kind=DockKind.DETECTED)]
-    useless: list[AnyStep] = [
-        Dock(at, kind=DockKind.KNOWN),
-        Wait(1.0),
-        Straight(1.0),
-        Undock(1.0),
-        DriveTo(at),
-    ]
-    assert all(docks(under_way(step)) for step in useful)
-    assert not any(docks(under_way(step)) for step in useless)
-    assert not docks(Agenda(due=()))

@@ -17,7 +17,6 @@ from rti_mpcc.errors import ScenarioError
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation import (
     Scenario,
-    docking_controller,
     load_scenario,
     scenario_from_dict,
     scenario_text,
@@ -25,6 +24,7 @@ from rti_mpcc.simulation import (
     summary,
 )
 from rti_mpcc.simulation.closed_loop import _with_body
+from rti_mpcc.simulation.controllers import driver_of
 from rti_mpcc.simulation.mission import (
     OPTIONAL,
     REQUIRED,
@@ -106,13 +106,12 @@ def test_what_is_not_said_is_as_in_python() -> None:
 def test_along_a_path_a_dock_is_at_its_end_and_without_a_mission_there_is_none() -> None:
     tables = straight_tables()
     tables["mission"] = [{"kind": "dock"}, {"kind": "undock", "distance": -2.0}]
-    driver = docking_controller(scenario_from_dict(tables))
-    mission = mission_in(driver)
+    mission = mission_in(driver_of(scenario_from_dict(tables)))
     assert isinstance(mission, DockingMission)
     assert isinstance(mission.steps[0], Dock)
     assert mission.steps[0].pose is None
     assert mission_in(SimpleNamespace(controller=SimpleNamespace(controller=mission))) is mission
-    alone = docking_controller(scenario_from_dict(straight_tables()))
+    alone = driver_of(scenario_from_dict(straight_tables()))
     assert isinstance(alone, DockingController)
     assert mission_in(alone) is None
 
