@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalStatus
-from geometry import InputError, Pose2
+from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.begin import Around, begin
+from rti_mpcc.mission.checks import check
 from rti_mpcc.mission.next_step import Next, after, ended
 from rti_mpcc.mission.outcome import Outcome, outcome
 from rti_mpcc.planning import validation
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
+from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Wait
 from rti_mpcc.types import Array, Command, MissionReport, MissionResult, VehicleState
 
 _log = logging.getLogger(__name__)
@@ -53,7 +54,7 @@ class DockingMission:
     ) -> None:
         self.controller, self.steps = controller, tuple(steps)
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
-        _check(self.steps, self.home, controller)
+        check(self.steps, self.home, controller)
         due = tuple(Due(step=step, place=place) for place, step in enumerate(self.steps))
         agenda = Agenda(
             due=due,
@@ -288,36 +289,3 @@ def _bodies(steps: tuple[AnyStep, ...], last: Agenda | None) -> tuple[Array, ...
     docks = [step for step in steps if isinstance(step, Dock) and step.pose is not None]
     placed = [step.body_at(step.pose) for step in docks if step.pose is not None]
     return (*left, *(each for each in placed if each is not None))
-
-
-def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:
-    if not steps:
-        raise InputError("steps: a mission needs one at least")
-    if home is not None and not isinstance(home, DriveTo):
-        raise InputError(f"home = {home!r}: must be a DriveTo or a Pose2")
-    if home is not None:
-        if home.retry_from is not None:
-            raise InputError(f"home.retry_from = {home.retry_from}: it has no place in the mission")
-        _check_pose(home.pose, "home.pose", controller)
-    for place, step in enumerate(steps):
-        name = f"steps[{place}]"
-        if not isinstance(step, Dock | Wait | Straight | Undock | DriveTo):
-            raise InputError(f"{name}: must be a Dock, Wait, Straight, Undock or DriveTo, is {step!r}")
-        if isinstance(step, Dock | DriveTo) and step.pose is not None:
-            _check_pose(step.pose, f"{name}.pose", controller)
-        if step.retry_from is not None and step.retry_from > place:
-            raise InputError(f"{name}.retry_from = {step.retry_from}: must not be a later step")
-        if step.then == "home" and home is None:
-            raise InputError(f"{name}.then = 'home': the mission has no home")
-        drives = isinstance(step, Straight | Undock | DriveTo) or (isinstance(step, Dock) and step.pose)
-        if drives and controller.area is None:
-            raise InputError(f"{name}: needs planned ways, and this controller drives its path only")
-
-
-def _check_pose(pose: Pose2, name: str, controller: DockingController) -> None:
-    if validation.usable_goal(pose, controller.config) is None:
-        checks = controller.config.plausibility
-        raise InputError(
-            f"{name} = {pose}: its coordinates must be at most {checks.farthest:g} m, "
-            f"its heading at most {checks.largest_heading:g} rad"
-        )
