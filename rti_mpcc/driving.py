@@ -362,9 +362,11 @@ def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
 
 
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
-    """Brake and stand; or creep out of it, where the settings allow that."""
+    """Brake and stand; or creep out of it, where the settings allow that and it is not told to stand."""
     s = moves.overlapping(s)
-    motion = escape.way_out(context.state, context.begin, s.area, s.task.segment.index, w.config)
+    motion = None
+    if s.task.phase is not Phase.WAITING:
+        motion = escape.way_out(context.state, context.begin, s.area, s.task.segment.index, w.config)
     if motion is not None:
         decision = ControlDecision(
             control=fallback.follow(motion.controls[0], Source.ESCAPE),

@@ -151,11 +151,11 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
 def _beginning(s: ControllerState) -> ControllerState:
     """Nothing that was planned on the segment is kept.
 
-    A vehicle that stood where it was to stand, for however long, is taken to stand from now on: it has not
-    looked for a plan yet.
+    A vehicle that stood where it was to stand, or as it was told, for however long, is taken to stand from
+    now on: it has not looked for a plan yet.
     """
     vehicle = s.vehicle
-    if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED):
+    if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):
         vehicle = replace(vehicle, standing_since=s.now)
     task = replace(s.task, arrival=None, phase=STARTING, outside_since=None)
     return replace(s, vehicle=vehicle, task=task, plans=Plans(clear_of=s.plans.clear_of))

@@ -25,13 +25,11 @@ class Around:
     Attributes:
         s: state of the controller; config: its settings.
         area: all that stands, as far as is known; None: the controller plans no ways.
-        told: the goal that the user told in this cycle, or None.
     """
 
     s: ControllerState
     config: ControllerConfig
     area: Area | None
-    told: Pose2 | None = None
 
     @property
     def here(self) -> Pose2:
@@ -56,12 +54,20 @@ class Begun(NamedTuple):
 
 
 def begin(agenda: Agenda, around: Around) -> Begun:
-    """Begin the step that is due; one that has to begin at rest once the vehicle stands."""
+    """Begin the step that is due; one that has to begin at rest once the vehicle stands.
+
+    Where it does not come to rest in the step's time, or patience, the step cannot be begun.
+    """
     due, s = agenda.due[0], around.s
     from_rest = isinstance(due.step, Straight | Undock)
     if from_rest and (s.vehicle.monitor.state is None or not s.is_stationary):
-        return Begun(agenda, None if s.task.phase is Phase.WAITING else Stand())
-    found = _BEGUN[type(due.step)](due.step, agenda, around)
+        since = s.now if agenda.stopping_since is None else agenda.stopping_since
+        agenda = replace(agenda, stopping_since=since)
+        if s.now - since < min(due.step.timeout, due.step.patience):
+            return Begun(agenda, None if s.task.phase is Phase.WAITING else Stand())
+        found = Begun(agenda, Stand(), problem="the vehicle does not come to rest")
+    else:
+        found = _BEGUN[type(due.step)](due.step, agenda, around)
     record = StepRecord(
         kind=due.step.word,
         place=due.place,
@@ -71,21 +77,28 @@ def begin(agenda: Agenda, around: Around) -> Begun:
         dock=found.dock,
     )
     begun = replace(
-        found.agenda, begun=s.now, docked_since=None, trouble=None, reason="", log=(*agenda.log, record)
+        found.agenda,
+        begun=s.now,
+        stopping_since=None,
+        docked_since=None,
+        trouble=None,
+        reason="",
+        log=(*agenda.log, record),
     )
     return found._replace(agenda=begun)
 
 
 def _docking(step: Dock, agenda: Agenda, around: Around) -> Begun:
     s = around.s
-    if step.pose is None and agenda.own_goal == s.goal.planned:  # that of its path, or told on the way
+    own = step.pose is None and agenda.own_goal == s.goal.planned  # that of its path, or told on the way
+    if own or around.area is None:
         goal = s.goal_pose or (None if s.on_planned_way else s.path.end)
         order = GoOn() if s.task.phase is Phase.WAITING else None
-        return Begun(replace(agenda, berth=None), order, goal, goal)
-    goal = step.pose or around.told or agenda.own_goal or (None if s.route is None else s.route.end)
+        return Begun(agenda.at(None), order, goal, goal)
+    goal = step.pose or agenda.told or agenda.own_goal or (None if s.route is None else s.route.end)
     if goal is None:
         return Begun(agenda, Stand(), problem="no goal was told")
-    agenda = replace(agenda, berth=Berth(dock=step, pose=goal, body_at=goal))
+    agenda = agenda.at(Berth(dock=step, place=agenda.due[0].place, pose=goal, body_at=goal))
     approach = None if step.approach is None else (step.approach.length, step.approach.direction)
     seen = None if step.kind is None else step.kind is not DockKind.KNOWN
     terms = GoalTerms(tolerance=step.tolerance, detected=seen, approach=approach)
@@ -100,10 +113,10 @@ def _straight(step: Straight, agenda: Agenda, around: Around) -> Begun:
     berth = agenda.berth
     axis = berth.pose if berth is not None and berth.reached else None
     order, problem = straight_on(step, axis, around.here, around.area, around.config)
-    if berth is not None and berth.reached:
-        agenda = replace(agenda, berth=replace(berth, joined=True))
     if order is None:
         return Begun(agenda, Stand(), problem=problem)
+    if berth is not None and berth.reached:
+        agenda = replace(agenda, berth=replace(berth, joined=True))
     return Begun(agenda, order, order.manoeuvre.goal, axis)
 
 
@@ -121,7 +134,7 @@ def out_to(end: Pose2, config: ControllerConfig) -> GoTo:
 
 def _driving(step: DriveTo, agenda: Agenda, around: Around) -> Begun:
     order = GoTo(goal=step.pose, terms=GoalTerms(tolerance=step.tolerance, detected=False))
-    return Begun(replace(agenda, berth=None), order, step.pose)
+    return Begun(agenda.at(None), order, step.pose)
 
 
 _BEGUN: dict[type[AnyStep], Callable[..., Begun]] = {

@@ -5,21 +5,24 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalStatus
-from geometry import InputError, Pose2
+from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.begin import Around, begin
-from rti_mpcc.mission.next_step import Next, after, cancelled
+from rti_mpcc.mission.checks import check
+from rti_mpcc.mission.next_step import Next, after, ended
 from rti_mpcc.mission.outcome import Outcome, outcome
-from rti_mpcc.orders import Stand
+from rti_mpcc.planning import validation
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock, Wait
-from rti_mpcc.types import Command, MissionReport, MissionResult, VehicleState
+from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Wait
+from rti_mpcc.types import Array, Command, MissionReport, MissionResult, VehicleState
 
 _log = logging.getLogger(__name__)
 
@@ -51,9 +54,13 @@ class DockingMission:
     ) -> None:
         self.controller, self.steps = controller, tuple(steps)
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
-        _check(self.steps, self.home, controller)
+        check(self.steps, self.home, controller)
         due = tuple(Due(step=step, place=place) for place, step in enumerate(self.steps))
-        agenda = Agenda(due=due, own_goal=controller.state.goal.planned)
+        agenda = Agenda(
+            due=due,
+            own_goal=controller.state.goal.planned,
+            bodies=_bodies(self.steps, controller.state.agenda),
+        )
         controller.state = replace(controller.state, agenda=agenda)
         self._cancelled = False
 
@@ -76,8 +83,9 @@ class DockingMission:
 
     @property
     def docks(self) -> bool:
-        """Whether the step under way makes for a dock: detections of it are of use."""
-        return isinstance(self.agenda.step, Dock)
+        """Whether the step under way makes for a dock that is not known: detections of it are of use."""
+        step = self.agenda.step
+        return isinstance(step, Dock) and step.kind is not DockKind.KNOWN
 
     def cancel(self) -> None:
         """End it with the next step: the vehicle brakes to a standstill as soon as can be, and stands."""
@@ -105,12 +113,12 @@ class DockingMission:
             signal: what `until` of the step under way would say; None: it is asked.
         """
         told = self.told(signal)
-        self._guarded(lambda: self._begin(goal if isinstance(goal, Pose2) else None))
-        step = self.agenda.step
+        self._remember(goal)
+        self._guarded(lambda: self._begin(now))
         command = self.controller.step(
             state,
             now=now,
-            goal=goal if isinstance(step, Dock) and step.pose is None else None,
+            goal=self._own_goal(goal),
             measurements=measurements if self.docks else (),
             obstacles=self._obstacles(obstacles),
             clock=clock,
@@ -121,22 +129,23 @@ class DockingMission:
 
     # -- the three parts of a cycle --------------------------------------------------------------------
 
-    def _begin(self, goal: Pose2 | None) -> None:
-        """Begin what is due, or end it all; `goal` was told in this cycle."""
+    def _begin(self, now: float) -> None:
+        """Begin what is due, or end it all, in the cycle at `now` on the user's clock [s]."""
         agenda, controller = self.agenda, self.controller
+        clock, _ = validation.timed(controller.state.clock, now, controller.config)
         if self._cancelled:
             self._cancelled = False
             if agenda.due:
-                self._take(cancelled(agenda, controller.state.now))
+                self._take(ended(agenda, MissionResult.CANCELLED, "", clock.now))
             return
         if not agenda.due or agenda.begun is not None:
             return
-        around = Around(s=controller.state, config=controller.config, area=controller.area, told=goal)
-        found = begin(agenda, around)
+        s = replace(controller.state, clock=clock)
+        found = begin(agenda, Around(s=s, config=controller.config, area=controller.area))
         self._take(Next(found.agenda, found.order))
         if found.problem:
             failed = Outcome(self.agenda, MissionResult.NOT_REACHED, found.problem)
-            self._take(self._after(failed))
+            self._take(self._after(failed, clock.now))
 
     def _end(self, command: Command, told: bool) -> None:
         """See what the step has come to."""
@@ -146,11 +155,11 @@ class DockingMission:
         if isinstance(agenda.step, Dock):
             agenda = _making_for(agenda, agenda.step, s)
         settings = self.controller.config.mission
-        self._take(self._after(outcome(agenda, command, told, s.now, settings)))
+        self._take(self._after(outcome(agenda, command, told, s.now, settings), s.now))
 
-    def _after(self, found: Outcome) -> Next:
+    def _after(self, found: Outcome, now: float) -> Next:
         s, config = self.controller.state, self.controller.config
-        return after(found, self.steps, self.home, s.task.segment.part.direction, s.now, config)
+        return after(found, self.steps, self.home, s.task.segment.part.direction, now, config)
 
     def _take(self, following: Next) -> None:
         self._keep(following.agenda)
@@ -167,13 +176,25 @@ class DockingMission:
             part()
         except Exception as error:
             _log.exception("mistake in a mission, the vehicle stands")
-            agenda = replace(
-                self.agenda, due=(), result=MissionResult.NOT_REACHED, reason=f"mistake: {error}"
-            )
-            self.controller.state = replace(before, agenda=agenda)
-            self.controller.assign(Stand())
+            why = f"mistake: {' '.join(str(error).split())}"
+            self.controller.state = replace(before, agenda=self.agenda)
+            self._take(ended(self.agenda, MissionResult.NOT_REACHED, why, before.now))
 
     # -- what comes in and goes out --------------------------------------------------------------------
+
+    def _remember(self, goal: Pose2 | None) -> None:
+        """Keep a goal that is told for the next `Dock` without a pose, if it is one to plan a way to."""
+        usable = None if goal is None else validation.usable_goal(goal, self.controller.config)
+        if usable is not None:
+            self._keep(replace(self.agenda, told=usable))
+
+    def _own_goal(self, goal: Pose2 | None) -> Pose2 | None:
+        """What the controller is told while it docks without a pose: the goal, or an earlier one."""
+        agenda = self.agenda
+        if not isinstance(agenda.step, Dock) or agenda.step.pose is not None:
+            return None
+        self._keep(replace(agenda, told=None))
+        return agenda.told if goal is None else goal
 
     def told(self, signal: bool | None = None) -> bool:
         """Whether the step under way is told to be over: by its `until`, or by `signal` in the place of that.
@@ -190,19 +211,20 @@ class DockingMission:
             return False
 
     def _obstacles(self, given: Sequence[ArrayLike] | None) -> Sequence[ArrayLike] | None:
-        """What the controller is told: what was given last, and what is docked at."""
+        """What the controller is told: what was given last, and what stands at docks."""
         agenda = self.agenda
         agenda = replace(agenda, berth=agenda.berth and self._seen(agenda.berth))
-        body = None if agenda.berth is None else agenda.berth.body
+        bodies = agenda.standing
         if given is not None:
             agenda = replace(agenda, obstacles=_listed(given))
-        elif body is not None and agenda.obstacles is None:
-            known = self.controller.state.area.obstacles
-            agenda = replace(agenda, obstacles=tuple(each.outline for each in known))
+        elif bodies and agenda.obstacles is None:
+            known = [each.outline for each in self.controller.state.area.obstacles]
+            others = tuple(each for each in known if not any(map(partial(np.array_equal, each), bodies)))
+            agenda = replace(agenda, obstacles=others)
         self._keep(agenda)
-        if body is None or not isinstance(agenda.obstacles, tuple):
+        if not bodies or not isinstance(agenda.obstacles, tuple):
             return agenda.obstacles
-        return (*agenda.obstacles, body)
+        return (*agenda.obstacles, *bodies)
 
     def _seen(self, berth: Berth) -> Berth:
         """With what is docked at where the dock is detected to be.
@@ -238,33 +260,32 @@ def _listed(given: Sequence[ArrayLike]) -> Sequence[ArrayLike]:
     """The outlines as a tuple; what is no list stays as it is: the controller says so."""
     try:
         return tuple(given)
-    except TypeError:
+    except Exception:
         return given
 
 
 def _making_for(agenda: Agenda, dock: Dock, s: ControllerState) -> Agenda:
-    """With the pose that is made for; of a dock without a pose also the goal that was given."""
+    """With the pose that is made for; of a dock without a pose also the goal that was given.
+
+    Where that was not known when the step was begun, it is what the step is to end in.
+    """
     pose = s.goal_pose or (None if s.on_planned_way else s.path.end)
     if pose is None:
         return agenda
-    berth = agenda.berth or Berth(dock=dock, pose=pose, body_at=pose)
+    if agenda.berth is None:
+        agenda = agenda.at(Berth(dock=dock, place=agenda.due[0].place, pose=pose, body_at=pose))
+    berth = agenda.berth
+    assert berth is not None
     own = s.goal.planned if dock.pose is None else agenda.own_goal
-    return replace(agenda, berth=replace(berth, pose=pose), own_goal=own)
+    *before, record = agenda.log
+    if record.goal is None:
+        record = replace(record, goal=pose, dock=pose)
+    return replace(agenda, berth=replace(berth, pose=pose), own_goal=own, log=(*before, record))
 
 
-def _check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:
-    if not steps:
-        raise InputError("steps: a mission needs one at least")
-    if home is not None and not isinstance(home, DriveTo):
-        raise InputError(f"home = {home!r}: must be a DriveTo or a Pose2")
-    for place, step in enumerate(steps):
-        name = f"steps[{place}]"
-        if not isinstance(step, Dock | Wait | Straight | Undock | DriveTo):
-            raise InputError(f"{name}: must be a Dock, Wait, Straight, Undock or DriveTo, is {step!r}")
-        if step.retry_from is not None and step.retry_from > place:
-            raise InputError(f"{name}.retry_from = {step.retry_from}: must not be a later step")
-        if step.then == "home" and home is None:
-            raise InputError(f"{name}.then = 'home': the mission has no home")
-        drives = isinstance(step, Straight | Undock | DriveTo) or (isinstance(step, Dock) and step.pose)
-        if drives and controller.area is None:
-            raise InputError(f"{name}: needs planned ways, and this controller drives its path only")
+def _bodies(steps: tuple[AnyStep, ...], last: Agenda | None) -> tuple[Array, ...]:
+    """What stands at the docks of a mission, and where the last mission of its controller has left some."""
+    left = () if last is None else last.standing
+    docks = [step for step in steps if isinstance(step, Dock) and step.pose is not None]
+    placed = [step.body_at(step.pose) for step in docks if step.pose is not None]
+    return (*left, *(each for each in placed if each is not None))

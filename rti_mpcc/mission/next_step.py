@@ -40,15 +40,17 @@ def after(
     if found.result is MissionResult.SUCCEEDED:
         return _on(found, came, now)
     if len(found.agenda.ways_out) > 1 and found.result in (MissionResult.NOT_REACHED, MissionResult.BLOCKED):
-        left = found.agenda.ways_out[1:]
-        return Next(replace(found.agenda, ways_out=left, trouble=None), out_to(left[0], config))
+        left, log = found.agenda.ways_out[1:], found.agenda.log
+        record = replace(log[-1], goal=left[0])
+        agenda = replace(found.agenda, ways_out=left, trouble=None, log=(*log[:-1], record))
+        return Next(agenda, out_to(left[0], config))
     return _failed(found, steps, home, now, config.mission.back_off)
 
 
-def cancelled(agenda: Agenda, now: float) -> Next:
-    """The mission is over, and the vehicle stands as soon as can be."""
-    closed = _closed(Outcome(agenda, MissionResult.CANCELLED), now)
-    return Next(replace(closed, due=(), result=MissionResult.CANCELLED), Stand())
+def ended(agenda: Agenda, result: MissionResult, reason: str, now: float) -> Next:
+    """The mission is over, whatever was left of it, and the vehicle stands as soon as can be."""
+    closed = _closed(Outcome(agenda, result, reason), now)
+    return Next(replace(closed, due=(), result=result, reason=reason), Stand())
 
 
 def _on(found: Outcome, came: int, now: float) -> Next:
@@ -58,7 +60,7 @@ def _on(found: Outcome, came: int, now: float) -> Next:
     if isinstance(step, Dock) and berth is not None:
         agenda = replace(agenda, berth=replace(berth, reached=True, came=came))
     elif isinstance(step, Undock):
-        agenda = replace(agenda, berth=None)
+        agenda = agenda.at(None)
     agenda = replace(agenda, due=agenda.due[1:])
     if not agenda.due and agenda.result is MissionResult.RUNNING:
         agenda = replace(agenda, result=MissionResult.SUCCEEDED)
@@ -87,8 +89,9 @@ def _again(agenda: Agenda, steps: tuple[AnyStep, ...], back_off: float) -> tuple
     repeated = [Due(step=steps[k], place=k) for k in range(place, due.place)]
     again = [*repeated, replace(due, attempt=due.attempt + 1)]
     berth, first = agenda.berth, again[0].step
-    if isinstance(first, Dock) and berth is not None and (berth.reached or berth.dock.name == first.name):
-        again[0] = replace(again[0], step=replace(first, pose=first.pose or berth.pose))
+    if isinstance(first, Dock) and berth is not None:
+        if berth.place == place:
+            again[0] = replace(again[0], step=replace(first, pose=first.pose or berth.pose))
         approach = first.approach
         came = berth.came or (0 if approach is None else approach.direction)
         if came and berth.reached:

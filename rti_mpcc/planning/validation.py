@@ -55,6 +55,11 @@ def goal_in(
     return replace(known, given_fit=given_fit, fit=fit, refusal=refusal), taken
 
 
+def usable_goal(given: Pose2, config: ControllerConfig) -> Pose2 | None:
+    """A goal as a pose that a way can be planned to, or None; whether there is one is found out then."""
+    return _pose(given, config.plausibility)[0]
+
+
 def _pose(given: Pose2, checks: Plausibility) -> tuple[Pose2 | None, str]:
     """A goal as a pose to work with, or None, and why it is none."""
     try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import inf
 from time import perf_counter
 from typing import Any, Protocol
 
@@ -158,7 +157,9 @@ def _with_body(
     if body is None:
         return list(changes)
     outline = body_at(np.array(body), goal)
-    touched = next((record.begin for record in log if record.kind == "straight" and record.dock), inf)
+    touched = next((record.begin for record in log if record.kind == "straight" and record.dock), None)
+    if touched is None:
+        return [(at, (*some, outline)) for at, some in changes]
     found = [(at, (*some, outline)) for at, some in changes if at < touched]
     last = next((some for at, some in reversed(changes) if at <= touched), ())
     return [*found, (touched, last), *((at, some) for at, some in changes if at > touched)]

@@ -92,10 +92,10 @@ def problems_of(
         yield key, None, f"required for kind = {kind!r}"
     if given.get("contact") and not has_body:
         yield "contact", True, "needs goal.body, what is to be touched"
-    for key in ("approach", "tolerance"):
-        if kind == "dock" and not in_area and key in given:
-            yield key, None, "only in an area, where the way to the dock is planned"
-    if missing or any(key not in known for key in given):
+    misplaced = [key for key in OPTIONAL[kind] if kind == "dock" and not in_area and key in given]
+    for key in misplaced:
+        yield key, None, "only in an area, where the way to the dock is planned"
+    if missing or misplaced or any(key not in known for key in given):
         return
     try:
         step_of(section, Pose2(0.0, 0.0, 0.0) if in_area else None, None)

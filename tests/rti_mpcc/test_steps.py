@@ -1,0 +1,135 @@
+"""Steps as data: what they take, and every way of getting them wrong."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from math import inf, nan, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry import InputError, Pose2
+from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
+
+POSE = Pose2(1.0, 2.0, pi / 2)
+SQUARE = [(1.0, -1.0), (2.0, -1.0), (2.0, 1.0), (1.0, 1.0)]
+KINDS: list[Callable[..., Any]] = [
+    lambda **common: Dock(**common),
+    lambda **common: Wait(1.0, **common),
+    lambda **common: Straight(1.0, **common),
+    lambda **common: Undock(1.0, **common),
+    lambda **common: DriveTo(POSE, **common),
+]
+WORDS = ["dock", "wait", "straight", "undock", "drive_to"]
+THREE = "must be three numbers > 0: [m], [m], [rad]"
+TWO = "must be two numbers > 0: lateral [m], heading [rad]"
+COUNT = "must be a whole number >= 0"
+NO_WAY = "must be finite, and not 0"
+POSITIVE = "must be > 0, and finite"
+WITH_POSE = "only of a dock with a pose, to which a way is planned"
+
+
+@pytest.mark.parametrize(("kind", "word"), list(zip(KINDS, WORDS, strict=True)), ids=WORDS)
+def test_all_have_a_word_and_what_all_steps_have(kind: Callable[..., Any], word: str) -> None:
+    step = kind()
+    assert step.word == word
+    assert (step.timeout, step.patience, step.retries, step.retry_from, step.then) == (
+        inf,
+        15.0,
+        0,
+        None,
+        "stop",
+    )
+    full = kind(timeout=5, patience=inf, retries=2, retry_from=0, then="home")
+    assert (full.timeout, full.patience, full.retries, full.retry_from, full.then) == (5, inf, 2, 0, "home")
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=WORDS)
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        *(("timeout", value, "must be > 0") for value in (0.0, -1.0, nan, True, "5", None)),
+        *(("patience", value, "must be > 0") for value in (0, -inf, nan)),
+        *(("retries", value, COUNT) for value in (-1, 1.0, True, "2")),
+        *(("retry_from", value, COUNT) for value in (-1, 0.0, False)),
+        *(("then", value, "must be stop, continue or home") for value in ("again", None, "")),
+    ],
+)
+def test_what_all_steps_have_is_checked(
+    kind: Callable[..., Any], name: str, value: Any, allowed: str
+) -> None:
+    said = f"{type(kind()).__name__}.{name} = {value!r}: {allowed}"
+    with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
+        kind(**{name: value})
+
+
+BAD: list[tuple[Callable[[], Any], str]] = [
+    *(
+        (lambda x=x: Approach(x, 1), f"Approach.length = {x!r}: {POSITIVE}")
+        for x in (0.0, -1.0, inf, nan, "2")
+    ),
+    *(
+        (lambda x=x: Approach(1.0, x), f"Approach.direction = {x!r}: must be 1 (forward) or -1 (in reverse)")
+        for x in (0, 2, None, "1")
+    ),
+    *((lambda x=x: Straight(x), f"Straight.distance = {x!r}: {NO_WAY}") for x in (0.0, inf, nan, True, "1")),
+    *((lambda x=x: Straight(1.0, speed=x), f"Straight.speed = {x!r}: {POSITIVE}") for x in (0.0, -0.1, inf)),
+    *((lambda x=x: Straight(1.0, steering=x), f"Straight.steering = {x!r}: {POSITIVE}") for x in (0.0, nan)),
+    *(
+        (lambda x=x: Straight(1.0, tolerance=x), f"Straight.tolerance = {x!r}: {TWO}")
+        for x in ((0.1,), (0.1, 0.0), (0.1, nan), 0.1, (0.1, 0.1, 0.1))
+    ),
+    (lambda: Straight(1.0, until=True), "Straight.until = True: must be callable"),  # type: ignore[arg-type]
+    *((lambda x=x: Undock(x), f"Undock.distance = {x!r}: {NO_WAY}") for x in (0, -inf, nan, None)),
+    *(
+        (lambda x=x: Wait(x), f"Wait.seconds = {x!r}: must be >= 0, and finite")
+        for x in (-1.0, inf, nan, "1")
+    ),
+    (lambda: Wait(), "Wait.seconds = None: needs seconds, or until"),
+    (lambda: Wait(1.0, until=5), "Wait.until = 5: must be callable"),  # type: ignore[arg-type]
+    (lambda: DriveTo((1, 2, 3)), "DriveTo.pose = (1, 2, 3): must be a Pose2"),  # type: ignore[arg-type]
+    *(
+        (lambda x=x: DriveTo(POSE, tolerance=x), f"DriveTo.tolerance = {x!r}: {THREE}")
+        for x in ((0.1, 0.1), (0.1, 0.1, -0.1), 5)
+    ),
+    *(
+        (lambda x=x: Dock(POSE, tolerance=x), f"Dock.tolerance = {x!r}: {THREE}")
+        for x in ((0.1, 0.1), (0, 1, 1))
+    ),
+    (lambda: Dock((1, 2, 3)), "Dock.pose = (1, 2, 3): must be a Pose2, or None"),  # type: ignore[arg-type]
+    (lambda: Dock(POSE, kind="known"), "Dock.kind = 'known': must be a DockKind, or None"),  # type: ignore[arg-type]
+    (lambda: Dock(POSE, approach=(2.0, 1)), "Dock.approach = (2.0, 1): must be a Approach, or None"),  # type: ignore[arg-type]
+    (lambda: Dock(contact=Wait(1.0)), "Dock.contact = "),  # type: ignore[arg-type]
+    (lambda: Dock(POSE, kind=DockKind.CHARUCO), "Dock.board = None: a charuco dock has one, and no other"),
+    (lambda: Dock(kind=DockKind.KNOWN), f"Dock.kind = {DockKind.KNOWN!r}: {WITH_POSE}"),
+    (lambda: Dock(tolerance=(0.1, 0.1, 0.1)), f"Dock.tolerance = (0.1, 0.1, 0.1): {WITH_POSE}"),
+    (lambda: Dock(approach=Approach(1.0, 1)), f"Dock.approach = {Approach(1.0, 1)!r}: {WITH_POSE}"),
+    (lambda: Dock(POSE, body=[(0.0, 0.0), (1.0, 1.0)]), "Dock.body"),
+    (lambda: Dock(POSE, body=[(0, 0), (1, 1), (1, 0), (0, 1)]), "Dock.body"),
+    (lambda: Dock(POSE, body=[(0, 0), (1, nan), (1, 0)]), "Dock.body"),
+]
+
+
+@pytest.mark.parametrize(("made", "said"), BAD, ids=[said for _, said in BAD])
+def test_what_is_wrong_is_refused_and_said(made: Callable[[], Any], said: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(said)}"):
+        made()
+
+
+def test_numbers_of_any_kind_will_do() -> None:
+    assert Wait(0).seconds == 0
+    assert Wait(np.float64(2.0), until=lambda: True).seconds == 2.0
+    assert Straight(-1, speed=1, tolerance=[0.1, 0.1]).distance == -1  # type: ignore[arg-type]
+    assert Approach(2, -1).direction == -1
+
+
+@pytest.mark.parametrize("pose", [POSE, Pose2(-3.0, 1.0, -2.0)], ids=repr)
+def test_the_body_stands_where_the_dock_is(pose: Pose2) -> None:
+    body = Dock(POSE, body=SQUARE).body_at(pose)
+    assert body is not None
+    for corner, (x, y) in zip(body, SQUARE, strict=True):
+        there = pose.compose(Pose2(x, y, 0.0))
+        assert corner == pytest.approx((there.x, there.y))
+    assert Dock(POSE).body_at(pose) is None
