@@ -13,7 +13,7 @@ from benchmarks.reproduction.content import Block, Picture, Section, Table, foun
 from benchmarks.reproduction.verdicts import came_out
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below, png
-from rti_mpcc.report.mission_rows import draw_bands
+from rti_mpcc.report.mission_bands import draw_bands
 from rti_mpcc.report.numbers import number
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.simulation import RunResult

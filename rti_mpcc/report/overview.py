@@ -18,7 +18,7 @@ from rti_mpcc.report.ground import (
     draw_ways,
     show_driven,
 )
-from rti_mpcc.report.mission_rows import draw_ends
+from rti_mpcc.report.mission_bands import draw_ends
 from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
 

@@ -9,7 +9,6 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
-from rti_mpcc.report.mission_rows import mission_rows
 from rti_mpcc.simulation import GoalSource
 
 _NEVER = "never"
@@ -95,6 +94,21 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
         *_goal_rows(summary["goal"]),
         *mission_rows(summary.get("mission")),
     ]
+
+
+def mission_rows(steps: list[dict[str, Any]] | None) -> list[tuple[str, str, str]]:
+    """What the table of a run says of each step: when it was, what it came to, and the error at its end."""
+    found = []
+    for place, step in enumerate(steps or []):
+        end = "" if step["end_s"] is None else f"{step['end_s']:.2f}"
+        told = f"{step['result']} {step['begin_s']:.2f} to {end}"
+        found.append((f"step {place}: {step['kind']}", told, "s"))
+        error = step["final_error"]
+        if error is not None:
+            along, across = 1e3 * error["longitudinal_m"], 1e3 * error["lateral_m"]
+            errors = f"{along:.1f} / {across:.1f} / {degrees(error['heading_rad']):.2f}"
+            found.append(("error at its end, along / across / heading", errors, "mm, deg"))
+    return found
 
 
 def _planning_rows(planning: dict[str, Any] | None) -> list[tuple[str, str, str]]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid
 from rti_mpcc.report.goal_rows import NAMES, draw_goal_rows, has_goal_rows
-from rti_mpcc.report.mission_rows import LOWERED, draw_bands
+from rti_mpcc.report.mission_bands import LOWERED, draw_bands
 from rti_mpcc.simulation import RunResult
 
 

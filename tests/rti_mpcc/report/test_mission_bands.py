@@ -15,8 +15,9 @@ from rti_mpcc.report.animation import Stage
 from rti_mpcc.report.camera_frames import Frame
 from rti_mpcc.report.camera_view import CameraView
 from rti_mpcc.report.film import film_of_run
-from rti_mpcc.report.mission_rows import draw_bands, draw_ends, mission_rows
+from rti_mpcc.report.mission_bands import draw_bands, draw_ends
 from rti_mpcc.report.overview import overview_figure
+from rti_mpcc.report.table import mission_rows
 from rti_mpcc.report.timeline import timeline_figure
 from rti_mpcc.report.views import Observer
 from rti_mpcc.simulation import (

@@ -1,8 +1,7 @@
-"""What pictures and tables of a run show of its mission."""
+"""What pictures of a run show of its mission."""
 
 from __future__ import annotations
 
-from math import degrees
 from typing import Any
 
 import numpy as np
@@ -61,18 +60,3 @@ def draw_ends(axes: Axes, result: RunResult) -> None:
         bodies = list(body_polygons(poses, result.config.vehicle))
         line: dict[str, Any] = {"facecolors": "none", "edgecolors": style.GREEN, "linewidths": 1.4}
         axes.add_collection(PolyCollection(bodies, label="body at the end of a step", zorder=3, **line))
-
-
-def mission_rows(steps: list[dict[str, Any]] | None) -> list[tuple[str, str, str]]:
-    """What the table of a run says of each step: when it was, what it came to, and the error at its end."""
-    found = []
-    for place, step in enumerate(steps or []):
-        end = "" if step["end_s"] is None else f"{step['end_s']:.2f}"
-        told = f"{step['result']} {step['begin_s']:.2f} to {end}"
-        found.append((f"step {place}: {step['kind']}", told, "s"))
-        error = step["final_error"]
-        if error is not None:
-            along, across = 1e3 * error["longitudinal_m"], 1e3 * error["lateral_m"]
-            errors = f"{along:.1f} / {across:.1f} / {degrees(error['heading_rad']):.2f}"
-            found.append(("error at its end, along / across / heading", errors, "mm, deg"))
-    return found
