@@ -34,7 +34,7 @@ class MissionSettings(Settings):
 
     settled: NonNegative = 0.5
     body_moved: Tolerance = (0.1, 0.1, 0.05)
-    straight_end: Positive = 0.01
+    straight_end: Positive = 0.03
     back_off: Positive = 3.0
     out_tolerance: Tolerance = (0.2, 0.2, 0.1)
     out_straights: tuple[Share, ...] = (0.75, 0.5, 0.25, 0.0)
