@@ -17,6 +17,8 @@ from rti_mpcc.simulation.batch import Case, drive
 Figures = MutableMapping[str, Any]
 OVER = 1.15
 """So many times comfort a peak may be."""
+SOONER, LATER = 0.95, 1.03
+"""Shares of the time expected that a docking takes."""
 MISSED = {
     "docking_behind": {
         "As published, `separated` takes at least 1.8 times as long as `dynamic`",
@@ -40,7 +42,8 @@ def test_comfort_and_time_asked_for_are_driven(case: Case, figures: Figures) -> 
     assert found["solver"]["failures"] == 0
     for name, most in found["comfort"].items():
         assert found["peak"][name] <= OVER * most
-    assert found["time_to_dock_s"] == pytest.approx(found["expected_time_s"], rel=0.03)
+    # It may be sooner: an arrival follows its plan, and what is expected knows the path alone.
+    assert SOONER <= found["time_to_dock_s"] / found["expected_time_s"] <= LATER
 
 
 @pytest.mark.parametrize(
