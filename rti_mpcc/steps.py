@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
+from numbers import Integral, Real
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -66,7 +67,8 @@ class Step:
             _refuse_unless(_positive(getattr(self, name), most=inf), self, name, "must be > 0")
         for name in ("retries", "retry_from"):
             count = getattr(self, name)
-            good = count is None or (type(count) is int and count >= 0)
+            whole = isinstance(count, Integral) and not isinstance(count, bool)
+            good = count is None or (whole and count >= 0)
             _refuse_unless(good, self, name, "must be a whole number >= 0")
         _refuse_unless(
             self.then in ("stop", "continue", "home"), self, "then", "must be stop, continue or home"
@@ -165,7 +167,7 @@ class Dock(Step):
         ):
             value = getattr(self, name)
             good = value is None or isinstance(value, kinds)
-            _refuse_unless(good, self, name, f"must be a {kinds.__name__}, or None")
+            _refuse_unless(good, self, name, f"must be of type {kinds.__name__}, or None")
         by_board = self.kind is DockKind.CHARUCO
         _refuse_unless(
             by_board == (self.board is not None), self, "board", "a charuco dock has one, and no other"
@@ -253,7 +255,7 @@ _THREE = "must be three numbers > 0: [m], [m], [rad]"
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _positive(value: float, most: float = sys.float_info.max) -> bool:

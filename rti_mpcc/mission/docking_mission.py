@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +22,7 @@ from rti_mpcc.planning import validation
 from rti_mpcc.planning.agenda import Agenda, Berth, Due, StepRecord
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Wait
+from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Wait
 from rti_mpcc.types import Array, Command, MissionReport, MissionResult, VehicleState
 
 _log = logging.getLogger(__name__)
@@ -48,11 +49,11 @@ class DockingMission:
     def __init__(
         self,
         controller: DockingController,
-        steps: Sequence[AnyStep],
+        steps: Sequence[Step],
         *,
         home: DriveTo | Pose2 | None = None,
     ) -> None:
-        self.controller, self.steps = controller, tuple(steps)
+        self.controller, self.steps = controller, cast("tuple[AnyStep, ...]", tuple(steps))
         self.home = DriveTo(home) if isinstance(home, Pose2) else home
         check(self.steps, self.home, controller)
         due = tuple(Due(step=step, place=place) for place, step in enumerate(self.steps))

@@ -98,9 +98,9 @@ BAD: list[tuple[Callable[[], Any], str]] = [
         (lambda x=x: Dock(POSE, tolerance=x), f"Dock.tolerance = {x!r}: {THREE}")
         for x in ((0.1, 0.1), (0, 1, 1))
     ),
-    (lambda: Dock((1, 2, 3)), "Dock.pose = (1, 2, 3): must be a Pose2, or None"),  # type: ignore[arg-type]
-    (lambda: Dock(POSE, kind="known"), "Dock.kind = 'known': must be a DockKind, or None"),  # type: ignore[arg-type]
-    (lambda: Dock(POSE, approach=(2.0, 1)), "Dock.approach = (2.0, 1): must be a Approach, or None"),  # type: ignore[arg-type]
+    (lambda: Dock((1, 2, 3)), "Dock.pose = (1, 2, 3): must be of type Pose2, or None"),  # type: ignore[arg-type]
+    (lambda: Dock(POSE, kind="known"), "Dock.kind = 'known': must be of type DockKind, or None"),  # type: ignore[arg-type]
+    (lambda: Dock(POSE, approach=(2.0, 1)), "Dock.approach = (2.0, 1): must be of type Approach, or None"),  # type: ignore[arg-type]
     (lambda: Dock(contact=Wait(1.0)), "Dock.contact = "),  # type: ignore[arg-type]
     (lambda: Dock(POSE, kind=DockKind.CHARUCO), "Dock.board = None: a charuco dock has one, and no other"),
     (lambda: Dock(kind=DockKind.KNOWN), f"Dock.kind = {DockKind.KNOWN!r}: {WITH_POSE}"),
