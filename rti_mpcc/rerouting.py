@@ -125,7 +125,10 @@ class Rerouter:
             driven = s.route is not None and s.route.ways > 0
             there = self._config.behaviour.settle_share if driven else 1.0
             config = s.goal.terms.on(self._config)
-            self._planning = RoutePlanning(asked.start, asked.goal, known, config, asked.came, there=there)
+            keep_out = s.goal.terms.keep_out if s.goal.followed is None else ()
+            self._planning = RoutePlanning(
+                asked.start, asked.goal, known, config, asked.came, there=there, keep_out=keep_out
+            )
         planning = self._planning
         assert planning is not None
         before, settings = planning.seconds, self._config.route

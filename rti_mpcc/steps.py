@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
 from numbers import Integral, Real
 from typing import ClassVar, Literal
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
 from estimation import CharucoBoard
@@ -25,6 +26,10 @@ Then = Literal["stop", "continue", "home"]
 """What comes after a step that failed for good: nothing, the next step, or the way home."""
 Signal = Callable[[], bool]
 """Asked once a cycle."""
+
+
+QUARTER = 4
+"""So many corners has a quarter of a circle around where something may be."""
 
 
 class DockKind(Enum):
@@ -140,6 +145,9 @@ class Dock(Step):
         body: outline (k, 2) [m] of what is docked at, in the frame of `pose`: it is kept clear of in every
             step but `Straight`, where the dock is seen to be. None: nothing.
         contact: the move that ends in contact, to be put into a mission behind it; None: there is none.
+        uncertainty: how wrong `pose` may be, at most, in its position [m] and heading [rad]: the way there
+            keeps clear of wherever `body` may be, but on the straight approach, on which the dock has to be
+            seen.
 
     Raises:
         InputError: a tolerance that is not positive, a body that is no polygon, a charuco dock without a
@@ -155,6 +163,7 @@ class Dock(Step):
     tolerance: tuple[float, float, float] | None = field(default=None, kw_only=True)
     body: ArrayLike | None = field(default=None, kw_only=True)
     contact: Straight | None = field(default=None, kw_only=True)
+    uncertainty: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
@@ -168,6 +177,9 @@ class Dock(Step):
             value = getattr(self, name)
             good = value is None or isinstance(value, kinds)
             _refuse_unless(good, self, name, f"must be of type {kinds.__name__}, or None")
+        allowed = "must be two numbers > 0, [m] and [rad], of a dock with a body and an approach"
+        certain = self.uncertainty is None or (self.body is not None and self.approach is not None)
+        _refuse_unless(certain and _all_positive(self.uncertainty, 2), self, "uncertainty", allowed)
         by_board = self.kind is DockKind.CHARUCO
         _refuse_unless(
             by_board == (self.board is not None), self, "board", "a charuco dock has one, and no other"
@@ -178,12 +190,26 @@ class Dock(Step):
         if self.body is not None:
             checked_polygon(self.body, "Dock.body")
 
+    def keep_out(self) -> tuple[Array, ...]:
+        """Outlines (k, 2) of where the body may be [m]; none where its place is certain."""
+        if self.uncertainty is None or self.pose is None or self.body is None:
+            return ()
+        far, turn = self.uncertainty
+        poses = [replace(self.pose, phi=self.pose.phi + angle) for angle in (-turn, 0.0, turn)]
+        corners = [corner for pose in poses for corner in placed(self.body, pose)]
+        bodies = shapely.MultiPoint(np.array(corners))
+        around = bodies.convex_hull.buffer(far, quad_segs=QUARTER)
+        return (shapely.get_coordinates(around)[:-1],)
+
     def body_at(self, pose: Pose2) -> Array | None:
         """The outline (k, 2) of what is docked at, where the dock is at this pose; None: there is none."""
-        if self.body is None:
-            return None
-        placed = [pose.compose(Pose2(x, y, 0.0)) for x, y in np.asarray(self.body, dtype=np.float64).tolist()]
-        return np.array([[corner.x, corner.y] for corner in placed])
+        return None if self.body is None else np.array(placed(self.body, pose))
+
+
+def placed(outline: ArrayLike, pose: Pose2) -> list[tuple[float, float]]:
+    """The corners of an outline (k, 2) [m] that is given in the frame of a pose, in the world."""
+    corners = np.asarray(outline, dtype=np.float64).tolist()
+    return [(at.x, at.y) for at in (pose.compose(Pose2(x, y, 0.0)) for x, y in corners)]
 
 
 @dataclass(frozen=True, slots=True)

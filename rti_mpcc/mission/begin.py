@@ -6,16 +6,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+import shapely
+
 from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.mission.straight import straight_on
 from rti_mpcc.mission.way_out import ways_out
+from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.orders import GoOn, GoTo, Order, Stand
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.agenda import Agenda, Berth, StepRecord
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.terms import GoalTerms
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
+from rti_mpcc.types import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,8 +106,18 @@ def _docking(step: Dock, agenda: Agenda, around: Around) -> Begun:
     agenda = agenda.at(Berth(dock=step, place=agenda.due[0].place, pose=goal, body_at=goal))
     approach = None if step.approach is None else (step.approach.length, step.approach.direction)
     seen = None if step.kind is None else step.kind is not DockKind.KNOWN
-    terms = GoalTerms(tolerance=step.tolerance, detected=seen, approach=approach)
+    terms = GoalTerms(
+        tolerance=step.tolerance, detected=seen, approach=approach, keep_out=_keep_out(step, around)
+    )
     return Begun(agenda, GoTo(goal=goal, terms=terms), goal, goal)
+
+
+def _keep_out(step: Dock, around: Around) -> tuple[Array, ...]:
+    """Where the body of the dock may be; none where the vehicle stands there already."""
+    config = around.config
+    body = body_polygons(np.array([[around.here.x, around.here.y, around.here.phi]]), config.vehicle)[0]
+    near = shapely.Polygon(body).buffer(config.route.margin)
+    return tuple(each for each in step.keep_out() if not near.intersects(shapely.Polygon(each)))
 
 
 def _waiting(step: Wait, agenda: Agenda, around: Around) -> Begun:

@@ -82,6 +82,8 @@ def remarks(goal: GoalState) -> tuple[str, ...]:
 def doubt(s: ControllerState, config: ControllerConfig) -> str:
     """Why the estimate will not be good enough to dock by if the goal is not seen again, or ""."""
     estimate, arrival = s.goal.estimate, s.task.arrival
+    if s.goal.terms.keep_out and never_seen(s.goal, config):
+        return "goal not seen yet, and not certain to be where it is expected"
     if estimate is None or estimate.status is not GoalStatus.LOST:
         return ""
     tracking = config.goal_tracking

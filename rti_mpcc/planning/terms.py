@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.types import Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GoalTerms:
     """What is asked of a goal, where that is not what the settings say.
 
@@ -16,11 +17,14 @@ class GoalTerms:
         detected: whether the vehicle has docked only where the goal was seen; None: `GoalTracking.required`.
         approach: length [m] and direction, +1 or -1, of the straight last piece of a planned way; None:
             `RoutePlanner.final_straight`.
+        keep_out: outlines (k, 2) [m] that a planned way keeps out of before that piece, until the goal has
+            been detected.
     """
 
     tolerance: tuple[float, float, float] | None = None
     detected: bool | None = None
     approach: tuple[float, int] | None = None
+    keep_out: tuple[Array, ...] = ()
 
     def on(self, config: ControllerConfig) -> ControllerConfig:
         """The settings with what is asked here."""

@@ -43,6 +43,7 @@ class StepData:
     approach: Approach | None = None
     body: Array | None = None
     contact: StepData | None = None
+    uncertainty: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +54,7 @@ class MissionData:
     home: StepData | None = None
 
 
+DOCK = ("pose", "name", "board", "approach", "tolerance", "uncertainty")
 COMMON = ("timeout", "patience", "retries", "retry_from", "then")
 
 
@@ -69,7 +71,7 @@ def data_of(step: AnyStep) -> StepData:
     elif isinstance(step, DriveTo):
         own |= {"pose": step.pose, "tolerance": step.tolerance}
     else:
-        own |= {name: getattr(step, name) for name in ("pose", "name", "board", "approach", "tolerance")}
+        own |= {name: getattr(step, name) for name in DOCK}
         own["dock_kind"] = step.kind
         own["body"] = None if step.body is None else np.asarray(step.body, dtype=np.float64)
         own["contact"] = None if step.contact is None else data_of(step.contact)
@@ -87,7 +89,7 @@ def step_of(data: StepData) -> AnyStep:
         own |= {name: getattr(data, name) for name in ("distance", "speed", "steering")}
         return Straight(tolerance=data.across, **own)
     if data.kind == Dock.word:
-        own |= {name: getattr(data, name) for name in ("pose", "name", "board", "approach", "tolerance")}
+        own |= {name: getattr(data, name) for name in DOCK}
         own["contact"] = None if data.contact is None else step_of(data.contact)
         return Dock(kind=data.dock_kind, body=data.body, **own)
     if data.kind == Undock.word:

@@ -112,7 +112,7 @@ def _window(
         if smooth is not None:
             return smooth
     way = np.vstack([window.way, last])
-    room = yield from _room(problem, start, way)
+    room = yield from _room(problem, start, window.way, last)
     return Drivable(way=way, stops=np.arange(len(way)) < len(way) - 1, room=room)
 
 
@@ -131,7 +131,7 @@ def _smooth(
         if arcs is None:
             continue
         way = np.vstack([arcs, last])
-        room = yield from _room(problem, start, way)
+        room = yield from _room(problem, start, arcs, last)
         if room.min() >= kept.clearance:
             return Drivable(way=way, stops=np.zeros(len(way), bool), room=room)
         if firmer == _FIRMER:
@@ -167,13 +167,23 @@ def _smoothing(
     )  # fmt: skip
 
 
-def _room(problem: Problem, start: Array, way: Array) -> Generator[None, None, Array]:
-    """Least clearance (n,) of the body along pieces of a way from `start` (3,), at every centimetre [m]."""
+def _room(problem: Problem, start: Array, way: Array, last: Array) -> Generator[None, None, Array]:
+    """Least clearance (n,) of the body along pieces of a way from `start` (3,) and of the last straight one
+    (1, 2), or none (0, 2), at every centimetre [m]."""
+    room = yield from _room_along(problem, start, way, last=False)
+    if len(last) == 0:
+        return room
+    begin = poses_after(start, way)[-1]
+    room_of_last = yield from _room_along(problem, begin, last, last=True)
+    return np.concatenate((room, room_of_last))
+
+
+def _room_along(problem: Problem, start: Array, way: Array, *, last: bool) -> Generator[None, None, Array]:
     counts, fine = split_counts(way, CHECK), split(way, CHECK)
-    at, found = start[None], [problem.clearances(start[None], problem.within)]
+    at, found = start[None], [problem.clearances(start[None], problem.within, last=last)]
     for first in range(0, len(fine), _POSES):
         poses = poses_after(at[-1], fine[first : first + _POSES])
-        found.append(problem.clearances(poses, problem.within))
+        found.append(problem.clearances(poses, problem.within, last=last))
         at = poses[-1:]
         yield
     each = np.concatenate(found)

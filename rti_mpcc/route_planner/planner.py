@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from time import perf_counter
 
@@ -63,6 +63,7 @@ class RoutePlanning:
         start, goal, area, config: as `plan_manoeuvre`; came: signed length [m] and curvature [1/m] of the arc
             on which a vehicle comes to the start that goes on without a stop, where that can be.
         there: share of the goal tolerance within which the start is in the goal, and nothing to drive.
+        keep_out: outlines (k, 2) that are solid, too, but on the last straight piece into the goal.
     """
 
     def __init__(
@@ -73,11 +74,12 @@ class RoutePlanning:
         config: ControllerConfig,
         came: tuple[float, float] = (0.0, 0.0),
         there: float = 1.0,
+        keep_out: Sequence[Array] = (),
     ) -> None:
         make_ready()
         self.manoeuvre: Manoeuvre | None = None
         self.seconds, self.longest = 0.0, FIRST
-        problem = Problem.of(start, goal, area, config, came)
+        problem = Problem.of(start, goal, area, config, came, keep_out)
         self._steps = _planned(problem, there, lambda: self.seconds)
 
     def waited(self) -> None:

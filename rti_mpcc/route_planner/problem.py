@@ -5,6 +5,7 @@ The start is at (0, 0); the axes point where those of the world do.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import cos, hypot, sin
 
@@ -31,7 +32,8 @@ class Problem:
         start, goal: (3,) the same from the start on.
         came: (2,) signed length [m] and curvature [1/m] of the arc on which the vehicle comes to the start,
             to go on without a stop; zeros: it stands there.
-        grid: all that is solid; low, high: (2,) corners of the box around where the vehicle may be [m].
+        grid: all that is solid, with what is kept out of before the last straight piece; last: all that is
+            solid, for that piece; low, high: (2,) corners of the box around where the vehicle may be [m].
         body: of the vehicle; config: its settings.
     """
 
@@ -40,6 +42,7 @@ class Problem:
     goal: Array
     came: Array
     grid: ShapeGrid
+    last: ShapeGrid
     low: Array
     high: Array
     body: Body
@@ -53,17 +56,21 @@ class Problem:
         area: Area,
         config: ControllerConfig,
         came: tuple[float, float] = (0.0, 0.0),
+        keep_out: Sequence[Array] = (),
     ) -> Problem:
-        """Build from poses and an area in the world."""
+        """Build from poses and an area in the world; `keep_out`: see `RoutePlanning`."""
         around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), config.route.box)
         origin = np.array([start.x, start.y])
         assert around.boundary is not None
+        last = _moved(around.grid, -origin)
+        grid = _moved(around.with_obstacles(keep_out).grid, -origin) if keep_out else last
         return cls(
             given=(start, goal),
             start=np.array([0.0, 0.0, start.phi]),
             goal=np.array([goal.x - start.x, goal.y - start.y, goal.phi]),
             came=np.array(came),
-            grid=_moved(around.grid, -origin),
+            grid=grid,
+            last=last,
             low=around.boundary.min(axis=0) - origin,
             high=around.boundary.max(axis=0) - origin,
             body=body_of(config.vehicle),
@@ -83,12 +90,17 @@ class Problem:
     @property
     def room(self) -> tuple[float, float]:
         """Clearances of the body at the start and at the goal [m]."""
-        start, goal = self.clearances(np.array([self.start, self.goal]), self.within)
+        (start,) = self.clearances(self.start[None], self.within)
+        (goal,) = self.clearances(self.goal[None], self.within, last=True)
         return float(start), float(goal)
 
-    def clearances(self, poses: Array, within: float) -> Array:
-        """Clearances (n,) of the body at poses (n, 3), `within` where nothing is nearer [m]."""
-        return np.minimum(self.grid.signed_distances(self.body, poses, within)[:, 0], within)
+    def clearances(self, poses: Array, within: float, *, last: bool = False) -> Array:
+        """Clearances (n,) of the body at poses (n, 3), `within` where nothing is nearer [m].
+
+        `last`: on the last straight piece.
+        """
+        grid = self.last if last else self.grid
+        return np.minimum(grid.signed_distances(self.body, poses, within)[:, 0], within)
 
     def lasts(self, terms: Terms) -> Array:
         """The last straight pieces (n, 2) into the goal, forward and in reverse, as far as they are clear."""
@@ -99,7 +111,7 @@ class Problem:
         found = []
         for sign in (1.0, -1.0) if direction == 0 else (float(direction),):
             poses = np.array([self.before_goal(sign * mark) for mark in marks])
-            if float(self.clearances(poses, terms.near).min()) >= terms.margin:
+            if float(self.clearances(poses, terms.near, last=True).min()) >= terms.margin:
                 found.append((sign * length, 0.0))
         return np.array(found).reshape(-1, 2)
 

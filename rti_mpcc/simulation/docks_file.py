@@ -49,6 +49,7 @@ class DockSection(Section):
     board: CharucoBoard | None = None
     approach: ApproachSection | None = None
     contact: ContactSection | None = None
+    uncertainty: Pair | None = None
 
     def dock(self) -> Dock:
         """The dock. Raises InputError."""
@@ -65,6 +66,7 @@ class DockSection(Section):
             board=self.board,
             approach=None if approach is None else Approach(approach.length, approach.direction),
             contact=None if contact is None else Straight(**contact.model_dump()),
+            uncertainty=self.uncertainty,
         )
 
 

@@ -14,7 +14,7 @@ from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.section import Section
-from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait
+from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait, placed
 from rti_mpcc.types import Array, MissionResult
 
 if TYPE_CHECKING:
@@ -22,11 +22,14 @@ if TYPE_CHECKING:
     from rti_mpcc.mission import DockingMission
     from rti_mpcc.simulation.scenario import Scenario
 
+SOME_BODY = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+"""For a look at a step by itself."""
 TOUCHING = 1e-3
 """Bodies that are nearer to one another are in contact [m]."""
 
 Kind = Literal["dock", "wait", "straight", "undock", "drive_to"]
 Triple = Annotated[tuple[float, float, float], Field(strict=False)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
 Numbers = Annotated[tuple[float, ...], Field(strict=False, min_length=2, max_length=3)]
 
 
@@ -48,6 +51,7 @@ class MissionSection(Section):
     steering: float | None = None
     tolerance: Numbers | None = None
     contact: bool | None = None
+    uncertainty: Pair | None = None
     pose: Triple | None = None
     timeout: float | None = None
     patience: float | None = None
@@ -69,7 +73,7 @@ REQUIRED: Mapping[str, tuple[str, ...]] = {
     "drive_to": ("pose",),
 }
 OPTIONAL: Mapping[str, tuple[str, ...]] = {
-    "dock": ("approach", "tolerance"),
+    "dock": ("approach", "tolerance", "uncertainty"),
     "wait": (),
     "straight": ("speed", "steering", "tolerance", "contact"),
     "undock": (),
@@ -98,7 +102,7 @@ def problems_of(
     if missing or misplaced or any(key not in known for key in given):
         return
     try:
-        step_of(section, Pose2(0.0, 0.0, 0.0) if in_area else None, None)
+        step_of(section, Pose2(0.0, 0.0, 0.0) if in_area else None, SOME_BODY if has_body else None)
     except InputError as error:
         yield "", None, str(error)
 
@@ -170,8 +174,7 @@ def mission_in(controller: object) -> Mission | None:
 
 def body_at(body: Array, goal: Pose2) -> Array:
     """Outline (k, 2) [m] in the world of what is docked at, for a goal there."""
-    placed = [goal.compose(Pose2(x, y, 0.0)) for x, y in body.tolist()]
-    return np.array([[corner.x, corner.y] for corner in placed])
+    return np.array(placed(body, goal))
 
 
 def touches(pose: Pose2, vehicle: Vehicle, body: Array) -> bool:

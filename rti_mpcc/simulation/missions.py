@@ -128,7 +128,12 @@ def drawn_undocking(seed: int, number: int) -> Scenario:
 def steps() -> list[dict[str, Any]]:
     """The steps of a drawn mission, as in a scenario file."""
     return [
-        {"kind": "dock", "approach": {"length": APPROACH, "direction": -1}, "retries": 1},
+        {
+            "kind": "dock",
+            "approach": {"length": APPROACH, "direction": -1},
+            "uncertainty": [EXPECTED_OFF, EXPECTED_TURNED],
+            "retries": 1,
+        },
         {"kind": "wait", "seconds": 3.0},
         {
             "kind": "straight",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -46,6 +47,7 @@ class Search:
     config: ControllerConfig
     came: tuple[float, float] = (0.0, 0.0)
     there: float = 1.0
+    keep_out: Sequence[Array] = ()
     seconds: float = 0.0
     longest: float = 0.0
     slices: int = 0
@@ -141,7 +143,7 @@ def changed(count: int = 1) -> Surroundings:
 
 # -- what asks for another way -------------------------------------------------------------------------------
 
-ON_ITS_WAY = [phase for phase in Phase if phase is not Phase.PLANNING]
+ON_ITS_WAY = [phase for phase in Phase if phase not in (Phase.PLANNING, Phase.WAITING)]
 
 
 @pytest.mark.parametrize("phase", [p for p in ON_ITS_WAY if p is not Phase.STALLED], ids=lambda p: p.name)
@@ -161,6 +163,12 @@ def test_a_goal_that_is_elsewhere_asks_at_once(phase: Phase, standing_since: flo
     ):
         s = on_way(phase=phase, pose=goal, standing_since=standing_since)
         assert asks(s) == "the goal is elsewhere"
+
+
+def test_one_that_was_told_to_stand_is_left_there() -> None:
+    s = on_way(phase=Phase.WAITING, pose=GOAL.compose(Pose2(5.0, 0.0, 0.0)), standing_since=LONG_AGO)
+    assert rerouter().routed(s) is s
+    assert rerouter().planned_on(s, granting(PLENTY)) is s
 
 
 def test_a_goal_that_is_near_where_the_way_leads_does_not() -> None:

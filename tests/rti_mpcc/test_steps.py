@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from math import inf, nan, pi
+from dataclasses import replace
+from math import cos, inf, nan, pi, sin
 from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 
 from geometry import InputError, Pose2
 from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
@@ -133,3 +135,27 @@ def test_the_body_stands_where_the_dock_is(pose: Pose2) -> None:
         there = pose.compose(Pose2(x, y, 0.0))
         assert corner == pytest.approx((there.x, there.y))
     assert Dock(POSE).body_at(pose) is None
+
+
+def test_a_body_may_be_wherever_the_dock_is_wrong_by() -> None:
+    body = [(-4.0, -1.0), (-2.0, -1.0), (-2.0, 1.0), (-4.0, 1.0)]
+    dock = Dock(POSE, body=body, approach=Approach(2.0, -1), uncertainty=(0.8, 0.2))
+    (around,) = map(shapely.Polygon, dock.keep_out())
+    random = np.random.default_rng(0)
+    for _ in range(200):
+        far, turned, turn = 0.8 * random.uniform(), random.uniform(0.0, 2.0 * pi), random.uniform(-0.2, 0.2)
+        pose = replace(POSE, x=POSE.x + far * cos(turned), y=POSE.y + far * sin(turned), phi=POSE.phi + turn)
+        assert around.buffer(0.05).contains(shapely.Polygon(dock.body_at(pose)))
+    assert Dock(POSE, body=body).keep_out() == ()
+
+
+def test_where_a_dock_may_be_takes_a_body_and_an_approach() -> None:
+    said = "must be two numbers > 0, [m] and [rad], of a dock with a body and an approach"
+    approach = Approach(1.0, -1)
+    for made in (
+        lambda: Dock(POSE, body=SQUARE, uncertainty=(1.0, 0.2)),
+        lambda: Dock(POSE, approach=approach, uncertainty=(1.0, 0.2)),
+        lambda: Dock(POSE, body=SQUARE, approach=approach, uncertainty=(1.0, -0.2)),
+    ):
+        with pytest.raises(InputError, match=re.escape(said)):
+            made()

@@ -332,6 +332,23 @@ def test_the_last_piece_is_driven_in_the_direction_asked_for_and_without_a_stop(
     assert np.abs(at.x - 15.0).max() < 1e-3
 
 
+def test_a_way_keeps_out_of_a_place_but_on_its_last_piece() -> None:
+    """What is docked at may be anywhere around: only the straight last piece leads there."""
+    config, goal = with_route(final_straight=2.0, final_direction=-1), Pose2(15.0, -5.0, 0.5 * pi)
+    around = np.array([(12.0, -10.0), (18.0, -10.0), (18.0, -4.5), (12.0, -4.5)])
+    area = Area(boundary=[(-10.0, -12.0), (40.0, -12.0), (40.0, 30.0), (-10.0, 30.0)])
+    planning = RoutePlanning(START, goal, area, config, keep_out=[around])
+    while planning.manoeuvre is None:
+        planning.advance()
+    assert planning.manoeuvre.found
+    bodies = body_polygons(poses_along(planning.manoeuvre), config.vehicle)
+    poses = poses_along(planning.manoeuvre)
+    meets = shapely.intersects(shapely.polygons(bodies), shapely.Polygon(around))
+    before = np.hypot(poses[:, 0] - goal.x, poses[:, 1] - goal.y) > 2.0 + 1e-6
+    assert meets.any()  # there is no other way to stand there
+    assert not meets[before].any()
+
+
 def test_a_straight_stretch_that_is_not_free_is_said() -> None:
     walls = [
         [(5.0, 1.0), (9.0, 1.0), (9.0, 9.0), (5.0, 9.0)],
