@@ -125,7 +125,7 @@ class Rerouter:
             driven = s.route is not None and s.route.ways > 0
             there = self._config.behaviour.settle_share if driven else 1.0
             config = s.goal.terms.on(self._config)
-            keep_out = s.goal.terms.keep_out if s.goal.followed is None else ()
+            keep_out = [np.array(each) for each in s.goal.terms.keep_out if s.goal.followed is None]
             self._planning = RoutePlanning(
                 asked.start, asked.goal, known, config, asked.came, there=there, keep_out=keep_out
             )

@@ -190,8 +190,8 @@ class Dock(Step):
         if self.body is not None:
             checked_polygon(self.body, "Dock.body")
 
-    def keep_out(self) -> tuple[Array, ...]:
-        """Outlines (k, 2) of where the body may be [m]; none where its place is certain."""
+    def keep_out(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """Outlines of where the body may be, corners x, y [m]; none where its place is certain."""
         if self.uncertainty is None or self.pose is None or self.body is None:
             return ()
         far, turn = self.uncertainty
@@ -199,7 +199,7 @@ class Dock(Step):
         corners = [corner for pose in poses for corner in placed(self.body, pose)]
         bodies = shapely.MultiPoint(np.array(corners))
         around = bodies.convex_hull.buffer(far, quad_segs=QUARTER)
-        return (shapely.get_coordinates(around)[:-1],)
+        return (tuple((x, y) for x, y in shapely.get_coordinates(around)[:-1].tolist()),)
 
     def body_at(self, pose: Pose2) -> Array | None:
         """The outline (k, 2) of what is docked at, where the dock is at this pose; None: there is none."""

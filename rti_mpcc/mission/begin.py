@@ -18,9 +18,8 @@ from rti_mpcc.orders import GoOn, GoTo, Order, Stand
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.agenda import Agenda, Berth, StepRecord
 from rti_mpcc.planning.state import ControllerState, Phase
-from rti_mpcc.planning.terms import GoalTerms
+from rti_mpcc.planning.terms import GoalTerms, Outline
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
-from rti_mpcc.types import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,7 +111,7 @@ def _docking(step: Dock, agenda: Agenda, around: Around) -> Begun:
     return Begun(agenda, GoTo(goal=goal, terms=terms), goal, goal)
 
 
-def _keep_out(step: Dock, around: Around) -> tuple[Array, ...]:
+def _keep_out(step: Dock, around: Around) -> tuple[Outline, ...]:
     """Where the body of the dock may be; none where the vehicle stands there already."""
     config = around.config
     body = body_polygons(np.array([[around.here.x, around.here.y, around.here.phi]]), config.vehicle)[0]

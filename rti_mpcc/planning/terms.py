@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.types import Array
+
+Outline = tuple[tuple[float, float], ...]
+"""Corners x, y [m], of a value that can be compared."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class GoalTerms:
     """What is asked of a goal, where that is not what the settings say.
 
@@ -17,14 +19,14 @@ class GoalTerms:
         detected: whether the vehicle has docked only where the goal was seen; None: `GoalTracking.required`.
         approach: length [m] and direction, +1 or -1, of the straight last piece of a planned way; None:
             `RoutePlanner.final_straight`.
-        keep_out: outlines (k, 2) [m] that a planned way keeps out of before that piece, until the goal has
+        keep_out: outlines [m] that a planned way keeps out of before that piece, until the goal has
             been detected.
     """
 
     tolerance: tuple[float, float, float] | None = None
     detected: bool | None = None
     approach: tuple[float, int] | None = None
-    keep_out: tuple[Array, ...] = ()
+    keep_out: tuple[Outline, ...] = ()
 
     def on(self, config: ControllerConfig) -> ControllerConfig:
         """The settings with what is asked here."""

@@ -42,7 +42,11 @@ from tests.rti_mpcc.yards import BRISK
 BODY = [[4.5, -1.0], [6.5, -1.0], [6.5, 1.0], [4.5, 1.0]]
 """Before the front of a docked vehicle."""
 FULL: dict[str, dict[str, Any]] = {
-    "dock": {"approach": {"length": 2.0, "direction": -1}, "tolerance": [0.1, 0.1, 0.1]},
+    "dock": {
+        "approach": {"length": 2.0, "direction": -1},
+        "tolerance": [0.1, 0.1, 0.1],
+        "uncertainty": [1.0, 0.2],
+    },
     "wait": {"seconds": 2.0},
     "straight": {"distance": -1.0, "speed": 0.3, "steering": 0.1, "tolerance": [0.1, 0.1], "contact": True},
     "undock": {"distance": 3.0},
@@ -76,11 +80,8 @@ def test_each_kind_with_all_that_it_knows() -> None:
     assert isinstance(mission, DockingMission)
     dock, wait, move, out, away = mission.steps
     assert isinstance(dock, Dock)
-    assert (dock.pose, dock.approach, dock.tolerance) == (
-        Pose2(15.0, 0.0, 0.0),
-        Approach(2.0, -1),
-        (0.1, 0.1, 0.1),
-    )
+    assert (dock.pose, dock.approach) == (Pose2(15.0, 0.0, 0.0), Approach(2.0, -1))
+    assert (dock.tolerance, dock.uncertainty) == ((0.1, 0.1, 0.1), (1.0, 0.2))
     np.testing.assert_array_equal(np.asarray(dock.body), BODY)
     assert wait == Wait(2.0, timeout=9.0, patience=3.0, retries=2, retry_from=0, then="home")
     assert isinstance(move, Straight)
