@@ -14,6 +14,7 @@ its upper left corner, x right, y down, as seen by who reads it), nu the yaw of 
 
 from __future__ import annotations
 
+import re
 from math import cos, pi, sin
 from typing import Annotated
 
@@ -31,6 +32,8 @@ Angle = Annotated[float, Field(ge=-2.0 * pi, le=2.0 * pi)]
 Squares = Annotated[int, Field(ge=3, le=100)]
 Marker = Annotated[int, Field(ge=0, le=10_000)]
 Std = Annotated[float, Field(gt=0.0, le=1.0)]
+_FAMILY = re.compile(r"(?P<family>DICT_\dX\d)_(?P<size>\d+)")
+"""Names of dictionaries of which a larger one begins with all markers of the smaller ones of its family."""
 
 
 class Camera(Settings):
@@ -140,6 +143,22 @@ class CharucoBoard(Settings):
     def markers(self) -> range:
         """Numbers of its markers in the dictionary: one in every white square."""
         return range(self.first_marker, self.first_marker + self.columns * self.rows // 2)
+
+    @property
+    def dictionary_size(self) -> int | None:
+        """Number of markers of its dictionary; None where its name does not tell."""
+        found = _FAMILY.fullmatch(self.dictionary)
+        return None if found is None else int(found["size"])
+
+    def shares_markers(self, other: CharucoBoard) -> bool:
+        """Whether both have a marker, so that one board can be taken for the other."""
+        mine, theirs = (_FAMILY.fullmatch(board.dictionary) for board in (self, other))
+        if mine is not None and theirs is not None:
+            same = mine["family"] == theirs["family"]
+        else:
+            same = self.dictionary == other.dictionary
+        begin = max(self.markers.start, other.markers.start)
+        return same and begin < min(self.markers.stop, other.markers.stop)
 
     @property
     def size(self) -> tuple[float, float]:

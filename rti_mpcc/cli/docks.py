@@ -34,7 +34,8 @@ def _docks(arguments: argparse.Namespace) -> int:
     from rti_mpcc.report.docks_figure import docks_figure, docks_rows
 
     picture = folder / "docks.png"
-    docks_figure(arguments.file.name, docks).savefig(picture, dpi=style.DPI)
+    # Tight: long names may stand out of the plane, and of the figure.
+    docks_figure(arguments.file.name, docks).savefig(picture, dpi=style.DPI, bbox_inches="tight")
     tell_tables([docks_table(arguments.file.name, docks_rows(docks))])
     tell_written((picture,))
     return DONE

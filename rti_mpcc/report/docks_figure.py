@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, degrees, sin
+from math import cos, degrees, pi, sin
 from typing import Any
 
 import numpy as np
@@ -22,9 +22,13 @@ from rti_mpcc.types import Array
 
 SIZE = (9.0, 7.5)
 """Of the figure [inch]."""
+_APPROACH, _BOARD = 5.0, 3.0
+"""Widths of lines [point]; the first one shows beside the arrow on it."""
 _WAYS = {1: "forward", -1: "in reverse"}
-_NAME_AHEAD = 0.6
-"""Names stand so far before the docked vehicle [m]."""
+_NAME_AHEAD = 6.0
+"""Names stand so far before the docked vehicle [point]."""
+_STRAIGHT = sin(pi / 12.0)
+"""An arrow that points less to a side has its name centred on it, else beyond its tip on this side."""
 
 
 def docks_figure(title: str, docks: Docks) -> Figure:
@@ -37,7 +41,7 @@ def docks_figure(title: str, docks: Docks) -> Figure:
     shown = [_draw_dock(axes, dock, docks.vehicle) for dock in docks.docks.values()]
     plane(axes)
     show_driven(axes, np.concatenate(shown), area)
-    axes.set_title(title)
+    axes.set_title(title, parse_math=False)
     figure.legend(*entries_once([axes]), loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     return figure
 
@@ -47,15 +51,11 @@ def _draw_dock(axes: Axes, dock: Dock, vehicle: Vehicle) -> Array:
     pose = dock.pose
     assert pose is not None
     shown = [_outline(axes, pose, vehicle, style.BLUE, "docked vehicle")]
-    nose, name = (pose.compose(Pose2(vehicle.front + more, 0.0, 0.0)) for more in (0.0, _NAME_AHEAD))
-    arrow = {"arrowstyle": "-|>", "color": style.BLUE, "shrinkA": 0.0, "shrinkB": 0.0}
-    axes.annotate("", xy=(nose.x, nose.y), xytext=(pose.x, pose.y), arrowprops=arrow)
-    axes.annotate(dock.name, (name.x, name.y), ha="center", va="center", fontsize="small")
-    shown.append(np.array([[name.x, name.y]]))
     if dock.approach is not None:
         begin = pose.compose(Pose2(-dock.approach.direction * dock.approach.length, 0.0, 0.0))
-        _line(axes, begin, pose, style.ORANGE, "approach")
+        _line(axes, begin, pose, style.ORANGE, "approach, of the rear axle", width=_APPROACH)
         shown.append(np.array([[begin.x, begin.y]]))
+    _draw_heading(axes, dock.name, pose, vehicle)
     if dock.contact is not None:
         end = pose.compose(Pose2(dock.contact.distance, 0.0, 0.0))
         shown.append(_outline(axes, end, vehicle, style.GREEN, "after the contact move", dashes="dashed"))
@@ -68,8 +68,28 @@ def _draw_dock(axes: Axes, dock: Dock, vehicle: Vehicle) -> Array:
         middle, half = dock.board, 0.5 * dock.board.size[0]
         across = (-half * sin(middle.yaw), half * cos(middle.yaw))
         ends = [pose.compose(Pose2(middle.x + k * across[0], middle.y + k * across[1], 0.0)) for k in (-1, 1)]
-        _line(axes, ends[0], ends[1], style.RED, "board", width=3.0)
+        _line(axes, ends[0], ends[1], style.RED, "board", width=_BOARD)
     return np.concatenate(shown)
+
+
+def _draw_heading(axes: Axes, name: str, pose: Pose2, vehicle: Vehicle) -> None:
+    """An arrow from the rear axle to the front, on top of all else, and the name before it."""
+    nose = pose.compose(Pose2(vehicle.front, 0.0, 0.0))
+    arrow = {"arrowstyle": "-|>", "color": style.BLUE, "linewidth": 1.2, "shrinkA": 0.0, "shrinkB": 0.0}
+    axes.annotate("", xy=(nose.x, nose.y), xytext=(pose.x, pose.y), arrowprops=arrow, zorder=5)
+    right, up = cos(pose.phi), sin(pose.phi)
+    axes.annotate(
+        name,
+        (nose.x, nose.y),
+        xytext=(_NAME_AHEAD * right, _NAME_AHEAD * up),
+        textcoords="offset points",
+        ha="center" if abs(right) < _STRAIGHT else "left" if right > 0.0 else "right",
+        va="center" if abs(up) < _STRAIGHT else "bottom" if up > 0.0 else "top",
+        fontsize="small",
+        parse_math=False,
+        bbox={"facecolor": "white", "alpha": 0.7, "linewidth": 0.0, "pad": 1.0},
+        zorder=5,
+    )
 
 
 def _outline(
@@ -81,7 +101,7 @@ def _outline(
     return corners
 
 
-def _line(axes: Axes, begin: Pose2, end: Pose2, color: str, label: str, width: float = 1.8) -> None:
+def _line(axes: Axes, begin: Pose2, end: Pose2, color: str, label: str, *, width: float) -> None:
     points = [[(begin.x, begin.y), (end.x, end.y)]]
     axes.add_collection(LineCollection(points, colors=color, linewidths=width, label=label, zorder=3))
 

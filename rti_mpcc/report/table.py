@@ -45,12 +45,13 @@ def plan_table(name: str, figures: dict[str, Any]) -> Table:
 
 def docks_table(name: str, rows: Sequence[tuple[str, ...]]) -> Table:
     """Docks, one a row, see `docks_figure.docks_rows`."""
-    table = Table(title=name)
-    names = "dock", "kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"
+    table = Table(title=escape(name))
+    names = "kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"
+    table.add_column("dock", overflow="fold")  # a long name takes nothing from the other columns
     for column in map(escape, names):
         table.add_column(column, no_wrap=True)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     return table
 
 

@@ -13,6 +13,7 @@ from geometry import InputError, Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
+from rti_mpcc.simulation.fields import Length, Pair, Triple
 from rti_mpcc.simulation.section import Section
 from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait, placed
 from rti_mpcc.types import Array, MissionResult
@@ -28,16 +29,14 @@ TOUCHING = 1e-3
 """Bodies that are nearer to one another are in contact [m]."""
 
 Kind = Literal["dock", "wait", "straight", "undock", "drive_to"]
-Triple = Annotated[tuple[float, float, float], Field(strict=False)]
-Pair = Annotated[tuple[float, float], Field(strict=False)]
 Numbers = Annotated[tuple[float, ...], Field(strict=False, min_length=2, max_length=3)]
 
 
 class ApproachSection(Section):
     """The straight last piece of the way into the dock: length [m], direction 1 (forward) or -1."""
 
-    length: float
-    direction: int
+    length: Length
+    direction: Literal[1, -1]
 
 
 class MissionSection(Section):

@@ -7,10 +7,9 @@ one another is checked by `scenario_checks`. `scenario_file.load_scenario` does 
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, field_validator
 
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
@@ -19,6 +18,15 @@ from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Ride, 
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
+from rti_mpcc.simulation.fields import (
+    AreaSection,
+    Polygon,
+    Positive,
+    Tolerance,
+    Triple,
+    VehicleSection,
+    beside_the_file,
+)
 from rti_mpcc.simulation.mission import MissionSection
 from rti_mpcc.simulation.plant import PlantParameters
 from rti_mpcc.simulation.scenario_camera import CameraSection
@@ -26,25 +34,12 @@ from rti_mpcc.simulation.section import Section
 
 PRESETS = ("default", "paper", "paper_printed")
 
-# TOML has lists only; strictness stays on for what is in them.
-Pair = Annotated[tuple[float, float], Field(strict=False)]
-Triple = Annotated[tuple[float, float, float], Field(strict=False)]
-Polygon = Annotated[tuple[Pair, ...], Field(strict=False, min_length=3)]
-Positive = Annotated[float, Field(gt=0.0)]
-Length = Annotated[float, Field(gt=0.0, le=100.0)]
 Rate = Annotated[float, Field(gt=0.0, le=100.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
-Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
 AnySection = TypeVar("AnySection", bound=Section)
 StateNoise = Annotated[
     tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
 ]
-
-
-def beside_the_scenario(file: str | None, info: ValidationInfo) -> str | None:
-    """A relative file lies relative to the scenario file."""
-    folder = (info.context or {}).get("folder")
-    return file if file is None or folder is None else str(Path(folder) / file)
 
 
 class SegmentSection(Section):
@@ -62,7 +57,7 @@ class PathSection(Section):
     segments: Annotated[tuple[SegmentSection, ...], Field(strict=False, min_length=1)] | None = None
     file: str | None = None
 
-    _beside = field_validator("file")(beside_the_scenario)
+    _beside = field_validator("file")(beside_the_file)
 
 
 class NarrowingSection(Section):
@@ -88,19 +83,6 @@ class StartSection(Section):
     """Where the vehicle stands at the beginning: x, y [m], heading [rad]."""
 
     pose: Triple
-
-
-class AreaSection(Section):
-    """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
-
-    Without a boundary it is a box around all that is given, see `RoutePlanner.box`.
-    """
-
-    boundary: Polygon | None = None
-    obstacles: Annotated[tuple[Polygon, ...], Field(strict=False)] = ()
-    map: str | None = None
-
-    _beside = field_validator("map")(beside_the_scenario)
 
 
 class ShiftSection(Section):
@@ -167,16 +149,6 @@ class HomeSection(Section):
     """Where a mission drives after a step that failed for good and says so: x, y [m], heading [rad]."""
 
     pose: Triple
-
-
-class VehicleSection(Section):
-    """The body and wheelbase [m], see `Vehicle`; front and rear are measured from the rear axle."""
-
-    wheelbase: Length = Vehicle().wheelbase
-    width: Length = Vehicle().width
-    front: Length = Vehicle().front
-    rear: float = Field(default=Vehicle().rear, ge=0.0, le=100.0)
-    outline: Polygon | None = None
 
 
 class LimitsSection(Section):
@@ -270,7 +242,7 @@ class Scenario(Section):
 
     def build_vehicle(self) -> Vehicle:
         """The vehicle that the controller knows."""
-        return Vehicle(**self.vehicle.model_dump(exclude_unset=True))
+        return self.vehicle.build()
 
     def build_limits(self) -> Limits:
         """The limits of vehicle and controller."""
@@ -305,11 +277,7 @@ class Scenario(Section):
 
     def build_area(self) -> Area:
         """Where the vehicle may be. Raises AreaError, or InputError where none is given."""
-        section = self._had(self.area, "area")
-        if section.map is not None:
-            area = Area.from_map(section.map)
-        else:
-            area = Area(boundary=section.boundary, obstacles=section.obstacles)
+        area = self._had(self.area, "area").build()
         ends = [(pose.x, pose.y) for pose in (self.start_pose(), self.goal_pose())]
         return area.bounded(ends, RoutePlanner().box)
 

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from math import tan
 
 from geometry import Corridor, Pose2, ReferencePath
-from geometry.outline import checked_polygon
 from rti_mpcc.config import COMFORT_ACCELERATION, GoalLimits
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning import goals
 from rti_mpcc.simulation.faults import SIZES
+from rti_mpcc.simulation.fields import area_problems, map_problem, polygon_problems
 from rti_mpcc.simulation.mission import problems_of
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.toml_file import Problem
@@ -20,7 +20,7 @@ _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
 def problems(scenario: Scenario) -> list[Problem]:
     """Everything wrong that single values do not show; later checks only run where earlier ones passed."""
-    ground = (_area_choice, _polygons) if scenario.in_area else (_path_choice, _corridor_choice)
+    ground = (_area_choice,) if scenario.in_area else (_path_choice, _corridor_choice)
     checks = (
         _ground_choice,
         *ground,
@@ -57,11 +57,11 @@ def _problems_on_path(scenario: Scenario) -> list[Problem]:
 
 def _problems_in_area(scenario: Scenario) -> list[Problem]:
     """Of the area's map; whether a goal is in reach shows when the way to it is planned."""
+    assert scenario.area is not None
     try:
         scenario.build_area()
     except InputError as error:
-        file = scenario.area.map if scenario.area is not None else None
-        return [Problem(key="area" if file is None else "area.map", value=file, allowed=str(error))]
+        return [map_problem(scenario.area, error)]
     return list(_settings(scenario))
 
 
@@ -103,31 +103,14 @@ def _ground_choice(scenario: Scenario) -> Iterator[Problem]:
 
 def _area_choice(scenario: Scenario) -> Iterator[Problem]:
     section = scenario.area
-    if section is not None and section.map is not None and (section.boundary or section.obstacles):
-        allowed = "either map, or boundary and obstacles, not both"
-        yield Problem(key="area.map", value=section.map, allowed=allowed)
+    if section is not None:
+        yield from area_problems(section)
     if scenario.goal.offset is not None:
         allowed = "only with [path], from whose end it is counted: give goal.pose"
         yield Problem(key="goal.offset", value=scenario.goal.offset, allowed=allowed)
     if (time := scenario.controller.docking_time) is not None:
         allowed = "only with [path]: how long an unknown way takes is not known before"
         yield Problem(key="controller.docking_time", value=time, allowed=allowed)
-
-
-def _polygons(scenario: Scenario) -> Iterator[Problem]:
-    """Each polygon of the area by itself, so that the message can name it."""
-    section = scenario.area
-    if section is None:
-        return
-    given = [(f"area.obstacles[{index}]", polygon) for index, polygon in enumerate(section.obstacles)]
-    if section.boundary is not None:
-        given.insert(0, ("area.boundary", section.boundary))
-    for key, polygon in given:
-        try:
-            checked_polygon(polygon, "it")
-        except InputError as error:
-            allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
-            yield Problem(key=key, value=[list(corner) for corner in polygon], allowed=allowed)
 
 
 def _path_choice(scenario: Scenario) -> Iterator[Problem]:
@@ -192,7 +175,7 @@ def _camera(scenario: Scenario) -> Iterator[Problem]:
     own = section.board.markers
     for index, other in enumerate(section.others):
         board = section.board.model_copy(update={"first_marker": other.first_marker})
-        if max(own.start, board.first_marker) < min(own.stop, board.markers.stop):
+        if section.board.shares_markers(board):
             allowed = f"must leave the markers {own.start} to {own.stop - 1} to the board at the goal"
             key = f"goal.camera.others[{index}].first_marker"
             yield Problem(key=key, value=other.first_marker, allowed=allowed)
@@ -238,11 +221,7 @@ def _body(scenario: Scenario) -> Iterator[Problem]:
         return
     if not scenario.mission:
         yield Problem(key="goal.body", value=None, allowed="only with [[mission]], which keeps clear of it")
-    try:
-        checked_polygon(body, "it")
-    except InputError as error:
-        allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
-        yield Problem(key="goal.body", value=[list(corner) for corner in body], allowed=allowed)
+    yield from polygon_problems("goal.body", body)
 
 
 def _mission(scenario: Scenario) -> Iterator[Problem]:

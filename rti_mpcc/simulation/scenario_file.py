@@ -11,7 +11,7 @@ from typing import Any
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_checks import problems, remarks
-from rti_mpcc.simulation.toml_file import parsed, read_text, validated
+from rti_mpcc.simulation.toml_file import parsed, read_text, told, validated
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
@@ -51,7 +51,7 @@ def scenario_from_dict(
     scenario = validated(Scenario, data, source=source, folder=folder)
     found = problems(scenario)
     if found:
-        raise ScenarioError("\n".join(f"{source}: {problem}" for problem in found))
+        raise ScenarioError(told(found, source))
     for remark in remarks(scenario):
         _LOG.warning("%s: %s", source, remark)
     return scenario

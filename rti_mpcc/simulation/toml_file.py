@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from rti_mpcc.errors import ScenarioError
+from rti_mpcc.errors import ConfigError, ScenarioError
 
 Model = TypeVar("Model", bound=BaseModel)
+Location = tuple[int | str, ...]
+"""Of a value: keys of tables and places in lists, from the top of the file."""
 
 
 class Problem(NamedTuple):
@@ -51,7 +53,18 @@ def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folde
     try:
         return model.model_validate(dict(data), context={"folder": folder})
     except ValidationError as error:
-        raise ScenarioError("\n".join(f"{source}: {line}" for line in _lines(error, model))) from error
+        raise ScenarioError(told(problems_in(error, model), source)) from error
+
+
+def told(problems: Sequence[Problem], source: str) -> str:
+    """One line a problem, with the file in front."""
+    return "\n".join(f"{source}: {problem}" for problem in problems)
+
+
+def settings_problems(error: ConfigError, key: str, model: type[BaseModel]) -> list[Problem]:
+    """What is wrong with settings that are made of the table `key` of a file with this model."""
+    inner = _of_settings(error)
+    return [Problem(key, None, str(error))] if inner is None else problems_in(inner, model, (key,))
 
 
 def _shown(value: object) -> str:
@@ -59,28 +72,44 @@ def _shown(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _lines(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """One line a problem. A list whose entries are wrong is also told to be too short: that is dropped."""
+def problems_in(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[Problem]:
+    """What is wrong with the table at `at` of a file with this model, in this project's words.
+
+    A list whose entries are wrong is also told to be too short: that is dropped.
+    """
     items = error.errors()
     inner = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
-    return [
-        _worded(item, model) for item in items if not (item["type"] == "too_short" and item["loc"] in inner)
-    ]
+    found: list[Problem] = []
+    for item in items:
+        if item["type"] == "too_short" and item["loc"] in inner:
+            continue
+        location = (*at, *item["loc"])
+        settings = _of_settings(item.get("ctx", {}).get("error"))
+        if settings is not None:
+            found += problems_in(settings, model, location)
+        else:
+            found.append(_worded(item, location, model))
+    return found
 
 
-def _worded(error: ErrorDetails, model: type[BaseModel]) -> str:
-    """One of pydantic's errors in this project's words."""
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"]).lstrip(".")
+def _of_settings(error: object) -> ValidationError | None:
+    """What a `ConfigError` of settings was raised for: it names their class, which a file does not know."""
+    cause = error.__context__ if isinstance(error, ConfigError) else None
+    return cause if isinstance(cause, ValidationError) else None
+
+
+def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> Problem:
+    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
     kind, context = error["type"], error.get("ctx", {})
     if kind == "missing":
-        return str(Problem(key, None, "required"))
+        return Problem(key, None, "required")
     if kind == "extra_forbidden":
-        allowed = f"unknown key, allowed are {', '.join(_keys(error['loc'][:-1], model))}"
-        return str(Problem(key, error["input"], allowed))
+        return Problem(
+            key, error["input"], f"unknown key, allowed are {', '.join(_keys(location[:-1], model))}"
+        )
     if kind == "value_error":
-        return str(Problem(key, error["input"], str(context["error"])))
-    allowed = _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:]
-    return str(Problem(key, error["input"], allowed))
+        return Problem(key, error["input"], str(context["error"]))
+    return Problem(key, error["input"], _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
 
 
 def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
@@ -96,7 +125,10 @@ def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
         return f"must be {sign} {context[name]:g}"
     words = {
         "float_type": "must be a number",
+        "float_parsing": "must be a number",
         "int_type": "must be an integer",
+        "int_parsing": "must be an integer",
+        "int_from_float": "must be an integer",
         "string_type": "must be text",
         "bool_type": "must be true or false",
         "tuple_type": "must be a list",
@@ -111,7 +143,7 @@ def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
     return f"must be {context['expected']}" if kind == "literal_error" else words.get(kind)
 
 
-def _keys(location: tuple[int | str, ...], model: type[BaseModel]) -> list[str]:
+def _keys(location: Location, model: type[BaseModel]) -> list[str]:
     """The keys that the table at `location` in a model knows."""
     for part in location:
         if isinstance(part, str):

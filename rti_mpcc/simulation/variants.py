@@ -12,7 +12,8 @@ from typing import Any
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.scenario import AreaSection, CorridorSection, Scenario
+from rti_mpcc.simulation.fields import AreaSection
+from rti_mpcc.simulation.scenario import CorridorSection, Scenario
 from rti_mpcc.simulation.scenario_file import changed
 
 Points = list[list[float]]

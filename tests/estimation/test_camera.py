@@ -101,3 +101,34 @@ def test_the_board_turns_with_its_yaw() -> None:
 def test_bad_values_are_refused(kind: Any, values: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         kind(**values)
+
+
+@pytest.mark.parametrize("family", ["4X4", "5X5", "6X6", "7X7"])
+def test_dictionaries_of_a_family_begin_with_the_same_markers(family: str) -> None:
+    aruco: Any = cv2.aruco
+    names = [f"DICT_{family}_{size}" for size in (50, 100, 250, 1000)]
+    lists = [aruco.getPredefinedDictionary(getattr(aruco, name)).bytesList for name in names]
+    for name, markers in zip(names, lists, strict=True):
+        assert CharucoBoard(dictionary=name).dictionary_size == len(markers)
+        assert (markers == lists[-1][: len(markers)]).all()
+
+
+@pytest.mark.parametrize(
+    ("other", "shared"),
+    [
+        ({"first_marker": 9}, True),
+        ({"first_marker": 10}, False),
+        ({"dictionary": "DICT_4X4_1000"}, True),
+        ({"dictionary": "DICT_5X5_50"}, False),
+        ({"dictionary": "DICT_APRILTAG_36h11"}, False),
+    ],
+)
+def test_boards_with_a_marker_in_common(other: dict[str, Any], shared: bool) -> None:
+    first, second = CharucoBoard(), CharucoBoard(**other)
+    assert first.shares_markers(second) is shared
+    assert second.shares_markers(first) is shared
+    assert second.shares_markers(second)
+
+
+def test_other_dictionaries_do_not_tell_their_size() -> None:
+    assert CharucoBoard(dictionary="DICT_APRILTAG_36h11").dictionary_size is None

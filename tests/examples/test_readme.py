@@ -35,6 +35,14 @@ def test_the_block_of_the_page_on_missions(capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().out.splitlines() == ["0 dock MissionResult.RUNNING"]
 
 
+def test_the_block_of_the_page_on_docks(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    run_blocks(ROOT / "docs" / "docks.md", 1)
+    assert capsys.readouterr().out.splitlines() == ["capsule_a capsule_b charger DockKind.CHARUCO -1.2"]
+
+
 def test_the_python_blocks_run_as_typed_and_dock(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

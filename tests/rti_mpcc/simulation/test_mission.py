@@ -145,11 +145,11 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"kind": "dock", "approach": {"length": 1.0}}, ".approach.direction: required"),
     (
         {"kind": "dock", "approach": {"length": 0.0, "direction": 1}},
-        ": Approach.length = 0.0: must be > 0, and finite",
+        ".approach.length = 0.0: must be > 0",
     ),
     (
         {"kind": "dock", "approach": {"length": 1.0, "direction": 3}},
-        ": Approach.direction = 3: must be 1 (forward) or -1 (in reverse)",
+        ".approach.direction = 3: must be 1 or -1",
     ),
     (
         {"kind": "dock", "tolerance": [0.1, 0.1]},

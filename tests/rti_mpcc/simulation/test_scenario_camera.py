@@ -121,9 +121,9 @@ def test_a_run_docks_by_its_pictures_and_is_the_same_each_time() -> None:
             {"wrong": {"after": -1.0, "offset": [0.0, 0.0, 0.0]}},
             "goal.camera.wrong.after = -1.0: must be >= 0",
         ),
-        ({"board": {"square": -0.1}}, "CharucoBoard.square = -0.1"),
-        ({"mount": {"fx": 0.0}}, "Camera.fx = 0.0"),
-        ({"optics": {"blurred": 1.0}}, "Optics.blurred is not a setting"),
+        ({"board": {"square": -0.1}}, "goal.camera.board.square = -0.1: must be > 0"),
+        ({"mount": {"fx": 0.0}}, "goal.camera.mount.fx = 0.0: must be > 0"),
+        ({"optics": {"blurred": 1.0}}, "goal.camera.optics.blurred = 1.0: unknown key, allowed are "),
         ({"lens": 1.0}, "goal.camera.lens = 1.0: unknown key"),
     ],
 )
