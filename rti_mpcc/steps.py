@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import inf
+from math import inf, nan
 from numbers import Integral, Real
 from typing import ClassVar, Literal
 
@@ -75,6 +75,8 @@ class Step:
             whole = isinstance(count, Integral) and not isinstance(count, bool)
             good = count is None or (whole and count >= 0)
             _refuse_unless(good, self, name, "must be a whole number >= 0")
+            object.__setattr__(self, name, None if count is None else int(count))
+        _keep_floats(self, "timeout", "patience")
         _refuse_unless(
             self.then in ("stop", "continue", "home"), self, "then", "must be stop, continue or home"
         )
@@ -97,6 +99,8 @@ class Approach:
     def __post_init__(self) -> None:
         _refuse_unless(_positive(self.length), self, "length", "must be > 0, and finite")
         _refuse_unless(self.direction in (1, -1), self, "direction", "must be 1 (forward) or -1 (in reverse)")
+        _keep_floats(self, "length")
+        object.__setattr__(self, "direction", int(self.direction))
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +132,7 @@ class Straight(Step):
             _refuse_unless(_positive(getattr(self, name)), self, name, "must be > 0, and finite")
         allowed = "must be two numbers > 0: lateral [m], heading [rad]"
         _refuse_unless(_all_positive(self.tolerance, 2), self, "tolerance", allowed)
+        _keep_floats(self, "distance", "speed", "steering", "tolerance")
         _refuse_unless(self.until is None or callable(self.until), self, "until", "must be callable")
 
 
@@ -168,6 +173,7 @@ class Dock(Step):
     def __post_init__(self) -> None:
         Step.__post_init__(self)
         _refuse_unless(_all_positive(self.tolerance, 3), self, "tolerance", _THREE)
+        _refuse_unless(isinstance(self.name, str), self, "name", "must be text")
         for name, kinds in (
             ("pose", Pose2),
             ("kind", DockKind),
@@ -180,6 +186,7 @@ class Dock(Step):
         allowed = "must be two numbers > 0, [m] and [rad], of a dock with a body and an approach"
         certain = self.uncertainty is None or (self.body is not None and self.approach is not None)
         _refuse_unless(certain and _all_positive(self.uncertainty, 2), self, "uncertainty", allowed)
+        _keep_floats(self, "tolerance", "uncertainty")
         by_board = self.kind is DockKind.CHARUCO
         _refuse_unless(
             by_board == (self.board is not None), self, "board", "a charuco dock has one, and no other"
@@ -226,8 +233,9 @@ class Wait(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        good = self.seconds is None or self.seconds == 0 or _positive(self.seconds)
+        good = self.seconds is None or _number(self.seconds) == 0.0 or _positive(self.seconds)
         _refuse_unless(good, self, "seconds", "must be >= 0, and finite")
+        _keep_floats(self, "seconds")
         _refuse_unless(self.until is None or callable(self.until), self, "until", "must be callable")
         some = self.seconds is not None or self.until is not None
         _refuse_unless(some, self, "seconds", "needs seconds, or until")
@@ -250,6 +258,7 @@ class Undock(Step):
     def __post_init__(self) -> None:
         Step.__post_init__(self)
         _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
+        _keep_floats(self, "distance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,6 +281,7 @@ class DriveTo(Step):
         Step.__post_init__(self)
         _refuse_unless(isinstance(self.pose, Pose2), self, "pose", "must be a Pose2")
         _refuse_unless(_all_positive(self.tolerance, 3), self, "tolerance", _THREE)
+        _keep_floats(self, "tolerance")
 
 
 AnyStep = Dock | Wait | Straight | Undock | DriveTo
@@ -280,22 +290,37 @@ AnyStep = Dock | Wait | Straight | Undock | DriveTo
 _THREE = "must be three numbers > 0: [m], [m], [rad]"
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
+def _number(value: object) -> float:
+    """A number of any kind as a float; NaN for what is none, and for one beyond all floats."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return nan
+    try:
+        return float(value)
+    except OverflowError:
+        return nan
 
 
-def _positive(value: float, most: float = sys.float_info.max) -> bool:
-    return _is_number(value) and 0.0 < value <= most
+def _positive(value: object, most: float = sys.float_info.max) -> bool:
+    return 0.0 < _number(value) <= most
 
 
-def _is_way(value: float) -> bool:
-    return _is_number(value) and _positive(abs(value))
+def _is_way(value: object) -> bool:
+    return _positive(abs(_number(value)))
 
 
 def _all_positive(values: tuple[float, ...] | None, count: int) -> bool:
     if values is None:
         return True
     return isinstance(values, tuple | list) and len(values) == count and all(map(_positive, values))
+
+
+def _keep_floats(step: object, *names: str) -> None:
+    """Make numbers of other kinds in these fields floats, which are what a recording holds."""
+    for name in names:
+        value = getattr(step, name)
+        if value is not None:
+            floats = tuple(map(float, value)) if isinstance(value, tuple | list) else float(value)
+            object.__setattr__(step, name, floats)
 
 
 def _refuse_unless(good: bool, where: object, name: str, allowed: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from math import cos, inf, nan, pi, sin
 from typing import Any
 
@@ -84,7 +85,7 @@ BAD: list[tuple[Callable[[], Any], str]] = [
         for x in ((0.1,), (0.1, 0.0), (0.1, nan), 0.1, (0.1, 0.1, 0.1))
     ),
     (lambda: Straight(1.0, until=True), "Straight.until = True: must be callable"),  # type: ignore[arg-type]
-    *((lambda x=x: Undock(x), f"Undock.distance = {x!r}: {NO_WAY}") for x in (0, -inf, nan, None)),
+    *((lambda x=x: Undock(x), f"Undock.distance = {x!r}: {NO_WAY}") for x in (0, -inf, nan, None, 10**400)),
     *(
         (lambda x=x: Wait(x), f"Wait.seconds = {x!r}: must be >= 0, and finite")
         for x in (-1.0, inf, nan, "1")
@@ -100,6 +101,7 @@ BAD: list[tuple[Callable[[], Any], str]] = [
         (lambda x=x: Dock(POSE, tolerance=x), f"Dock.tolerance = {x!r}: {THREE}")
         for x in ((0.1, 0.1), (0, 1, 1))
     ),
+    (lambda: Dock(name=3), "Dock.name = 3: must be text"),  # type: ignore[arg-type]
     (lambda: Dock((1, 2, 3)), "Dock.pose = (1, 2, 3): must be of type Pose2, or None"),  # type: ignore[arg-type]
     (lambda: Dock(POSE, kind="known"), "Dock.kind = 'known': must be of type DockKind, or None"),  # type: ignore[arg-type]
     (lambda: Dock(POSE, approach=(2.0, 1)), "Dock.approach = (2.0, 1): must be of type Approach, or None"),  # type: ignore[arg-type]
@@ -120,11 +122,34 @@ def test_what_is_wrong_is_refused_and_said(made: Callable[[], Any], said: str) -
         made()
 
 
-def test_numbers_of_any_kind_will_do() -> None:
-    assert Wait(0).seconds == 0
-    assert Wait(np.float64(2.0), until=lambda: True).seconds == 2.0
-    assert Straight(-1, speed=1, tolerance=[0.1, 0.1]).distance == -1  # type: ignore[arg-type]
-    assert Approach(2, -1).direction == -1
+@pytest.mark.parametrize("kind", [int, float, Fraction, np.float32, np.int64])
+def test_numbers_of_any_kind_are_kept_as_floats(kind: Callable[[int], Any]) -> None:
+    one, two = kind(1), kind(2)
+    common = {"timeout": two, "patience": one}
+    three, move = (one, one, two), Straight(-two, speed=one, steering=one, tolerance=(one, two), **common)
+    steps = [
+        Wait(two, **common), move, Undock(-two, **common), DriveTo(POSE, tolerance=three, **common),
+        Dock(
+            POSE, approach=Approach(two, -one), tolerance=three, contact=move, body=SQUARE,
+            uncertainty=(two, one), **common,
+        ),
+    ]  # fmt: skip
+    same = Straight(-2.0, speed=1.0, steering=1.0, tolerance=(1.0, 2.0), timeout=2.0, patience=1.0)
+    assert repr(steps) == repr([
+        Wait(2.0, timeout=2.0, patience=1.0), same, Undock(-2.0, timeout=2.0, patience=1.0),
+        DriveTo(POSE, tolerance=(1.0, 1.0, 2.0), timeout=2.0, patience=1.0),
+        Dock(
+            POSE, approach=Approach(2.0, -1), tolerance=(1.0, 1.0, 2.0), contact=same, body=SQUARE,
+            uncertainty=(2.0, 1.0), timeout=2.0, patience=1.0,
+        ),
+    ])  # fmt: skip
+
+
+def test_counts_are_kept_as_integers_and_pairs_as_tuples() -> None:
+    step = Wait(0, retries=np.int64(2), retry_from=np.int64(0))  # type: ignore[arg-type]
+    assert (type(step.seconds), type(step.retries), type(step.retry_from)) == (float, int, int)
+    move = Straight(-1.0, tolerance=[0.1, np.float32(0.5)])  # type: ignore[arg-type]
+    assert repr(move.tolerance) == "(0.1, 0.5)"
 
 
 @pytest.mark.parametrize("pose", [POSE, Pose2(-3.0, 1.0, -2.0)], ids=repr)
