@@ -60,7 +60,8 @@ class DockingMission:
         agenda = Agenda(
             due=due,
             own_goal=controller.state.goal.planned,
-            bodies=_bodies(self.steps, controller.state.agenda),
+            # A mission that has made no cycle has left nothing anywhere.
+            bodies=_bodies(self.steps, controller.state.agenda if controller.has_stepped else None),
         )
         controller.state = replace(controller.state, agenda=agenda)
         self._cancelled = False
@@ -87,6 +88,11 @@ class DockingMission:
         """Whether the step under way makes for a dock that is not known: detections of it are of use."""
         step = self.agenda.step
         return isinstance(step, Dock) and step.kind is not DockKind.KNOWN
+
+    @property
+    def cancelling(self) -> bool:
+        """Whether `cancel` was called since the last step."""
+        return self._cancelled
 
     def cancel(self) -> None:
         """End it with the next step: the vehicle brakes to a standstill as soon as can be, and stands."""

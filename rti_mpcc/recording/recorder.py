@@ -57,7 +57,7 @@ class Recorder:
         self.controller = controller
         self._dumps = dump_failed
         self._number = 0
-        self._goal_cleared = self._cancelled = False
+        self._goal_cleared = False
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
         self._write(header)
 
@@ -74,18 +74,19 @@ class Recorder:
     ) -> Command:
         """One cycle, recorded. Arguments, result and errors are those of what is recorded."""
         driver = self.controller
+        mission = driver if isinstance(driver, DockingMission) else None
         clock = clock or CycleClock(core_of(driver).config.deadline)
         inputs = inputs_of(
             state,
             now=now,
             goal=goal,
             goal_cleared=self._goal_cleared,
-            cancelled=self._cancelled,
-            signal=isinstance(driver, DockingMission) and driver.told(signal),
+            cancelled=mission is not None and mission.cancelling,
+            signal=mission is not None and mission.told(signal),
             measurements=measurements,
             obstacles=obstacles,
         )
-        self._goal_cleared = self._cancelled = False
+        self._goal_cleared = False
         cycle, error = run_cycle(driver, self._number, inputs, clock)
         self._number += 1
         self._write(cycle)
@@ -105,7 +106,8 @@ class Recorder:
 
     def cancel(self) -> None:
         """Cancel the mission, if it has one; takes effect, and is recorded, with the next step."""
-        self._cancelled = True
+        if isinstance(self.controller, DockingMission):
+            self.controller.cancel()
 
     def close(self) -> None:
         """Write the end mark. Cycles after that are not recorded."""
