@@ -122,7 +122,9 @@ class DockingController:
     @property
     def path(self) -> ReferencePath | None:
         """The route that is driven, given or planned; None while there is none."""
-        return None if self.state.task.phase is Phase.PLANNING else self.state.path
+        s = self.state
+        on_none = s.task.phase is Phase.PLANNING or (s.task.phase is Phase.WAITING and not s.on_a_way)
+        return None if on_none else s.path
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:

@@ -11,7 +11,7 @@ from geometry import Pose2
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.errors import InputError
-from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd
+from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.planning.state import ControllerState, GoalState
 from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
 from rti_mpcc.rerouting import Rerouter
@@ -68,8 +68,7 @@ def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> 
     if isinstance(order, Stand):
         return transition_on(s, Event.TOLD_TO_STAND)
     if isinstance(order, GoOn):
-        on_a_way = s.task.segment.end is not SegmentEnd.STOP or s.task.stop is not None
-        return transition_on(s, Event.TOLD_TO_GO_ON if on_a_way else Event.WAY_LOST)
+        return transition_on(s, Event.TOLD_TO_GO_ON if s.on_a_way else Event.WAY_LOST)
     if rerouter is None:
         raise InputError("this controller drives its path only: its settings have no recovery")
     if isinstance(order, GoTo):

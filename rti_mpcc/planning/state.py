@@ -13,7 +13,7 @@ from math import inf
 from estimation import DisturbanceEstimate, GoalEstimate, PoseHistory
 from geometry import Pose2, ReferencePath
 from rti_mpcc.iteration import Solution
-from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
+from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, SegmentEnd, Segments
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.objectives import ArrivalAtRest, HorizonObjective
@@ -371,6 +371,11 @@ class ControllerState:
     def on_planned_way(self) -> bool:
         """Whether its way was planned in an area, and not given with a corridor."""
         return self.area.corridor.area is not None
+
+    @property
+    def on_a_way(self) -> bool:
+        """Whether there is a way that it drives on, or stopped on; else it stands on none."""
+        return self.task.segment.end is not SegmentEnd.STOP or self.task.stop is not None
 
     @property
     def goal_pose(self) -> Pose2 | None:

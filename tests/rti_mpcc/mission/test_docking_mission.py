@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Area, Pose2
+from geometry import Area, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, DockingMission, InputError, Source, Status
 from rti_mpcc.mission import docking_mission
 from rti_mpcc.simulation.plant import PlantState
@@ -106,6 +106,18 @@ def test_a_command_says_how_the_mission_goes_on() -> None:
         (1, "dock", RUNNING),
         (1, "dock", SUCCEEDED),
     ]
+
+
+def test_while_a_mission_waits_before_its_first_way_it_is_on_none() -> None:
+    mission = mission_in(YARD, [Wait(0.3), DriveTo(Pose2(2.0, 0.0, 0.0)), Wait(0.2)])
+    paths: list[ReferencePath | None] = []
+    drive = driven(mission, YARD, 20.0, before=lambda now: paths.append(mission.controller.path))
+    waiting = int((drive.times <= 0.3).sum())
+    assert paths[1:waiting] == [None] * (waiting - 1)
+    assert mission.result is SUCCEEDED
+    path = mission.controller.path  # where it waits now it came to by a way
+    assert path is not None
+    assert path.end.relative_to(Pose2(2.0, 0.0, 0.0)).within((1e-6, 1e-6, 1e-6))
 
 
 @pytest.mark.parametrize("shown", [0.0, 1000.0, 1.7e9, -50.0])
