@@ -1,4 +1,4 @@
-"""What the tests of the command line share: a scenario that is over soon."""
+"""What the tests of the command line share: scenarios that are over soon."""
 
 from __future__ import annotations
 
@@ -20,3 +20,35 @@ duration = DURATION
 def write_short(duration: float, more: str = "") -> None:
     """short.toml, in the current folder; `more` goes on in its section [simulation]."""
     Path("short.toml").write_text(SCENARIO.replace("DURATION", str(duration)) + more)
+
+
+MISSION = """
+name = "delivery"
+[start]
+pose = [0.0, 0.0, 0.0]
+[area]
+boundary = [[-4.0, -4.0], [12.0, -4.0], [12.0, 4.0], [-4.0, 4.0]]
+[goal]
+pose = [1.5, 0.0, 0.0]
+body = [[4.2, -1.0], [6.0, -1.0], [6.0, 1.0], [4.2, 1.0]]
+[simulation]
+duration = DURATION
+[[mission]]
+kind = "dock"
+approach = { length = 0.5, direction = 1 }
+[[mission]]
+kind = "wait"
+seconds = 0.2
+[[mission]]
+kind = "straight"
+distance = 0.6
+contact = true
+[[mission]]
+kind = "undock"
+distance = -1.5
+"""
+
+
+def write_mission(duration: float) -> None:
+    """delivery.toml, in the current folder: to a dock, in contact with it, and out again."""
+    Path("delivery.toml").write_text(MISSION.replace("DURATION", str(duration)))

@@ -17,7 +17,7 @@ from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.recording import read_recording
 from rti_mpcc.report.film import Film
-from tests.rti_mpcc.cli_runs import write_short
+from tests.rti_mpcc.cli_runs import write_mission, write_short
 
 ROOT = Path(__file__).parents[2]
 
@@ -93,6 +93,14 @@ def test_animation_goes_where_it_is_asked_for_with_a_recording(capsys: pytest.Ca
     assert main(["replay", "run.jsonl"]) == 0
 
 
+def test_a_mission_is_animated_while_it_is_recorded(capsys: pytest.CaptureFixture[str]) -> None:
+    write_mission(0.4)
+    arguments = ["--animate", "mine.gif", "--record", "run.jsonl"]
+    assert main(["run", "delivery.toml", "--no-plots", *arguments]) == 1
+    assert Path("mine.gif").read_bytes().startswith(b"GIF8")
+    assert main(["replay", "run.jsonl"]) == 0
+
+
 def test_run_is_the_same_when_it_is_looked_at() -> None:
     for more, folder in ((["--animate"], "with"), ([], "without")):
         main(["run", "short.toml", "--no-plots", "--seed", "3", "--out", folder, *more])
@@ -128,6 +136,22 @@ def test_watching_a_scenario(films: list[Film]) -> None:
     assert other.label == "short (paper)"
     assert other.views[0].observed.state != film.views[0].observed.state
     assert not Path("runs").exists()
+
+
+def test_watching_a_mission_and_its_recording(films: list[Film]) -> None:
+    write_mission(1.0)
+    main(["run", "delivery.toml", "--no-plots", "--record", "run.jsonl"])
+    assert main(["watch", "run.jsonl"]) == 0
+    assert main(["watch", "delivery.toml"]) == 0
+    for film in films:
+        assert film.area is not None
+        assert len(film.views) == 21
+        assert {view.observed.command.mission is not None for view in film.views} == {True}
+        assert film.views[-1].observed.planned is not None
+    recorded, run = films
+    for one, other in zip(recorded.views, run.views, strict=True):
+        assert one.observed.command.mission == other.observed.command.mission
+        assert (one.observed.inside is None) == (other.observed.inside is None)
 
 
 def test_watching_a_recording(films: list[Film]) -> None:

@@ -10,7 +10,7 @@ from rti_mpcc import cli
 from rti_mpcc.cli import main
 from rti_mpcc.recording import Machine, read_recording
 from rti_mpcc.simulation import changed, load_scenario, save_scenario
-from tests.rti_mpcc.cli_runs import write_short
+from tests.rti_mpcc.cli_runs import write_mission, write_short
 
 
 @pytest.fixture(autouse=True)
@@ -50,6 +50,39 @@ def test_a_run_in_an_area_is_recorded_and_replays(capsys: pytest.CaptureFixture[
     assert main(["run", str(file), "--no-plots", "--record", "run.jsonl"]) == 1
     assert main(["replay", "run.jsonl"]) == 0
     assert "identical: 21 cycles compared bit for bit" in capsys.readouterr().out
+
+
+def test_a_mission_is_recorded_and_replays(capsys: pytest.CaptureFixture[str]) -> None:
+    write_mission(30.0)
+    assert main(["run", "delivery.toml", "--no-plots", "--record", "run.jsonl"]) == 0
+    said = capsys.readouterr().out
+    for step in ("dock", "wait", "straight", "undock"):
+        assert any(f": {step} " in line and "SUCCEEDED" in line for line in said.splitlines()), step
+    cycles = read_recording("run.jsonl").cycles
+    assert sum(cycle.inputs.signal for cycle in cycles) == 1  # the contact
+    assert main(["replay", "run.jsonl"]) == 0
+    assert f"identical: {len(cycles)} cycles compared bit for bit" in capsys.readouterr().out
+
+
+def test_a_recorded_mission_is_the_same_as_one_that_is_not() -> None:
+    write_mission(10.0)
+    for more, folder in ((["--record", "run.jsonl"], "with"), ([], "without")):
+        main(["run", "delivery.toml", "--no-plots", "--seed", "3", "--out", folder, *more])
+    assert Path("with/trajectory.csv").read_text() == Path("without/trajectory.csv").read_text()
+
+
+def test_a_changed_contact_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    write_mission(10.0)
+    main(["run", "delivery.toml", "--no-plots", "--record", "run.jsonl"])
+    (touched,) = [cycle for cycle in read_recording("run.jsonl").cycles if cycle.inputs.signal]
+    text = Path("run.jsonl").read_text()
+    assert text.count('"signal":true') == 1
+    Path("run.jsonl").write_text(text.replace('"signal":true', '"signal":false'))
+    capsys.readouterr()
+    assert main(["replay", "run.jsonl"]) == 1
+    said = capsys.readouterr().out
+    assert said.startswith(f"different: cycle {touched.number} at ")
+    assert "command.mission.result: recorded" in said
 
 
 def test_options_of_the_run_reach_the_recorded_controller(capsys: pytest.CaptureFixture[str]) -> None:

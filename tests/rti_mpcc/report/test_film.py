@@ -9,11 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from geometry import Area, Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import InputError, RecordingError
+from rti_mpcc.mission import DockingMission
 from rti_mpcc.recording import Recorder, read_recording
 from rti_mpcc.report.film import Film, film_of_recording, film_of_run
 from rti_mpcc.report.views import ObservedCycle, Observer
 from rti_mpcc.simulation import RunResult, changed, docking_controller, load_scenario, simulate
+from rti_mpcc.steps import AnyStep, DriveTo, Wait
+from rti_mpcc.types import Status, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
     BACK,
@@ -132,6 +138,30 @@ def test_whole_cycles_of_a_truncated_recording_are_shown(
     assert film.label == "cut.jsonl (truncated)"
     assert len(film.views) == 5
     assert told == [(done, 5) for done in range(1, 6)]
+
+
+def test_film_of_a_recorded_mission_shows_its_ways(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """What told that a step was over, and that it was cancelled, are those of the recording."""
+    steps: list[AnyStep] = [Wait(until=lambda: False), DriveTo(Pose2(5.0, 0.0, 0.0))]
+    mission = DockingMission(DockingController.in_area(Area(), ControllerConfig()), steps)
+    rest = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
+    with Recorder(mission, tmp_path / "mission.jsonl") as recorder:
+        observer = Observer(recorder)
+        for cycle in range(12):
+            if cycle == 10:
+                recorder.cancel()
+            observer.step(rest, now=cycle * CYCLE, signal=cycle == 1)
+    film = film_of_recording(tmp_path / "mission.jsonl")
+    assert (film.path, film.area is None) == (None, False)
+    insides = 0
+    for view, live in zip(film.views, observer.observed, strict=True):
+        assert view.observed.command.mission == live.command.mission
+        assert (view.observed.planned is None) == (live.planned is None)
+        assert (view.observed.inside is None) == (live.inside is None)
+        insides += live.inside is not None
+    assert insides > 3
+    assert film.views[-1].observed.command.status is Status.WAITING
+    assert caplog.records == []
 
 
 def test_a_recording_without_a_cycle_is_refused(tmp_path: Path) -> None:

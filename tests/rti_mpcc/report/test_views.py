@@ -10,11 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.docking import DockingController
+from rti_mpcc.mission import DockingMission
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.views import TIGHT, ObservedCycle, Observer, held_by
 from rti_mpcc.simulation import RunResult, docking_controller
+from rti_mpcc.steps import DriveTo, Wait
 from rti_mpcc.types import Array, Command, Source, VehicleState
 from tests.rti_mpcc.docking_runs import short
 
@@ -64,7 +67,9 @@ def test_onlooker_tells_the_controller_all_and_keeps_what_it_says(command: Comma
     assert deaf.told == [{"state": REST, "now": 0.5, "goal": goal, "measurements": (), "obstacles": []}]
     observer.step(REST, now=0.6, clock="its own")
     assert deaf.told[1]["clock"] == "its own"
-    assert observer.observed == [ObservedCycle(state=REST, command=command, inside=None)] * 2
+    observer.step(REST, now=0.7, signal=True)
+    assert deaf.told[2]["signal"] is True
+    assert observer.observed == [ObservedCycle(state=REST, command=command, inside=None)] * 3
 
 
 @pytest.mark.parametrize("recorded", [False, True])
@@ -87,6 +92,22 @@ def test_inside_is_that_of_the_cycles_own_qp(recorded: bool, tmp_path: Path) -> 
     assert inside.slack is solution.slack
     assert inside.times is solution.trajectory.times
     assert inside.weights is solution.weights
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_the_controller_of_a_mission_is_seen_and_signals_get_through(recorded: bool, tmp_path: Path) -> None:
+    mission = DockingMission(
+        DockingController.in_area(Area(), CONFIG), [Wait(until=lambda: False), DriveTo(Pose2(5.0, 0.0, 0.0))]
+    )
+    with ExitStack() as stack:
+        recorder = stack.enter_context(Recorder(mission, tmp_path / "run.jsonl")) if recorded else None
+        observer = Observer(recorder or mission)
+        for cycle in range(8):
+            observer.step(REST, now=cycle * CONFIG.cycle, signal=cycle == 1)
+    assert [record.kind for record in mission.log] == ["wait", "drive_to"]
+    assert observer.observed[0].path is None  # it has no way yet
+    assert observer.observed[-1].inside is not None
+    assert observer.observed[-1].planned is mission.controller.path
 
 
 @pytest.mark.parametrize(
