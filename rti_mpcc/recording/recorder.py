@@ -29,9 +29,10 @@ class Recorder:
     """Steps a controller and writes each cycle to a file, which `replay` drives again.
 
     The controller is told what the recording says: numbers of other types reach it as float64, and what is
-    no number as NaN. The command is handed back after its line was written, and its QP if that is dumped: a
-    slow disk makes it late, which no deadline counts. Writing never stops the controller: if the file cannot
-    be written any more, that is logged and the vehicle is driven on without it. So is it after `close`.
+    no number as NaN. Orders that it is given by others than its mission are not recorded. The command is
+    handed back after its line was written, and its QP if that is dumped: a slow disk makes it late, which no
+    deadline counts. Writing never stops the controller: if the file cannot be written any more, that is
+    logged and the vehicle is driven on without it. So is it after `close`.
 
     Args:
         controller: or a mission, which has not stepped yet.
