@@ -31,8 +31,9 @@ _INTERRUPTED = 130
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with `argv` (default: the process's own) and return the exit status, without exiting.
 
-    0: docked, or a way was found, or identical in replay; 1: not docked, or the body crossed a boundary, or
-    no way was found, or a replay differs; 2: bad input, told in one message on stderr.
+    0: docked, or a way was found, or identical in replay; 1: not docked, or the body crossed a boundary, or a
+    step of a mission failed for good, or no way was found, or a replay differs; 2: bad input, told in one
+    message on stderr.
     """
     return exit_status(_parser(), argv)
 

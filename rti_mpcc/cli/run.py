@@ -29,8 +29,8 @@ from rti_mpcc.simulation import (
     summary,
 )
 from rti_mpcc.simulation.goal_feed import source_in
+from rti_mpcc.simulation.mission import all_succeeded
 from rti_mpcc.simulation.scenario import PRESETS
-from rti_mpcc.types import MissionResult
 
 
 def add_to(commands: Commands) -> None:
@@ -45,7 +45,8 @@ def add_to(commands: Commands) -> None:
         "                    [--ride RIDE] [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
         "                    [--no-plots]\n"
         "                    [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
-        epilog="Exit status: 0 docked, 1 not docked or a boundary was crossed, 2 bad input.",
+        epilog="Exit status: 0 docked, with all steps of its mission, 1 not docked, or a boundary was crossed, "
+        "or a step failed for good, 2 bad input.",
     )
     run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
     run.add_argument("--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s")
@@ -124,7 +125,7 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     tell_run(figures, written)
     if result.planning is not None and not result.paths:
         tell_lines([f"{scenario.name}: no way was found: {result.cycles.reason[-1]}"])
-    whole = result.mission_result in (None, MissionResult.SUCCEEDED)
+    whole = all_succeeded(result.mission_result, result.mission)
     crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
     return DOCKED if figures["docked"] and not crossed and whole else NOT_DOCKED
 

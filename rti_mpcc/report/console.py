@@ -23,7 +23,7 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
-from rti_mpcc.report.table import summary_table
+from rti_mpcc.report.table import failure_lines, summary_table
 
 Advance = Callable[[float, float], None]
 """Given what is done and what there is in all."""
@@ -69,8 +69,9 @@ class _Rate(ProgressColumn):
 
 
 def tell_run(figures: dict[str, Any], written: Sequence[Path]) -> None:
-    """Print the table of a run, and which files were written."""
+    """Print the table of a run, why steps of its mission failed, and which files were written."""
     tell_tables([summary_table(figures)])
+    tell_lines(failure_lines(figures.get("mission")))
     tell_written(written)
 
 

@@ -18,7 +18,7 @@ from rti_mpcc.report.ground import (
     draw_ways,
     show_driven,
 )
-from rti_mpcc.report.mission_bands import draw_ends
+from rti_mpcc.report.mission_bands import docked_at, draw_ends
 from rti_mpcc.simulation import GoalSource, RunResult
 from rti_mpcc.types import Array
 
@@ -99,7 +99,9 @@ def _draw_corridor(axes: Axes, result: RunResult) -> None:
 def _draw_area(axes: Axes, area: Area, result: RunResult) -> None:
     """What is solid, what came and went besides, and all paths that were planned."""
     draw_area(axes, area)
-    draw_obstacles(axes, [outline for _, outlines in result.besides for outline in outlines])
+    docked = docked_at(result)  # it is drawn by itself
+    others = [outline for _, outlines in result.besides for outline in outlines]
+    draw_obstacles(axes, [each for each in others if docked is None or not np.array_equal(each, docked)])
     draw_ways(axes, [path for _, path in result.paths])
 
 

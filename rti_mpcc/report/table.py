@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import degrees
 from typing import Any
 
@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from rti_mpcc.simulation import GoalSource
+from rti_mpcc.types import MissionResult
 
 _NEVER = "never"
 _COMFORT = (("acceleration", "m/s²"), ("lateral_acceleration", "m/s²"), ("steering_rate", "rad/s"))
@@ -100,16 +101,31 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
 def mission_rows(steps: list[dict[str, Any]] | None) -> list[tuple[str, str, str]]:
     """What the table of a run says of each step: when it was, what it came to, and the error at its end."""
     found = []
-    for place, step in enumerate(steps or []):
+    for step in steps or []:
         end = "" if step["end_s"] is None else f"{step['end_s']:.2f}"
         told = f"{step['result']} {step['begin_s']:.2f} to {end}"
-        found.append((f"step {place}: {step['kind']}", told, "s"))
+        found.append((_step_name(step), told, "s"))
         error = step["final_error"]
         if error is not None:
             along, across = 1e3 * error["longitudinal_m"], 1e3 * error["lateral_m"]
             errors = f"{along:.1f} / {across:.1f} / {degrees(error['heading_rad']):.2f}"
             found.append(("error at its end, along / across / heading", errors, "mm, deg"))
     return found
+
+
+def failure_lines(steps: Sequence[Mapping[str, Any]] | None) -> list[str]:
+    """Why steps failed, a line for each that did."""
+    over = (MissionResult.SUCCEEDED.value, MissionResult.RUNNING.value)
+    failed = [step for step in steps or [] if step["result"] not in over]
+    return [
+        f"{_step_name(step)}: {step['result']}" + (f": {step['reason']}" if step["reason"] else "")
+        for step in failed
+    ]
+
+
+def _step_name(step: Mapping[str, Any]) -> str:
+    again = f", try {step['attempt'] + 1}" if step["attempt"] else ""
+    return f"step {step['step']}: {step['kind']}{again}"
 
 
 def _planning_rows(planning: dict[str, Any] | None) -> list[tuple[str, str, str]]:

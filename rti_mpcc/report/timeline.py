@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid
 from rti_mpcc.report.goal_rows import NAMES, draw_goal_rows, has_goal_rows
-from rti_mpcc.report.mission_bands import LOWERED, draw_bands
+from rti_mpcc.report.mission_bands import BAND_LABELS, LOWERED, draw_bands, name_bands
 from rti_mpcc.simulation import RunResult
 
 
@@ -19,8 +19,8 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
     """v, delta, a, theta, effective weights and computing time above one another, on one time axis.
 
     Where a filter watched the goal, three rows below theta show what it knew, see `goal_rows`. `summary`
-    gives the times that are marked: inside tolerance (dotted) and docked (dashed). Legends stand beside the
-    axes.
+    gives the times that are marked: inside tolerance, the paper's T_goal (dotted), and docked (dashed). The
+    steps of a mission are bands in the first rows, see `mission_bands`. Legends stand beside the axes.
     """
     goal_rows = len(NAMES) if has_goal_rows(result) else 0
     figure = Figure(figsize=(10.0, 2.0 * (6 + goal_rows)), layout="constrained")
@@ -35,7 +35,7 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
     _draw_computing(axes[-1], result)
     for place, one in enumerate(axes):
         if place < _BANDED:
-            draw_bands(one, result, named=place == 0)
+            draw_bands(one, result)
         _mark(one, summary)
         grid(one)
         # Marks are named once, in the first legend.
@@ -50,23 +50,23 @@ def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
             frameon=False,
             fontsize="small",
         )
-    axes[0].set_title(result.title, pad=_ABOVE_BANDS if result.mission else None)
+    axes[0].set_title(result.title, pad=_PAD + name_bands(axes[0], result))
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(0.0, max(float(result.truth.times[-1]), 1e-3))
     return figure
 
 
-_MARKS = ("inside tolerance", "docked", LOWERED)
+_MARKS = ("inside tolerance", "docked", LOWERED, *BAND_LABELS)
 _BANDED = 3
 """So many rows show the steps of a mission: speed, steering, acceleration."""
-_ABOVE_BANDS = 18.0
-"""Room for the names of a mission's steps below the title [points]."""
+_PAD = 6.0
+"""Between the title and what is below it [points]."""
 
 
 def _mark(axes: Axes, summary: dict[str, Any]) -> None:
     for key, label, dashes in (
-        ("time_to_tolerance_s", _MARKS[0], "dotted"),
-        ("time_to_dock_s", _MARKS[1], "dashed"),
+        ("time_to_tolerance_s", "inside tolerance", "dotted"),
+        ("time_to_dock_s", "docked", "dashed"),
     ):
         if summary[key] is not None:
             axes.axvline(summary[key], color=style.GREEN, linestyle=dashes, linewidth=1.2, label=label)

@@ -110,7 +110,9 @@ def _mission(result: RunResult) -> dict[str, Any]:
 
 def _step(record: StepRecord, truth: Truth) -> dict[str, Any]:
     return {
+        "step": record.place,
         "kind": record.kind,
+        "attempt": record.attempt,
         "begin_s": record.begin,
         "end_s": record.end,
         "result": record.result.value,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args, runtime_checkable
 
 import numpy as np
@@ -169,6 +169,17 @@ def mission_in(controller: object) -> Mission | None:
             return controller
         controller = getattr(controller, "controller", None)
     return None
+
+
+def all_succeeded(result: MissionResult | None, log: Sequence[StepRecord]) -> bool:
+    """Whether a mission came to its end with all of its steps; True where there was none.
+
+    A step that was tried again counts by its last try. A mission that goes on after a failed step
+    (`then="continue"`) succeeds, but not with all of its steps.
+    """
+    last_tries = {record.place: record.result for record in log}
+    succeeded = MissionResult.SUCCEEDED
+    return result in (None, succeeded) and all(each is succeeded for each in last_tries.values())
 
 
 def body_at(body: Array, goal: Pose2) -> Array:

@@ -28,6 +28,7 @@ from rti_mpcc.simulation.controllers import driver_of
 from rti_mpcc.simulation.mission import (
     OPTIONAL,
     REQUIRED,
+    all_succeeded,
     body_at,
     mission_in,
     mission_of,
@@ -270,7 +271,8 @@ def test_a_run_ends_with_its_mission_and_the_summary_tells_of_each_step() -> Non
         ("undock", "SUCCEEDED"),
     ]
     dock, wait, move, out = found["mission"]
-    assert set(dock) == {"kind", "begin_s", "end_s", "result", "reason", "final_error"}
+    assert [(each["step"], each["attempt"]) for each in found["mission"]] == [(k, 0) for k in range(4)]
+    assert set(dock) == {"step", "kind", "attempt", "begin_s", "end_s", "result", "reason", "final_error"}
     assert wait["final_error"] is None
     tolerance = result.config.goal_tolerance
     assert all(
@@ -293,7 +295,21 @@ def test_a_mission_that_fails_is_told_and_has_not_docked() -> None:
     found = summary(result)
     assert (found["ended"], found["docked"]) == ("mission over", False)
     assert [each["result"] for each in found["mission"]] == ["TIMED_OUT", "TIMED_OUT"]
-    assert result.mission[1].attempt == 1
+    assert [(each["step"], each["attempt"]) for each in found["mission"]] == [(0, 0), (0, 1)]
+
+
+def record(place: int, attempt: int, result: MissionResult) -> StepRecord:
+    return StepRecord(kind="wait", place=place, attempt=attempt, begin=0.0, result=result)
+
+
+def test_all_steps_succeed_by_their_last_tries() -> None:
+    well, badly, on = MissionResult.SUCCEEDED, MissionResult.BLOCKED, MissionResult.RUNNING
+    again = [record(0, 0, well), record(1, 0, badly), record(0, 0, well), record(1, 1, well)]
+    assert all_succeeded(well, again)
+    assert not all_succeeded(well, again[:2])  # it went on after a failure
+    assert not all_succeeded(badly, [record(1, 0, badly), record(1, 0, well)])  # and drove home
+    assert not all_succeeded(on, [record(0, 0, on)])
+    assert all_succeeded(None, [])
 
 
 def test_a_run_without_a_mission_tells_of_none() -> None:
