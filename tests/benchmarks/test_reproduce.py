@@ -14,7 +14,7 @@ from benchmarks.reproduction import __main__ as reproduce
 from benchmarks.reproduction import report
 from benchmarks.reproduction.__main__ import main
 from benchmarks.reproduction.report import Report
-from benchmarks.reproduction.runs import Runs, comfort_cases, experiment_cases
+from benchmarks.reproduction.runs import Runs, comfort_cases, experiment_cases, mission_case
 from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import Case
 
@@ -27,6 +27,8 @@ PICTURES = {
     "frenet.png",
     "full_course.png",
     "full_course_along.png",
+    "mission_over_time.png",
+    "mission_plane.png",
     "weight_schedules.png",
 }
 
@@ -43,6 +45,7 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.acceptance
 def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(reproduce, "experiment_cases", lambda: list(map(short, experiment_cases())))
+    monkeypatch.setattr(reproduce, "mission_case", lambda: short(mission_case(), 0.5))
     monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(case, 0.1) for case in comfort_cases()])
     course = short(Case(scenario=load_scenario("docking_inside")), 0.2)
     monkeypatch.setattr(reproduce, "course_cases", lambda count: [course] * count)
@@ -81,6 +84,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
         "full-course",
         "docking-inside",
         "docking-behind",
+        "mission",
         "comfort",
         "courses",
     ]
@@ -95,6 +99,7 @@ def test_everything_is_written(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     written: list[Runs] = []
     monkeypatch.setattr(reproduce, "experiment_cases", lambda: [short(experiment_cases()[0], 0.1)])
+    monkeypatch.setattr(reproduce, "mission_case", lambda: short(mission_case(), 0.5))
     monkeypatch.setattr(reproduce, "comfort_cases", lambda: [short(experiment_cases()[1], 0.1)] * 3)
     monkeypatch.setattr(reproduce, "course_cases", lambda count: [short(experiment_cases()[3], 0.1)] * count)
 
@@ -108,6 +113,9 @@ def test_runs_are_told_apart(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
         assert len(written[-1].courses) == count
         assert [outcome.figures["method"] for outcome in written[-1].comforts] == ["separated"] * 3
         assert written[-1].figures("docking_inside")["method"] == "dynamic"
+        mission = written[-1].mission
+        assert mission is not None
+        assert mission.figures["scenario"] == "docking_mission"
         said = capsys.readouterr().out
         assert "\ndefault docks 1 of 2.\n" in f"\n{said}"
         assert "runs/reproduce" in said

@@ -2,52 +2,33 @@
 
 from __future__ import annotations
 
-from math import radians
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from benchmarks.reproduction.mission import motion_figure, verdicts
 from rti_mpcc.cli import main
 from rti_mpcc.report.animation import Stage
 from rti_mpcc.report.camera_frames import Frame
 from rti_mpcc.report.camera_view import CameraView
 from rti_mpcc.report.film import film_of_run
-from rti_mpcc.report.mission_bands import draw_bands, draw_ends
+from rti_mpcc.report.mission_bands import draw_bands, draw_ends, name_bands
 from rti_mpcc.report.overview import overview_figure
-from rti_mpcc.report.table import mission_rows
+from rti_mpcc.report.table import failure_lines, mission_rows
 from rti_mpcc.report.timeline import timeline_figure
 from rti_mpcc.report.views import Observer
 from rti_mpcc.simulation import (
     RunResult,
-    Scenario,
     driver_of,
     save_scenario,
-    scenario_from_dict,
     simulate,
     summary,
 )
-
-BODY = [[-4.0, -1.0], [-2.0, -1.0], [-2.0, 1.0], [-4.0, 1.0]]
-
-
-def short(**changes: object) -> Scenario:
-    """Two metres in reverse to a dock, a wait, and on to the contact."""
-    data = {
-        "name": "short",
-        "start": {"pose": [3.0, 0.0, 0.0]},
-        "area": {"boundary": [[-8.0, -6.0], [14.0, -6.0], [14.0, 6.0], [-8.0, 6.0]]},
-        "goal": {"pose": [0.0, 0.0, 0.0], "body": BODY},
-        "simulation": {"cycle": 0.05, "dead_time": 0.1, "duration": 60.0},
-        "mission": [
-            {"kind": "dock"},
-            {"kind": "wait", "seconds": 1.0},
-            {"kind": "straight", "distance": -1.22, "contact": True},
-        ],
-    }
-    return scenario_from_dict({**data, **changes})
+from rti_mpcc.types import MissionResult
+from tests.rti_mpcc.short_missions import short
 
 
 @pytest.fixture(scope="module")
@@ -83,14 +64,56 @@ def test_a_row_for_each_step_and_one_for_its_error(result: RunResult) -> None:
 
 def test_there_are_no_rows_without_a_mission() -> None:
     assert mission_rows(None) == []
+    assert failure_lines(None) == []
+
+
+def test_another_try_is_told_and_why_the_first_one_failed(result: RunResult) -> None:
+    first = summary(result)["mission"][0]
+    steps = [{**first, "result": "BLOCKED", "reason": "a wall"}, {**first, "attempt": 1, "end_s": None}]
+    rows = mission_rows(steps)
+    assert [rows[0][0], rows[2][0]] == ["step 0: dock", "step 0: dock, try 2"]
+    assert rows[2][1] == "SUCCEEDED 0.00 to "
+    assert failure_lines(steps) == ["step 0: dock: BLOCKED: a wall"]
+    assert failure_lines([{**steps[0], "reason": ""}]) == ["step 0: dock: BLOCKED"]
 
 
 def test_bands_and_marks(result: RunResult) -> None:
     axes = Figure().add_subplot()
-    draw_bands(axes, result, named=True)
+    draw_bands(axes, result)
+    room = name_bands(axes, result)
     assert [text.get_text() for text in axes.texts] == ["dock", "wait", "straight"]
+    assert len({text.get_position()[1] for text in axes.texts}) == 1
+    assert room > 0.0
     assert len(axes.patches) == 3
-    assert axes.get_legend_handles_labels()[1] == ["end of a wait"]
+    assert axes.get_legend_handles_labels()[1] == ["step, succeeded", "end of a wait"]
+
+
+def test_bands_of_what_failed_is_under_way_and_is_short(result: RunResult) -> None:
+    first, wait, move = result.mission
+    late = replace(first, result=MissionResult.TIMED_OUT, end=first.begin + 0.2)
+    again = replace(first, begin=first.begin + 0.2, end=first.begin + 0.4, attempt=1)
+    on = replace(move, result=MissionResult.RUNNING, end=None)
+    axes = Figure().add_subplot()
+    changed = replace(result, mission=(late, again, wait, on))
+    draw_bands(axes, changed, waited="lowered")
+    labels = ["step, failed", "step, succeeded", "step, not over", "lowered"]
+    assert sorted(axes.get_legend_handles_labels()[1]) == sorted(labels)
+    last = axes.patches[-1].get_window_extent().transformed(axes.transData.inverted())
+    assert last.x1 == pytest.approx(float(result.truth.times[-1]))
+    plain = name_bands(Figure().add_subplot(), result)
+    assert name_bands(axes, changed) == 2.0 * plain  # on two lines
+    assert [text.get_text() for text in axes.texts] == ["dock: TIMED_OUT", "dock", "wait", "straight"]
+    low, high = (text.get_position()[1] for text in axes.texts[:2])
+    assert high > low
+
+
+def test_no_bands_without_a_mission(result: RunResult) -> None:
+    axes = Figure().add_subplot()
+    without = replace(result, mission=(), mission_result=None)
+    draw_bands(axes, without)
+    assert name_bands(axes, without) == 0.0
+    assert not axes.patches
+    assert not axes.texts
 
 
 def test_ends_of_steps_and_what_is_docked_at(result: RunResult) -> None:
@@ -101,27 +124,20 @@ def test_ends_of_steps_and_what_is_docked_at(result: RunResult) -> None:
 
 
 def test_whole_pictures_are_drawn(result: RunResult) -> None:
-    timeline_figure(result, summary(result)).draw_without_rendering()
-    overview_figure(result).draw_without_rendering()
-
-
-def test_the_picture_of_the_reproduction(result: RunResult) -> None:
-    figure = motion_figure(result, summary(result))
-    labels = figure.axes[0].get_legend_handles_labels()[1]
-    assert {"true", "T_goal", "end of a wait"} <= set(labels)
-    assert [axes.get_ylabel() for axes in figure.axes] == ["v [m/s]", "delta [rad]"]
-
-
-def test_sentences_of_the_reproduction(result: RunResult) -> None:
-    told = verdicts(summary(result))
-    assert told[0].startswith("The vehicle gets to the pose before the capsule: comes out so (")
-    assert "does not come out so (1.0 s here" in told[2]
-    assert told[3].startswith("It connects: comes out so (")
-    figures = summary(result)
-    figures["mission"][2]["final_error"]["heading_rad"] = radians(0.6)
-    assert "It connects: does not come out so" in verdicts(figures)[3]
-    figures["mission"] = figures["mission"][:2]
-    assert verdicts(figures)[-1] == "It does not connect."
+    timeline = timeline_figure(result, summary(result))
+    timeline.draw_without_rendering()
+    first, second = (axes.get_legend() for axes in timeline.axes[:2])
+    assert first is not None
+    assert second is not None
+    marks = {"step, succeeded", "end of a wait", "inside tolerance", "docked"}
+    assert {text.get_text() for text in first.get_texts()} == marks | {"true"}
+    assert not {text.get_text() for text in second.get_texts()} & marks
+    assert [len(axes.patches) for axes in timeline.axes] == [3, 3, 3, 0, 0, 0]
+    plane = overview_figure(result)
+    plane.draw_without_rendering()
+    labels = plane.axes[0].get_legend_handles_labels()[1]
+    assert "what is docked at" in labels
+    assert "obstacle" not in labels  # what is docked at is drawn as that alone
 
 
 def test_the_last_picture_before_a_time_is_shown() -> None:
@@ -161,4 +177,25 @@ def test_the_command_says_whether_the_mission_succeeded(
     steps = [{"kind": "dock"}, {"kind": "undock", "distance": 5.0, "timeout": 1.0}]
     badly = save_scenario(short(name="late", mission=steps), tmp_path)
     assert main(["run", str(badly), "--no-plots", "--out", str(tmp_path / "badly")]) == 1
-    assert "TIMED_OUT" in capsys.readouterr().out
+    assert "step 1: undock: TIMED_OUT: it took 1 s" in capsys.readouterr().out
+
+
+def test_of_a_step_that_is_tried_again_the_last_try_counts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    again = save_scenario(
+        short(name="again", mission=[{"kind": "dock", "timeout": 4.0, "retries": 3}]), tmp_path
+    )
+    assert main(["run", str(again), "--no-plots", "--out", str(tmp_path / "again")]) == 0
+    said = capsys.readouterr().out
+    assert "step 0: dock, try 2" in said
+    assert "step 0: dock: TIMED_OUT: it took 4 s" in said
+
+
+def test_a_mission_that_goes_on_after_a_failure_is_none_of_all_steps(tmp_path: Path) -> None:
+    late = {"kind": "undock", "distance": 5.0, "timeout": 1.0, "then": "continue"}
+    steps = [{"kind": "dock"}, late, {"kind": "wait", "seconds": 0.1}]
+    on = save_scenario(short(name="on", mission=steps), tmp_path)
+    assert main(["run", str(on), "--no-plots", "--out", str(tmp_path / "on")]) == 1
+    told = json.loads((tmp_path / "on" / "summary.json").read_text(encoding="utf-8"))
+    assert (told["mission_result"], told["docked"]) == ("SUCCEEDED", True)
