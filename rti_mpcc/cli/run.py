@@ -45,8 +45,8 @@ def add_to(commands: Commands) -> None:
         "                    [--ride RIDE] [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
         "                    [--no-plots]\n"
         "                    [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
-        epilog="Exit status: 0 docked, and all steps of its mission succeeded, 1 not docked, or a boundary was "
-        "crossed, or a step failed for good, 2 bad input.",
+        epilog="Exit status: 0 docked, and all steps of its mission succeeded, 1 not docked, or a boundary "
+        "was crossed, or a step failed for good, 2 bad input.",
     )
     run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
     run.add_argument("--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s")

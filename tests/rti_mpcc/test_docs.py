@@ -15,6 +15,7 @@ from benchmarks.measure_deviations import PAGES
 from benchmarks.measure_results import constant_rows
 from benchmarks.tables import table
 from benchmarks.variations import VARIATIONS
+from rti_mpcc.simulation.mission import OPTIONAL, REQUIRED
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
@@ -72,6 +73,14 @@ def test_each_label_is_defined_where_it_can_be_found() -> None:
     assert used <= defined
     for page in DOCUMENTS:
         assert set(LABEL.findall(page.read_text(encoding="utf-8"))) <= defined, page
+
+
+def test_the_keys_of_each_step_are_those_of_the_code() -> None:
+    page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|(.*)\|(.*)\|$", page, flags=re.MULTILINE)
+    told = {kind: [tuple(re.findall(r"`(\w+)`", cell)) for cell in cells] for kind, *cells in rows}
+    for kind, required in REQUIRED.items():
+        assert told[kind] == [required, OPTIONAL[kind]]
 
 
 def test_no_label_is_defined_twice_in_the_documents() -> None:
