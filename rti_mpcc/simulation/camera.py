@@ -87,7 +87,9 @@ class BoardCamera:
         self._random = random
         self._own = self._printed(board)
         self._others = [(self._printed(other), dock) for other, dock in others]
-        self._surroundings = surroundings(round(2.0 * pi * camera.fx), camera.height, random)
+        self._round_about = round(2.0 * pi * camera.fx)
+        once = surroundings(self._round_about, camera.height, random)
+        self._surroundings = np.pad(once, ((0, 0), (0, camera.width)), mode="wrap")
 
     def expose(self, vehicle: Pose2, goal: Pose2) -> Image:
         """(height, width) picture taken from `vehicle` with the board at `goal`, both in the world."""
@@ -100,9 +102,13 @@ class BoardCamera:
             self._draw(picture, homography, print_)
         if self.optics.blur > 0.0:
             picture = self._cv2.GaussianBlur(picture, (0, 0), self.optics.blur)
+        # In place: a picture is 5 MB, and making room for another one takes longer than the arithmetic.
         noise = self._random.standard_normal(picture.shape, dtype=np.float32)
-        bright = self.optics.exposure * picture + self.optics.noise * noise
-        return np.clip(np.rint(bright), 0.0, 255.0).astype(np.uint8)
+        noise *= self.optics.noise
+        picture *= self.optics.exposure
+        picture += noise
+        np.clip(np.rint(picture, out=picture), 0.0, 255.0, out=picture)
+        return picture.astype(np.uint8)
 
     def _printed(self, board: CharucoBoard) -> _Print:
         """The print of a board with its border."""
@@ -120,9 +126,8 @@ class BoardCamera:
 
     def _background(self, heading: float) -> Grey:
         """(height, width) of the surroundings seen under this heading [rad]; far away, so they only turn."""
-        round_about = self._surroundings.shape[1]
-        first = round(-(heading + self.camera.yaw) * self.camera.fx)
-        return self._surroundings[:, np.arange(first, first + self.camera.width) % round_about]
+        first = round(-(heading + self.camera.yaw) * self.camera.fx) % self._round_about
+        return self._surroundings[:, first : first + self.camera.width].copy()
 
     def _homography(self, board: CharucoBoard, goal: Pose2) -> Array | None:
         """(3, 3) H of Eq. (K4), from the board's plane [m] to the camera; None if its face is not seen."""

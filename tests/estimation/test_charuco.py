@@ -208,6 +208,28 @@ def test_another_board_gives_none(detector: CharucoGoalDetector) -> None:
     assert detector.detect(picture, stamp=0.0) is None
 
 
+def test_of_two_boards_in_view_each_detector_finds_its_own() -> None:
+    beside, vehicle = Pose2(0.3, 1.4, 0.1), Pose2(4.0, 0.6, 0.05)
+    other = BOARD.model_copy(update={"first_marker": BOARD.markers.stop})
+    eye = BoardCamera(CAMERA, BOARD, Optics(), np.random.default_rng(6), [(other, beside)])
+    picture = eye.expose(vehicle, DOCK)
+    for board, dock in ((BOARD, DOCK), (other, beside)):
+        detection = CharucoGoalDetector(CAMERA, board).detect(picture, stamp=0.0)
+        assert detection is not None
+        assert np.abs(off(detection, vehicle, dock)) == pytest.approx(0.0, abs=0.03)
+    gone = eye.expose(vehicle, Pose2(0.0, 60.0, 0.0))
+    assert CharucoGoalDetector(CAMERA, BOARD).detect(gone, stamp=0.0) is None
+    assert CharucoGoalDetector(CAMERA, other).detect(gone, stamp=0.0) is not None
+
+
+def test_a_board_with_the_same_markers_cannot_be_told_apart(detector: CharucoGoalDetector) -> None:
+    beside, vehicle = Pose2(0.0, 1.4, 0.0), Pose2(4.0, 0.6, 0.0)
+    eye = BoardCamera(CAMERA, BOARD, Optics(), np.random.default_rng(6), [(BOARD, beside)])
+    detection = detector.detect(eye.expose(vehicle, Pose2(0.0, 60.0, 0.0)), stamp=0.0)
+    assert detection is not None
+    assert np.abs(off(detection, vehicle, beside)) == pytest.approx(0.0, abs=0.03)
+
+
 def test_colour_is_as_good_as_grey(detector: CharucoGoalDetector, pictures: BoardCamera) -> None:
     picture = pictures.expose(AT_THE_DOCK, DOCK)
     grey = detector.detect(picture, stamp=0.0)

@@ -116,6 +116,35 @@ def test_the_background_turns_with_the_vehicle() -> None:
     assert np.array_equal(pictures.expose(Pose2(5.0, 3.0, 0.0), far_off), ahead)
 
 
+def test_a_lens_that_sees_more_than_all_around_sees_it_again() -> None:
+    camera = CAMERA.model_copy(update={"fx": 60.0, "fy": 60.0, "cx": 639.5})
+    picture = taking(camera).expose(Pose2(-8.0, 0.0, 0.3), DOCK)
+    assert picture.shape == (camera.height, camera.width)
+    around = round(2.0 * pi * camera.fx)
+    assert np.array_equal(picture[:, :-around], picture[:, around:])
+
+
+def test_other_boards_leave_the_noise_of_a_picture_as_it_is() -> None:
+    behind = (BOARD.model_copy(update={"first_marker": 20}), Pose2(20.0, 0.0, 0.0))
+    alone, more = (
+        BoardCamera(CAMERA, BOARD, Optics(), np.random.default_rng(4), others) for others in ((), (behind,))
+    )
+    for vehicle in (Pose2(1.0, 0.1, 0.0), Pose2(4.0, -0.2, 0.1)):
+        assert np.array_equal(alone.expose(vehicle, DOCK), more.expose(vehicle, DOCK))
+
+
+@pytest.mark.parametrize("nearer", ["own", "other"])
+def test_a_nearer_board_covers_a_farther_one(nearer: str) -> None:
+    ahead, vehicle = Pose2(1.0, 0.0, 0.0), Pose2(4.0, 0.0, 0.0)
+    own, other = (ahead, DOCK) if nearer == "own" else (DOCK, ahead)
+    others = [(BOARD.model_copy(update={"first_marker": 20}), other)]
+    both = BoardCamera(CAMERA, BOARD, CLEAR, np.random.default_rng(0), others).expose(vehicle, own)
+    board = BOARD if nearer == "own" else others[0][0]
+    covering = BoardCamera(CAMERA, board, CLEAR, np.random.default_rng(0)).expose(vehicle, ahead)
+    # Seen from right behind, the nearer paper covers all of the farther one.
+    assert np.array_equal(both, covering)
+
+
 def test_the_detector_of_the_closed_loop() -> None:
     seen: list[tuple[Any, ...]] = []
 
