@@ -108,6 +108,8 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
         GoalSource(arguments.goal_source),
         detector=scenario.goal.measurement is not None,
     )
+    if scenario.goal.camera is not None:
+        scenario.goal.camera.check()
     if arguments.dump_failed is not None and arguments.record is None:
         raise InputError("--dump-failed needs --record: what is recorded is looked through for failed cycles")
     folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name

@@ -83,7 +83,8 @@ def simulate(
         goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
             the default is allowed.
         detector: looks for the goal in place of the one that the scenario describes.
-        seen: is told of every picture of the scenario's camera: stamp [s], picture, and detection or None.
+        seen: is told of every picture of the scenario's camera: stamp [s], picture, and the detection that
+            the controller is told of, or None.
 
     Raises InputError for an unknown preset or method, a negative seed, a goal source that needs a detector
     where there is none, or a command that is not finite.

@@ -13,6 +13,7 @@ from rti_mpcc.simulation.faults import SIZES
 from rti_mpcc.simulation.fields import area_problems, map_problem, polygon_problems
 from rti_mpcc.simulation.mission import problems_of
 from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scenario_camera import CameraSection
 from rti_mpcc.simulation.toml_file import Problem
 
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
@@ -172,13 +173,23 @@ def _camera(scenario: Scenario) -> Iterator[Problem]:
     if section.lost is not None and not 0.0 <= section.lost[0] < section.lost[1]:
         allowed = "must be two times after the first detection, the later one last"
         yield Problem(key="goal.camera.lost", value=list(section.lost), allowed=allowed)
-    own = section.board.markers
-    for index, other in enumerate(section.others):
-        board = section.board.model_copy(update={"first_marker": other.first_marker})
-        if section.board.shares_markers(board):
-            allowed = f"must leave the markers {own.start} to {own.stop - 1} to the board at the goal"
-            key = f"goal.camera.others[{index}].first_marker"
-            yield Problem(key=key, value=other.first_marker, allowed=allowed)
+    yield from _markers(section)
+
+
+def _markers(section: CameraSection) -> Iterator[Problem]:
+    """Of each board: whether its dictionary has them, and whether they are those of the board at the goal."""
+    own = section.board
+    keys = ["goal.camera.board", *(f"goal.camera.others[{index}]" for index in range(len(section.others)))]
+    for key, board in zip(keys, (own, *section.other_boards), strict=True):
+        size, needed = board.dictionary_size, len(board.markers)
+        if size is not None and board.markers.stop > size:
+            allowed = f"must leave room for its {needed} markers, {board.dictionary!r} has 0 to {size - 1}"
+        elif board is not own and own.shares_markers(board):
+            taken = f"{own.markers.start} to {own.markers.stop - 1}"
+            allowed = f"must leave the markers {taken} to the board at the goal"
+        else:
+            continue
+        yield Problem(key=f"{key}.first_marker", value=board.first_marker, allowed=allowed)
 
 
 def _clock(scenario: Scenario) -> Iterator[Problem]:

@@ -21,6 +21,22 @@ from tests.rti_mpcc.cli_runs import write_mission, write_short
 
 ROOT = Path(__file__).parents[2]
 
+SEEN = """
+name = "seen"
+[path]
+start = [4.0, 0.3, 0.05]
+segments = [{ direction = -1, curvature = 0.0, length = 4.0 }]
+[corridor]
+left = 3.0
+right = -3.0
+[goal.measurement]
+rate = 5.0
+[goal.camera]
+board = { x = -2.0, dictionary = "DICT_4X4_50" }
+[simulation]
+duration = 0.5
+"""
+"""A scenario with a camera that is over soon."""
 WINDOW = """
 from matplotlib.backend_bases import FigureManagerBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -206,3 +222,34 @@ def test_watch_opens_a_window_until_it_is_closed() -> None:
     (shown,) = done.stdout.splitlines()
     assert shown.startswith("window ")
     assert "cycle 1 of 7, 0.00 s: " in shown
+
+
+def test_animation_of_a_run_with_a_camera_has_its_view(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("seen.toml").write_text(SEEN)
+    sizes = []
+    for name in ("seen", "short"):
+        assert main(["run", f"{name}.toml", "--no-plots", "--animate", "--out", name]) == 1
+        with Image.open(f"{name}/animation.gif") as picture:
+            sizes.append(picture.size)
+    assert sizes[0][0] > sizes[1][0] + 500
+
+
+@pytest.mark.parametrize(
+    ("dictionary", "opencv", "message"),
+    [
+        ("DICT_4X4_50", False, "needs OpenCV 4.14 or later: pip install 'rti-mpcc[vision]'"),
+        ("DICT_9", True, "CharucoBoard.dictionary = 'DICT_9': not one of OpenCV's"),
+    ],
+)
+def test_a_camera_that_can_take_no_picture_is_refused_before_the_run(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    dictionary: str,
+    opencv: bool,
+    message: str,
+) -> None:
+    if not opencv:
+        monkeypatch.setitem(sys.modules, "cv2", None)
+    Path("seen.toml").write_text(SEEN.replace("DICT_4X4_50", dictionary))
+    assert refusal(capsys, "run", "seen.toml").endswith(message)
+    assert not Path("runs").exists()
