@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from typing import Any
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from rti_mpcc.report.camera_frames import Frame
+
+_GREY = 200
+"""Of the picture before the first one."""
 
 
 class CameraView:
@@ -19,12 +24,11 @@ class CameraView:
 
     def __init__(self, axes: Axes, frames: tuple[Frame, ...]) -> None:
         self._frames = frames
-        blank = frames[0].picture.copy()
-        blank[:] = 200
-        self._blank = blank
+        self._blank = np.full_like(frames[0].picture, _GREY)
+        self._shown: Frame | None = None
         axes.set_axis_off()
-        axes.set_title("rear camera")
-        self._image = axes.imshow(blank)
+        axes.set_title("camera")
+        self._image = axes.imshow(self._blank)
         place: dict[str, Any] = {"transform": axes.transAxes, "ha": "center", "va": "center"}
         self._word = axes.text(0.5, 0.5, "no picture yet", **place)
 
@@ -35,6 +39,9 @@ class CameraView:
 
     def show(self, time: float) -> None:
         """Show the last picture at this time [s]."""
-        before = [frame for frame in self._frames if frame.stamp <= time]
-        self._image.set_data(before[-1].picture if before else self._blank)
-        self._word.set_text("" if before else "no picture yet")
+        place = bisect_right(self._frames, time, key=lambda frame: frame.stamp) - 1
+        last = None if place < 0 else self._frames[place]
+        if last is not self._shown:
+            self._shown = last
+            self._image.set_data(self._blank if last is None else last.picture)
+        self._word.set_text("no picture yet" if last is None else "")

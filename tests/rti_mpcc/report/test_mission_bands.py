@@ -6,14 +6,11 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from rti_mpcc.cli import main
 from rti_mpcc.report.animation import Stage
-from rti_mpcc.report.camera_frames import Frame
-from rti_mpcc.report.camera_view import CameraView
 from rti_mpcc.report.film import film_of_run
 from rti_mpcc.report.mission_bands import draw_bands, draw_ends, name_bands
 from rti_mpcc.report.overview import overview_figure
@@ -28,6 +25,7 @@ from rti_mpcc.simulation import (
     summary,
 )
 from rti_mpcc.types import MissionResult
+from tests.rti_mpcc.report.frames import grey_frame
 from tests.rti_mpcc.short_missions import short
 
 
@@ -140,21 +138,9 @@ def test_whole_pictures_are_drawn(result: RunResult) -> None:
     assert "obstacle" not in labels  # what is docked at is drawn as that alone
 
 
-def test_the_last_picture_before_a_time_is_shown() -> None:
-    frames = tuple(
-        Frame(stamp=float(k), picture=np.full((6, 8, 3), 10 * k, dtype=np.uint8), found=True) for k in (1, 2)
-    )
-    axes = Figure().add_subplot()
-    view = CameraView(axes, frames)
-    for time, grey, word in ((0.5, 200, "no picture yet"), (1.5, 10, ""), (9.0, 20, "")):
-        view.show(time)
-        assert np.unique(np.asarray(axes.images[0].get_array())).tolist() == [grey]
-        assert axes.texts[0].get_text() == word
-
-
 def test_a_film_shows_the_camera_beside_the_plan(seen: tuple[RunResult, Observer]) -> None:
     run, observer = seen
-    frame = Frame(stamp=1.0, picture=np.zeros((6, 8, 3), dtype=np.uint8), found=False)
+    frame = grey_frame(1.0, 0)
     plain, watched = (
         Stage([film_of_run(run, observer.observed, frames=frames)]) for frames in ((), (frame,))
     )
