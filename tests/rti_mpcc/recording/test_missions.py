@@ -155,7 +155,7 @@ def test_each_field_of_each_step_comes_back(step: AnyStep) -> None:
         Dock(DOCK, approach=Approach(2, -1.0), body=np.array(BODY, dtype=np.float32)),  # type: ignore[arg-type]
         Dock(DOCK, contact=Straight(1.0)),
     ],
-    ids=str,
+    ids=lambda step: step.word,
 )
 def test_so_does_what_is_told_in_few_words_or_in_other_kinds_of_numbers(step: AnyStep) -> None:
     assert_same(step, back(step))
