@@ -56,7 +56,7 @@ def main() -> None:
     ]  # fmt: skip
     text = "\n\n".join(
         [
-            told(origin(f"{COMMAND} --seed {options.seed}")),
+            told(origin(command(options))),
             table(header, rows),
             f"{len(drawn) - len(wrong)} of {len(drawn)} drawn missions came to what was expected of them"
             + (f"; others: {'; '.join(wrong)}." if wrong else "."),
@@ -64,6 +64,12 @@ def main() -> None:
     )
     print(text)
     replace_block(PAGE, "missions", text)
+
+
+def command(options: argparse.Namespace) -> str:
+    """The command with all that decides what is drawn: who reads the table knows how much was driven."""
+    drawn = ("seed", "seeds", "count", "undockings")
+    return " ".join([COMMAND, *(f"--{name} {getattr(options, name)}" for name in drawn)])
 
 
 def row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
