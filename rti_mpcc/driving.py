@@ -161,9 +161,9 @@ def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) ->
 
 
 def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Brake to a standstill as firmly as can be, along the plan that was driven, and stand."""
-    firm, along = w.config.limits.acceleration, s.plans.driven
-    return _stop(s, context, w, Verdict(Reason.TOLD_TO_STAND), firm, along=along)
+    """Brake to a standstill along the plan that was driven, in comfort or as firmly as can be, and stand."""
+    wanted = w.config.limits.acceleration if s.task.at_once else w.config.comfort_acceleration
+    return _stop(s, context, w, Verdict(Reason.TOLD_TO_STAND), wanted, along=s.plans.driven)
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:

@@ -19,7 +19,13 @@ from rti_mpcc.rerouting import Rerouter
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stand:
-    """Come to a standstill as soon as can be, and stand."""
+    """Come to a standstill, and stand.
+
+    Attributes:
+        at_once: as soon as can be, not in comfort.
+    """
+
+    at_once: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +72,8 @@ def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> 
         InputError: a goal or a manoeuvre for a controller that plans no ways.
     """
     if isinstance(order, Stand):
-        return transition_on(s, Event.TOLD_TO_STAND)
+        s = transition_on(s, Event.TOLD_TO_STAND)
+        return replace(s, task=replace(s.task, at_once=order.at_once))
     if isinstance(order, GoOn):
         return transition_on(s, Event.TOLD_TO_GO_ON if s.on_a_way else Event.WAY_LOST)
     if rerouter is None:

@@ -50,7 +50,7 @@ def after(
 def ended(agenda: Agenda, result: MissionResult, reason: str, now: float) -> Next:
     """The mission is over, whatever was left of it, and the vehicle stands as soon as can be."""
     closed = _closed(Outcome(agenda, result, reason), now)
-    return Next(replace(closed, due=(), result=result, reason=reason), Stand())
+    return Next(replace(closed, due=(), result=result, reason=reason), Stand(at_once=True))
 
 
 def _on(found: Outcome, came: int, now: float) -> Next:
@@ -64,7 +64,7 @@ def _on(found: Outcome, came: int, now: float) -> Next:
     agenda = replace(agenda, due=agenda.due[1:])
     if not agenda.due and agenda.result is MissionResult.RUNNING:
         agenda = replace(agenda, result=MissionResult.SUCCEEDED)
-    return Next(agenda, Stand() if isinstance(step, Straight) else None)
+    return Next(agenda, Stand(at_once=True) if isinstance(step, Straight) else None)
 
 
 def _failed(

@@ -219,6 +219,7 @@ class Task:
         stall: what it stood before when it stalled last, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven, or the last halt was over [s].
+        at_once: told to stand, it brakes as firmly as can be.
     """
 
     segments: Segments
@@ -233,6 +234,7 @@ class Task:
     stall: Stall | None = None
     outside_since: float | None = None
     driving_since: float = 0.0
+    at_once: bool = False
 
     @classmethod
     def begun(cls, segments: Segments) -> Task:

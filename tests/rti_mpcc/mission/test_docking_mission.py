@@ -612,3 +612,12 @@ def test_a_step_that_begins_at_rest_fails_where_that_is_never_known(step: AnySte
     assert results(mission.log) == [(step.word, 0, 0, NOT_REACHED)]
     assert mission.agenda.reason == "the vehicle does not come to rest"
     assert mission.log[0].begin == pytest.approx(1.0, abs=1.5 * CYCLE)
+
+
+def test_a_step_that_times_out_on_the_way_brakes_in_comfort() -> None:
+    mission = mission_in(YARD, [DriveTo(Pose2(14.0, 0.0, 0.0), timeout=4.0)])
+    drive = driven(mission, YARD, 12.0, after=5.0)
+    assert mission.result is MissionResult.TIMED_OUT
+    assert drive.states[:, 3].max() > 1.0  # it was fast by then
+    assert abs(drive.states[-1, 3]) < 0.02
+    assert max(abs(command.acceleration) for command in drive.commands) < 1.2 * BRISK.comfort_acceleration

@@ -69,7 +69,7 @@ def test_after_success_comes_the_next_one_and_after_the_last_one_the_end() -> No
 
 def test_a_straight_move_ends_at_rest() -> None:
     steps = Straight(1.0), Wait(1.0)
-    assert then(under_way(*steps), MissionResult.SUCCEEDED, *steps).order == Stand()
+    assert then(under_way(*steps), MissionResult.SUCCEEDED, *steps).order == Stand(at_once=True)
 
 
 @pytest.mark.parametrize("came", [1, -1])
@@ -206,7 +206,7 @@ def test_where_one_way_out_cannot_be_driven_the_next_one_is_tried(result: Missio
 def test_whatever_was_left_is_dropped() -> None:
     steps = Wait(1.0), Wait(2.0)
     agenda, order = ended(under_way(*steps), MissionResult.CANCELLED, "", 11.0)
-    assert (agenda.due, agenda.result, order) == ((), MissionResult.CANCELLED, Stand())
+    assert (agenda.due, agenda.result, order) == ((), MissionResult.CANCELLED, Stand(at_once=True))
     assert (agenda.log[-1].end, agenda.log[-1].result) == (11.0, MissionResult.CANCELLED)
     between = ended(under_way(*steps, begun=None), MissionResult.CANCELLED, "", 11.0).agenda
     assert (between.log, between.result) == ((), MissionResult.CANCELLED)
