@@ -110,8 +110,10 @@ def contacts(figures: Sequence[dict[str, Any]]) -> str:
 
 
 def peaks(figures: Sequence[dict[str, Any]], key: str) -> str:
-    """p99 (max) of a peak over its comfort value."""
+    """p99 (max) of a peak over its comfort value, up to docking."""
     shares = [each["peak"][key] / each["comfort"][key] for each in figures]
+    if not any(shares):  # out of a dock nothing is driven up to it
+        return "-"
     return f"{number(float(np.percentile(shares, 99)), 2)} ({number(max(shares), 2)})"
 
 
