@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from math import cos, sin
 
 import numpy as np
 import shapely
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 from geometry.arrays import Array
 from geometry.errors import CorridorError
 from geometry.part import PathPart
+from geometry.pose import Pose2
 
 _ROUNDING = 1e-9  # of an area
 _SPACING = 0.25  # [m] between the path points at which the width is measured
@@ -42,6 +44,13 @@ def checked_polygon(corners: ArrayLike, name: str) -> shapely.Polygon:
     if not shape.is_valid:
         raise CorridorError(f"{name} is not a simple polygon ({shapely.is_valid_reason(shape)}).")
     return shape
+
+
+def placed(corners: ArrayLike, frame: Pose2) -> Array:
+    """Return corners (m, 2) [m], given in the frame of a pose, in that in which the pose is given."""
+    c, s = cos(frame.phi), sin(frame.phi)
+    turned = np.asarray(corners, dtype=np.float64) @ np.array([(c, s), (-s, c)])
+    return np.asarray(turned + np.array([frame.x, frame.y]))
 
 
 def convex_pieces(shape: shapely.Polygon) -> list[Array]:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from estimation import CharucoBoard
 from geometry import InputError, Pose2
-from geometry.outline import checked_polygon
+from geometry.outline import checked_polygon, placed
 from rti_mpcc.types import Array
 
 Then = Literal["stop", "continue", "home"]
@@ -203,20 +203,13 @@ class Dock(Step):
             return ()
         far, turn = self.uncertainty
         poses = [replace(self.pose, phi=self.pose.phi + angle) for angle in (-turn, 0.0, turn)]
-        corners = [corner for pose in poses for corner in placed(self.body, pose)]
-        bodies = shapely.MultiPoint(np.array(corners))
+        bodies = shapely.MultiPoint(np.concatenate([placed(self.body, pose) for pose in poses]))
         around = bodies.convex_hull.buffer(far, quad_segs=QUARTER)
         return (tuple((x, y) for x, y in shapely.get_coordinates(around)[:-1].tolist()),)
 
     def body_at(self, pose: Pose2) -> Array | None:
         """The outline (k, 2) of what is docked at, where the dock is at this pose; None: there is none."""
-        return None if self.body is None else np.array(placed(self.body, pose))
-
-
-def placed(outline: ArrayLike, pose: Pose2) -> list[tuple[float, float]]:
-    """The corners of an outline (k, 2) [m] that is given in the frame of a pose, in the world."""
-    corners = np.asarray(outline, dtype=np.float64).tolist()
-    return [(at.x, at.y) for at in (pose.compose(Pose2(x, y, 0.0)) for x, y in corners)]
+        return None if self.body is None else placed(self.body, pose)
 
 
 @dataclass(frozen=True, slots=True)

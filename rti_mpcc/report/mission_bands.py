@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
 from geometry import Pose2
+from geometry.outline import placed
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.report import style
 from rti_mpcc.simulation import RunResult
-from rti_mpcc.simulation.mission import body_at
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import Array, MissionResult
 
@@ -92,7 +92,7 @@ def _lines(names: Sequence[str], middles: Sequence[float]) -> list[int]:
 def docked_at(result: RunResult) -> Array | None:
     """Outline (k, 2) [m] of what is docked at, where it is at the end of the run, or None."""
     body = result.scenario.goal.body
-    return None if body is None else body_at(np.array(body), Pose2(*result.truth.goals[-1].tolist()))
+    return None if body is None else placed(body, Pose2(*result.truth.goals[-1].tolist()))
 
 
 def draw_ends(axes: Axes, result: RunResult) -> None:

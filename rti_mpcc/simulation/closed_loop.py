@@ -11,6 +11,7 @@ import numpy as np
 
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
+from geometry.outline import placed
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.agenda import StepRecord
@@ -20,7 +21,7 @@ from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
 from rti_mpcc.simulation.disturbances import Disturbances
 from rti_mpcc.simulation.ending import LATCHED, STANDSTILL_SPEED, Ending
 from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal, source_in
-from rti_mpcc.simulation.mission import Mission, body_at, mission_in, mission_of, touches
+from rti_mpcc.simulation.mission import Mission, mission_in, mission_of, touches
 from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
 from rti_mpcc.simulation.result import Planning, RunResult
 from rti_mpcc.simulation.scenario import Scenario
@@ -157,7 +158,7 @@ def _with_body(
     body = scenario.goal.body
     if body is None:
         return list(changes)
-    outline = body_at(np.array(body), goal)
+    outline = placed(body, goal)
     touched = next((record.begin for record in log if record.kind == "straight" and record.dock), None)
     if touched is None:
         return [(at, (*some, outline)) for at, some in changes]
@@ -338,7 +339,7 @@ def _in_contact(loop: _Loop) -> bool:
     if body is None:
         return False
     pose = Pose2(plant.x, plant.y, plant.phi)
-    return touches(pose, loop.config.vehicle, body_at(np.array(body), loop.goal.pose))
+    return touches(pose, loop.config.vehicle, placed(body, loop.goal.pose))
 
 
 def _sample(loop: _Loop, time: float) -> None:

@@ -15,7 +15,7 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.fields import Length, Pair, Triple
 from rti_mpcc.simulation.section import Section
-from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait, placed
+from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait
 from rti_mpcc.types import Array, MissionResult
 
 if TYPE_CHECKING:
@@ -180,11 +180,6 @@ def all_succeeded(result: MissionResult | None, log: Sequence[StepRecord]) -> bo
     last_tries = {record.place: record.result for record in log}
     succeeded = MissionResult.SUCCEEDED
     return result in (None, succeeded) and all(each is succeeded for each in last_tries.values())
-
-
-def body_at(body: Array, goal: Pose2) -> Array:
-    """Outline (k, 2) [m] in the world of what is docked at, for a goal there."""
-    return np.array(placed(body, goal))
 
 
 def touches(pose: Pose2, vehicle: Vehicle, body: Array) -> bool:

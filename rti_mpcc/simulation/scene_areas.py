@@ -15,7 +15,8 @@ import numpy as np
 import shapely
 
 from geometry import Pose2
-from rti_mpcc.simulation.scene_parts import SPARE, Draw, Layout, box, placed, ring
+from geometry.outline import placed
+from rti_mpcc.simulation.scene_parts import SPARE, Draw, Layout, box, ring
 from rti_mpcc.simulation.witness import Drive, Ground
 from rti_mpcc.types import Array
 

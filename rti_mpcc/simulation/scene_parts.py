@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from geometry import Pose2
+from geometry.outline import placed
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation.witness import Drive, Ground
 from rti_mpcc.types import Array
@@ -129,12 +130,6 @@ class Draw:
 def box(left: float, low: float, right: float, high: float) -> Array:
     """Corners (4, 2) of a rectangle along the axes [m]."""
     return np.array([(left, low), (right, low), (right, high), (left, high)])
-
-
-def placed(corners: Array, frame: Pose2) -> Array:
-    """Corners (m, 2), given in a frame, in that in which the frame is given."""
-    c, s = cos(frame.phi), sin(frame.phi)
-    return np.asarray(corners @ np.array([(c, s), (-s, c)]) + np.array([frame.x, frame.y]))
 
 
 def ring(shape: Any) -> Array:

@@ -15,12 +15,13 @@ import numpy as np
 import shapely
 
 from geometry import Pose2, wrap
+from geometry.outline import placed
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.simulation.scene_areas import aisle, clutter, yard
 from rti_mpcc.simulation.scene_parking import bay, slot
-from rti_mpcc.simulation.scene_parts import Draw, Layout, placed
+from rti_mpcc.simulation.scene_parts import Draw, Layout
 from rti_mpcc.simulation.witness import Drive
 from rti_mpcc.types import Array
 

@@ -7,6 +7,7 @@ import pytest
 import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
+from geometry.outline import placed
 from tests.geometry.sides import sides_of
 
 STRAIGHT = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(1, 0.0, 16.0)])
@@ -84,3 +85,10 @@ def test_outline_is_closed_to_bodies() -> None:
     bodies = body + places[:, None, :]
     assert corridor.collides(0, bodies).tolist() == [False, True, True, True, True, True]
     np.testing.assert_allclose(corridor.clearance(0, bodies), [1.0, -0.5, -0.5, -9.0, -13.0, -0.5], atol=1e-9)
+
+
+@pytest.mark.parametrize("frame", [Pose2(3.0, -2.0, 0.7), Pose2(-40.0, 12.0, -3.0), Pose2(0.0, 0.0, 9.0)])
+def test_placed_corners_are_where_the_frame_composed_with_them_is(frame: Pose2) -> None:
+    corners = [(0.0, 0.0), (2.0, 0.5), (-1.0, 3.0)]
+    found = [frame.compose(Pose2(x, y, 0.0)) for x, y in corners]
+    np.testing.assert_allclose(placed(corners, frame), [(at.x, at.y) for at in found], rtol=0.0, atol=1e-13)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
+from geometry.outline import placed
 from rti_mpcc import DockingController, DockingMission
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ScenarioError
@@ -29,7 +30,6 @@ from rti_mpcc.simulation.mission import (
     OPTIONAL,
     REQUIRED,
     all_succeeded,
-    body_at,
     mission_in,
     mission_of,
     told_by_the_simulation,
@@ -218,7 +218,7 @@ def test_along_a_path_nothing_is_asked_of_the_way_to_the_dock(key: str) -> None:
 @pytest.mark.parametrize("goal", [Pose2(1.0, 2.0, 0.0), Pose2(-4.0, 3.0, pi / 2)], ids=repr)
 def test_the_vehicle_touches_the_body_where_the_two_meet(goal: Pose2) -> None:
     vehicle = Vehicle()
-    body = body_at(np.array(BODY), goal)
+    body = placed(BODY, goal)
     for along, touching in ((-0.01, False), (0.0, True), (0.2, True)):
         pose = goal.compose(Pose2(4.5 - vehicle.front + along, 0.0, 0.0))
         assert touches(pose, vehicle, body) is touching
