@@ -15,6 +15,7 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.report import style
 from rti_mpcc.simulation import RunResult
+from rti_mpcc.simulation.goal_metrics import rows_at
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.types import Array, MissionResult
 
@@ -103,8 +104,7 @@ def draw_ends(axes: Axes, result: RunResult) -> None:
         axes.add_collection(PolyCollection([outline], label="what is docked at", zorder=1.5, **look))
     ends = [record.end for record in result.mission if record.end is not None]
     if ends:
-        rows = np.searchsorted(result.truth.times, np.array(ends) - SAME_TIME)
-        poses = result.truth.poses[np.minimum(rows, len(result.truth.times) - 1)]
+        poses = result.truth.poses[rows_at(result.truth, np.array(ends))]
         bodies = list(body_polygons(poses, result.config.vehicle))
         line: dict[str, Any] = {"facecolors": "none", "edgecolors": style.GREEN, "linewidths": 1.4}
         axes.add_collection(PolyCollection(bodies, label="body at the end of a step", zorder=3, **line))

@@ -17,7 +17,7 @@ from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
-from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
+from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary, rows_at
 from rti_mpcc.simulation.plant import SAME_TIME
 from rti_mpcc.simulation.result import RunResult, Truth, cusps_of
 from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
@@ -125,7 +125,7 @@ def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:
     """The true error at its end to where the step was to end: at a dock by where that is in truth."""
     if record.goal is None or record.end is None:
         return None
-    row = _row(truth, record.end)
+    row = _row_at(truth, record.end)
     goal = record.goal
     if record.dock is not None:
         goal = Pose2(*truth.goals[row].tolist()).compose(record.goal.relative_to(record.dock))
@@ -135,11 +135,11 @@ def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:
 def _end_of_docking(result: RunResult) -> int:
     """The sample at which the vehicle is to stand at its goal: the last one, or that of the last docking."""
     ends = [record.end for record in result.mission if record.kind == "dock" and record.end is not None]
-    return _row(result.truth, ends[-1]) if ends else len(result.truth.times) - 1
+    return _row_at(result.truth, ends[-1]) if ends else len(result.truth.times) - 1
 
 
-def _row(truth: Truth, time: float) -> int:
-    return min(int(np.searchsorted(truth.times, time - SAME_TIME)), len(truth.times) - 1)
+def _row_at(truth: Truth, time: float) -> int:
+    return int(rows_at(truth, np.array([time]))[0])
 
 
 def clearances(result: RunResult) -> Array:
