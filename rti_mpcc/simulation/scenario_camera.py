@@ -18,6 +18,7 @@ from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetect
 from estimation.charuco import opencv_board
 from geometry import Pose2
 from rti_mpcc.simulation.camera import BoardCamera, Image, Optics
+from rti_mpcc.simulation.fields import Pair, Triple
 from rti_mpcc.simulation.section import Section
 
 if TYPE_CHECKING:
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 Seen = Callable[[float, Image, CharucoDetection | None], None]
 """Is told of every picture: stamp [s], the picture, and the detection that is told of it, or None."""
-Pair = Annotated[tuple[float, float], Field(strict=False)]
-Triple = Annotated[tuple[float, float, float], Field(strict=False)]
 _STREAM = 7  # of the chance that mounts the camera
 
 
