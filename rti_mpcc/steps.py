@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from math import inf, nan
 from numbers import Integral, Real
@@ -80,6 +80,10 @@ class Step:
         _refuse_unless(
             self.then in ("stop", "continue", "home"), self, "then", "must be stop, continue or home"
         )
+
+
+COMMON = tuple(each.name for each in fields(Step))
+"""What all steps have."""
 
 
 @dataclass(frozen=True, slots=True)

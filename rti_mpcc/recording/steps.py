@@ -12,7 +12,7 @@ import numpy as np
 
 from estimation import CharucoBoard
 from geometry import Pose2
-from rti_mpcc.steps import AnyStep, Approach, Dock, DockKind, DriveTo, Straight, Then, Undock, Wait
+from rti_mpcc.steps import COMMON, AnyStep, Approach, Dock, DockKind, DriveTo, Straight, Then, Undock, Wait
 from rti_mpcc.types import Array
 
 
@@ -55,7 +55,6 @@ class MissionData:
 
 
 DOCK = ("pose", "name", "board", "approach", "tolerance", "uncertainty")
-COMMON = ("timeout", "patience", "retries", "retry_from", "then")
 
 
 def data_of(step: AnyStep) -> StepData:

@@ -15,7 +15,7 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.fields import Length, Pair, Triple
 from rti_mpcc.simulation.section import Section
-from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait
+from rti_mpcc.steps import COMMON, AnyStep, Approach, Dock, DriveTo, Straight, Then, Undock, Wait
 from rti_mpcc.types import Array, MissionResult
 
 if TYPE_CHECKING:
@@ -63,7 +63,6 @@ class MissionSection(Section):
         return {name: getattr(self, name) for name in self.model_fields_set if name != "kind"}
 
 
-COMMON = ("timeout", "patience", "retries", "retry_from", "then")
 REQUIRED: Mapping[str, tuple[str, ...]] = {
     "dock": (),
     "wait": ("seconds",),
