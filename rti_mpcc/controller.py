@@ -12,7 +12,7 @@ from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.footprint import AXLE, body_of
-from rti_mpcc.model.layout import DELTA, PHI, POSE, THETA, V
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, POSE, THETA, V
 from rti_mpcc.ocp.bounds import Change, overrun, stage_bounds
 from rti_mpcc.ocp.corridor_rows import (
     MEASURED,
@@ -174,7 +174,10 @@ class RtiMpcc:
         step = linearised_step(states[:-1], controls, lengths, wheelbase)
         along_path, rests = objective.along_path, objective.kind is Objective.ARRIVAL
         most = self._speeds(shifted) if along_path else None
-        pressed = first if last is None else self._pressed(last, states[0])
+        change = None
+        if before is not None:
+            pressed = first if last is None else self._pressed(last, states[0])
+            change = Change(before, states[:-1, V], controls[:, DELTA_DOT], lengths, rests, pressed)
         bounds = stage_bounds(
             config,
             target,
@@ -184,7 +187,7 @@ class RtiMpcc:
             turns=not along_path,
             disturbance=disturbance,
             most=most,
-            change=None if before is None else Change(before, states[:-1, V].copy(), lengths, rests, pressed),
+            change=change,
         )
 
         values, pattern = self._values, self._pattern

@@ -177,6 +177,8 @@ class BoundRelaxation(Settings):
             so many times as fast as its limit is braked at any jerk.
         patience: while it is, a QP may take so many times the configured iterations at least: what presses it
             back in at all stages adds up, and it takes the solver long to find how much.
+        turning_share: of a steering rate beyond comfort that the last plan had, which the next one may have
+            there, (J3). Less than 1: what the solver is off by is not to add up.
     """
 
     margin_time: Positive = 1.5
@@ -185,6 +187,7 @@ class BoundRelaxation(Settings):
     far_share: NonNegative = 0.1
     far_speed: Annotated[float, Field(ge=1.0, le=1e12)] = 1.1
     patience: Annotated[int, Field(ge=1, le=1000)] = 10
+    turning_share: Annotated[float, Field(ge=0.0, le=1.0)] = 0.99
 
 
 class AdmmSettings(Settings):

@@ -2,11 +2,14 @@
 
 (J1)  |a_k - a_before| <= jerk (t_k + h_0),   t_k from the begin of the plan to that of its stage
 (J2)  |a_k| <= jerk (T - t_k),   T the end of a plan that comes to rest there
-(J3)  |delta_dot_k| <= comfort,   unless the vehicle moves and something presses (`RtiMpcc`)
+(J3)  |delta_dot_k| <= max(comfort, 0.99 |delta_dot_k| of the last plan),   unless the vehicle moves and
+      something presses (`RtiMpcc`)
 
-A vehicle that comes to rest so soon that its braking cannot fade at that rate may let it go at once. Whatever
-else bounds the speed gives way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan. It does
-not hold for a vehicle that is far faster than it may be.
+A plan that turned the wheels faster while something pressed goes on as it was, and comes back into comfort
+bit by bit: bound to it at once it may end elsewhere, off its goal or in a wall. A vehicle that comes to rest
+so soon that its braking cannot fade at that rate may let it go at once. Whatever else bounds the speed gives
+way to (J1), see `qp.filling.fill_motion_bounds`: there is always a plan. It does not hold for a vehicle that
+is far faster than it may be.
 """
 
 from __future__ import annotations
@@ -35,12 +38,13 @@ class StageBounds:
 class Change(NamedTuple):
     """From what the acceleration changes: the one before [m/s²], and the speeds (N,) of the stages [m/s].
 
-    `lengths`: (N,) of the stages [s]; `rests`: whether the plan ends at rest, (J2); `pressed`:
-    whether more than the comfort steering rate may be needed, (J3).
+    `turning`: (N,) steering rates that the last plan had [rad/s]; `lengths`: (N,) of the stages [s]; `rests`:
+    whether the plan ends at rest, (J2); `pressed`: whether more than the comfort steering rate may be needed.
     """
 
     before: float
     speeds: Array
+    turning: Array
     lengths: Array
     rests: bool = False
     pressed: bool = True
@@ -98,12 +102,13 @@ def stage_bounds(
         controls,
     )
     if change is not None:
-        before, speeds, lengths, rests, pressed = change
+        before, speeds, turning, lengths, rests, pressed = change
         if abs(speeds[0]) <= config.bound_relaxation.far_speed * limits.speed:
             _bound_change(before, speeds[0], lengths, config.comfort.jerk, controls)
         if config.weights.comfort[2] > 0.0:
             calm = config.behaviour.calm_speed if pressed else inf
-            _bound_turning(speeds, calm, config.comfort.steering_rate, controls)
+            kept = config.bound_relaxation.turning_share * np.abs(turning)
+            _bound_turning(np.ascontiguousarray(speeds), kept, calm, config.comfort.steering_rate, controls)
         if rests:
             _bound_end(lengths, config.comfort.jerk, controls)
     return StageBounds(states=states, controls=controls)
@@ -170,8 +175,9 @@ def _bound_end(lengths: Array1, jerk: float, controls: Out3) -> None:
 
 
 @kernel
-def _bound_turning(speeds: Array1, calm: float, most: float, controls: Out3) -> None:
+def _bound_turning(speeds: Array1, kept: Array1, calm: float, comfort: float, controls: Out3) -> None:
     """(J3)."""
     for k in range(len(controls)):
         if abs(speeds[k]) <= calm:
+            most = max(comfort, kept[k])
             controls[k, 0, 1], controls[k, 1, 1] = max(controls[k, 0, 1], -most), min(controls[k, 1, 1], most)

@@ -96,12 +96,13 @@ def test_bounds_are_of_what_acts() -> None:
 
 
 LENGTHS = np.append(0.05, np.full(69, 0.1))
+STRAIGHT = np.zeros(len(LENGTHS))
 
 
 def changing(before: float, speed: float, *, rests: bool = False) -> StageBounds:
     config = ControllerConfig(limits=LIMITS, comfort_jerk=2.0)
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
-    change = Change(before, np.full(len(LENGTHS), speed), LENGTHS, rests)
+    change = Change(before, np.full(len(LENGTHS), speed), STRAIGHT, LENGTHS, rests)
     return stage_bounds(config, target, 1, THETAS, change=change)
 
 
@@ -139,7 +140,7 @@ def test_where_the_present_braking_cannot_fade_by_the_end_only_that_counts() -> 
     lengths = np.full(len(LENGTHS), 0.001)
     config = ControllerConfig(limits=LIMITS, comfort_jerk=2.0)
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
-    change = Change(-1.0, np.full(len(lengths), 1.0), lengths, True)
+    change = Change(-1.0, np.full(len(lengths), 1.0), STRAIGHT, lengths, True)
     got = stage_bounds(config, target, 1, THETAS, change=change).controls[:, :, A]
     assert (got[:, 0] <= got[:, 1]).all()
     np.testing.assert_allclose(got[0], [-1.002, -0.998])
@@ -149,14 +150,25 @@ def test_the_wheels_turn_within_comfort_next_to_rest_and_where_nothing_presses()
     config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
     target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
     speeds = np.where(np.arange(len(LENGTHS)) < 10, -0.05, -0.5)
-    got = stage_bounds(config, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS))
+    unpressed = Change(0.0, speeds, STRAIGHT, LENGTHS, pressed=False)
+    got = stage_bounds(config, target, -1, THETAS, change=unpressed._replace(pressed=True))
     np.testing.assert_allclose(got.controls[:10, :, DELTA_DOT], [[-0.3, 0.3]] * 10)
     np.testing.assert_allclose(got.controls[10:, :, DELTA_DOT], [[-0.7, 0.7]] * (len(LENGTHS) - 10))
-    calm = stage_bounds(config, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS, pressed=False))
+    calm = stage_bounds(config, target, -1, THETAS, change=unpressed)
     np.testing.assert_allclose(calm.controls[:, :, DELTA_DOT], [[-0.3, 0.3]] * len(LENGTHS))
     paper = ControllerConfig.paper(limits=LIMITS, comfort_steering_rate=0.3)
-    free = stage_bounds(paper, target, -1, THETAS, change=Change(0.0, speeds, LENGTHS, pressed=False))
+    free = stage_bounds(paper, target, -1, THETAS, change=unpressed)
     np.testing.assert_allclose(free.controls[:, :, DELTA_DOT], [[-0.7, 0.7]] * len(LENGTHS))
+
+
+def test_a_steering_rate_beyond_comfort_may_go_on_a_little_less_in_the_next_plan() -> None:
+    config = ControllerConfig(limits=LIMITS, comfort_steering_rate=0.3)
+    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
+    turning = np.linspace(-0.9, 0.6, len(LENGTHS))
+    change = Change(0.0, np.full(len(LENGTHS), 0.5), turning, LENGTHS, pressed=False)
+    got = stage_bounds(config, target, 1, THETAS, change=change).controls[:, :, DELTA_DOT]
+    most = np.clip(config.bound_relaxation.turning_share * np.abs(turning), 0.3, LIMITS.steering_rate)
+    np.testing.assert_allclose(got, np.stack([-most, most], axis=1))
 
 
 def test_far_beyond_the_speed_limit_any_jerk_will_do() -> None:
