@@ -68,7 +68,7 @@ def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> 
     if s.task.arrival is None:
         return None
     s, attempt, _ = _from_guess(s, context, w)
-    found = _iterated_on(Found(s, attempt, context), None, w)
+    found = _reaching(Found(s, attempt, context), None, w)
     if found.attempt.out_of_time:
         return None
     return search.reaches(found.attempt, context, w.config.retries.accepted_miss)
@@ -156,7 +156,7 @@ def _another_way(scouting: Scouting, w: Workspace) -> Scouting:
         return scouting
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:
-        found = _iterated_on(found, scouting.begun, w)
+        found = _reaching(found, scouting.begun, w)
         if found.attempt.out_of_time:  # nothing is begun yet
             waiting = s.suspending(found.s.plans.suspended)
             return replace(scouting, found=Found(waiting, found.attempt, context))
@@ -193,6 +193,16 @@ _LOOKED_FOR: dict[Candidate, Callable[[Scouting, Workspace], Scouting]] = {
 }
 
 
+def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
+    """A first plan to the goal that misses it is iterated on, one of a brisk ride with more time then."""
+    found = _iterated_on(found, begun, w)
+    attempt, calm = found.attempt, schedule.calmed(found.s, found.context, w.config)
+    near = search.reaches(attempt, found.context, w.config.retries.accepted_miss)
+    if calm is found.s or near or attempt.out_of_time:
+        return found
+    return _iterated_on(found._replace(s=calm), begun, w)
+
+
 def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
     """A first plan to the goal that misses it is iterated on.
 
@@ -203,7 +213,8 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     before = 0 if begun is None else begun.iterations
     done = before + len(attempt.solutions)
     missed = attempt.fits and not search.reaches(attempt, context)
-    if not (context.free and missed) or done >= 2 * w.config.search.iterations:
+    rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
+    if not (context.free and missed) or done >= rounds * w.config.search.iterations:
         return found
     s, more = iterated(s, context, search.nearer(attempt, w.config), w)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from math import hypot
 
-from geometry import Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import changed
 from rti_mpcc.planning.state import ControllerState, Phase
-from rti_mpcc.types import Trajectory
 
 # -- looked for in every cycle --------------------------------------------------------------------------
 
@@ -89,12 +86,7 @@ def plan_misses(s: ControllerState, context: PlanningContext, config: Controller
     plan = s.plans.driven
     if s.route is None or s.route.fixed or plan is None or not (context.free and is_due(s, context, config)):
         return False
-    return not (_ends_inside(plan, context) or context.inside(context.stop_error))
-
-
-def _ends_inside(plan: Trajectory, context: PlanningContext) -> bool:
-    end = Pose2(*plan.states[-1, [X, Y, PHI]].tolist())
-    return context.inside(end.relative_to(context.target.pose))
+    return not (context.reached_by(plan) or context.inside(context.stop_error))
 
 
 # -- others ---------------------------------------------------------------------------------------------

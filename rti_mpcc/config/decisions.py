@@ -125,7 +125,7 @@ class ArrivalTiming(Settings):
         hurry_from: a plan that would take longer in comfort by more than this share gets more time; hurry: by
             which share it gets a second more each second.
         slack: a plan that would take less than this share of its time in comfort, and has that much more
-            than its way takes, gets less; catching_up: so many seconds each second.
+            than its way takes, gets less; catching_up: so many seconds each second, at most.
         passed_distance: a vehicle that has passed its target by less than this [m] still has that way left.
         target_moved: a target that has moved by more than this is a new arrival [m].
         lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes.
@@ -138,8 +138,6 @@ class ArrivalTiming(Settings):
             wheels on the spot.
         brisk_share: what an arrival of a brisk ride takes of the comfort acceleration. Nearly all: its time
             has the ramps for a reserve.
-        brisk_catching_up: so many seconds each second less has an arrival of a brisk ride that has more than
-            its plan's own way takes in comfort.
         brisk_bound: no plan of a brisk ride takes more than so many times the comfort acceleration.
         slowest: least factor on the speeds of a motion by which it is slowed down for a given docking time.
         cruise_step: in which a cruise is driven in thought for the expected docking time [s].
@@ -152,7 +150,7 @@ class ArrivalTiming(Settings):
     hurry_from: NonNegative = 0.03
     hurry: Positive = 0.2
     slack: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
-    catching_up: NonNegative = 0.2
+    catching_up: NonNegative = 0.5
     passed_distance: NonNegative = 0.5
     target_moved: NonNegative = 0.1
     lost_cycles: Annotated[float, Field(ge=1.0, le=1e12)] = 2.5
@@ -162,7 +160,6 @@ class ArrivalTiming(Settings):
     most_pieces: Annotated[int, Field(ge=2, le=100_000)] = 400
     steering_distance: Annotated[float, Field(ge=0.0, le=1000.0)] = 4.0
     brisk_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.98
-    brisk_catching_up: NonNegative = 0.5
     brisk_bound: Annotated[float, Field(ge=1.0, le=10.0)] = 1.1
     slowest: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
     cruise_step: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25

@@ -39,12 +39,17 @@ from rti_mpcc.types import Array
 
 
 def arrival_time(
-    distance: float, speed: float, config: ControllerConfig, highest: Array | None = None
+    distance: float,
+    speed: float,
+    config: ControllerConfig,
+    highest: Array | None = None,
+    *,
+    calm: bool = False,
 ) -> float:
     """Duration [s] of the arrival that is planned over `distance` [m] from `speed` >= 0 [m/s].
 
     Args:
-        highest: see `time_to_go`.
+        highest: see `time_to_go`; calm: of a smooth ride, whatever ride is configured.
     """
     return time_to_go(
         distance,
@@ -53,7 +58,7 @@ def arrival_time(
         config.arrival_timing.least_time,
         highest,
         jerk=config.comfort.jerk,
-        brisk=config.ride == "brisk",
+        brisk=config.ride == "brisk" and not calm,
     )
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from math import copysign
 
 from geometry import Pose2
-from rti_mpcc.model.layout import V
+from rti_mpcc.model.layout import PHI, V, X, Y
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.pace import Pace
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Trajectory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,3 +64,8 @@ class PlanningContext:
     def inside(self, error: Pose2, share: float = 1.0) -> bool:
         """Whether `error` lies within `share` of the tolerance."""
         return error.within(self.tolerance, share)
+
+    def reached_by(self, plan: Trajectory, share: float = 1.0) -> bool:
+        """Whether a plan ends within `share` of the tolerance."""
+        end = Pose2(*plan.states[-1, [X, Y, PHI]].tolist())
+        return self.inside(end.relative_to(self.target.pose), share)

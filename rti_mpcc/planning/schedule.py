@@ -69,6 +69,15 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     return replace(s, task=replace(s.task, arrival=later))
 
 
+def calmed(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
+    """The arrival of a brisk ride with the time of a smooth one, once: its first plan misses the target."""
+    arrival = s.task.arrival
+    if arrival is None or arrival.calm or config.ride != "brisk":
+        return s
+    at = max(arrival.at, context.begin + _duration(context, config, calm=True))
+    return replace(s, task=replace(s.task, arrival=replace(arrival, at=at, calm=True)))
+
+
 def arrival_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Whether a contouring vehicle should turn to its arrival now."""
     return s.task.phase is Phase.CONTOURING and _arrives(s, context, config)
@@ -102,11 +111,11 @@ def _arrives(s: ControllerState, context: PlanningContext, config: ControllerCon
     return within_reach(context.distance, context.speed, config, context.pace, theta)
 
 
-def _duration(context: PlanningContext, config: ControllerConfig) -> float:
-    """What the arrival takes from here [s]."""
+def _duration(context: PlanningContext, config: ControllerConfig, *, calm: bool = False) -> float:
+    """What the arrival takes from here [s]; calm: that of a smooth ride."""
     distance = context.distance
     highest = context.pace.ahead(float(context.state[THETA]), distance, config)
-    return arrival_time(distance, context.speed, config, highest)
+    return arrival_time(distance, context.speed, config, highest, calm=calm)
 
 
 def _followed(
@@ -114,32 +123,45 @@ def _followed(
 ) -> float:
     """The time of an arrival [s] that was planned for `at`, after a cycle of the plan that is driven.
 
-    With f of `pressed`, later where f > 1 by (f - 1) / `hurry` seconds a second, at most 1: the time to go
-    stands still then. Sooner where f is below `slack`, and more time is left than the way takes by that
-    share. A brisk ride has the time of `own_time` and a ramp of (T6).
-    Nothing but the rate changes by a step, so no acceleration does.
+    Nothing but its rate, `_change`, changes by a step, so no acceleration does. Later by a second each second
+    at most: the time to go stands still then.
 
-    A vehicle that is slow for its way may not get on at all, and one that is near may be beside its target:
-    their arrivals are to be overdue some time, and keep their time.
+    A vehicle that is slow for its way, and for the room that it has, may not get on at all, and one that is
+    near may be beside its target: their arrivals are to be overdue some time, and keep their time.
     """
     distance, timing = context.distance, config.arrival_timing
     if plan is None or distance <= timing.late_reach:
         return at
-    needed = arrival_time(distance, context.speed, config)
-    if context.speed * needed < timing.kept_share * distance:
+    highest = float(context.pace.at(context.state[THETA]))
+    usual = min(distance / arrival_time(distance, context.speed, config), highest)
+    if context.speed < timing.kept_share * usual:
         return at
-    factor = pressed(plan, config)
+    change = _change(at - context.begin, plan, context, config)
+    return at + config.cycle * min(max(change, -timing.catching_up), 1.0)
+
+
+def _change(left: float, plan: Trajectory, context: PlanningContext, config: ControllerConfig) -> float:
+    """So many seconds later each second is an arrival to be that has `left` [s] to go, (T5).
+
+    With f of `pressed`, later where f > 1. Sooner where f is below `slack`, and more time is left than the
+    way takes by that share. A brisk ride has the time of `own_time` and a ramp of (T6), and more where its
+    plan misses the target for want of time, but no more than a smooth one takes.
+    """
+    timing, factor = config.arrival_timing, pressed(plan, config)
     if factor > 1.0 + timing.hurry_from:
-        return at + config.cycle * min((factor - 1.0) / timing.hurry, 1.0)
+        return (factor - 1.0) / timing.hurry
     if config.ride == "brisk":
+        share = config.behaviour.due_share
+        if left < _duration(context, config, calm=True) and not context.reached_by(plan, share):
+            return 1.0
         ramp = config.arrival_acceleration / config.comfort.jerk
-        spare = at - context.begin - own_time(plan, context.speed, config)
-        if spare < ramp:
-            return at + config.cycle * min((ramp - spare) / timing.hurry, 1.0)
-        return at - config.cycle * min(spare - ramp, timing.brisk_catching_up)
-    if factor < timing.slack and timing.slack * (at - context.begin) > _duration(context, config):
-        return at - timing.catching_up * config.cycle
-    return at
+        late = ramp - (left - own_time(plan, context.speed, config))
+        if late > 0.0:
+            return late / timing.hurry
+        return late if context.reached_by(plan, timing.slack * share) else 0.0
+    if factor < timing.slack and timing.slack * left > _duration(context, config):
+        return (factor / timing.slack - 1.0) / timing.hurry
+    return 0.0
 
 
 def own_time(plan: Trajectory, speed: float, config: ControllerConfig) -> float:

@@ -8,7 +8,6 @@ from math import hypot
 
 import numpy as np
 
-from geometry import Pose2
 from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
@@ -177,7 +176,7 @@ def converge(
         out_of_time = _was_cut(found)
         enough = len(solutions) >= start.least or _settled(solutions, start.settled)
         fits = enough and not problem and not corridor_infeasible
-        fits = fits and (not start.reaching or _ends_inside(found.trajectory, context))
+        fits = fits and (not start.reaching or context.reached_by(found.trajectory))
         if out_of_time or unsolved >= start.unsolved or fits:
             break
     return SqpResult(
@@ -277,13 +276,7 @@ def first_guess(mpcc: RtiMpcc, s: ControllerState, context: PlanningContext) -> 
 
 def reaches(attempt: SqpResult, context: PlanningContext, share: float = 1.0) -> bool:
     """Whether the last iterate is a plan past everything to within a share of the tolerance of its target."""
-    return attempt.fits and _ends_inside(attempt.plan, context, share)
-
-
-def _ends_inside(plan: Trajectory, context: PlanningContext, share: float = 1.0) -> bool:
-    """Whether its end is within a share of the tolerance of the target."""
-    end = Pose2(*plan.states[-1, [X, Y, PHI]].tolist())
-    return context.inside(end.relative_to(context.target.pose), share)
+    return attempt.fits and context.reached_by(attempt.plan, share)
 
 
 def _corridor_infeasible(

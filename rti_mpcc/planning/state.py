@@ -74,11 +74,13 @@ class Arrival:
         at: planned time of it [s].
         timed_for: the pose that the time was last set for.
         overdue_since: since when it has its shortest time to go, whatever distance is left [s], or None.
+        calm: of a brisk ride, with the time of a smooth one to begin with.
     """
 
     at: float
     timed_for: Pose2
     overdue_since: float | None = None
+    calm: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

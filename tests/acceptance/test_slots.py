@@ -1,8 +1,9 @@
 """S bends with a slot in their middle that leaves 0.25 m to either side of the body: driven calmly through.
 
 A slot follows its path. The body does not: its corners are 0.3 m nearer to the edges where the path bends
-into the slot, so it has to swing out before. In two of the shapes there is no room to come out of a slot
-that is bent itself in one go by the planner's reserve; these have to dock, and touch nothing.
+into the slot, so it has to swing out before. From the begin of the shape `bent` there is no room for that:
+neither the route planner nor `benchmarks.optimum` finds a way in one go that keeps 0.05 m. It has to dock, and
+touch nothing. The shape `early` is crept through, within comfort, which costs energy.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ SHAPES = {
     "bent": (12.0, 0.0),
 }
 """Lengths of both arcs, of 10 m radius, and of what is straight between them [m]."""
-MENDED = ("long", "full", "straight")
+COMFORTABLE = ("long", "full", "straight", "early")
+SWIFT = ("long", "full", "straight")
 
 
 def s_bend(arc: float, straight: float, direction: int) -> Scenario:
@@ -57,6 +59,7 @@ def test_the_slot_is_driven_through(shape: str, direction: int, figures: Mutable
     figures["iterations_p99"] = float(np.percentile(result.cycles.iterations, 99))
     assert told["docked"]
     assert told["min_clearance_m"] >= 0.05
-    if shape in MENDED:
+    if shape in COMFORTABLE:
         assert max(figures["over_comfort"].values()) <= 1.2
+    if shape in SWIFT:
         assert told["energy_ratio"] <= 1.2

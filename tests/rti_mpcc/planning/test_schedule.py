@@ -15,6 +15,7 @@ from rti_mpcc.model.layout import STATES, THETA
 from rti_mpcc.planning import schedule
 from rti_mpcc.planning.arrival import arrival_time
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.schedule import rescheduled, scheduled
 from rti_mpcc.planning.state import Arrival, ControllerState, Halt, Phase
 from rti_mpcc.types import Array, Trajectory
@@ -117,18 +118,21 @@ def test_the_time_of_arrival_follows_the_plan() -> None:
     assert later == pytest.approx(20.0 + cycle * 0.5)
     assert due(arriving(at=20.0, driven=planned(4.0)), contexts()) == pytest.approx(20.0 + cycle)
     # With slack there is less, as long as there is more than the way takes.
-    slow = planned(0.05, 0.0, 0.0)
-    assert due(arriving(at=30.0, driven=slow), contexts()) == pytest.approx(30.0 - 0.2 * cycle)
-    assert due(arriving(at=20.0, driven=slow), contexts()) == 20.0
+    slow, slower = (planned((share * TIMING.slack) ** 2 * 0.4, 0.0, 0.0) for share in (0.95, 0.5))
+    sooner = due(arriving(at=30.0, driven=slow), contexts())
+    assert sooner == pytest.approx(30.0 - cycle * 0.05 / TIMING.hurry)
+    most = due(arriving(at=30.0, driven=slower), contexts())
+    assert most == pytest.approx(30.0 - cycle * TIMING.catching_up)
+    assert due(arriving(at=20.0, driven=slower), contexts()) == 20.0
 
 
 BRISK = ControllerConfig(dead_time=0.2, ride="brisk")
 
 
 def driving(speed: float, duration: float) -> Trajectory:
-    """Straight on at one speed, in 50 stages."""
+    """Straight on from 10 m at one speed, in 50 stages."""
     times = 10.2 + np.linspace(0.0, duration, 51)
-    way = speed * (times - times[0])
+    way = 10.0 + speed * (times - times[0])
     states = np.column_stack([way, 0 * way, 0 * way, np.full(51, speed), 0 * way, way])
     return Trajectory(times=times, states=states, controls=np.zeros((50, 3)))
 
@@ -157,9 +161,38 @@ def test_the_time_of_a_brisk_arrival_follows_the_own_time_of_its_plan() -> None:
         return arrival_of(decided(arriving(at=at, driven=plan), contexts(), BRISK)).at - at
 
     assert due_brisk(ramp) == pytest.approx(0.0, abs=1e-12)
-    assert due_brisk(ramp + 2.0) == pytest.approx(-BRISK.cycle * BRISK.arrival_timing.brisk_catching_up)
+    assert due_brisk(ramp + 2.0) == pytest.approx(-BRISK.cycle * TIMING.catching_up)
     assert due_brisk(ramp - 0.1) == pytest.approx(0.5 * BRISK.cycle)
     assert due_brisk(-3.0) == pytest.approx(BRISK.cycle)
+
+
+@pytest.mark.parametrize(
+    ("miss", "left", "later"),
+    [
+        (0.9, 10.0, 1.0),  # no more than a smooth ride takes
+        (0.9, 20.0, 0.0),
+        (0.75, 10.0, 0.0),
+        (0.7, 20.0, -TIMING.catching_up),
+    ],
+)
+def test_a_brisk_arrival_whose_plan_misses_gets_more_time_up_to_that_of_a_smooth_one(
+    miss: float, left: float, later: float
+) -> None:
+    """By the share of the tolerance that the plan misses its target by."""
+    context, at = contexts(), 10.2 + left
+    assert 10.0 < arrival_time(10.0, 1.0, BRISK, calm=True) < 20.0
+    plan = driving((10.0 + miss * context.tolerance[0]) / 9.0, 9.0)
+    changed = arrival_of(decided(arriving(at=at, driven=plan), context, BRISK)).at - at
+    assert changed == pytest.approx(later * BRISK.cycle, abs=1e-12)
+
+
+def test_the_first_plan_of_a_brisk_ride_gets_the_time_of_a_smooth_one_once() -> None:
+    calm = schedule.calmed(arriving(at=12.0), contexts(), BRISK)
+    assert arrival_of(calm).at == pytest.approx(10.2 + arrival_time(10.0, 1.0, CONFIG), rel=0.05)
+    assert schedule.calmed(calm, contexts(distance=12.0), BRISK) is calm
+    assert arrival_of(schedule.calmed(arriving(at=50.0), contexts(), BRISK)).at == 50.0
+    for s, config in ((arriving(), CONFIG), (contouring(), BRISK)):
+        assert schedule.calmed(s, contexts(), config) is s
 
 
 def test_near_its_target_or_slow_for_its_way_an_arrival_keeps_its_time_to_be_overdue_one_day() -> None:
@@ -167,6 +200,13 @@ def test_near_its_target_or_slow_for_its_way_an_arrival_keeps_its_time_to_be_ove
     assert due(pressed, contexts(distance=0.9 * TIMING.late_reach, speed=0.5)) == 20.0
     assert due(pressed, contexts(distance=10.0, speed=0.1)) == 20.0
     assert due(pressed, contexts(distance=10.0, speed=0.9)) > 20.0
+
+
+def test_one_that_is_slow_for_want_of_room_gets_on_and_its_time_follows() -> None:
+    pressed = arriving(at=20.0, driven=planned(4.0))
+    narrow = Pace(theta=np.array([0.0, 20.0]), speed=np.array([0.3, 0.3]))
+    assert due(pressed, contexts(distance=10.0, speed=0.2, pace=narrow)) > 20.0
+    assert due(pressed, contexts(distance=10.0, speed=0.1, pace=narrow)) == 20.0
 
 
 def test_an_arrival_that_halts_gets_its_time_back() -> None:
