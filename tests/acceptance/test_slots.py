@@ -2,8 +2,8 @@
 
 A slot follows its path. The body does not: its corners are 0.3 m nearer to the edges where the path bends
 into the slot, so it has to swing out before. From the begin of the shape `bent` there is no room for that:
-neither the route planner nor `benchmarks.optimum` finds a way in one go that keeps 0.05 m. It has to dock, and
-touch nothing. The shape `early` is crept through, within comfort, which costs energy.
+neither the route planner nor `benchmarks.optimum` finds a way in one go that keeps 0.05 m. It has to dock,
+and touch nothing. The shape `early` is crept through, within comfort, which costs energy.
 """
 
 from __future__ import annotations
