@@ -3,8 +3,9 @@
     rti-mpcc campaign --count 1000 --level nominal --seed 1 --out runs/nominal
     python -m benchmarks.tabulate_campaigns runs/nominal runs/noisy runs/nominal-separated
 
-A row for each folder, and for each one of another method or preset than the first one's a comparison of the
-first one of its level with it, on the cases that both dock. Figures as in report.json of `campaign-report`.
+A row for each folder; how smooth the rides of each are; and for each one of another method or preset than the
+first one's a comparison of the first one of its level with it, on the cases that both dock. Figures as in
+report.json of `campaign-report`.
 """
 
 from __future__ import annotations
@@ -45,6 +46,13 @@ COMPARED = [
     "∫a², ratio p50",
 ]
 
+PEAKS = (
+    ("acceleration_over_gain", "acceleration, gain divided out,"),
+    ("lateral_acceleration", "lateral acceleration"),
+    ("steering_rate", "steering rate"),
+    ("jerk", "jerk"),
+)
+
 
 def row(campaign: Campaign) -> list[str]:
     """Of the first table."""
@@ -66,6 +74,32 @@ def row(campaign: Campaign) -> list[str]:
     ]
 
 
+def rides(campaigns: Sequence[Campaign]) -> str:
+    """How smooth the rides are: a column for each campaign, percentiles and the largest."""
+    columns = [overall(campaign) for campaign in campaigns]
+    asked = [campaign.asked for campaign in campaigns]
+    header = ["p50 / p95 / p99 / most", *(f"{it.level.value}, {it.method}, {it.preset}" for it in asked)]
+    rows = [
+        *(
+            [f"peak {words} over comfort", *(_spread(it["comfort"][name]) for it in columns)]
+            for name, words in PEAKS
+        ),
+        ["acceleration energy over the least", *(_spread(it["energy_ratio"]) for it in columns)],
+        ["time to dock over the one expected", *(_spread(it["time_ratio"]) for it in columns)],
+        ["cycles with a QP at its iteration limit [%]", *(_at_limit(it) for it in columns)],
+    ]
+    return table(header, rows)
+
+
+def _spread(figures: dict[str, float | None]) -> str:
+    return " / ".join(number(figures[name], 2) for name in ("p50", "p95", "p99", "max"))
+
+
+def _at_limit(figures: dict[str, Any]) -> str:
+    cycles = sum(figures["cycles_by_status"].values())
+    return number(100.0 * figures["iteration_limit_cycles"] / cycles, 4)
+
+
 def comparison(first: Campaign, other: Campaign) -> list[str]:
     """Of the second table."""
     figures: dict[str, Any] = compared(paired(first, other))
@@ -82,9 +116,9 @@ def comparison(first: Campaign, other: Campaign) -> list[str]:
 
 
 def tables(campaigns: Sequence[Campaign]) -> str:
-    """Both tables."""
+    """All of them."""
     usual = campaigns[0].asked
-    found = [table(HEADER, [row(campaign) for campaign in campaigns])]
+    found = [table(HEADER, [row(campaign) for campaign in campaigns]), rides(campaigns)]
     rows = []
     for other in campaigns:
         if (other.asked.method, other.asked.preset) == (usual.method, usual.preset):

@@ -13,7 +13,12 @@ from rti_mpcc.simulation import GoalSource
 from rti_mpcc.types import MissionResult
 
 _NEVER = "never"
-_COMFORT = (("acceleration", "m/s²"), ("lateral_acceleration", "m/s²"), ("steering_rate", "rad/s"))
+_COMFORT = (
+    ("acceleration", "m/s²"),
+    ("lateral_acceleration", "m/s²"),
+    ("steering_rate", "rad/s"),
+    ("jerk", "m/s³"),
+)
 
 
 def summary_table(summary: dict[str, Any]) -> Table:

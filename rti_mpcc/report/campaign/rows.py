@@ -49,13 +49,13 @@ FIGURES = (
     *("time_to_tolerance_s", "time_to_dock_s", "min_clearance_m", "direction_changes", "distance_m"),
     *("final_error.longitudinal_m", "final_error.lateral_m", "final_error.heading_rad"),
     *("energy_to_dock.acceleration", "energy_to_dock.steering_rate", "energy_to_dock.lateral_acceleration"),
-    *("comfort.acceleration", "comfort.lateral_acceleration", "comfort.steering_rate"),
-    *("peak.acceleration", "peak.lateral_acceleration", "peak.steering_rate"),
+    *("comfort.acceleration", "comfort.lateral_acceleration", "comfort.steering_rate", "comfort.jerk"),
+    *("peak.acceleration", "peak.lateral_acceleration", "peak.steering_rate", "peak.jerk"),
     *("expected_time_s", "energy_ratio", "solver.iteration_limit_cycles"),
     *("solver.failures", "failures_driven", "fallback_cycles"),
 )
 """Columns from `figures` of a row, by their path in it."""
-COMFORT = ("acceleration", "lateral_acceleration", "steering_rate")
+COMFORT = ("acceleration", "lateral_acceleration", "steering_rate", "jerk")
 """What comfort has a value of."""
 OVER_GAIN = "acceleration_over_gain"
 """The acceleration with the gain of the drive divided out: what was commanded to a weak or strong drive."""

@@ -23,6 +23,7 @@ COMFORT = {
     "acceleration_over_gain": "acceleration, gain divided out,",
     "lateral_acceleration": "lateral acceleration",
     "steering_rate": "steering rate",
+    "jerk": "jerk",
 }
 TAIL = ("p50", "p95", "p99", "max")
 Figures = Mapping[str, Any]

@@ -25,6 +25,7 @@ BY_FIGURE = {
     "over_comfort.acceleration": "highest acceleration over comfort",
     "over_comfort.lateral_acceleration": "highest lateral acceleration over comfort",
     "over_comfort.steering_rate": "highest steering rate over comfort",
+    "over_comfort.jerk": "highest jerk over comfort",
     "energy_ratio": "most energy over the least",
     "over_expected": "longest over the time expected",
 }
