@@ -112,6 +112,11 @@ def constant_rows() -> list[list[str]]:
     return [
         ["damping from a first guess on", "`Search.first_damping`", f"{CONFIG.search.first_damping:g}"],
         ["damping from cycle to cycle", "`Search.damping`", f"{CONFIG.search.damping:g}"],
+        [
+            "share of it that the next iteration has, until then",
+            "`Search.damping_share`",
+            f"{CONFIG.search.damping_share:g}",
+        ],
         ["weight on every change", "`SolverSettings.change_weight`", f"{SOLVER.change_weight:g}"],
         ["the same on idle progress", "`SolverSettings.idle_weight`", f"{SOLVER.idle_weight:g}"],
         ["unit of rows of bounds, in units", "`SolverSettings.bound_unit`", f"{SOLVER.bound_unit:g}"],

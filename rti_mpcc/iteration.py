@@ -19,8 +19,9 @@ class Linearisation:
     Attributes:
         trajectory: in the world; frame, states: the same in local coordinates (N+1, 6).
         lengths: (N,) of the stages [s].
-        weights: effective weights; rows: of the corridor at stages 1..N, None where none acts; drift: see
-            `free_response`, None without rows.
+        weights: effective weights; damping: see `RtiMpcc.prepare`.
+        rows: of the corridor at stages 1..N, None where none acts; drift: see `free_response`, None
+            without rows.
         bounds: of the stages.
         refused: "" or why the solver refused the numbers.
         seconds: time that the preparation took.
@@ -31,6 +32,7 @@ class Linearisation:
     states: Array
     lengths: Array
     weights: StageWeights
+    damping: float
     rows: CorridorRows | None
     drift: Array | None
     bounds: StageBounds
@@ -46,7 +48,7 @@ class Solution:
         solved: the QP was solved; otherwise `trajectory` is the one linearised about.
         trajectory: the plan in the world, headings on the route's branch.
         slack: (N,) corridor slack of stages 1..N [m].
-        weights: that acted.
+        weights: that acted; damping: how little the iteration was trusted, see `RtiMpcc.prepare`.
         dual: multipliers in scaled units of rows that are not scaled down, the next QP's guess.
         status, iterations, residuals: of OSQP, see `QpSolution`.
         stopped: what ended the QP from outside, or None; iterate: how far it had come then, in scaled units.
@@ -57,6 +59,7 @@ class Solution:
     trajectory: Trajectory
     slack: Array
     weights: StageWeights
+    damping: float
     dual: Array
     status: str
     iterations: int

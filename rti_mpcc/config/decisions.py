@@ -185,7 +185,8 @@ class Search(Settings):
             clean_patience: the same for a plan that is sought once more from a clean start.
         first_damping: weight on the change (`qp.filling.fill_cost`) from a first guess on: it may be far from
             the optimum, and what is far from a linearisation is not known to it; damping: the same from cycle
-            to cycle. By docs/decisions/05-damping-and-curvature.md.
+            to cycle, once it has come down to that; damping_share: of the last one, until then. By
+            docs/decisions/05-damping-and-curvature.md.
         checked_span: beginning of a plan over which it has to obey the dynamics [s].
         position_defect, heading_defect: largest error of a plan against the dynamics over that span [m],
             [rad].
@@ -206,6 +207,7 @@ class Search(Settings):
     clean_patience: Annotated[int, Field(ge=1, le=1000)] = 3
     first_damping: NonNegative = 1e-2
     damping: NonNegative = 1e-4
+    damping_share: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.5
     checked_span: Positive = 2.0
     position_defect: Positive = 0.05
     heading_defect: Positive = radians(2.0)

@@ -95,8 +95,11 @@ class InitialIterate:
 
 
 def going_on(solution: Solution | None, config: ControllerConfig) -> InitialIterate:
-    """One iteration a cycle, more while there is a problem."""
-    return InitialIterate(last=solution, most=config.search.iterations, damping=config.search.damping)
+    """One iteration a cycle, more while there is a problem. What a first guess is damped by fades."""
+    settings, damping = config.search, config.search.damping
+    if solution is not None:
+        damping = max(damping, settings.damping_share * solution.damping)
+    return InitialIterate(last=solution, most=settings.iterations, damping=damping)
 
 
 def clean(plan: Trajectory, config: ControllerConfig) -> InitialIterate:

@@ -17,6 +17,7 @@ from rti_mpcc import ControllerConfig, Footprint, Limits, RtiMpccError, SolverSe
 from rti_mpcc.config import (
     ArrivalTiming,
     Behaviour,
+    BoundRelaxation,
     GoalLimits,
     GoalTracking,
     Guesses,
@@ -74,6 +75,8 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (ArrivalTiming, "slowest", 1.5, "less than or equal to 1"),
     (Search, "iterations", 0, "greater than or equal to 1"),
     (Search, "damping", -1e-4, "greater than or equal to 0"),
+    (Search, "damping_share", 1.0, "less than 1"),
+    (BoundRelaxation, "turning_share", 1.01, "less than or equal to 1"),
     (Search, "heading_defect", nan, "finite"),
     (Guesses, "fade_distance", 0.0, "greater than 0"),
     (Guesses, "fade_heading", 1.6, "less than or equal to 1.5"),

@@ -126,6 +126,22 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc) -> N
     assert len(again.solutions) == 1
 
 
+def test_the_damping_of_a_first_guess_fades_from_cycle_to_cycle(mpcc: RtiMpcc) -> None:
+    context = contexts(target=mpcc.target, begin=0.2)
+    s = state(arrival=arrival_at(15.0))
+    start = search.from_guess(search.first_guess(mpcc, s, context), CONFIG)
+    last, damped = search.converge(mpcc, s, context, start, CycleClock()).solved, [start.damping]
+    while damped[-1] > SETTINGS.damping:
+        assert last is not None
+        assert last.damping == damped[-1]
+        start = search.going_on(last, CONFIG)
+        damped.append(start.damping)
+        last = search.converge(mpcc, s, context, start, CycleClock()).solved
+    share = SETTINGS.damping_share ** np.arange(len(damped))
+    np.testing.assert_allclose(damped, np.maximum(SETTINGS.first_damping * share, SETTINGS.damping))
+    assert search.going_on(None, CONFIG).damping == SETTINGS.damping
+
+
 def test_two_first_iterations_are_enough_where_the_second_moves_the_plan_by_little(mpcc: RtiMpcc) -> None:
     context = contexts(target=mpcc.target, begin=0.2)
     s = state(arrival=arrival_at(15.0))
