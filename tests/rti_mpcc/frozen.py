@@ -217,15 +217,18 @@ class Iterates:
 
 
 def iterate(problem: FrozenProblem, *, most: int = 200, settings: SolverSettings = TIGHT) -> Iterates:
-    """Repeat full real-time-iteration steps about the last iterate until they come to rest."""
+    """Repeat full real-time-iteration steps about the last iterate until they come to rest; what a first
+    guess is damped by fades, as it does from cycle to cycle."""
     pattern = problem.build_pattern()
     values, solver = empty_values(pattern), QpSolver(pattern, settings)
     states, controls = problem.states, problem.controls
     dual = np.zeros(pattern.constraints.shape[0])
     primal = np.zeros(pattern.constraints.shape[1])
     steps: list[float] = []
+    damping, search = problem.damping, problem.config.search
     for _ in range(most):
-        problem.fill(values, pattern, states, controls, dual)
+        replace(problem, damping=damping).fill(values, pattern, states, controls, dual)
+        damping = max(search.damping_share * damping, min(search.damping, problem.damping))
         refused = solver.update(values)
         assert refused == "", refused
         result = solver.solve(values, primal, dual)
