@@ -201,6 +201,9 @@ def _change_over(
 ) -> tuple[ControllerState, ControlDecision | None]:
     """Turn from the present plan to the first one of another objective; None: not yet.
 
+    An arrival that goes through something, or does not end at its target, is looked for again after
+    `Retries.replan_interval`, from nearer, while the cruise is driven on.
+
     `distance`: of what the present plan meets, from its begin [m], inf if nothing.
     """
     trial = sought(s, context, w, distance)
@@ -209,12 +212,15 @@ def _change_over(
     if distance == inf and stops.unconfirmed(s) and stop is not None and stop != s.task.stop:
         # No way past: the stop is needed, and the plan to it is as good as another one.
         return stops.confirmed(s), None
+    too_late = schedule.too_late(s, context, w.config)
+    if s.task.phase is Phase.CONTOURING and stop is None and attempt.corridor_infeasible and not too_late:
+        return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
         return _accept(found.s, found.context, w, attempt)
     after = s.suspending(found.s.plans.suspended)
     if not attempt.out_of_time:
         after = stops.still_filled(after)
-    if schedule.too_late(s, context, w.config):
+    if too_late:
         firm = fallback.braking(w.config)
         return _stop(after, context, w, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
     return after, None
@@ -252,7 +258,9 @@ def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspa
     """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
     if stops.is_old(s, w.config):
         return False
-    return stops.way_may_be_free(s, w.config) or schedule.arrival_due(s, context, w.config)
+    if stops.way_may_be_free(s, w.config):
+        return True
+    return schedule.arrival_due(s, context, w.config) and replan_due(s, context, w.config)
 
 
 # -- the rungs of the fallback --------------------------------------------------------------------------

@@ -133,7 +133,8 @@ def may_look_again(s: ControllerState, config: ControllerConfig) -> bool:
 
 
 def replan_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a vehicle that stands without a plan should look for one in this cycle, or goes on looking."""
+    """Whether a vehicle that stands without a plan, or cruises without an arrival, should look for one in
+    this cycle, or goes on looking."""
     looked_at = s.task.looked_at
     if s.plans.suspended is not None:
         return True

@@ -10,7 +10,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import ControllerState, Halt, Plans, RouteState, Task
+from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
 from rti_mpcc.types import Trajectory
 
 # -- plans ----------------------------------------------------------------------------------------------
@@ -23,10 +23,11 @@ def plan_found(s: ControllerState) -> ControllerState:
 
 
 def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
-    """A plan was accepted for driving: nothing holds the vehicle any more."""
+    """A plan was accepted for driving: nothing holds the vehicle any more. A cruise may lack its arrival."""
     task = s.task
     if task.latched or task.looks_past or task.looked_at is not None:
-        task = replace(task, latched="", looked_at=None, looks_past=False)
+        looked_at = task.looked_at if task.phase is Phase.CONTOURING else None
+        task = replace(task, latched="", looked_at=looked_at, looks_past=False)
     return replace(s, task=task, plans=replace(s.plans, valid=plan, driven=plan, accepted_at=s.now))
 
 

@@ -217,7 +217,8 @@ class Task:
         looks_past: standing there, a way past it is looked for.
         halt: see `Halt`; None while nothing is in the way.
         latched: why the vehicle was brought to a stop, until a plan is driven again; "" otherwise.
-        looked_at: when a vehicle that stands without a plan last looked for one [s], or None.
+        looked_at: when a vehicle without a plan, or a cruising one without an arrival, last looked for one in
+            vain [s], or None.
         stall: what it stood before when it stalled last, or None.
         outside_since: since when a vehicle that holds is outside the tolerance [s], or None.
         driving_since: when the present plan began to be driven, or the last halt was over [s].

@@ -47,6 +47,15 @@ def test_an_arrival_that_was_slowed_on_its_way_does_not_catch_up_at_any_price() 
     assert row.figures["peak"]["acceleration"] < 4.0 * row.figures["comfort"]["acceleration"]
 
 
+def test_a_cruise_does_not_turn_to_an_arrival_that_ends_elsewhere() -> None:
+    """Its first plan ended 5.4 m from the target, with 5 m/s²: 42 s, and 8 times the least energy."""
+    row = drive_case(CampaignCase(seed=52717, level=Level.NOMINAL, index=490))
+    assert row.outcome is CaseOutcome.DOCKED
+    assert row.figures is not None
+    assert row.figures["energy_ratio"] < 1.2
+    assert row.figures["time_to_dock_s"] < 1.05 * row.figures["expected_time_s"]
+
+
 @pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))

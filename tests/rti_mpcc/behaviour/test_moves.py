@@ -33,6 +33,7 @@ from tests.rti_mpcc.states import (
     arriving,
     begun_for,
     contexts,
+    contouring,
     put,
     some_plan,
     state,
@@ -66,6 +67,8 @@ def test_an_accepted_plan_is_driven_and_lets_nothing_hold_the_vehicle() -> None:
     assert s.plans.accepted_at == 10.0
     assert (s.task.latched, s.task.looked_at, s.task.looks_past) == ("", None, False)
     assert s.task.phase is Phase.ARRIVING
+    cruising = moves.plan_accepted(contouring(latched="why", looked_at=1.0), plan)
+    assert (cruising.task.latched, cruising.task.looked_at) == ("", 1.0)
 
 
 @pytest.mark.parametrize(("arrival", "phase"), [(None, Phase.CONTOURING), (arrival_at(20.0), Phase.ARRIVING)])
