@@ -40,6 +40,7 @@ class _Asked:
         at: when the vehicle will be at the start, and drive [s]; None: it will stand there. after: so long
             after it was asked for [s].
         came: its direction, +1 or -1, and the curvature that it drives [1/m]; 0, 0 where it will stand.
+        stopping: way that it takes to come to rest from there in comfort [m].
     """
 
     start: Pose2
@@ -48,12 +49,20 @@ class _Asked:
     at: float | None = None
     after: float = 0.0
     came: tuple[float, float] = (0.0, 0.0)
+    stopping: float = 0.0
 
     def answers(self, other: _Asked, most: tuple[float, float, float]) -> bool:
         """Whether a way that was planned for this serves the other as well."""
         near = other.start.relative_to(self.start).within(most)
         both = (self.at is None) == (other.at is None)
         return near and both and self.is_for(other.goal, other.changes, most)
+
+    def is_joined_by(self, found: Manoeuvre) -> bool:
+        """Whether a vehicle that drives there can go on along what was found, and brake in comfort on it."""
+        if not found.found:
+            return False
+        first = found.segments[0].part
+        return first.direction == self.came[0] and first.end - first.start >= self.stopping
 
     def is_for(self, goal: Pose2, changes: int, most: tuple[float, float, float]) -> bool:
         """Whether this is the goal and what stands in the way."""
@@ -221,8 +230,7 @@ class Rerouter:
         if asked.at is not None:
             # Once its own time has come.
             there = s.now + config.dead_time >= asked.at - 0.5 * config.cycle
-            goes_on = found.found and found.segments[0].part.direction == asked.came[0]
-            if not (there and goes_on):
+            if not (there and asked.is_joined_by(found)):
                 return s
         elif not (planning or route.why):
             return s  # it is still on its way to where that would begin
@@ -250,13 +258,20 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
     if plan is None or at >= plan.times[-1]:
         return None
     state = states_at(plan, np.array([at]), config.vehicle.wheelbase)[0]
-    if abs(float(state[V])) <= config.behaviour.moving_speed:
+    speed = abs(float(state[V]))
+    if speed <= config.behaviour.moving_speed:
         return None
     start = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     direction = 1.0 if state[V] > 0.0 else -1.0
     curvature = tan(float(state[DELTA])) / config.vehicle.wheelbase
     return _Asked(
-        start=start, goal=goal, changes=s.area.changes, at=at, after=after, came=(direction, curvature)
+        start=start,
+        goal=goal,
+        changes=s.area.changes,
+        at=at,
+        after=after,
+        came=(direction, curvature),
+        stopping=speed**2 / (2.0 * config.comfort_acceleration),
     )
 
 

@@ -56,6 +56,14 @@ def test_a_cruise_does_not_turn_to_an_arrival_that_ends_elsewhere() -> None:
     assert row.figures["time_to_dock_s"] < 1.05 * row.figures["expected_time_s"]
 
 
+def test_no_way_is_joined_that_would_have_to_be_braked_hard_on() -> None:
+    """Its first stretch was 0.8 m long, at 0.9 m/s: 2.5 times the comfort acceleration."""
+    row = drive_case(CampaignCase(seed=52717, level=Level.NOMINAL, index=241))
+    assert row.outcome is CaseOutcome.DOCKED
+    assert row.figures is not None
+    assert row.figures["peak"]["acceleration"] < 1.1 * row.figures["comfort"]["acceleration"]
+
+
 @pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))

@@ -20,11 +20,11 @@ from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.rerouting import Rerouter, standing_route
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.docking_runs import granting
 from tests.rti_mpcc.encounters import square
 from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
-from tests.rti_mpcc.states import NOW, put, some_plan, stop_at, target_at
+from tests.rti_mpcc.states import NOW, put, some_plan, state, stop_at, target_at
 from tests.rti_mpcc.yards import YARD
 
 CONFIG = ControllerConfig(dead_time=0.2, route=RoutePlanner(slices=4, slices_at_rest=5))
@@ -560,8 +560,8 @@ def test_while_plans_come_and_go_what_was_asked_for_is_planned_on_as_long_as_it_
     assert (search.manoeuvre is not None) is goes_on
     # It is driven once it asks again.
     stuck = put(s, phase=Phase.ARRIVING, halt=Halt(), standing_since=LONG_AGO)
-    for state, driven in ((s, False), (stuck, goes_on)):
-        route = one.routed(state).route
+    for at, driven in ((s, False), (stuck, goes_on)):
+        route = one.routed(at).route
         assert route is not None
         assert (route.ways == 2) is driven
 
@@ -762,3 +762,26 @@ def test_a_mean_is_taken_on_the_branch_of_the_latest_heading() -> None:
     assert mean.relative_to(Pose2(0.0, 0.0, np.pi)).phi == pytest.approx(0.01 / 3.0)
     assert history.mean(4.0) is None
     assert PoseHistory().mean(0.0) is None
+
+
+@pytest.mark.parametrize(
+    ("direction", "length", "joined"),
+    [(1, 3.1, True), (1, 2.9, False), (-1, 3.1, False)],
+    ids=["long enough", "too short to brake on in comfort", "the other way"],
+)
+def test_a_way_is_joined_on_the_move_where_its_first_stretch_is_long_enough(
+    direction: int, length: float, joined: bool
+) -> None:
+    config = ControllerConfig()
+    speed = (2.0 * config.comfort_acceleration * 3.0) ** 0.5
+    states = np.zeros((2, 6))
+    states[:, 3] = speed
+    plan = Trajectory(times=np.array([NOW, NOW + 1.0]), states=states, controls=np.zeros((1, 3)))
+    s = state(driven=plan)
+    asked = rerouting._driving(s, Pose2(20.0, 0.0, 0.0), 0.2, config)
+    assert asked is not None
+    assert asked.stopping == pytest.approx(3.0)
+    segments = [(direction, 0.0, length), (-direction, 0.0, 5.0)]
+    way = ReferencePath.from_segments(start=asked.start, segments=segments)
+    assert asked.is_joined_by(manoeuvre_along(way)) is joined
+    assert not asked.is_joined_by(no_manoeuvre(asked.start, asked.goal))
