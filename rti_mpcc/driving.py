@@ -213,7 +213,8 @@ def _change_over(
         # No way past: the stop is needed, and the plan to it is as good as another one.
         return stops.confirmed(s), None
     too_late = schedule.too_late(s, context, w.config)
-    if s.task.phase is Phase.CONTOURING and stop is None and attempt.corridor_infeasible and not too_late:
+    in_vain = stop is None and attempt.corridor_infeasible and not attempt.out_of_time
+    if s.task.phase is Phase.CONTOURING and in_vain and not too_late:
         return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
         return _accept(found.s, found.context, w, attempt)
