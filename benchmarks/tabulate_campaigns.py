@@ -20,6 +20,7 @@ from rti_mpcc.report.campaign.figures import overall
 from rti_mpcc.report.campaign.losses import losses
 from rti_mpcc.report.campaign.pairs import compared, paired
 from rti_mpcc.report.campaign.rows import Campaign, read_campaign
+from rti_mpcc.report.campaign.words import COMFORT, TAIL, several
 from rti_mpcc.simulation.campaign.settings import source_digest
 
 COMMAND = "python -m benchmarks.tabulate_campaigns"
@@ -45,13 +46,6 @@ COMPARED = [
     "time to dock, ratio p25 / p50 / p75",
     "∫a², ratio p50",
 ]
-
-PEAKS = (
-    ("acceleration_over_gain", "acceleration, gain divided out,"),
-    ("lateral_acceleration", "lateral acceleration"),
-    ("steering_rate", "steering rate"),
-    ("jerk", "jerk"),
-)
 
 
 def row(campaign: Campaign) -> list[str]:
@@ -81,18 +75,14 @@ def rides(campaigns: Sequence[Campaign]) -> str:
     header = ["p50 / p95 / p99 / most", *(f"{it.level.value}, {it.method}, {it.preset}" for it in asked)]
     rows = [
         *(
-            [f"peak {words} over comfort", *(_spread(it["comfort"][name]) for it in columns)]
-            for name, words in PEAKS
+            [f"peak {words} over comfort", *(several(it["comfort"][name], TAIL, 2) for it in columns)]
+            for name, words in COMFORT.items()
         ),
-        ["acceleration energy over the least", *(_spread(it["energy_ratio"]) for it in columns)],
-        ["time to dock over the one expected", *(_spread(it["time_ratio"]) for it in columns)],
+        ["acceleration energy over the least", *(several(it["energy_ratio"], TAIL, 2) for it in columns)],
+        ["time to dock over the one expected", *(several(it["time_ratio"], TAIL, 2) for it in columns)],
         ["cycles with a QP at its iteration limit [%]", *(_at_limit(it) for it in columns)],
     ]
     return table(header, rows)
-
-
-def _spread(figures: dict[str, float | None]) -> str:
-    return " / ".join(number(figures[name], 2) for name in ("p50", "p95", "p99", "max"))
 
 
 def _at_limit(figures: dict[str, Any]) -> str:

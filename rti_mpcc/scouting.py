@@ -198,7 +198,7 @@ def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Foun
     found = _iterated_on(found, begun, w)
     attempt, calm = found.attempt, schedule.calmed(found.s, found.context, w.config)
     near = search.reaches(attempt, found.context, w.config.retries.accepted_miss)
-    if calm is found.s or near or attempt.out_of_time:
+    if calm is found.s or near or not attempt.fits or attempt.out_of_time:
         return found
     return _iterated_on(found._replace(s=calm), begun, w)
 

@@ -152,7 +152,7 @@ def _change(left: float, plan: Trajectory, context: PlanningContext, config: Con
         return (factor - 1.0) / timing.hurry
     if config.ride == "brisk":
         share = config.behaviour.due_share
-        if left < _duration(context, config, calm=True) and not context.reached_by(plan, share):
+        if not context.reached_by(plan, share) and left < _duration(context, config, calm=True):
             return 1.0
         ramp = config.arrival_acceleration / config.comfort.jerk
         late = ramp - (left - own_time(plan, context.speed, config))

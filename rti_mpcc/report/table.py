@@ -168,7 +168,7 @@ def _goal_rows(goal: dict[str, Any] | None) -> list[tuple[str, str, str]]:
 
 
 def _against_comfort(peak: float, comfort: float) -> str:
-    above = "[bold red]above[/] " if peak > comfort else ""
+    above = "[bold red]above[/] " if round(peak, 3) > round(comfort, 3) else ""
     return f"{above}{peak:.3f} / {comfort:.3f}"
 
 

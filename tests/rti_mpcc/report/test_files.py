@@ -77,6 +77,16 @@ def test_table_tells_the_figures_and_what_never_happened(figures: dict[str, Any]
     assert not [name for name in rows if "goal" in name]
 
 
+def test_table_marks_peaks_that_it_shows_above_comfort(figures: dict[str, Any]) -> None:
+    peaks = {"acceleration": 0.4004, "lateral_acceleration": 0.5, "steering_rate": 0.5006, "jerk": 1.0000002}
+    comfort = {"acceleration": 0.4, "lateral_acceleration": 1.0, "steering_rate": 0.5, "jerk": 1.0}
+    rows = told({**figures, "peak": {**figures["peak"], **peaks}, "comfort": comfort})
+    assert rows["peak / comfort acceleration"] == ("0.400 / 0.400", "m/s²")
+    assert rows["peak / comfort lateral acceleration"] == ("0.500 / 1.000", "m/s²")
+    assert rows["peak / comfort steering rate"] == ("above 0.501 / 0.500", "rad/s")
+    assert rows["peak / comfort jerk"] == ("1.000 / 1.000", "m/s³")
+
+
 def test_table_tells_how_the_goal_was_known(watched_figures: dict[str, Any]) -> None:
     error = {"longitudinal_m": -0.0123, "lateral_m": 0.0045, "heading_rad": 0.01}
     changes = {"accepted": 27, "rejected": 7, "refused": 1, "first_seen_s": 1.4, "mean_nis": 3.249}
