@@ -82,7 +82,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
         return _hold(s, context, w)
     if not attempt.problem:
         return _accept(s, context, w, attempt)
-    if attempt.out_of_time and not stands:
+    if not stands and (attempt.out_of_time or not latched):
         last = _go_on(s, s, context, w, attempt.problem, attempt, until_another=True)
         if last is not None:
             return last

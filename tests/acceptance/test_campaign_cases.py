@@ -64,6 +64,14 @@ def test_no_way_is_joined_that_would_have_to_be_braked_hard_on() -> None:
     assert row.figures["peak"]["acceleration"] < 1.1 * row.figures["comfort"]["acceleration"]
 
 
+def test_a_way_is_joined_on_the_move_without_braking_though_a_first_plan_takes_a_cycle_more() -> None:
+    """It braked with 1.6 m/s² in the one cycle that had no plan."""
+    row = drive_case(CampaignCase(seed=66140, level=Level.HARD, index=58))
+    assert row.outcome is CaseOutcome.DOCKED
+    assert row.figures is not None
+    assert row.figures["peak"]["acceleration"] < 1.3 * row.figures["comfort"]["acceleration"]
+
+
 @pytest.mark.parametrize("index", [*ONWARD_ONLY, *CORNERS, *ON_THE_PATH])
 def test_a_case_that_was_lost_docks(index: int, figures: MutableMapping[str, Any]) -> None:
     row = drive_case(CampaignCase(seed=1, level=Level.NOMINAL, index=index))
