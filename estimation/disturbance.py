@@ -43,6 +43,7 @@ O: Final = 4  # noqa: E741 - as in the equations
 C: Final = 5
 """share by which the vehicle turns too tightly."""
 STATES: Final = 6
+STEEPEST: Final = 1.5
 
 REST = 0.03
 """A vehicle measured slower than this [m/s] may be held at rest."""
@@ -188,7 +189,7 @@ def _predict(
     """(O1) to (O3), F P F' + Q; of no offset is less known than in the beginning, the `most` (stds)."""
     gained = seconds * (acceleration * (1.0 + mean[G]) + mean[D])
     distance = seconds * (mean[V] + 0.5 * gained) / wheelbase
-    angle = steering + mean[O]
+    angle = min(max(steering + mean[O], -STEEPEST), STEEPEST)
     carried, half = np.eye(STATES), np.zeros((STATES, STATES))
     carried[V, D], carried[V, G] = seconds, seconds * acceleration
     carried[PHI, O] = distance * (1.0 + mean[C]) / cos(angle) ** 2

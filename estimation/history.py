@@ -47,10 +47,14 @@ class PoseHistory:
         if after < len(stamps) and stamps[after] == stamp:
             return self.poses[after]
         after = min(after, len(stamps) - 1)
-        if after == 0 or stamps[after] - stamps[after - 1] > GAP:
+        first = max(after - 1, 0)
+        # What is carried on is a motion over as long a time at least: in a shorter one noise looks fast.
+        while first > 0 and stamps[after] - stamps[first] < stamp - stamps[after]:
+            first -= 1
+        if after == 0 or stamps[after] - stamps[first] > GAP:
             return None
-        before, last = self.poses[after - 1], self.poses[after]
-        share = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+        before, last = self.poses[first], self.poses[after]
+        share = min((stamp - stamps[first]) / (stamps[after] - stamps[first]), 2.0)
         turn = lift(last.phi, before.phi) - before.phi
         return Pose2(
             before.x + share * (last.x - before.x),

@@ -14,6 +14,10 @@ Std = Annotated[float, Field(gt=0.0, le=1e3)]
 Seconds = Annotated[float, Field(gt=0.0, le=1e4)]
 
 
+LEAST, MOST = 1e-9, 1e6
+"""Standard deviations beyond these [m], [rad] leave no matrix that can be inverted."""
+
+
 class DetectionNoise(Settings):
     """How far a detection is off, by its range r (rear axle to goal): std(r) = max(floor, std r / r_ref).
 
@@ -33,8 +37,8 @@ class DetectionNoise(Settings):
     def covariance(self, distance: float) -> NDArray[np.float64]:
         """(3, 3) of x, y, heading at `distance` [m]."""
         share = distance / self.reference_range
-        position = max(self.position_floor, self.position_std * share)
-        heading = max(self.heading_floor, self.heading_std * share)
+        position = min(max(self.position_floor, self.position_std * share, LEAST), MOST)
+        heading = min(max(self.heading_floor, self.heading_std * share, LEAST), MOST)
         return np.diag([position**2, position**2, heading**2])
 
 

@@ -100,7 +100,9 @@ def _between(one: Array, other: Array, heading: float) -> Array:
 @inner
 def _gain(r: float, q: float) -> float:
     """(V3)."""
-    return (sqrt(q * q + 4.0 * q * r) - q) / (2.0 * r) if r > 0.0 else 1.0
+    if r <= 0.0:
+        return 1.0
+    return 2.0 / (1.0 + sqrt(1.0 + 4.0 * r / q)) if q > 0.0 else 0.0
 
 
 @kernel

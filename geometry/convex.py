@@ -29,6 +29,7 @@ ON_A_Y: Final = 4
 ON_B_X: Final = 5
 ON_B_Y: Final = 6
 WITNESS: Final = 7
+_TOUCHING: Final = 1e-9
 """What `signed_distance` finds: the distance [m], the normal, and a witness point on each shape [m]."""
 
 
@@ -55,7 +56,7 @@ def distance_between(
     _approach(a, a_first, a_stop, b, b_first, b_stop, 1.0, found)
     _approach(b, b_first, b_stop, a, a_first, a_stop, -1.0, found)
     found[VALUE] = sqrt(found[VALUE])
-    if found[VALUE] > 0.0:
+    if found[VALUE] > _TOUCHING:
         found[NORMAL_X] = (found[ON_A_X] - found[ON_B_X]) / found[VALUE]
         found[NORMAL_Y] = (found[ON_A_Y] - found[ON_B_Y]) / found[VALUE]
 
@@ -85,6 +86,9 @@ def _separate(
             found[VALUE] = least
             found[NORMAL_X], found[NORMAL_Y] = sign * normal_x, sign * normal_y
             x, y = q[at, 0], q[at, 1]
+            share = ((x - p[i, 0]) * edge_x + (y - p[i, 1]) * edge_y) / (length * length)
+            off = min(max(share, 0.0), 1.0) - share  # along parallel edges: to a place that is on both
+            x, y = x + off * edge_x, y + off * edge_y
             on_p_x, on_p_y = x - least * normal_x, y - least * normal_y
             if sign > 0.0:
                 found[ON_A_X], found[ON_A_Y], found[ON_B_X], found[ON_B_Y] = x, y, on_p_x, on_p_y

@@ -58,7 +58,7 @@ def biarcs(poses: Array, directions: Directions) -> Pieces:
     v = p_2 - p_1
     _check_chords(v, t_1, t_2)
     vv, b = (v * v).sum(1), (v * (t_1 + t_2)).sum(1)
-    d = (vv / (b + np.sqrt(b * b + 2.0 * (1.0 - (t_1 * t_2).sum(1)) * vv)))[:, None]
+    d = (vv / (b + np.sqrt(b * b + 2.0 * np.maximum(1.0 - (t_1 * t_2).sum(1), 0.0) * vv)))[:, None]
     middle = 0.5 * (p_1 + p_2 + d * (t_1 - t_2))
     first, second = middle - p_1, p_2 - middle
     a_1 = wrap(np.arctan2(first[:, 1], first[:, 0]) - angle_1)

@@ -56,6 +56,8 @@ def placed(corners: ArrayLike, frame: Pose2) -> Array:
 def convex_pieces(shape: shapely.Polygon) -> list[Array]:
     """Return convex pieces (m_i, 2), counter-clockwise, that make up a polygon [m]: itself, or triangles."""
     ring: Array = shapely.get_coordinates(shape)[:-1]
+    # A corner that is given twice would hide which way it turns.
+    ring = ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)]
     way = np.diff(ring, axis=0, append=ring[:1])
     before = np.roll(way, 1, axis=0)
     if (before[:, 0] * way[:, 1] - before[:, 1] * way[:, 0] >= 0.0).all():

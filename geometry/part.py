@@ -112,10 +112,12 @@ class PathPart:
         return Pose2(*_pose(self.knots, self.curvatures, self.x, self.y, self.phi, direction, float(theta)))
 
     def progress(self, pose: Pose2, theta: float) -> float:
-        """Return the theta of a pose that projects to `theta` [m]: behind the end along the tangent, too."""
-        if theta < self.end:
-            return theta
-        return self.end + max(0.0, self.direction * pose.relative_to(self.last).x)
+        """Return the theta of a pose that projects to `theta` [m]: beyond an end along the tangent."""
+        if theta >= self.end:
+            return self.end + max(0.0, self.direction * pose.relative_to(self.last).x)
+        if theta <= self.start:
+            return self.start + min(0.0, self.direction * pose.relative_to(self.first).x)
+        return theta
 
     def project(
         self,

@@ -76,9 +76,8 @@ class ReferencePath:
             if not (isfinite(length) and length > 0.0):
                 raise PathError(f"segments[{i}]: length = {length} must be finite and > 0 m.")
         directions = np.array([int(row[0]) for row in rows])
-        return cls._from_pieces(
-            start, directions, np.array([row[1] for row in rows]), np.array([row[2] for row in rows])
-        )
+        curvatures, lengths = np.array([row[1:] for row in rows], dtype=np.float64).T.copy()
+        return cls._from_pieces(start, directions, curvatures, lengths)
 
     @classmethod
     def from_poses(
@@ -159,6 +158,9 @@ class ReferencePath:
     ) -> ReferencePath:
         """Chain m pieces from the start pose and cut them where the direction changes."""
         knots = np.concatenate(([0.0], np.cumsum(lengths)))
+        lasting = np.diff(knots) > 0.0
+        if not lasting.all():  # shorter than theta is rounded by
+            return cls._from_pieces(start, directions[lasting], curvatures[lasting], lengths[lasting])
         half = 0.5 * directions * curvatures * lengths
         phi = start.phi + np.concatenate(([0.0], np.cumsum(2.0 * half)))
         chord = directions * lengths * np.sinc(half / np.pi)

@@ -97,4 +97,5 @@ def piece_at(knots: Array1, theta: float) -> int:
 def _into(value: float, k: float, low: float, high: float) -> float:
     """The first value + j 2 pi/|k| that is >= low, cut at high."""
     period = 2.0 * pi / abs(k)
-    return min(max(value + ceil((low - value) / period) * period, low), high)
+    turns = ceil((low - value) / period)
+    return min(max(value + turns * period if turns != 0 else value, low), high)

@@ -1,0 +1,367 @@
+"""Filters near what their formulas divide by: times, ranges and variances of 0, wheels across the vehicle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nextafter, pi, sqrt, tan
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from estimation import (
+    Camera,
+    CharucoBoard,
+    DetectionNoise,
+    DisturbanceFilterConfig,
+    Frame,
+    GoalFilterConfig,
+    GoalMeasurement,
+    GoalPoseFilter,
+    MeasurementNoise,
+    Outcome,
+    PoseHistory,
+    VehicleFilterConfig,
+    stds_in,
+)
+from estimation.belief import contradiction, innovation_of
+from estimation.board_pose import fit_board
+from estimation.disturbance import PHI, D, G, Motion, O, first_estimate, updated
+from estimation.measurement import Detection, in_world
+from estimation.vehicle_filter import QUANTITIES, _gain, filtered
+from geometry import Pose2, wrap
+
+FEW = settings(derandomize=True, deadline=None, max_examples=60)
+
+SPANS = st.one_of(st.sampled_from([1e-16, 1e-12, 1e-9, 1e-6, 1e-3]), st.floats(0.01, 0.4))
+"""Between two stamps [s]: two cycles may follow one another at once."""
+VARIANCES = st.one_of(st.just(0.0), st.floats(-20.0, 4.0).map(lambda n: 10.0**n))
+COORDINATES = st.floats(-10.0, 10.0)
+POSES = st.builds(Pose2, COORDINATES, COORDINATES, st.floats(-pi, pi))
+
+
+# -- poses by time -------------------------------------------------------------------------------------------
+
+
+@FEW
+@given(first=POSES, last=POSES, span=SPANS, share=st.floats(0.0, 1.0))
+@example(first=Pose2(0.0, 0.0, 0.0), last=Pose2(1.0, 0.0, 0.0), span=1e-16, share=0.5)
+def test_between_two_stamps_a_pose_is_between_their_poses(
+    first: Pose2, last: Pose2, span: float, share: float
+) -> None:
+    history = PoseHistory().noted(0.0, first, length=1.0).noted(span, last, length=1.0)
+    found = history.at(share * span)
+    assert found is not None
+    assert min(first.x, last.x) - 1e-9 <= found.x <= max(first.x, last.x) + 1e-9
+    assert min(first.y, last.y) - 1e-9 <= found.y <= max(first.y, last.y) + 1e-9
+    assert abs(wrap(found.phi - first.phi)) <= abs(wrap(last.phi - first.phi)) + 1e-9
+
+
+@FEW
+@given(
+    spans=st.lists(SPANS, min_size=1, max_size=4),
+    off=st.floats(-1e-3, 1e-3),
+    ahead=st.floats(0.0, 0.05),
+    speed=st.floats(-3.0, 3.0),
+)
+@example(spans=[0.05, 0.05], off=1e-3, ahead=0.05, speed=1.0)
+@example(spans=[0.05, 1e-9], off=1e-3, ahead=0.05, speed=1.0)
+@example(spans=[1e-9], off=1e-3, ahead=0.05, speed=0.0)
+def test_ahead_of_the_latest_pose_a_pose_is_no_farther_than_the_vehicle_can_have_driven(
+    spans: list[float], off: float, ahead: float, speed: float
+) -> None:
+    # The vehicle drives at a steady speed. The errors of its poses are `off` and -`off`, one after the other.
+    history, at = PoseHistory().noted(1.0, Pose2(-off, 0.0, 0.0), length=2.0), 1.0
+    for k, span in enumerate(spans):
+        at = max(at + span, nextafter(at, inf))
+        history = history.noted(at, Pose2(speed * (at - 1.0) + (-1) ** k * off, 0.0, 0.0), length=2.0)
+    latest = history.poses[-1]
+    found = history.at(at + ahead, ahead=ahead + 1e-9)
+    if found is not None:
+        assert abs(found.x - latest.x) <= abs(speed) * ahead + 20.0 * abs(off) + 1e-9
+
+
+@FEW
+@given(poses=st.lists(POSES, min_size=1, max_size=5))
+@example(poses=[Pose2(1.0, 2.0, 3.0)])
+def test_the_mean_of_poses_is_among_them(poses: list[Pose2]) -> None:
+    history = PoseHistory()
+    for k, pose in enumerate(poses):
+        history = history.noted(0.1 * k, pose, length=10.0)
+    mean = history.mean(0.0)
+    assert mean is not None
+    assert min(pose.x for pose in poses) - 1e-9 <= mean.x <= max(pose.x for pose in poses) + 1e-9
+    assert history.mean(10.0) is None
+
+
+# -- detections ----------------------------------------------------------------------------------------------
+
+
+@FEW
+@given(near=st.floats(0.0, 100.0), more=st.floats(0.0, 100.0))
+@example(near=0.0, more=0.0)
+@example(near=0.0, more=1e-12)
+def test_a_detection_is_less_sure_the_farther_away_the_goal_is_and_never_surer_than_its_floor(
+    near: float, more: float
+) -> None:
+    noise = DetectionNoise()
+    here, there = (np.diagonal(noise.covariance(distance)) for distance in (near, near + more))
+    assert (there >= here).all()
+    assert here[0] >= noise.position_floor**2
+    assert here[2] >= noise.heading_floor**2
+
+
+TINY = st.floats(-300.0, 0.0).map(lambda n: 10.0**n)
+
+
+@FEW
+@given(std=TINY, floor=TINY, drift=TINY, reference=st.floats(-300.0, 12.0).map(lambda n: 10.0**n))
+@example(std=0.05, floor=0.002, drift=0.005, reference=10.0)
+@example(std=0.05, floor=0.002, drift=0.005, reference=1e-160)
+@example(std=1e-200, floor=1e-200, drift=1e-200, reference=10.0)
+def test_with_any_noise_that_settings_allow_a_filter_takes_detections_of_a_goal_at_its_place(
+    std: float, floor: float, drift: float, reference: float
+) -> None:
+    try:
+        config = GoalFilterConfig(
+            noise=DetectionNoise(
+                position_std=std,
+                heading_std=std,
+                position_floor=floor,
+                heading_floor=floor,
+                reference_range=reference,
+            ),
+            position_drift=drift,
+            heading_drift=drift,
+        )
+    except ValueError:
+        return  # Settings that no filter can work with are refused at the door.
+    goals = GoalPoseFilter(config)
+    for k in range(4):
+        goals.predict(0.1 * k)
+        goals.update(GoalMeasurement(stamp=0.1 * k, x=3.0, y=4.0, phi=0.5, vehicle=Pose2(0.0, 0.0, 0.0)))
+    pose = goals.estimate(0.3).pose
+    assert pose is not None
+    assert (pose.x, pose.y, pose.phi) == pytest.approx((3.0, 4.0, 0.5))
+
+
+@FEW
+@given(
+    stamps=st.lists(st.sampled_from([0.0, 1e-12, 0.1, 0.1, 0.2]), min_size=2, max_size=5),
+    x=st.sampled_from([0.0, 1e-300, 1e-9, 5.0]),
+    scale=st.sampled_from([None, 1e-18, 1e-9, 1.0, 1e12]),
+    moving=st.booleans(),
+)
+@example(stamps=[0.0, 0.0, 0.0], x=0.0, scale=None, moving=False)
+@example(stamps=[0.0, 0.0, 0.0], x=0.0, scale=1e-18, moving=True)
+def test_an_estimate_is_finite_for_detections_at_a_range_of_0_and_at_one_time(
+    stamps: list[float], x: float, scale: float | None, moving: bool
+) -> None:
+    config = GoalFilterConfig(moving=moving, vehicle_position_std=0.0, vehicle_heading_std=0.0)
+    goals = GoalPoseFilter(config)
+    for k, stamp in enumerate(stamps):
+        covariance = None if scale is None else scale * np.eye(3)
+        judgement = goals.update(
+            GoalMeasurement(
+                stamp=stamp,
+                x=x,
+                y=0.0,
+                phi=1e-12 * k,
+                covariance=covariance,
+                frame=Frame.VEHICLE,
+                vehicle=Pose2(1.0, 2.0, 0.3),
+            )
+        )
+        assert judgement.nis is None or judgement.nis >= 0.0
+    found = goals.estimate(max(stamps))
+    if found.pose is not None:
+        assert found.covariance is not None
+        assert np.linalg.eigvalsh(found.covariance)[0] >= -1e-12 * float(np.trace(found.covariance))
+        assert (found.pose.x, found.pose.y) == pytest.approx(
+            (1.0 + x * np.cos(0.3), 2.0 + x * np.sin(0.3)), abs=1e-6
+        )
+
+
+@pytest.mark.parametrize("variances", [(0.0, 0.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1e-30, 1.0)])
+def test_a_detection_without_variance_is_refused(variances: tuple[float, float, float]) -> None:
+    given_one = GoalMeasurement(stamp=0.0, x=1.0, y=0.0, phi=0.0, covariance=np.diag(variances))
+    assert GoalPoseFilter().update(given_one).outcome is Outcome.REFUSED
+    assert isinstance(in_world(given_one, GoalFilterConfig()), str)
+
+
+@FEW
+@given(scale=st.sampled_from([1e-18, 1e-9, 1.0, 1e12]), other=st.sampled_from([1e-18, 1e-9, 1.0, 1e12]))
+def test_a_detection_at_the_mean_contradicts_nothing(scale: float, other: float) -> None:
+    frame = (Frame.WORLD, 0.0, 0.0, 0.0)
+    covariance, mean = scale * np.eye(3), np.array([1.0, 2.0, 0.5])
+    one = Detection(stamp=0.0, value=mean.copy(), covariance=covariance, told=frame)
+    innovation, nis = innovation_of(mean, other * np.eye(3), one)
+    assert np.abs(innovation).max() <= 1e-15
+    assert nis == pytest.approx(0.0, abs=1e-6)
+    assert contradiction(mean, other * np.eye(3), [one, one, one]) == pytest.approx(0.0, abs=1e-6)
+
+
+@FEW
+@given(variances=st.tuples(VARIANCES, VARIANCES, VARIANCES), phi=st.floats(-pi, pi))
+@example(variances=(0.0, 0.0, 0.0), phi=1.0)
+def test_standard_deviations_in_any_frame_are_between_the_least_and_the_largest(
+    variances: tuple[float, float, float], phi: float
+) -> None:
+    stds = stds_in(np.array([[0.0, 0.0, phi]]), np.diag(variances)[None])[0]
+    low, high = sqrt(min(variances[:2])), sqrt(max(variances[:2]))
+    assert low * (1.0 - 1e-9) - 1e-12 <= min(stds[:2])
+    assert max(stds[:2]) <= high * (1.0 + 1e-9) + 1e-12
+    assert stds[2] == pytest.approx(sqrt(variances[2]))
+
+
+# -- the vehicle's own state ---------------------------------------------------------------------------------
+
+
+@FEW
+@given(r=VARIANCES, q=VARIANCES)
+@example(r=0.0, q=0.0)
+@example(r=0.0, q=1.0)
+@example(r=1.0, q=0.0)
+@example(r=1e-17, q=1.0)
+@example(r=1e-16, q=1.0)
+def test_the_gain_is_the_steady_one_of_a_kalman_filter(r: float, q: float) -> None:
+    gain = _gain(r, q)
+    assert 0.0 <= gain <= 1.0
+    # r K² = q (1 - K), the fixed point of the variances.
+    assert r * gain**2 == pytest.approx(q * (1.0 - gain), abs=1e-9 * (q + r))
+    if r == 0.0:
+        assert gain == 1.0
+
+
+@FEW
+@given(r=VARIANCES, q=VARIANCES, more=st.floats(1.0, 100.0))
+@example(r=1e-16, q=1.0, more=10.0)
+@example(r=0.0, q=0.0, more=2.0)
+def test_a_noisier_measurement_counts_less_and_a_worse_model_makes_it_count_more(
+    r: float, q: float, more: float
+) -> None:
+    assert _gain(more * r, q) <= _gain(r, q) + 1e-12
+    assert _gain(r, more * q) >= _gain(r, q) - 1e-12
+
+
+@FEW
+@given(
+    seconds=st.one_of(st.just(0.0), SPANS),
+    variance=VARIANCES,
+    off=st.lists(st.floats(-1.0, 1.0), min_size=5, max_size=5),
+    run=st.integers(0, 100),
+)
+@example(seconds=0.0, variance=0.0, off=[0.1] * 5, run=0)
+@example(seconds=0.0, variance=1e-4, off=[0.1] * 5, run=100)
+@example(seconds=0.02, variance=1e-20, off=[0.1] * 5, run=100)
+def test_a_state_is_between_what_is_measured_and_what_is_expected_and_near_what_is_measured(
+    seconds: float, variance: float, off: list[float], run: int
+) -> None:
+    config, measured = VehicleFilterConfig(), np.array([1.0, 2.0, 0.0, 1.0, 0.1, 0.0])
+    expected = measured + np.array([*off, 0.0])
+    noise = MeasurementNoise(variance=np.full(QUANTITIES, variance), pairs=run, run=run)
+    state, known = filtered(noise, measured, measured, expected, seconds, 0.0, 0.2, config)
+    change = (state - measured)[:5]
+    assert (change * np.array(off) >= -1e-15).all()
+    assert (np.abs(change) <= np.abs(off) + 1e-12).all()
+    assert (np.abs(change) <= config.widest * known.stds + 1e-12).all()
+
+
+# -- what acts beside the commands ---------------------------------------------------------------------------
+
+WHEELBASES = st.floats(0.05, 20.0)
+
+
+@settings(FEW, max_examples=40)
+@given(
+    wheelbase=WHEELBASES,
+    delta=st.floats(-1.4, 1.4),
+    speed=st.sampled_from([0.0, 1e-12, 0.02, 1.0, -2.0]),
+    spans=st.lists(st.one_of(st.just(0.0), SPANS), min_size=1, max_size=12),
+    std=st.sampled_from([1e-9, 1e-4, 0.015]),
+)
+@example(wheelbase=2.875, delta=0.0, speed=0.0, spans=[0.0, 0.0], std=0.015)
+@example(wheelbase=0.05, delta=1.4, speed=1.0, spans=[0.05] * 10, std=1e-9)
+def test_estimated_offsets_are_finite_within_their_limits_and_no_less_sure_than_at_first(
+    wheelbase: float, delta: float, speed: float, spans: list[float], std: float
+) -> None:
+    config = DisturbanceFilterConfig(speed_std=std, heading_std=std)
+    found, now, phi = first_estimate(config), 0.0, 0.0
+    first = found.stds
+    for k, span in enumerate(spans):
+        moved = Motion(speed + 1e-3 * (k % 2), phi, delta)
+        found = updated(found, moved, now, 0.0, wheelbase, config)
+        now, phi = now + span, phi + span * speed * tan(delta) / wheelbase
+    assert np.isfinite(found.mean).all()
+    assert np.isfinite(found.covariance).all()
+    assert abs(found.acceleration) <= config.most_acceleration
+    assert abs(found.steering) <= config.most_steering
+    assert all(isinstance(now, float) for now in found.stds)
+    assert found.stds[0] <= first[0] * (1.0 + 1e-9)
+    assert found.stds[1] <= first[1] * (1.0 + 1e-9)
+
+
+@FEW
+@given(offset=st.floats(-0.5, 0.5), delta=st.floats(-1.4, 1.4), speed=st.floats(0.1, 2.0))
+@example(offset=0.0, delta=1.4, speed=1.0)
+@example(offset=0.5 * pi - 1.4, delta=1.4, speed=1.0)  # wheels at right angles to the vehicle
+@example(offset=0.3, delta=1.4, speed=1.0)
+def test_a_heading_turns_the_way_the_measured_wheels_point_whatever_their_offset(
+    offset: float, delta: float, speed: float
+) -> None:
+    config = DisturbanceFilterConfig(most_steering=0.5)
+    seated = updated(first_estimate(config), Motion(speed, 0.0, delta), 0.0, 0.0, 2.875, config)
+    mean = seated.mean.copy()
+    mean[O] = offset
+    found = updated(replace(seated, mean=mean), Motion(speed + 1e-3, 0.0, delta), 0.02, 0.0, 2.875, config)
+    assert np.isfinite(found.mean).all()
+    assert abs(found.mean[PHI]) <= pi
+    assert abs(found.mean[D]) <= config.most_acceleration
+    assert abs(found.mean[G]) <= config.most_drive_share
+    assert (np.diagonal(found.covariance) >= 0.0).all()
+
+
+# -- the camera ----------------------------------------------------------------------------------------------
+
+
+@FEW
+@given(depth=st.floats(-17.0, 3.0).map(lambda n: 10.0**n), share=st.floats(-2.0, 2.0))
+@example(depth=1e-17, share=0.0)
+@example(depth=1e-17, share=1.0)
+def test_a_point_is_seen_where_its_direction_says_however_near_it_is(depth: float, share: float) -> None:
+    camera = Camera(x=0.0, y=0.0, z=0.0, yaw=0.0)
+    u, v = camera.project([(depth, -share * depth, 0.0)])[0]
+    assert u == pytest.approx(camera.cx + share * camera.fx)
+    assert v == pytest.approx(camera.cy)
+
+
+def test_what_is_in_the_lens_or_behind_it_is_refused() -> None:
+    camera = Camera(x=0.0, y=0.0, z=0.0, yaw=0.0)
+    for x in (0.0, -1e-17, -1.0):
+        with pytest.raises(ValueError, match="before the camera"):
+            camera.project([(x, 0.1, 0.0)])
+
+
+@settings(FEW, max_examples=25)
+@given(away=st.floats(0.0, 8.0), phi=st.floats(-0.5, 0.5), aside=st.floats(-0.3, 0.3))
+@example(away=0.0, phi=0.0, aside=0.0)  # docked
+@example(away=0.0, phi=1e-17, aside=0.0)
+def test_corners_without_error_give_the_goal_without_error_and_a_covariance(
+    away: float, phi: float, aside: float
+) -> None:
+    camera, board = Camera(), CharucoBoard()
+    flat = np.stack(np.meshgrid(np.arange(1, 5), np.arange(1, 4)), axis=-1).reshape(-1, 2) * board.square
+    corners, truth = board.in_goal_frame(flat), np.array([-away, aside, phi])
+    c, s = np.cos(phi), np.sin(phi)
+    seen = corners @ np.array([(c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)]) + (-away, aside, 0.0)
+    found = fit_board(camera, corners, camera.project(seen), [truth + np.array([0.05, -0.02, 0.02])])
+    assert found is not None
+    assert found.value == pytest.approx(truth, abs=1e-5)
+    assert np.linalg.eigvalsh(found.covariance)[0] > 0.0
+
+
+def test_a_board_in_the_lens_gives_no_goal() -> None:
+    camera, board = Camera(), CharucoBoard()
+    corners = board.in_goal_frame([(0.2, 0.2), (0.4, 0.2), (0.4, 0.4), (0.2, 0.4)])
+    assert fit_board(camera, corners, np.zeros((4, 2)), [np.array([camera.x - board.x, 0.0, 0.0])]) is None

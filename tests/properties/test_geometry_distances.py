@@ -1,0 +1,310 @@
+"""Distances near what they divide by: corners told twice or on a line, gaps of 0, parts without length."""
+
+from __future__ import annotations
+
+from math import cos, hypot, pi, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from geometry import Area, AreaError, Corridor, CorridorError, Pose2, ReferencePath
+from geometry.arrays import Array
+from geometry.convex import (
+    NORMAL_X,
+    NORMAL_Y,
+    ON_A_X,
+    ON_A_Y,
+    ON_B_X,
+    ON_B_Y,
+    VALUE,
+    WITNESS,
+    signed_distance,
+)
+from geometry.corridor_area import area_of
+from geometry.outline import checked_polygon, convex_pieces
+from geometry.shape_grid import Body
+
+FEW = settings(derandomize=True, deadline=None, max_examples=60)
+
+Ring = list[tuple[float, float]]
+Segment = tuple[int, float, float]
+
+GAPS = st.one_of(st.sampled_from([0.0, 1e-17, 1e-16, 3e-16, 1e-15, 1e-12, 1e-9, 1e-6]), st.floats(-1.0, 3.0))
+"""Between two bodies [m], negative where they overlap."""
+CONVEX: Ring = [(-0.8, -1.0), (3.7, -1.0), (3.7, 1.0), (-0.8, 1.0)]
+L_SHAPE: Ring = [(0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (1.0, 1.0), (1.0, 4.0), (0.0, 4.0)]
+T_SHAPE: Ring = [
+    (0.0, 0.0),
+    (6.0, 0.0),
+    (6.0, 1.0),
+    (4.0, 1.0),
+    (4.0, 3.0),
+    (2.0, 3.0),
+    (2.0, 1.0),
+    (0.0, 1.0),
+]
+
+
+def box(length: float, width: float, x: float, y: float, phi: float) -> Array:
+    """Corners (4, 2) of a rectangle around a pose."""
+    c, s = cos(phi), sin(phi)
+    half = 0.5 * np.array([(-length, -width), (length, -width), (length, width), (-length, width)])
+    return np.asarray(half @ np.array([(c, s), (-s, c)]) + (x, y))
+
+
+def between(a: Array, b: Array) -> Array:
+    found = np.zeros(WITNESS)
+    signed_distance(np.ascontiguousarray(a), np.ascontiguousarray(b), found)
+    return found
+
+
+@st.composite
+def repeated(draw: st.DrawFn, ring: Ring) -> Ring:
+    """The same outline, with some corners twice, some in the middle of an edge, from any corner on."""
+    found: Ring = []
+    for i, (x, y) in enumerate(ring):
+        next_x, next_y = ring[(i + 1) % len(ring)]
+        found += [(x, y)] * draw(st.integers(1, 3))
+        if draw(st.booleans()):
+            found.append((0.5 * (x + next_x), 0.5 * (y + next_y)))
+    first = draw(st.integers(0, len(found) - 1))
+    return found[first:] + found[:first]
+
+
+# -- two convex shapes ---------------------------------------------------------------------------------------
+
+
+@FEW
+@given(gap=GAPS, aside=st.floats(-1.0, 1.0), turn=st.floats(-pi, pi), x=st.floats(-50.0, 50.0))
+@example(gap=0.0, aside=0.0, turn=0.0, x=0.0)
+@example(gap=1e-16, aside=0.0, turn=0.3, x=1.1)
+@example(gap=0.0, aside=0.0, turn=0.3, x=47.0)
+def test_the_distance_of_two_bodies_is_the_gap_between_them(
+    gap: float, aside: float, turn: float, x: float
+) -> None:
+    ahead, across = np.array([cos(turn), sin(turn)]), np.array([-sin(turn), cos(turn)])
+    a = box(2.0, 2.0, x, 0.0, turn)
+    at = np.array([x, 0.0]) - (3.0 + gap) * ahead + aside * across
+    b = box(4.0, 4.0, float(at[0]), float(at[1]), turn)
+    found, other = between(a, b), between(b, a)
+    assert found[VALUE] == pytest.approx(gap, abs=1e-12)
+    assert other[VALUE] == pytest.approx(found[VALUE], abs=1e-12)
+
+
+@FEW
+@given(
+    gap=GAPS,
+    along=st.floats(-4.0, 4.0),
+    turn=st.floats(-pi, pi),
+    bent=st.floats(-pi, pi),
+    x=st.floats(-50.0, 50.0),
+)
+@example(gap=0.0, along=0.0, turn=0.0, bent=0.0, x=0.0)
+@example(gap=0.0, along=0.5, turn=0.3, bent=0.0, x=1.1)
+@example(gap=1e-16, along=0.5, turn=0.7, bent=0.4, x=3.3)
+def test_the_normal_between_two_bodies_has_length_1_and_leads_from_one_to_the_other(
+    gap: float, along: float, turn: float, bent: float, x: float
+) -> None:
+    a = box(2.0, 1.0, x, 0.0, turn)
+    ahead, across = np.array([cos(turn), sin(turn)]), np.array([-sin(turn), cos(turn)])
+    at = np.array([x, 0.0]) - (1.0 + gap) * ahead + along * across
+    b = box(3.0, 2.0, float(at[0]), float(at[1]), turn + bent)
+    b = b - max(float(((b - (x, 0.0)) @ ahead).max()) + 1.0 + gap, 0.0) * ahead
+    found = between(a, b)
+    normal = found[[NORMAL_X, NORMAL_Y]]
+    assert hypot(*normal) == pytest.approx(1.0, abs=1e-5)
+    apart = found[[ON_A_X, ON_A_Y]] - found[[ON_B_X, ON_B_Y]]
+    assert float(normal @ apart) == pytest.approx(found[VALUE], abs=1e-9)
+
+
+@FEW
+@given(gap=GAPS, dx=st.floats(-0.5, 0.5), dy=st.floats(-0.5, 0.5), turn=st.floats(-pi, pi))
+@example(gap=0.0, dx=0.0, dy=0.0, turn=0.0)
+@example(gap=0.0, dx=1e-16, dy=0.0, turn=0.0)
+def test_no_distance_changes_by_more_than_the_body_moves(
+    gap: float, dx: float, dy: float, turn: float
+) -> None:
+    a, b = box(2.0, 1.0, 0.0, 0.0, 0.0), box(3.0, 2.0, 2.5 + gap, 0.4, turn)
+    before, then = between(a, b)[VALUE], between(a + np.array([dx, dy]), b)[VALUE]
+    assert abs(then - before) <= hypot(dx, dy) + 1e-12
+
+
+@pytest.mark.parametrize("corners", [1, 2, 5])
+@pytest.mark.parametrize("away", [0.0, 1e-17, 1e-9, 2.0])
+def test_a_body_shrunk_to_a_point_has_the_distance_of_that_point(corners: int, away: float) -> None:
+    point = np.repeat([[1.0 + away, 0.25]], corners, axis=0)
+    found = between(point, box(2.0, 2.0, 0.0, 0.0, 0.0))
+    assert found[VALUE] == pytest.approx(away, abs=1e-15)
+    assert (found[NORMAL_X], found[NORMAL_Y]) == pytest.approx((1.0, 0.0), abs=1e-6)
+
+
+# -- polygons ------------------------------------------------------------------------------------------------
+
+
+@FEW
+@given(ring=st.sampled_from([CONVEX, L_SHAPE, T_SHAPE]).flatmap(repeated))
+@example(ring=L_SHAPE)
+@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]])  # the corner to the inside twice
+def test_the_pieces_of_a_polygon_are_convex_and_have_its_area(ring: Ring) -> None:
+    shape = checked_polygon(ring, "polygon")
+    pieces = [shapely.Polygon(piece) for piece in convex_pieces(shape)]
+    assert sum(piece.area for piece in pieces) == pytest.approx(shape.area)
+    for piece in pieces:
+        assert piece.convex_hull.area == pytest.approx(piece.area)
+
+
+@FEW
+@given(
+    ring=st.sampled_from([CONVEX, L_SHAPE, T_SHAPE]).flatmap(repeated),
+    x=st.floats(-3.0, 8.0),
+    y=st.floats(-3.0, 6.0),
+    phi=st.floats(-pi, pi),
+)
+@example(ring=L_SHAPE, x=3.0, y=0.5, phi=0.0)
+@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]], x=3.0, y=0.5, phi=0.0)  # in the obstacle
+@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]], x=4.1, y=0.5, phi=0.0)  # across its outline
+def test_a_body_is_as_far_from_an_obstacle_however_often_its_corners_are_told(
+    ring: Ring, x: float, y: float, phi: float
+) -> None:
+    body = Body.of(box(0.6, 0.4, 0.0, 0.0, 0.0))
+    poses = np.array([(x, y, phi)])
+    apart = float(Area(obstacles=[ring]).signed_distances(body, poses)[0])
+    in_corridor = Corridor.in_area(Area()).with_obstacles([ring]).signed_distances(0, body, poses).min()
+    truth = float(shapely.distance(shapely.Polygon(box(0.6, 0.4, x, y, phi)), shapely.Polygon(ring)))
+    assert max(apart, 0.0) == pytest.approx(truth, abs=1e-9)
+    assert max(float(in_corridor), 0.0) == pytest.approx(truth, abs=1e-9)
+
+
+@FEW
+@given(
+    ring=st.sampled_from([L_SHAPE, T_SHAPE]).flatmap(repeated), x=st.floats(-1.0, 7.0), y=st.floats(-1.0, 5.0)
+)
+@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]], x=0.5, y=0.5)
+@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]], x=2.0, y=2.0)
+def test_a_point_is_clear_just_where_it_is_in_the_boundary(ring: Ring, x: float, y: float) -> None:
+    point, shape = Body.of([(0.0, 0.0)]), shapely.Polygon(ring)
+    apart = float(Area(boundary=ring).signed_distances(point, np.array([(x, y, 0.0)]))[0])
+    truth = float(shapely.distance(shapely.Point(x, y), shape.exterior))
+    if shape.contains(shapely.Point(x, y)):
+        assert apart == pytest.approx(truth, abs=1e-9)
+    else:
+        assert apart <= 1e-9
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_the_distance_to_an_obstacle_is_right_whatever_its_size(size: float, offset: float) -> None:
+    ring = box(size, size, offset, offset, 0.3)
+    body, x = Body.of(CONVEX), offset + size + 10.0
+    apart = float(Area(obstacles=[ring]).signed_distances(body, np.array([(x, offset, 0.1)]))[0])
+    c, s = cos(0.1), sin(0.1)
+    placed = np.array(CONVEX) @ np.array([(c, s), (-s, c)]) + (x, offset)
+    assert apart == pytest.approx(shapely.distance(shapely.Polygon(placed), shapely.Polygon(ring)), abs=1e-6)
+
+
+@pytest.mark.parametrize("ring", [[(0, 0), (1, 0), (2, 0)], [(1, 1)] * 4, [(0, 0), (1, 0), (0, 0)]])
+def test_a_polygon_without_area_is_refused(ring: Ring) -> None:
+    with pytest.raises(AreaError):
+        Area(obstacles=[ring])
+
+
+def test_a_map_of_one_cell_is_an_area_of_that_cell(tmp_path: Path) -> None:
+    Image.fromarray(np.full((1, 1), 254, np.uint8)).save(tmp_path / "map.pgm")
+    entries = "image: map.pgm\nresolution: 0.5\norigin: [0, 0, 0]\nnegate: 0\n"
+    (tmp_path / "map.yaml").write_text(entries + "occupied_thresh: 0.65\nfree_thresh: 0.2\n")
+    area = Area.from_map(tmp_path / "map.yaml")
+    apart = area.signed_distances(Body.of([(0.0, 0.0)]), np.array([(0.25, 0.25, 0.0), (0.7, 0.25, 0.0)]))
+    assert apart[0] == pytest.approx(0.25)
+    assert apart[1] < 0.0
+
+
+# -- half-planes beside a body -------------------------------------------------------------------------------
+
+
+@FEW
+@given(gap=GAPS, x=st.floats(-20.0, 20.0), phi=st.floats(-0.05, 0.05))
+@example(gap=0.0, x=0.0, phi=0.0)
+@example(gap=1e-16, x=0.1, phi=0.0)
+@example(gap=1e-16, x=0.3, phi=0.02)
+def test_half_planes_beside_a_body_have_normals_of_length_1_and_turn_no_faster_than_its_reach(
+    gap: float, x: float, phi: float
+) -> None:
+    body, reach = Body.of(CONVEX), hypot(3.7, 1.0)
+    beside = -(1.0 + gap) - 5.0 * abs(phi)
+    wall: Ring = [(x - 9.0, beside - 1.0), (x + 9.0, beside - 1.0), (x + 9.0, beside), (x - 9.0, beside)]
+    path = ReferencePath.from_segments(Pose2(-40.0, 0.0, 0.0), [(1, 0.0, 80.0)])
+    for corridor in (
+        Corridor.in_area(Area(obstacles=[wall])),
+        Corridor.from_offsets(path, left=9.0, right=beside),
+    ):
+        found = corridor.contacts(0, body, np.array([(x, 0.0, phi)]), within=2.0, outward=0.02)
+        near = np.isfinite(found.apart)
+        assert np.abs(found.normal[near]) == pytest.approx(np.ones(near.sum()), abs=1e-5)
+        assert (np.abs(found.turning[near]) <= reach + 1e-6).all()
+
+
+# -- boundaries along a path ---------------------------------------------------------------------------------
+
+LENGTHS = st.one_of(st.sampled_from([1e-17, 1e-9, 1e-5, 1e-3]), st.floats(0.5, 8.0))
+SEGMENTS = st.lists(
+    st.tuples(st.sampled_from([1, -1]), st.sampled_from([0.0, 1e-17, 0.05, -0.1]), LENGTHS),
+    min_size=1,
+    max_size=4,
+)
+
+
+@FEW
+@given(segments=SEGMENTS)
+@example(segments=[(1, 0.0, 10.0), (-1, 0.0, 1e-17), (1, 0.0, 5.0)])
+@example(segments=[(1, 0.0, 10.0), (1, 0.2, 1e-17), (1, 0.1, 5.0)])
+@example(segments=[(1, 0.0, 1e-17)])
+def test_boundaries_beside_a_path_are_as_far_from_it_as_they_are_told(segments: list[Segment]) -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
+    corridor = Corridor.from_offsets(path, left=2.0, right=-1.5)
+    assert corridor.narrowest()[0] == pytest.approx(3.5)
+    for k, part in enumerate(path.parts):
+        at = part.reference(np.linspace(part.start, part.end, 50))
+        driven = shapely.MultiPoint(np.column_stack([at.x, at.y]))
+        for lines, offset in zip(corridor.lines(k), (2.0, 1.5), strict=True):
+            for line in lines:
+                assert np.isfinite(line).all()
+                assert shapely.distance(driven, shapely.MultiPoint(line)) >= offset - 1e-2
+
+
+@settings(FEW, max_examples=15)
+@given(segments=SEGMENTS.filter(lambda rows: all(length >= 1e-5 for _, _, length in rows)))
+@example(segments=[(1, 0.0, 1e-5)])
+@example(segments=[(1, 0.0, 10.0), (-1, 0.0, 1e-5), (1, 0.0, 5.0)])
+def test_the_area_of_a_corridor_contains_its_path(segments: list[Segment]) -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
+    area = area_of(Corridor.from_offsets(path, left=2.0, right=-1.5), path, beyond=3.0)
+    for part in path.parts:
+        at = part.reference(np.linspace(part.start, part.end, 20))
+        poses = np.column_stack([at.x, at.y, at.phi])
+        assert (area.signed_distances(Body.of([(0.0, 0.0)]), poses) > 1.0).all()
+
+
+@FEW
+@given(ring=repeated([(-5.0, -3.0), (20.0, -3.0), (20.0, 4.0), (-5.0, 4.0)]), length=LENGTHS)
+@example(ring=[(-5.0, -3.0), (20.0, -3.0), (20.0, 4.0), (-5.0, 4.0)], length=1e-17)
+def test_a_polygon_is_as_wide_along_a_path_however_often_its_corners_are_told(
+    ring: Ring, length: float
+) -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, length)])
+    corridor = Corridor.from_polygon(path, ring)
+    assert corridor.narrowest()[0] == pytest.approx(7.0)
+    point = Body.of([(0.0, 0.0)])
+    apart = corridor.signed_distances(0, point, np.array([(0.0, 3.0, 0.0), (0.0, -2.5, 0.0)]))
+    assert apart[:, 0] == pytest.approx([1.0, 0.5])
+
+
+def test_a_boundary_on_the_path_is_refused() -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 5.0)])
+    with pytest.raises(CorridorError):
+        Corridor.from_offsets(path, left=0.0, right=-1.0)
+    assert Corridor.from_offsets(path, left=1e-3, right=-1.0).narrowest()[0] == pytest.approx(1.001)

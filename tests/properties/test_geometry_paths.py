@@ -1,0 +1,237 @@
+"""Paths near what their formulas divide by: lengths and curvatures of 0, headings across a chord."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import cos, hypot, inf, nextafter, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from geometry import PathError, Pose2, ReferencePath, lift, wrap
+from geometry.reeds_shepp import PIECES, after, shortest
+
+FEW = settings(derandomize=True, deadline=None, max_examples=60)
+
+Segment = tuple[int, float, float]
+
+LENGTHS = st.one_of(st.sampled_from([1e-17, 1e-12, 1e-9, 1e-6, 0.01]), st.floats(0.01, 20.0))
+"""Of a piece [m]: differences of lengths leave pieces that are nothing but rounding."""
+CURVATURES = st.one_of(
+    st.sampled_from([0.0, 1e-310, -1e-308, 1e-17, -1e-12, 1e-9]), st.floats(-0.5, 0.5), st.floats(-20.0, 20.0)
+)
+SEGMENTS = st.lists(st.tuples(st.sampled_from([1, -1]), CURVATURES, LENGTHS), min_size=1, max_size=5)
+SMALL = st.one_of(
+    st.sampled_from([0.0, 1e-300, -1e-17, 1e-12, -1e-9, 1e-6]), st.floats(-1e-3, 1e-3), st.floats(-5.0, 5.0)
+)
+
+
+# -- angles --------------------------------------------------------------------------------------------------
+
+
+@FEW
+@given(angle=st.floats(-1e6, 1e6))
+@example(angle=0.0)
+@example(angle=pi)
+@example(angle=-pi)
+@example(angle=nextafter(pi, inf))
+@example(angle=nextafter(-pi, -inf))
+@example(angle=5.0 * pi)
+def test_a_wrapped_angle_is_the_same_angle_within_half_a_turn(angle: float) -> None:
+    wrapped = wrap(angle)
+    assert abs(wrapped) <= pi + 1e-9
+    assert (cos(wrapped), sin(wrapped)) == pytest.approx((cos(angle), sin(angle)), abs=1e-9)
+    assert wrap(np.array([angle]))[0] == pytest.approx(wrapped, abs=1e-12)
+
+
+@FEW
+@given(angle=st.floats(-1e4, 1e4), near=st.floats(-1e4, 1e4))
+@example(angle=0.0, near=0.0)
+@example(angle=pi, near=0.0)
+@example(angle=0.0, near=pi)
+def test_a_lifted_angle_is_within_half_a_turn_of_its_neighbour(angle: float, near: float) -> None:
+    lifted = lift(angle, near)
+    assert abs(lifted - near) <= pi + 1e-9
+    assert wrap(lifted - angle) == pytest.approx(0.0, abs=1e-9)
+
+
+# -- chains of arcs ------------------------------------------------------------------------------------------
+
+
+@FEW
+@given(segments=SEGMENTS)
+@example(segments=[(1, 0.0, 10.0), (1, 0.2, 1e-17), (1, 0.0, 5.0)])
+@example(segments=[(1, 0.0, 10.0), (-1, 0.0, 1e-17), (1, 0.0, 5.0)])
+@example(segments=[(1, 0.0, 1e-17)])
+def test_theta_grows_from_each_knot_to_the_next(segments: list[Segment]) -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
+    for part in path.parts:
+        assert (np.diff(part.knots) > 0.0).all()
+    for before, behind in pairwise(path.parts):
+        assert before.direction != behind.direction
+        assert before.end == behind.start
+
+
+@FEW
+@given(segments=SEGMENTS, shares=st.tuples(st.floats(-0.1, 1.1), st.floats(-0.1, 1.1)))
+@example(segments=[(1, 0.0, 1e-17)], shares=(0.0, 1.0))
+@example(segments=[(1, 0.0, 10.0), (-1, 0.3, 1e-17), (1, 0.0, 5.0)], shares=(0.5, 1.0))
+def test_a_chord_is_no_longer_than_its_path_and_the_heading_turns_no_faster_than_it_bends(
+    segments: list[Segment], shares: tuple[float, float]
+) -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
+    for part in path.parts:
+        first, last = (part.start + share * (part.end - part.start) for share in shares)
+        at = part.reference([first, last])
+        assert np.isfinite([at.x, at.y, at.phi, at.slope]).all()
+        driven = abs(last - first)
+        assert hypot(at.x[1] - at.x[0], at.y[1] - at.y[0]) <= driven + 1e-12
+        assert abs(at.phi[1] - at.phi[0]) <= driven * path.max_curvature + 1e-12
+
+
+@FEW
+@given(curvature=CURVATURES, length=LENGTHS)
+@example(curvature=0.0, length=1.0)
+@example(curvature=5e-324, length=10.0)
+def test_an_arc_becomes_a_straight_as_its_curvature_becomes_0(curvature: float, length: float) -> None:
+    end = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, curvature, length)]).end
+    assert hypot(end.x - length, end.y) <= 0.5 * abs(curvature) * length**2 + 1e-12
+    assert end.phi == pytest.approx(curvature * length, abs=1e-12)
+
+
+@pytest.mark.parametrize("curvature", [0, 1])
+def test_a_curvature_may_be_a_whole_number(curvature: int) -> None:
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, curvature, 2)])
+    assert path.parts[0].reference([1.0]).phi[0] == pytest.approx(float(curvature))
+
+
+@FEW
+@given(segments=SEGMENTS, x=st.floats(-5.0, 15.0), y=st.floats(-10.0, 10.0))
+@example(segments=[(1, 0.0, 10.0)], x=3.0, y=1.0)
+@example(segments=[(1, 1e-310, 10.0)], x=3.0, y=1.0)
+@example(segments=[(1, 0.5, 10.0)], x=0.0, y=2.0)  # the centre of the arc
+@example(segments=[(1, 0.0, 1e-17)], x=0.0, y=0.0)
+@example(segments=[(1, 0.0, 10.0), (-1, 0.0, 1e-17), (1, 0.0, 5.0)], x=10.0, y=0.0)
+def test_nothing_of_a_part_is_nearer_than_where_a_point_projects_to(
+    segments: list[Segment], x: float, y: float
+) -> None:
+    for part in ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments).parts:
+        theta = part.project(x, y)
+        assert part.start <= theta <= part.end
+        found, all_of_it = part.pose(theta), part.reference(np.linspace(part.start, part.end, 301))
+        nearest = float(np.hypot(all_of_it.x - x, all_of_it.y - y).min())
+        assert hypot(found.x - x, found.y - y) <= nearest + 1e-9
+
+
+# -- through poses and points --------------------------------------------------------------------------------
+
+RIGHT_ANGLE = 0.5 * pi
+BESIDE = st.one_of(
+    st.floats(-1.5, 1.5),
+    st.sampled_from([0.0, RIGHT_ANGLE - 1e-6, 1e-6 - RIGHT_ANGLE, RIGHT_ANGLE - 1e-8, 1e-8 - RIGHT_ANGLE]),
+)
+"""A heading beside the chord [rad]."""
+
+
+@FEW
+@given(
+    distance=st.floats(-5.0, 3.0).map(lambda n: 10.0**n), first=BESIDE, last=BESIDE, turn=st.floats(-pi, pi)
+)
+@example(distance=1.0, first=0.0, last=0.0, turn=0.0)
+@example(distance=1.0, first=RIGHT_ANGLE - 1e-8, last=RIGHT_ANGLE - 1e-8, turn=0.3)
+@example(distance=1.0, first=RIGHT_ANGLE - 2e-9, last=RIGHT_ANGLE - 2e-9, turn=1.1)
+@example(distance=1.0, first=1e-8 - RIGHT_ANGLE, last=1e-8 - RIGHT_ANGLE, turn=0.138671875)
+@example(distance=1e-6, first=1e-8 - RIGHT_ANGLE, last=RIGHT_ANGLE - 1e-8, turn=-2.0)
+def test_two_arcs_lead_from_pose_to_pose_and_are_no_longer_than_a_half_circle(
+    distance: float, first: float, last: float, turn: float
+) -> None:
+    start = Pose2(0.0, 0.0, turn + first)
+    goal = Pose2(distance * cos(turn), distance * sin(turn), turn + last)
+    path = ReferencePath.from_poses([start, goal], 1)
+    assert hypot(path.end.x - goal.x, path.end.y - goal.y) <= 1e-7 * distance + 1e-12
+    assert path.end.phi == pytest.approx(goal.phi, abs=1e-6)
+    assert distance * (1.0 - 1e-9) <= path.length <= 0.5 * pi * distance * (1.0 + 1e-6)
+    assert path.max_curvature <= 1e3 / distance
+
+
+@FEW
+@given(
+    points=st.lists(
+        st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.sampled_from([0.0, 1e-9, 2e-6, 0.1])),
+        min_size=2,
+        max_size=6,
+    )
+)
+@example(points=[(0, 0, 0.0), (1, 0, 0.0), (0, 0, 0.0)])
+@example(points=[(0, 0, 0.0), (0, 0, 2e-6), (1, 0, 0.0)])
+@example(points=[(0, 0, 0.0), (1, 0, 0.0), (2, 0, 0.0)])
+def test_a_path_leads_through_its_points_or_is_refused(points: list[tuple[int, int, float]]) -> None:
+    rows = [(x + off, float(y)) for x, y, off in points]
+    try:
+        path = ReferencePath.from_waypoints(rows)
+    except PathError:
+        return
+    (part,) = path.parts
+    for x, y in rows:
+        at = part.pose(part.project(x, y))
+        assert hypot(at.x - x, at.y - y) <= 1e-6
+    assert path.length < inf
+
+
+# -- Reeds and Shepp -----------------------------------------------------------------------------------------
+
+
+def cheapest(
+    x: float, y: float, phi: float, radius: float
+) -> tuple[float, tuple[float, float, float], np.ndarray[tuple[int], np.dtype[np.float64]]]:
+    """The length of the shortest way [m], where it leads, and its pieces."""
+    lengths, turns = np.zeros(PIECES), np.zeros(PIECES)
+    cost = shortest(x, y, phi, radius, 1.0, 0.0, lengths, turns)
+    at = (0.0, 0.0, 0.0)
+    for length, turned in zip(lengths.tolist(), turns.tolist(), strict=True):
+        at = after(*at, length, turned, radius)
+    return cost, at, lengths
+
+
+@FEW
+@given(x=SMALL, y=SMALL, phi=SMALL, radius=st.floats(-2.0, 2.0).map(lambda n: 10.0**n))
+@example(x=0.0, y=0.0, phi=0.0, radius=1.0)
+@example(x=0.0, y=0.0, phi=pi, radius=1.0)
+@example(x=4.0, y=0.0, phi=0.0, radius=1.0)
+@example(x=0.0, y=2.0, phi=pi, radius=1.0)
+@example(x=0.0, y=1e-12, phi=0.0, radius=5.0)
+def test_the_shortest_way_leads_to_its_goal_and_is_no_shorter_than_the_distance_and_the_turn(
+    x: float, y: float, phi: float, radius: float
+) -> None:
+    cost, (at_x, at_y, at_phi), lengths = cheapest(x, y, phi, radius)
+    assert cost == pytest.approx(float(np.abs(lengths).sum()))
+    # Pieces of less than 1e-10 radii are none.
+    assert hypot(at_x - x, at_y - y) <= 1e-8 * (radius + hypot(x, y))
+    assert wrap(at_phi - phi) == pytest.approx(0.0, abs=1e-8)
+    assert cost >= hypot(x, y) - 1e-8 * radius
+    assert cost >= radius * (abs(wrap(phi)) - 1e-8)
+
+
+@FEW
+@given(x=SMALL, y=SMALL, phi=SMALL, radius=st.floats(0.1, 10.0))
+@example(x=0.0, y=0.0, phi=0.0, radius=1.0)
+@example(x=0.0, y=1e-9, phi=0.0, radius=1.0)
+def test_a_pose_close_by_is_close_to_drive_to(x: float, y: float, phi: float, radius: float) -> None:
+    # A shift aside by y takes turns of sqrt(y / radius), back and forth.
+    cost, _, _ = cheapest(x, y, phi, radius)
+    aside = (abs(y) + radius * (1.0 + abs(phi)) * 1e-9) * radius
+    assert cost <= 2.0 * abs(x) + 8.0 * aside**0.5 + 8.0 * radius * abs(phi)
+
+
+@FEW
+@given(x=SMALL, y=SMALL, phi=SMALL, radius=st.floats(0.1, 10.0), share=st.floats(0.01, 1.0))
+@example(x=0.0, y=0.0, phi=0.0, radius=1.0, share=0.5)
+def test_who_bends_more_sharply_needs_no_longer_way(
+    x: float, y: float, phi: float, radius: float, share: float
+) -> None:
+    assume(hypot(x, y) > 1e-6 or abs(phi) > 1e-6 or (x, y, phi) == (0.0, 0.0, 0.0))
+    wide, _, _ = cheapest(x, y, phi, radius)
+    narrow, _, _ = cheapest(x, y, phi, share * radius)
+    assert narrow <= wide * (1.0 + 1e-6) + 1e-6 * radius
