@@ -66,7 +66,8 @@ def mendable(
         return False
     for end in np.linspace(low, high, headings).tolist():
         straight = error.y + 0.5 * (error.phi + end) * way
-        swing = 0.25 * curvature * way**2 - 0.25 * (end - error.phi) ** 2 / curvature
+        turned = 0.0 if end == error.phi else 0.25 * (end - error.phi) ** 2 / curvature
+        swing = 0.25 * curvature * way**2 - turned
         if abs(straight) - max(swing, 0.0) <= lateral:
             return True
     return False

@@ -62,7 +62,8 @@ def _shapes(distance: float, config: ControllerConfig) -> list[Array]:
     for share, bend, undone in product(settings.out_straights, settings.out_bends, settings.out_undone):
         straight, bent, curvature = share * distance, (1.0 - share) * distance, bend * sharpest
         pieces = (straight, 0.0), ((1.0 - undone) * bent, curvature), (undone * bent, -curvature)
-        ways.append(joined(np.array(pieces)))
+        way = joined(np.array(pieces))
+        ways += [way] if len(way) > 0 else []
     return ways
 
 

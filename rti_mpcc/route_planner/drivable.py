@@ -76,6 +76,9 @@ def drivable(problem: Problem, way: Array, last: Array, kept: Kept) -> Generator
         kept: what it keeps to where it is made smooth.
     """
     settings = problem.config.route
+    if len(way) == 0:  # the vehicle stands where the last piece begins
+        room = yield from _room_along(problem, problem.start, last, last=True)
+        return Drivable(way=last, stops=np.zeros(len(last), np.bool_), room=room)
     windows = windows_of(way, settings.window / problem.config.max_curvature)
     at, whole = problem.start, []
     reached = at

@@ -216,7 +216,7 @@ def _aside(part: PathPart, span: tuple[float, float], way: Array) -> float:
 def _between(part: PathPart, start: float, end: float) -> Array:
     """Signed lengths [m] and curvatures [1/m] of the pieces (n, 2) of a part from `start` to `end` [m]."""
     begins, ends = np.maximum(part.knots[:-1], start), np.minimum(part.knots[1:], end)
-    there = ends - begins > _SHORTEST
+    there = ends - begins > _SHORTEST * min(end - start, 1.0)
     return np.column_stack([part.direction * (ends - begins)[there], part.curvatures[there]])
 
 

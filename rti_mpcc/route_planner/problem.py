@@ -16,7 +16,7 @@ from geometry.arrays import Array
 from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_of
-from rti_mpcc.route_planner.costs import Terms
+from rti_mpcc.route_planner.costs import NO_LENGTH, Terms
 
 CHECK = 0.01
 """[m] between the poses that are checked in the end."""
@@ -85,7 +85,8 @@ class Problem:
     @property
     def within(self) -> float:
         """So far clearances are told [m]."""
-        return 2.0 * self.config.route.margin + _AROUND
+        route = self.config.route
+        return 2.0 * max(route.margin, route.hard_minimum + route.reserve) + _AROUND
 
     @property
     def room(self) -> tuple[float, float]:
@@ -105,7 +106,7 @@ class Problem:
     def lasts(self, terms: Terms) -> Array:
         """The last straight pieces (n, 2) into the goal, forward and in reverse, as far as they are clear."""
         length, direction = self.config.route.final_straight, self.config.route.final_direction
-        if length == 0.0:
+        if length < NO_LENGTH:
             return np.zeros((1, 2))
         marks = np.linspace(0.0, length, int(np.ceil(length / terms.check)) + 1)
         found = []
@@ -127,16 +128,18 @@ class Problem:
         radius = 1.0 / (settings.search_share * config.max_curvature)
         length = vehicle.front + vehicle.rear
         least = min(settings.hard_minimum + settings.reserve, room - CHECK)
+        margin = max(least, settings.hard_minimum)
+        near = max(settings.margin, margin) + 1e-6
         return Terms(
             radius=radius,
             wheelbase=vehicle.wheelbase,
             arc=settings.arc * radius,
             check=settings.arc * radius / 5.0,
             cell=1.2 * settings.arc * radius,
-            open=settings.open * radius,
+            open=max(settings.open * radius, near),
             reach=hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width),
-            margin=max(least, settings.hard_minimum),
-            near=max(settings.margin, least) + 1e-6,
+            margin=margin,
+            near=near,
             ahead=1.0,
             back=settings.reverse_cost,
             cusp=settings.cusp_cost,

@@ -73,6 +73,8 @@ def shortened(
     It comes slice by slice. Ways are signed lengths [m] and curvatures [1/m] of pieces. `places`: on the way,
     about; `came`: (2,) the piece before the first one, or zeros.
     """
+    if len(way) == 0:
+        return way
     way = split(way, max(length_of(way) / places, 2.0 * terms.check))
     count, at = len(way), np.vstack([start[None], poses_after(start, way)])
     for each in (way, at):

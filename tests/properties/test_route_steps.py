@@ -1,0 +1,102 @@
+"""Steps of a mission near what they divide by: distances of 0, wheels that hardly turn."""
+
+from __future__ import annotations
+
+from math import hypot, inf, nan
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from geometry import Area, InputError, Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.mission.straight import mendable, straight_on
+from rti_mpcc.mission.way_out import ways_out
+from rti_mpcc.steps import Approach, Straight, Undock
+
+FEW = settings(derandomize=True, deadline=None, max_examples=60)
+
+CONFIG = ControllerConfig()
+YARD = Area(boundary=[(-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0)])
+HERE = Pose2(1.0, -2.0, 0.4)
+DISTANCES = st.tuples(
+    st.sampled_from([1.0, -1.0]),
+    st.one_of(st.sampled_from([5e-324, 1e-17, 1e-9, 2e-9, 1e-6]), st.floats(1e-3, 20.0)),
+).map(lambda pair: pair[0] * pair[1])
+TURNS = st.floats(-320.0, 0.0).map(lambda n: 10.0**n)
+"""Of the wheels [rad], or curvatures [1/m]."""
+
+
+@pytest.mark.parametrize("distance", [0.0, -0.0, nan, inf])
+def test_a_step_of_no_distance_is_refused(distance: float) -> None:
+    for step in (Undock, Straight):
+        with pytest.raises(InputError):
+            step(distance)
+    with pytest.raises(InputError):
+        Approach(length=distance, direction=1)
+
+
+@FEW
+@given(distance=DISTANCES)
+@example(distance=1e-9)
+@example(distance=-1e-9)
+@example(distance=5e-324)
+@example(distance=3.0)
+def test_from_an_open_place_there_is_a_way_out_of_any_length(distance: float) -> None:
+    ends = ways_out(HERE, Undock(distance).distance, YARD, CONFIG)
+    assert len(ends) > 0
+    for end in ends:
+        assert hypot(end.x - HERE.x, end.y - HERE.y) <= abs(distance) * (1.0 + 1e-9) + 1e-12
+        assert abs(end.phi - HERE.phi) <= max(abs(distance) * CONFIG.max_curvature, 1.5) + 1e-12
+
+
+@FEW
+@given(distance=DISTANCES.filter(lambda distance: abs(distance) > 1e-300), steering=TURNS)
+@example(distance=1e-17, steering=0.05)
+@example(distance=-1.0, steering=0.05)
+@example(distance=1.0, steering=5e-324)
+@example(distance=1.0, steering=1e-310)
+def test_a_straight_move_without_errors_is_as_long_as_its_distance_however_little_it_may_steer(
+    distance: float, steering: float
+) -> None:
+    step = Straight(distance, steering=steering, tolerance=(0.01, 0.01))
+    order, problem = straight_on(step, None, HERE, YARD, CONFIG)
+    assert problem == ""
+    assert order is not None
+    assert order.manoeuvre.segments[0].length == pytest.approx(abs(distance))
+
+
+@FEW
+@given(
+    y=st.floats(-0.2, 0.2),
+    phi=st.floats(-0.2, 0.2),
+    way=DISTANCES,
+    curvature=TURNS,
+    tolerance=st.tuples(st.floats(1e-4, 0.1), st.floats(1e-4, 0.1)),
+    times=st.floats(1.0, 10.0),
+)
+@example(y=0.0, phi=0.0, way=1.0, curvature=0.1, tolerance=(0.01, 0.01), times=2.0)
+@example(y=0.05, phi=0.02, way=1.0, curvature=0.1, tolerance=(0.01, 0.01), times=2.0)
+@example(y=0.005, phi=0.005, way=-1.0, curvature=0.0, tolerance=(0.01, 0.01), times=2.0)
+def test_who_may_steer_more_or_be_off_by_more_mends_whatever_others_mend(
+    y: float, phi: float, way: float, curvature: float, tolerance: tuple[float, float], times: float
+) -> None:
+    error, headings = Pose2(0.0, y, phi), CONFIG.mission.headings
+    if mendable(error, way, curvature, tolerance, headings):
+        assert mendable(error, way, times * curvature, tolerance, headings)
+        assert mendable(error, way, curvature, (times * tolerance[0], tolerance[1]), headings)
+        assert mendable(error, way, curvature, (tolerance[0], times * tolerance[1]), headings)
+
+
+@FEW
+@given(y=st.floats(-0.2, 0.2), phi=st.floats(-0.2, 0.2), way=st.floats(-3.0, 3.0))
+@example(y=0.0, phi=0.0, way=0.0)
+@example(y=0.01, phi=0.0, way=1.0)
+@example(y=0.3, phi=-0.1, way=3.0)
+def test_who_cannot_steer_goes_straight_on(y: float, phi: float, way: float) -> None:
+    lateral, heading = 0.02, 0.05
+    straight = abs(y + phi * way) <= lateral and abs(phi) <= heading
+    for curvature in (0.0, 1e-300, 1e-100, 1e-20):
+        found = mendable(Pose2(0.0, y, phi), way, curvature, (lateral, heading), 21)
+        if min(abs(abs(y + phi * way) - lateral), abs(abs(phi) - heading)) > 1e-9:
+            assert found == straight
