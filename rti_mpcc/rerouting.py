@@ -22,6 +22,7 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.clock import CycleClock
+from rti_mpcc.planning.obstacles import Obstacle, changed
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.rehearsal import takes_too_long
@@ -36,7 +37,7 @@ class _Asked:
     """What a way is planned for.
 
     Attributes:
-        start, goal: poses; changes: number of obstacle changes known.
+        start, goal: poses; obstacles: those that stand; changes: number of obstacle changes known.
         at: when the vehicle will be at the start, and drive [s]; None: it will stand there. after: so long
             after it was asked for [s].
         came: its direction, +1 or -1, and the curvature that it drives [1/m]; 0, 0 where it will stand.
@@ -45,17 +46,18 @@ class _Asked:
 
     start: Pose2
     goal: Pose2
+    obstacles: tuple[Obstacle, ...]
     changes: int
     at: float | None = None
     after: float = 0.0
     came: tuple[float, float] = (0.0, 0.0)
     stopping: float = 0.0
 
-    def answers(self, other: _Asked, most: tuple[float, float, float]) -> bool:
+    def answers(self, other: _Asked, most: tuple[float, float, float], least: float) -> bool:
         """Whether a way that was planned for this serves the other as well."""
         near = other.start.relative_to(self.start).within(most)
         both = (self.at is None) == (other.at is None)
-        return near and both and self.is_for(other.goal, other.changes, most)
+        return near and both and self.is_for(other.goal, other.obstacles, other.changes, most, least)
 
     def is_joined_by(self, found: Manoeuvre) -> bool:
         """Whether a vehicle that drives there can go on along what was found, and brake in comfort on it."""
@@ -64,9 +66,18 @@ class _Asked:
         first = found.segments[0].part
         return first.direction == self.came[0] and first.end - first.start >= self.stopping
 
-    def is_for(self, goal: Pose2, changes: int, most: tuple[float, float, float]) -> bool:
-        """Whether this is the goal and what stands in the way."""
-        return self.changes == changes and goal.relative_to(self.goal).within(most)
+    def is_for(
+        self,
+        goal: Pose2,
+        obstacles: tuple[Obstacle, ...],
+        changes: int,
+        most: tuple[float, float, float],
+        least: float,
+    ) -> bool:
+        """Whether this is the goal, to within `most`, and what stands in the way, to within `least` [m]."""
+        if not goal.relative_to(self.goal).within(most):
+            return False
+        return self.changes == changes or not changed(self.obstacles, obstacles, least)
 
 
 class Rerouter:
@@ -127,7 +138,8 @@ class Rerouter:
         asked = self._needed(s)
         if asked is None:
             return s
-        if self._asked is None or not self._asked.answers(asked, self._config.route.unmoved):
+        settings, margin = self._config.route, self._config.footprint.margin
+        if self._asked is None or not self._asked.answers(asked, settings.unmoved, margin):
             known = self.area_known(s)
             self._asked = asked
             # One that has driven and asks does not stand well inside: it has to get there.
@@ -140,7 +152,7 @@ class Rerouter:
             )
         planning = self._planning
         assert planning is not None
-        before, settings = planning.seconds, self._config.route
+        before = planning.seconds
         assert s.route is not None
         wanted = s.route.wanted != "" and s.task.phase is Phase.STARTING and s.is_stationary
         waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
@@ -192,7 +204,8 @@ class Rerouter:
         if s.task.phase is Phase.PLANNING or stuck:
             if not s.vehicle.is_stationary(s.now, self._config.dead_time):
                 return None
-            return _Asked(start=ways.here(s, self._config), goal=goal, changes=s.area.changes)
+            start = ways.here(s, self._config)
+            return _Asked(start=start, goal=goal, obstacles=s.area.standing, changes=s.area.changes)
         if s.task.drives and (s.task.stop is not None or route.wanted):
             return self._ahead(s, goal)
         return None
@@ -201,7 +214,9 @@ class Rerouter:
         """From where on the way that is driven another one is to begin: where the vehicle will be in a
         moment, or where it will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
-        if last is not None and last.is_for(goal, s.area.changes, config.route.unmoved):
+        if last is not None and last.is_for(
+            goal, s.area.standing, s.area.changes, config.route.unmoved, config.footprint.margin
+        ):
             if last.at is not None and s.now <= last.at:
                 return last
             # That came too late: once more with twice the time, as long as the vehicle drives by then.
@@ -213,7 +228,8 @@ class Rerouter:
         if stop is None:
             return None
         part = s.task.segment.part
-        return _Asked(start=part.pose(min(stop.at, part.end)), goal=goal, changes=s.area.changes)
+        start = part.pose(min(stop.at, part.end))
+        return _Asked(start=start, goal=goal, obstacles=s.area.standing, changes=s.area.changes)
 
     def _answered(self, s: ControllerState) -> ControllerState:
         """Drive a way that was found for where the vehicle is; say why there is none."""
@@ -221,7 +237,7 @@ class Rerouter:
         found = None if self._planning is None else self._planning.manoeuvre
         if asked is None or route is None or found is None or self._asked is None:
             return s
-        if not self._asked.answers(asked, config.route.near):
+        if not self._asked.answers(asked, config.route.near, config.footprint.margin):
             return s
         planning, told = (
             s.task.phase is Phase.PLANNING,
@@ -267,6 +283,7 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
     return _Asked(
         start=start,
         goal=goal,
+        obstacles=s.area.standing,
         changes=s.area.changes,
         at=at,
         after=after,

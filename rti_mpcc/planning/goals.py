@@ -15,6 +15,12 @@ from rti_mpcc.config import ControllerConfig, GoalLimits, Vehicle
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.planning.surroundings import Surroundings
 
+NOISE, NOISE_HEADING = 0.15, 0.1
+"""So far a goal may be from the last ones to be the same with noise [m], [rad]: five times a deviation of
+3 cm."""
+NOISE_TIME = 0.5
+"""Time constant of their mean [s]: a goal that moves by 0.3 m/s is followed 0.15 m behind."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalFit:
@@ -74,6 +80,22 @@ def checked(
         problem = f"the body there {_crossing(room)}"
         return GoalFit(pose=goal, problem=problem, room=room, excess=-room, beside=beside)
     return GoalFit(pose=goal, remark=_joined(_tight(room, margin), hint), room=room, beside=beside)
+
+
+def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
+    """The goal to plan for, of one that came after the one `before`, while one was `planned`.
+
+    A goal that is given anew in each cycle, with noise, is their mean over the last moments, so that neither
+    a search nor a docked vehicle follows the noise. One that came twice is taken as it is, and so is one that
+    has jumped.
+    """
+    if planned is None or came in (before, planned):
+        return came
+    off, share = came.relative_to(planned), min(cycle / NOISE_TIME, 1.0)
+    if hypot(off.x, off.y) > NOISE or abs(off.phi) > NOISE_HEADING:
+        return came
+    x, y = planned.x + share * (came.x - planned.x), planned.y + share * (came.y - planned.y)
+    return Pose2(x, y, planned.phi + share * off.phi)
 
 
 def same_dock(dock: Pose2 | None, goal: Pose2, config: ControllerConfig) -> bool:

@@ -1,8 +1,11 @@
 """Obstacles from cycle to cycle: which of them move, and how fast.
 
-An obstacle is told as a polygon, without a name. One of this cycle is taken to be the one of the last cycle
+An obstacle is given as a polygon, without a name. One of this cycle is taken to be the one of the last cycle
 whose middle is nearest, if it can have come from there. How fast it moves is what its middle has done over
 the last moments. The plan goes round obstacles that stand; one that moves is waited for.
+
+A static obstacle keeps its outline until one is given that differs from it by more than `Caution.moved`. So
+another order of obstacles or corners, rounding, and noise of a centimetre change nothing.
 """
 
 from __future__ import annotations
@@ -15,8 +18,11 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.outline import checked_polygon
-from rti_mpcc.config import ControllerConfig, ObstacleTracking
-from rti_mpcc.types import Array
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.types import Array, Index
+
+ROUNDING = 1e-6
+"""Middles of obstacles that are nearer to each other than this are at the same place [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,7 +31,7 @@ class Obstacle:
 
     Attributes:
         index: in the list that was told last.
-        outline: (m, 2) as it was told last [m]; shape: the same.
+        outline: (m, 2) as it was given when it was last seen to have moved [m]; shape: the same.
         seen: (time [s], x [m], y [m]) of its middle over the last moments, the newest last.
         velocity: (2,) [m/s]; 0 while it stands.
         moves: whether it moves; still_since: since when it has not [s], for one that did.
@@ -66,10 +72,14 @@ class Obstacle:
         since_when = None if displaced else (now if self.still_since is None else self.still_since)
         still = not self.moves or (since_when is not None and now - since_when >= caution.clear_time)
         moves = displaced or not still
+        seconds = max(now - since, float(np.hypot(*moved)) / config.obstacle_tracking.fastest)
+        kept = not (moves or self.moves) and is_same(self.shape, new.shape, caution.moved)
         return replace(
             new,
+            outline=self.outline if kept else new.outline,
+            shape=self.shape if kept else new.shape,
             seen=seen,
-            velocity=moved / (now - since) if moves else np.zeros(2),
+            velocity=moved / seconds if moves else np.zeros(2),
             moves=moves,
             still_since=since_when if moves else None,
         )
@@ -110,18 +120,24 @@ def observed(
     if all(same) and len(known) == len(outlines) and all(each.settled for each in known):
         return known
     given = [known[k] if same[k] else first_seen(k, each, now) for k, each in enumerate(outlines)]
-    left = [each for k, each in enumerate(known) if not (k < len(same) and same[k])]
+    tracking, left = config.obstacle_tracking, [not (k < len(same) and same[k]) for k in range(len(known))]
+    farthest = tracking.fastest * min(now - last, tracking.forgotten) + tracking.jump
+    middles = np.array([each.seen[-1][1:] for each in known]).reshape(-1, 2)
     found = []
     for k, obstacle in enumerate(given):
-        before = known[k] if same[k] else _nearest(obstacle, left, now - last, config.obstacle_tracking)
-        if before is None:
+        place = k if same[k] else _match(obstacle, known, middles, np.flatnonzero(left), farthest)
+        if place is None:
             found.append(obstacle)
             continue
-        if not same[k]:
-            left.remove(before)
+        left[place] = False
         here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
-        found.append(before.seen_as(here, now, last, config))
+        found.append(known[place].seen_as(here, now, last, config))
     return tuple(found)
+
+
+def is_same(one: shapely.Geometry, other: shapely.Geometry, most: float) -> bool:
+    """Whether no point of the one is farther than `most` [m] from the other, and the other way round."""
+    return bool(shapely.hausdorff_distance(one, other) <= most)
 
 
 def changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -> bool:
@@ -129,18 +145,18 @@ def changed(before: Sequence[Obstacle], now: Sequence[Obstacle], least: float) -
     one, other = (shapely.union_all([each.shape for each in known]) for known in (before, now))
     if one.is_empty or other.is_empty:
         return bool(one.is_empty != other.is_empty)
-    return bool(shapely.hausdorff_distance(one, other) > least)
+    return not is_same(one, other, least)
 
 
-def _nearest(
-    obstacle: Obstacle, known: Sequence[Obstacle], seconds: float, tracking: ObstacleTracking
-) -> Obstacle | None:
-    """The one, known `seconds` [s] ago, that this can be, or None."""
-    _, x, y = obstacle.seen[-1]
+def _match(
+    obstacle: Obstacle, known: Sequence[Obstacle], middles: Array, left: Index, farthest: float
+) -> int | None:
+    """Which one of those `left` of the known ones, with these middles (k, 2), this can be; None: none.
 
-    def distance(other: Obstacle) -> float:
-        return float(np.hypot(x - other.seen[-1][1], y - other.seen[-1][2]))
-
-    farthest = tracking.fastest * min(seconds, tracking.forgotten) + tracking.jump
-    near = [each for each in known if distance(each) <= farthest]
-    return min(near, key=distance, default=None)
+    The nearest one; of several at the same place the one with the most similar outline.
+    """
+    apart = np.hypot(*(middles[left] - obstacle.seen[-1][1:]).T)
+    if not apart.size or apart.min() > farthest:
+        return None
+    nearest = left[apart <= apart.min() + ROUNDING].tolist()
+    return int(min(nearest, key=lambda k: shapely.hausdorff_distance(known[k].shape, obstacle.shape)))

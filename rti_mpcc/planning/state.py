@@ -179,7 +179,8 @@ class GoalState:
     """What is known of the goal.
 
     Attributes:
-        planned: the user's goal pose, or None for the path's last pose; dock: the first one of the same dock.
+        planned: the user's goal pose, or None for the path's last pose; dock: the first one of the same dock;
+            given: the user's goal as it came last, see `goals.steadied`.
         fit: what was found of it when it was new; given_fit: of the goal given last, taken or not; None: not
             looked yet.
         refusal: why the goal given last was not taken, or "".
@@ -192,6 +193,7 @@ class GoalState:
 
     planned: Pose2 | None = None
     dock: Pose2 | None = None
+    given: Pose2 | None = None
     fit: GoalFit | None = None
     given_fit: GoalFit | None = None
     refusal: str = ""

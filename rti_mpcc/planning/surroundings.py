@@ -89,7 +89,7 @@ class Surroundings:
         if obstacles is self.obstacles:
             return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in standing(obstacles)]
-        changed = not same_outlines(stand, [each.outline for each in self.standing])
+        changed = {id(each) for each in stand} != {id(each.outline) for each in self.standing}
         corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
         moving = len(stand) < len(obstacles)
         everything = (
@@ -134,8 +134,3 @@ def tell_if_narrow(room: Room, index: int, config: ControllerConfig) -> None:
         "less than the margin of %.2f m: %s",
         *(index, left, theta, margin, consequence),
     )
-
-
-def same_outlines(outlines: Sequence[ArrayLike], known: Sequence[ArrayLike]) -> bool:
-    """Whether these are the same polygons (m, 2) in the same order."""
-    return len(outlines) == len(known) and all(map(np.array_equal, outlines, known))

@@ -40,7 +40,10 @@ def goal_in(
     """
     taken, refusal, given_fit = None, known.refusal, known.given_fit
     if given is not None:
-        goal, refusal = _pose(given, config.plausibility)
+        came, refusal = _pose(given, config.plausibility)
+        goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
+        if came is not None and came != known.given:
+            known = replace(known, given=came)
         if goal is not None and goal != known.planned:
             given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
             taken = None if given_fit.problem else goal

@@ -11,7 +11,6 @@ import shapely
 from geometry import Corridor, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.planning.surroundings import same_outlines
 from rti_mpcc.simulation.faults import FaultSection
 from rti_mpcc.types import Array
 
@@ -66,7 +65,7 @@ class Scenery:
                 self.walls[fault] = self._wall(pose, part, near, fault.amount)
         usual = self._usual() if self.obstacles_at is None else self.obstacles_at(now)
         found = [*usual, *(self.walls[fault] for fault in acting)]
-        if not self.changes or not same_outlines(found, self.changes[-1][1]):
+        if not self.changes or not _same(found, self.changes[-1][1]):
             self.changes.append((now, found))
         return found
 
@@ -147,3 +146,8 @@ def _reach(foot: Pose2, side: float, boundaries: Boundaries) -> float:
     left, right = boundaries
     met = ray.intersection(shapely.MultiLineString([*left, *right]))
     return ACROSS if met.is_empty else float(shapely.Point(foot.x, foot.y).distance(met))
+
+
+def _same(outlines: Obstacles, known: Obstacles) -> bool:
+    """Whether these are the same polygons (m, 2) in the same order."""
+    return len(outlines) == len(known) and all(map(np.array_equal, outlines, known))

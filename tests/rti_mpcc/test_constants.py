@@ -33,12 +33,14 @@ RULE = "nodes and weights of a quadrature"
 NEUTRAL = "nothing acts beside the commands, or is asked for"
 COUNT = "what a count or a time begins with"
 ROUNDING = "what rounding may leave of a number"
+UNSET = "stands beside what uses it with its reason, and no user has had one to set it"
 MODULES: dict[str, dict[str, str]] = {
     "manoeuvre.py": {NEUTRAL: "dwell", COUNT: "nearest nodes seconds"},
     "baselines.py": {"weights in the name of a method that the paper compares": "CONSTANT"},
     "planning/agenda.py": {COUNT: "attempt trouble_since came"},
     "planning/cusp.py": {"the grid of poses tried around a cusp, its size is a setting": "_STEPS"},
-    "planning/goals.py": {COUNT: "excess changes"},
+    "planning/goals.py": {COUNT: "excess changes", UNSET: "NOISE NOISE_HEADING NOISE_TIME"},
+    "planning/obstacles.py": {ROUNDING: "ROUNDING"},
     "planning/plausibility.py": {COUNT: "at tries steering_gap since"},
     "planning/search.py": {
         "one iteration from a solution of the last cycle": "patience least unsolved settled"
@@ -47,12 +49,13 @@ MODULES: dict[str, dict[str, str]] = {
         COUNT: "stood clear_of driving_since offset unsolved seen_to since changes ways seconds"
     },
     "planning/surroundings.py": {COUNT: "given_at changes"},
+    "planning/timing.py": {UNSET: "MOST_STEPS"},
     "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},
     "model/layout.py": {
         TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",
     },
     "model/bicycle.py": {RULE: "_TIMES _TURNS _WAYS _TURNED_FOR", TABLE: "_TURNED_AT _DRIVEN_AT"},
-    "model/disturbance.py": {NEUTRAL: "acceleration steering gain turn"},
+    "model/disturbance.py": {NEUTRAL: "acceleration steering gain turn", UNSET: "ACROSS"},
     "model/footprint.py": {"a point of the vehicle, not a number of its own": "AXLE"},
     "ocp/frenet.py": {TABLE: "LAG CONTOURING HEADING"},
     "ocp/objectives.py": {NEUTRAL: "goal_wheels"},

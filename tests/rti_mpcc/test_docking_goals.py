@@ -118,8 +118,8 @@ def test_a_goal_that_turns_in_place_is_looked_for_anew_from_before_something_in_
 
 def test_a_goal_that_creeps_becomes_another_dock_beyond_the_tolerance() -> None:
     dock = controller()
-    for k in range(10):
-        dock.step(START, now=0.05 * k, goal=Pose2(11.0 + 0.02 * k, 0.0, 0.0))
+    for k in range(11):
+        dock.step(START, now=0.05 * k, goal=Pose2(11.0 + 0.02 * min(k, 9), 0.0, 0.0))
     known = dock.state.goal
     assert known.dock is not None
     assert known.planned == known.pose == Pose2(11.0 + 0.02 * 9, 0.0, 0.0)

@@ -138,7 +138,7 @@ def asks(s: ControllerState) -> str:
 
 
 def changed(count: int = 1) -> Surroundings:
-    return replace(OPEN, changes=count)
+    return replace(OPEN.updated([square(6.0, 7.0, 1.0)], NOW, CONFIG), changes=count)
 
 
 # -- what asks for another way -------------------------------------------------------------------------------
@@ -698,7 +698,7 @@ def test_where_there_is_no_other_way_it_stays_on_its_path_and_asks_again_later(
 
 @pytest.mark.parametrize(
     "values",
-    [{"area": replace(LANE, changes=1)}, {"monitor": at(5.5)}],
+    [{"area": LANE.updated([square(6.0, 7.0, 1.0)], NOW, CONFIG)}, {"monitor": at(5.5)}],
     ids=["other obstacles", "elsewhere"],
 )
 def test_where_there_was_no_other_way_it_asks_at_once_when_something_has_changed(

@@ -227,7 +227,7 @@ def test_one_changed_bit_is_found_at_its_cycle(recording: Path, cycle: int, edit
         (5, add(1e-3, "inputs", "state", "delta"), "command.acceleration"),
         (5, flip("inputs", "state", "x"), "command.trajectory.states[0][0]"),
         (6, add(1e-3, "inputs", "now"), "command.acceleration"),
-        (7, add(0.1, "inputs", "goal", "y"), "command.acceleration"),
+        (7, add(0.5, "inputs", "goal", "y"), "command.acceleration"),
         (DETECTED, add(1e-3, "inputs", "measurements", 0, "x"), "command.diagnostics.goal.pose.x"),
         (
             DETECTED,
