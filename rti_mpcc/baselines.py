@@ -89,6 +89,6 @@ def cartesian_weights(weights: Weights, lengths: Array) -> StageWeights:
         goal=goal,
         goal_speed=0.0,
         goal_clipped=False,
-        scale=1.0 / max(float(goal.max()), weights.acceleration * float(share.max())),
+        scale=1.0 / (max(float(goal.max()), weights.acceleration * float(share.max())) or 1.0),
     )
     return replace(found, virtual_speed=weights.lag * share[:-1])

@@ -326,6 +326,7 @@ class RtiMpcc:
             distances(linear.states),
             self._trails,
             margin=margin,
+            noise=caution.contact_tolerance,
             most=np.minimum(np.maximum(lack, spare), margin),
             over=np.maximum(lack - margin, 0.0),
             far=vehicle.rear if direction > 0 else vehicle.front,

@@ -63,10 +63,15 @@ class Disturbance(NamedTuple):
         return state
 
 
+ACROSS = 1.55
+"""Wheels turned farther than this are across the vehicle [rad]: the tangent ends there."""
+
+
 @kernel
 def acting_steering(measured: float, o: float, turn: float) -> float:
     """(O4)."""
-    return atan(turn * tan(measured + o)) if turn != 1.0 else measured + o
+    acting = min(max(measured + o, -ACROSS), ACROSS)
+    return atan(turn * tan(acting)) if turn != 1.0 else measured + o
 
 
 @kernel

@@ -175,6 +175,7 @@ def relaxed_bounds(
     trails: Array,
     *,
     margin: float,
+    noise: float,
     most: Array,
     over: Array,
     far: float,
@@ -187,7 +188,8 @@ def relaxed_bounds(
     there is. Steering turned at a rate moves the vehicle aside with the cube of time; so much is asked back,
     and of a slow vehicle with the cube of its way.
     To get a piece aside by m over the way S the body turns by 3m/2S, what trails it by l swings out by l
-    times that, and is back about 2 l later: on a circle of radius R it goes out by l s/R - s²/2R.
+    times that, and is back about 2 l later: on a circle of radius R it goes out by l s/R - s²/2R. A piece
+    that trails the axle swings out itself: where it lacks more than noise may show, that counts, too.
 
     A vehicle that is `over` a boundary lacks more, and gives it back by driving, not by waiting;
     one that turns away swings its other end out before. A slack that nothing can make smaller would
@@ -198,7 +200,8 @@ def relaxed_bounds(
 
     (H4)  lower - r - (1 - (s - 2 far) / W) (over + min(over, margin - r)),
           r_i = min(most, max(1 - (t / T)³, 1 - (s / S)³) m_i
-                            + (1 - (s / (S + 2 l_i))³) max over pieces j of 3 max(0, l_i - l_j) / 2S max m_j),
+                            + (1 - (s / (S + 2 l_i))³) max over pieces j of 3 w_ij / 2S),
+          w_ij = max(0, l_i - l_j) max m_j,   w_ii = l_i max(0, max m_i - noise),
           m = missing = min(margin, max(0, lower - slopes d_k)), (H5)
 
     T, S and W being `margin_time`, `margin_distance` and `boundary_distance` of `BoundRelaxation`, each share
@@ -208,13 +211,14 @@ def relaxed_bounds(
     Args:
         missing: (n, pieces, sides) [m]; elapsed: (N,) time t of stages 1..N [s].
         travelled: (N,) distance s driven by then [m]; trails: (pieces,) l, 0 for pieces that lead [m].
+        noise: so much may seem to be missing [m].
         most: (sides,) r at most [m]: a plan is not to come nearer than may be driven.
         over: (sides,) what the vehicle lacks beyond the margin [m]; far: how far the body trails [m].
     """
     bounds = np.empty(rows.lower.shape)
     returns = relaxation.margin_time, relaxation.margin_distance, relaxation.boundary_distance
     _relaxed_bounds(
-        rows.lower, missing, elapsed, travelled, trails, margin, most, over, far, *returns, bounds
+        rows.lower, missing, elapsed, travelled, trails, margin, noise, most, over, far, *returns, bounds
     )
     return bounds
 
@@ -227,6 +231,7 @@ def _relaxed_bounds(
     travelled: Array1,
     trails: Array1,
     margin: float,
+    noise: float,
     most: Array1,
     over: Array1,
     far: float,
@@ -242,9 +247,9 @@ def _relaxed_bounds(
         for piece in range(pieces):
             swing = 0.0
             for other in range(pieces):
-                behind = max(trails[piece] - trails[other], 0.0)
+                behind = trails[piece] if other == piece else max(trails[piece] - trails[other], 0.0)
                 for k in range(last + 1):
-                    lack = min(missing[k, other, side], margin)
+                    lack = min(missing[k, other, side], margin) - (noise if other == piece else 0.0)
                     swing = max(swing, 1.5 * behind / margin_distance * lack)
             for k in range(stages):
                 lack = min(missing[min(k, last), piece, side], margin)

@@ -190,6 +190,7 @@ def contouring_weights(
         effort: on the squared acceleration; None: that of `weights`.
     """
     share = stage_share(lengths, weights)
+    effort = weights.acceleration if effort is None else effort
     near = sigma(target.stop - theta, weights) * allocate
     nearing = weights.transition_slope * near * (1.0 - near) * share  # d sigma / d theta
     if target.kind is TargetKind.PATH_END or not allocate:  # Eq. 8
@@ -229,7 +230,7 @@ def contouring_weights(
         lateral_acceleration=weights.lateral_acceleration * share,
         bound_distance=weights.bound_distance * (1.0 - near) * share,
         bound_speed=weights.bound_speed * share,
-        acceleration=(weights.acceleration if effort is None else effort) * share[:-1],
+        acceleration=effort * share[:-1],
         steering_rate=weights.steering_rate * share[:-1],
         virtual_speed=virtual_speed[:-1] * share[:-1],
         progress_reward=reward[:-1] * share[:-1],
@@ -238,7 +239,7 @@ def contouring_weights(
         goal_speed=0.0,
         goal_clipped=clip_goal,
         slack=2.0 * (weights.progress_reward / weights.stage_length + _goal_pull(goal, weights)),
-        scale=1.0 / max(weights.lag * share.max(), weights.terminal_lag, goal.max()),
+        scale=1.0 / (max(max(weights.lag, effort) * share.max(), weights.terminal_lag, goal.max()) or 1.0),
         by_progress=slopes if allocate else None,
     )
     states.lag[-1] += terminal * weights.terminal_lag

@@ -3,8 +3,8 @@
 (P2)  room = (g + g')/2,   v <= speed + max(room - d_min, 0) / reaction_time
 
 with the gaps g, g' between a body on the path and two walls that face each other, on either side of it, and
-`speed` and `reaction_time` of `NarrowPassage`. Where it does not fit there by d_min it is driven beside the
-path, or not at all: the room counts as the margin.
+`speed` and `reaction_time` of `NarrowPassage`. An obstacle that leaves a body on the path no gap at all is
+passed on its other side, and does not count.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def with_obstacles(
         near = corridor.near_obstacles(np.column_stack([at.x, at.y]), config.narrow_passage.obstacle_reach)
         beside = _room(part, corridor, index, room.theta[near], config)
         # Where the body does not fit the way leads past the other side of what stands on the path.
-        fits = beside >= config.caution.hard_minimum
+        fits = beside >= 0.0
         left = left.copy()
         left[near[fits]] = np.minimum(left[near], beside)[fits]
     return replace(room, speed=_speeds(room.theta, left, config))
@@ -133,8 +133,7 @@ def _room(part: PathPart, corridor: Corridor, index: int, theta: Array, config: 
 def _speeds(theta: Array, room: Array, config: ControllerConfig) -> Array:
     """Equation (P2) at `theta` (n,) [m], and what comfort asks for before that."""
     least, passage = config.caution.hard_minimum, config.narrow_passage
-    beyond = np.where(room >= least, room, config.footprint.margin) - least
-    speed = passage.speed + beyond / passage.reaction_time
+    speed = passage.speed + np.maximum(room - least, 0.0) / passage.reaction_time
     squares = np.minimum(speed, config.limits.speed / config.arrival_timing.planned_share) ** 2
     gains = 2.0 * config.comfort_acceleration * theta
     # v² <= v_j² + 2 a (theta_j - theta) for all that lies ahead.

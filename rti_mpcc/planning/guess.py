@@ -147,7 +147,7 @@ def _faded(
         s, rate, theta, target.theta, target.stop,
         (begin.x, begin.y, _slope(begin.phi, settings)), fade,
         (end.x, end.y, _slope(end.phi, settings)), reach,
-        settings.least_stretch, config.vehicle.wheelbase, config.limits.steering, states,
+        settings.least_stretch, config.vehicle.wheelbase, config.limits.steering, config.limits.speed, states,
     )  # fmt: skip
     states[0] = state
     states[0, PHI] = lift(float(state[PHI]), float(states[1, PHI]))
@@ -176,7 +176,8 @@ def _lead_in(
         a = max(min(a, limits.acceleration), -limits.acceleration)
         turn = max(min(gap / length, limits.steering_rate), -limits.steering_rate)
         along = max(d * now[V] * cos(here.phi), 0.0)
-        led.append(step_one(now, (a, turn, along), length, wheelbase))
+        *pose, reached = step_one(now, (a, turn, along), length, wheelbase)
+        led.append((*pose, max(min(reached, target.stop), now[THETA])))
     return np.array(led)
 
 
@@ -222,10 +223,11 @@ def _beside_path(
     least_stretch: float,
     wheelbase: float,
     most: float,
+    fastest: float,
     states: Out2,
 ) -> None:
     """Beside the path by what fades of the offsets at the begin and at the end, each along, across and their
-    slope; the steering is that of how the heading turns, `most` at most."""
+    slope; the steering is that of how the heading turns, `most` at most; a detour is driven at `fastest`."""
     for k in range(len(s)):
         left, into = 1.0 - s[k] / fade, 1.0 + (theta[k] - target) / reach
         across_begin, slope_begin = _fade(left, begin[1], -direction * begin[2], fade)
@@ -236,7 +238,7 @@ def _beside_path(
         states[k, X] = x[k] + cos(phi[k]) * along - sin(phi[k]) * across
         states[k, Y] = y[k] + sin(phi[k]) * along + cos(phi[k]) * across
         states[k, PHI] = phi[k] + direction * atan(slope / stretch)
-        states[k, V] = direction * rate[k] * hypot(stretch, slope)
+        states[k, V] = direction * min(rate[k] * hypot(stretch, slope), max(rate[k], fastest))
         states[k, THETA] = min(theta[k], stop)
     for k in range(len(s)):
         before, behind = max(k - 1, 0), min(k + 1, len(s) - 1)

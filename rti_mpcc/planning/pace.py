@@ -58,7 +58,9 @@ def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) 
     asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")
     steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")
     curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)
-    turning = np.maximum(np.abs(np.gradient(steering, theta)), FLAT)
+    # In a part of two pieces the way over which it is smoothed would shrink with the part.
+    way = theta if count > 2 else timing.path_spacing * np.arange(count + 1.0)
+    turning = np.maximum(np.abs(np.gradient(steering, way)), FLAT)
     speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), config.limits.speed)
     if config.ride == "smooth":
         speed = np.minimum(speed, comfort.steering_rate / turning)

@@ -2,8 +2,8 @@
 
 Clear is a body that is farther than `Caution.hard_minimum` from all obstacles that stand, and from boundaries
 but for `Caution.contact_tolerance`: measurements tremble. A plan that begins nearer to one of them may swing
-the other end of the body out to get away, but must not touch it. Beside a boundary that does not set in at
-once: from less than twice that distance a plan may come nearer by as much.
+the other end of the body out to get away, but must not touch it. That does not set in at once: from less than
+twice that distance a plan may come nearer by as much.
 Of an obstacle that moves with u it is not known what it will do next:
 
 (S1)  dist(body(t), hull(P, P + u t)) > d_min   and   dist(edge(t), hull(P, P + u t)) > d_min + |u| t_stop,
@@ -116,11 +116,10 @@ def _first_below(apart: Array2, least: Array1) -> int:
 def _least(begins: Array, least: float, config: ControllerConfig) -> Array:
     """Clearances (1 + obstacles,) [m] that are kept from boundaries and each obstacle by a plan that `begins`
     with these [m]."""
-    wall, growth = max(least - config.caution.contact_tolerance, 0.0), config.caution.overlap_growth
-    kept = [least if b >= least else 0.0 if b >= 0.0 else b - growth for b in begins.tolist()]
-    if begins[0] >= 0.0:
-        kept[0] = min(max(float(begins[0]) - wall, 0.0), wall)
-    return np.array(kept)
+    kept = np.full(len(begins), least)
+    kept[0] = max(least - config.caution.contact_tolerance, 0.0)
+    nearer = np.minimum(np.maximum(begins - kept, 0.0), kept)
+    return np.where(begins >= 0.0, nearer, begins - config.caution.overlap_growth)
 
 
 def distance_to_obstacle(

@@ -190,6 +190,10 @@ STAYS = np.tile(np.eye(POSE, MEASURED), (12, 1, 1))
 """A plan that goes on beside the one linearised about as it begins there."""
 
 
+NOISE = 0.02
+"""What may seem to be missing [m]."""
+
+
 def relieved(
     rows: CorridorRows,
     change: Array,
@@ -211,6 +215,7 @@ def relieved(
         np.full(len(elapsed), travelled),
         np.zeros(5) if trails is None else trails,
         margin=margin,
+        noise=NOISE,
         most=np.full(rows.lower.shape[2], margin if most is None else most),
         over=over,
         far=0.0,
