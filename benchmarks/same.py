@@ -56,6 +56,7 @@ STATUSES: Mapping[Status, int] = {
     Status.STALLED: 11,
     Status.FAILED: 12,
     Status.PLANNING: 13,
+    Status.GOAL_BEHIND: 14,
 }
 SOURCES: Mapping[Source, int] = {
     Source.SOLUTION: 1,

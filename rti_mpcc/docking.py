@@ -376,7 +376,7 @@ class DockingController:
             start = s.begin
         else:
             start = np.zeros(STATES)
-        control = self._saturated(fallback.brake(start, fallback.braking(config), config), start, s)
+        control = self._saturated(fallback.brake(start, config.firm_deceleration, config), start, s)
         s = _sent(moves.begun_again(s, str(verdict)), control, at)
         return s, emergency(control, start, s, verdict, config, clock)
 

@@ -6,13 +6,14 @@ from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
-from rti_mpcc.behaviour import moves
+from rti_mpcc.behaviour import conditions, moves
 from rti_mpcc.behaviour.conditions import replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
-from rti_mpcc.planning import aim, schedule, search, stops
+from rti_mpcc.planning import aim, schedule, search, stops, ways
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
@@ -94,7 +95,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     if latched and stands:
         task = replace(task, looked_at=s.now)
     verdict = Verdict(Reason.SEARCHES_PLAN, attempt.problem)
-    firm = fallback.braking(w.config)
+    firm = w.config.firm_deceleration
     return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
 
 
@@ -141,8 +142,16 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 
 
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Stand stalled, until another way is planned."""
-    return _stop(s, context, w, Verdict(Reason.STALLED))
+    """Brake along the plan that was driven and stand, until another way is planned.
+
+    Behind a goal that was passed it brakes in comfort, but stands within reach of it.
+    """
+    if not conditions.passes_target(s, context, w.config):
+        return _stop(s, context, w, Verdict(Reason.STALLED), along=s.plans.driven)
+    in_reach = w.config.goal_limits.reach + context.along
+    wanted = fallback.braking_over(in_reach, context.speed, w.config)
+    behind = context.speed**2 / (2.0 * wanted) - context.along
+    return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
 
 
 def _wait_for_way(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -217,12 +226,15 @@ def _change_over(
     if s.task.phase is Phase.CONTOURING and in_vain and not too_late:
         return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
-        return _accept(found.s, found.context, w, attempt)
+        task = found.s.task
+        if _ends_elsewhere(found.s, attempt.plan, found.context, w.config):
+            task = replace(task, looked_at=s.now)
+        return _accept(replace(found.s, task=task), found.context, w, attempt)
     after = s.suspending(found.s.plans.suspended)
     if not attempt.out_of_time:
         after = stops.still_filled(after)
     if too_late:
-        firm = fallback.braking(w.config)
+        firm = w.config.firm_deceleration
         return _stop(after, context, w, Verdict(Reason.NO_PLAN, attempt.problem), firm, attempt)
     return after, None
 
@@ -261,15 +273,29 @@ def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspa
         return False
     if stops.way_may_be_free(s, w.config):
         return True
+    if s.plans.driven and _ends_elsewhere(s, s.plans.driven, context, w.config):
+        return replan_due(s, context, w.config)
     return schedule.arrival_due(s, context, w.config) and replan_due(s, context, w.config)
+
+
+def _ends_elsewhere(
+    s: ControllerState, plan: Trajectory, context: PlanningContext, config: ControllerConfig
+) -> bool:
+    """Whether an arrival's plan does not end at its target: that has jumped, or the iterations got stuck."""
+    arrives = s.task.arrival is not None and not s.task.final and context.free
+    return arrives and context.missed_by(plan, config.weights.goal_clip)
 
 
 # -- the rungs of the fallback --------------------------------------------------------------------------
 
 
 def _accept(s: ControllerState, context: PlanningContext, w: Workspace, attempt: SqpResult) -> Driven:
-    """Drive the plan of this cycle, unless it must not be."""
-    plan = attempt.plan
+    """Drive the plan of this cycle, unless it must not be: one that ends elsewhere than at its target leads
+    to a stop where another way can be planned, and is not on its way."""
+    plan, route = attempt.plan, s.route
+    may_plan = route is not None and not (route.wanted or route.fixed or ways.was_asked(s, w.config))
+    if may_plan and _ends_elsewhere(s, plan, context, w.config):
+        return _stay(moves.target_missed(s, context), context, w)
     s, decision = _follow_plan(s, context, w, plan, Source.SOLUTION, attempt)
     if decision.control.source is Source.SOLUTION:
         return Driven(moves.plan_accepted(s, plan), decision)
@@ -314,7 +340,7 @@ def _give_up(
     s: ControllerState, context: PlanningContext, w: Workspace, problem: str, attempt: SqpResult | None = None
 ) -> Driven:
     """Brake to a standstill; what moved begins afresh once there is a reason to."""
-    firm = fallback.braking(w.config)
+    firm = w.config.firm_deceleration
     return _stop(moves.plan_lost(s, problem), context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
 
 

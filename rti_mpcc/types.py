@@ -68,6 +68,9 @@ class Status(Enum):
     """Standing until a way to the goal is planned, or until there is a goal."""
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
+    GOAL_BEHIND = "goal behind"
+    """The goal (or cusp) is behind the vehicle: braking, and standing until another way back to it is
+    planned, if there is one."""
     FAILED = "failed"
     """No plan was accepted, what is measured cannot be relied on, or the drive (or the steering) is too weak
     for what acts beside it: a substitute is driven, `reason` says why."""
@@ -106,6 +109,7 @@ class Reason(Enum):
     DOCKED = "docked", "standing inside the tolerance"
     TOLD_TO_STAND = "told to stand", "standing as it was told"
     STALLED = "stalled", "no plan from here ends inside the tolerance"
+    GOAL_BEHIND = "goal behind", "the goal is {} m behind where the vehicle stops: a new route is needed"
     PLANS_WAY = "plans way", "planning a way: {}"
     NO_WAY = "no way", "{}"
     """There is none in the area, what follows says why."""

@@ -42,9 +42,24 @@ def came_to_rest(s: ControllerState, context: PlanningContext, config: Controlle
     return s.is_stationary and s.task.outside_since is None
 
 
+def passes_target(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """It has passed its target, or will, however firmly it brakes, by more than an arrival can come back.
+
+    One that has not set out finds that out by its first plan, and asks for another way at once.
+    """
+    if not config.arrival or s.task.segment.final is not None or not context.free:
+        return False
+    if s.task.phase is Phase.STARTING and s.is_stationary:
+        return False
+    left = context.along - context.speed**2 / (2.0 * config.firm_deceleration)
+    return left < -config.arrival_timing.passed_distance
+
+
 def target_moved(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """The target has moved, however slowly, from where it was when the vehicle stalled."""
+    """The target has moved, however slowly, from where it was when the vehicle stalled, and is not behind."""
     stall = s.task.stall
+    if passes_target(s, context, config):
+        return False
     return stall is None or not context.inside(
         context.target.pose.relative_to(stall.target.pose), config.behaviour.settle_share
     )
@@ -173,7 +188,8 @@ def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfi
     one that halts for something waits."""
     task, settings = s.task, config.behaviour
     long = settings.turning_time if task.final else settings.standstill_time
+    if task.arrival is not None and task.arrival.overdue_since is None:
+        # It begins as slowly as its comfort has it.
+        long = settings.turning_time + settings.moving_speed / config.arrival_acceleration
     standing = s.vehicle.is_stationary(context.now, long)
-    on_its_way = task.arrival is not None and task.arrival.overdue_since is None
-    waits = on_its_way or task.halt is not None
-    return standing and not waits and context.now - task.driving_since > settings.standstill_time
+    return standing and task.halt is None and context.now - task.driving_since > settings.standstill_time

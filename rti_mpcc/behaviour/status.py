@@ -27,6 +27,7 @@ STATUS_OF = {
     Reason.NOT_DETECTED: Status.SEARCHING,
     Reason.DOCKED: Status.DOCKED,
     Reason.STALLED: Status.STALLED,
+    Reason.GOAL_BEHIND: Status.GOAL_BEHIND,
     Reason.TOLD_TO_STAND: Status.WAITING,
     Reason.PLANS_WAY: Status.PLANNING,
     Reason.NO_WAY: Status.STALLED,

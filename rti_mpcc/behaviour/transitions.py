@@ -29,10 +29,12 @@ class Event(Enum):
     MISSES = "it will stop outside the tolerance"
     OUTSIDE = "it stands outside the tolerance"
     NO_PROGRESS = "it gets no nearer"
+    TARGET_BEHIND = "its target is behind it, or will be"
     PLAN_MISSES = "its arrival is due, and its plan ends outside the tolerance"
     TARGET_MOVED = "the target is elsewhere"
     OBSTACLES_CHANGED = "what stands around it has changed, and it has stood for a while"
     CRUISE_FOUND = "a plan along the path was found"
+    TARGET_MISSED = "its plan does not end at its target, and another way can be planned"
     ARRIVAL_FOUND = "a plan that arrives was found"
     ANOTHER_SOUGHT = "a plan to another end is looked for, as a trial"
     WAY_FILLED = "something fills the way ahead: a stop before it"
@@ -56,7 +58,8 @@ Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
 Effect = Callable[[ControllerState, PlanningContext], Task]
 
 
-def _remembers_why(s: ControllerState, context: PlanningContext) -> Task:
+def remembers_why(s: ControllerState, context: PlanningContext) -> Task:
+    """The task of a vehicle that stalls, with what it stands before."""
     return replace(s.task, stall=Stall(target=context.target, obstacles=s.area.standing))
 
 
@@ -84,9 +87,10 @@ ON_ITS_WAY = tuple(phase for phase in Phase if phase not in (PLANNING, WAITING))
 TRANSITIONS = (
     # Looked for in every cycle: of the rows of a phase the first one that holds.
     Transition(DRIVING, Event.STOP_ENDS_INSIDE, SETTLING, conditions.stop_ends_inside),
+    Transition((STARTING, *DRIVING), Event.TARGET_BEHIND, STALLED, conditions.passes_target, remembers_why),
     Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside),
-    Transition(DRIVING, Event.NO_PROGRESS, STALLED, conditions.no_progress, _remembers_why),
-    Transition((ARRIVING,), Event.PLAN_MISSES, STALLED, conditions.plan_misses, _remembers_why),
+    Transition(DRIVING, Event.NO_PROGRESS, STALLED, conditions.no_progress, remembers_why),
+    Transition((ARRIVING,), Event.PLAN_MISSES, STALLED, conditions.plan_misses, remembers_why),
     Transition((STARTING,), Event.INSIDE, HOLDING, conditions.stands_inside),
     Transition((STALLED,), Event.INSIDE, HOLDING, conditions.stands_well_inside),
     Transition((SETTLING,), Event.MISSES, STARTING, conditions.will_stop_outside),
@@ -97,6 +101,7 @@ TRANSITIONS = (
     # Reported by the code that finds it.
     Transition(SEEKING, Event.CRUISE_FOUND, CONTOURING),
     Transition(SEEKING, Event.ARRIVAL_FOUND, ARRIVING),
+    Transition(SEEKING, Event.TARGET_MISSED, STALLED),
     Transition(DRIVING, Event.ANOTHER_SOUGHT, STARTING),
     Transition(SEEKING, Event.WAY_FILLED, STARTING),
     Transition((STARTING,), Event.STOP_IS_HERE, HOLDING),

@@ -192,6 +192,11 @@ class ControllerConfig(Settings):
         return inf if self.ride == "smooth" else self.arrival_timing.brisk_bound * self.comfort_acceleration
 
     @property
+    def firm_deceleration(self) -> float:
+        """Before something that blocks the way, or without a plan [m/s²]: firm, not an emergency."""
+        return min(self.limits.acceleration, self.fallback.firmness * self.comfort_acceleration)
+
+    @property
     def arrival_comfort(self) -> tuple[float, float, float]:
         """Weights on what goes beyond comfort in an arrival.
 

@@ -129,8 +129,8 @@ class ArrivalTiming(Settings):
         passed_distance: a vehicle that has passed its target by less than this [m] still has that way left.
         target_moved: a target that has moved by more than this is a new arrival [m].
         lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes.
-        kept_share: a search for an arrival keeps its time as long as this share of what the way takes is
-            left; a vehicle whose speed brings it less than this share of its way in its time is slow for it.
+        kept_share: an arrival keeps its time as long as this share of what the way takes is left; a vehicle
+            whose speed brings it less than this share of its way in its time is slow for it.
         path_spacing: of the samples along a part, and of the pieces of the way ahead, at which the pace is
             known [m].
         least_pieces, most_pieces: in which the way ahead is looked at.

@@ -12,6 +12,7 @@ from rti_mpcc.types import Command, MissionResult, Reason, Status
 
 TROUBLE = {
     Status.STALLED: MissionResult.NOT_REACHED,
+    Status.GOAL_BEHIND: MissionResult.NOT_REACHED,
     Status.FAILED: MissionResult.NOT_REACHED,
     Status.BLOCKED: MissionResult.BLOCKED,
     Status.SEARCHING: MissionResult.NOT_DETECTED,

@@ -147,6 +147,26 @@ def _defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float
     return position, heading
 
 
+def largest_defects(states: Array, controls: Array, lengths: Array, wheelbase: float) -> tuple[float, float]:
+    """The largest errors [m], [rad] of single stages of a plan (N+1, 6), (N, 3) against the model.
+
+    `lengths`: (N,) [s].
+    """
+    return _largest_defects(states, controls, lengths, wheelbase)
+
+
+@kernel
+def _largest_defects(
+    states: Array2, controls: Array2, lengths: Array1, wheelbase: float
+) -> tuple[float, float]:
+    reached, position, heading = np.empty(STATES), 0.0, 0.0
+    for k in range(len(lengths)):
+        advance(states[k], controls[k], lengths[k], wheelbase, reached)
+        position = max(position, hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y]))
+        heading = max(heading, abs(reached[PHI] - states[k + 1, PHI]))
+    return position, heading
+
+
 @kernel
 def _rollout(controls: Array2, lengths: Array1, wheelbase: float, states: Out2) -> None:
     for k in range(len(lengths)):

@@ -5,6 +5,11 @@
 (J3)  |delta_dot_k| <= max(comfort, 0.99 |delta_dot_k| of the last plan),   unless the vehicle moves and
       something presses (`RtiMpcc`)
 
+Where stopping at the target takes more than comfort, up to the firm deceleration, a plan may have as much,
+and the same motion in 1/f of the time has f³ times the jerk:
+
+(J4)  a <= f² a_most,   jerk <= f³ jerk,   f² = max(1, min(v²/2D, a_firm) / a_comfort).
+
 A plan that turned the wheels faster while something pressed goes on as it was, and comes back into comfort
 bit by bit: bound to it at once it may end elsewhere, off its goal or in a wall. A vehicle that comes to rest
 so soon that its braking cannot fade at that rate may let it go at once. Whatever else bounds the speed gives
@@ -81,7 +86,8 @@ def stage_bounds(
     """
     limits, progress, profile = config.limits, config.progress, config.speed_profile
     d, gain, most_steering = disturbance.acceleration, disturbance.gain, limits.steering
-    planned = config.planned_acceleration
+    faster = 1.0 if change is None or not change.rests else _faster(change, target.theta - theta[0], config)
+    planned = faster**2 * config.planned_acceleration
     states, controls = np.empty((2, len(theta) - 1, 2, 3))
     _stage_bounds(
         np.ascontiguousarray(theta),
@@ -103,15 +109,22 @@ def stage_bounds(
     )
     if change is not None:
         before, speeds, turning, lengths, rests, pressed = change
+        jerk = faster**3 * config.comfort.jerk
         if abs(speeds[0]) <= config.bound_relaxation.far_speed * limits.speed:
-            _bound_change(before, speeds[0], lengths, config.comfort.jerk, controls)
+            _bound_change(before, speeds[0], lengths, jerk, controls)
         if config.weights.comfort[2] > 0.0:
             calm = config.behaviour.calm_speed if pressed else inf
             kept = config.bound_relaxation.turning_share * np.abs(turning)
             _bound_turning(np.ascontiguousarray(speeds), kept, calm, config.comfort.steering_rate, controls)
         if rests:
-            _bound_end(lengths, config.comfort.jerk, controls)
+            _bound_end(lengths, jerk, controls)
     return StageBounds(states=states, controls=controls)
+
+
+def _faster(change: Change, left: float, config: ControllerConfig) -> float:
+    """f of (J4), with `left` [m] to the target; within what an arrival comes back from it is comfort's."""
+    needed = float(change.speeds[0]) ** 2 / (2.0 * max(left, config.arrival_timing.passed_distance))
+    return sqrt(max(min(needed, config.firm_deceleration) / config.comfort_acceleration, 1.0))
 
 
 @kernel

@@ -74,7 +74,8 @@ def time_to_go(
 ) -> float:
     """Duration [s] of the arrival over `distance` [m] from `speed` >= 0 [m/s], Eq. (T1), (T3); (T6).
 
-    Where stopping takes more than the comfort acceleration, it is the constant deceleration that does.
+    Where stopping takes more than the comfort acceleration, it is the constant deceleration that does; the
+    ramp is that of comfort all the same, so that no arrival takes longer than the one from rest.
 
     Args:
         comfort: acceleration a [m/s²]; least: shortest duration [s].
@@ -83,7 +84,7 @@ def time_to_go(
     """
     distance = max(distance, 1e-6)
     a = _deceleration(distance, speed, comfort)
-    ramp = a / jerk if brisk else 0.5 * a / jerk
+    ramp = comfort / jerk if brisk else 0.5 * comfort / jerk
     free = (_least_time if brisk else _free_time)(distance, speed, a)
     if free + ramp <= least:
         return least

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign
+from math import copysign, hypot
 
 from geometry import Pose2
 from rti_mpcc.model.layout import PHI, V, X, Y
@@ -25,7 +25,9 @@ class PlanningContext:
         target: what the vehicle is to end in: what the segment is, or a stop on it.
         direction: of the segment.
         ends_at_goal: whether the segment ends at the goal.
-        distance: left to the target [m]; speed: in its direction [m/s]; pace: of the segment.
+        along: way left to the target [m], negative where that was passed; distance: with the way across to
+            it, never negative, see `sensing.way_left`.
+        speed: in the direction of the target [m/s]; pace: of the segment.
         free: whether the target is the segment's own, not a stop before something in the way.
         error: pose at `begin` in the target's frame (longitudinal, lateral, heading).
         standing_error: the same; of a vehicle that stands the mean of the last moments: noise moves it less.
@@ -43,6 +45,7 @@ class PlanningContext:
     direction: int
     ends_at_goal: bool
     free: bool
+    along: float
     distance: float
     speed: float
     pace: Pace
@@ -64,6 +67,11 @@ class PlanningContext:
     def inside(self, error: Pose2, share: float = 1.0) -> bool:
         """Whether `error` lies within `share` of the tolerance."""
         return error.within(self.tolerance, share)
+
+    def missed_by(self, plan: Trajectory, clip: tuple[float, float]) -> bool:
+        """Whether a plan ends farther from the target than `clip` [m], [rad], what a cycle's pull counts."""
+        error = Pose2(*plan.states[-1, [X, Y, PHI]].tolist()).relative_to(self.target.pose)
+        return hypot(error.x, error.y) > clip[0] or abs(error.phi) > clip[1]
 
     def reached_by(self, plan: Trajectory, share: float = 1.0) -> bool:
         """Whether a plan ends within `share` of the tolerance."""

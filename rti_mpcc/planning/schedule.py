@@ -44,8 +44,8 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
 
-    A vehicle that halts, or lost cycles, gets the time again that its way takes; otherwise the time follows
-    the plan (`_followed`).
+    A vehicle that halts, lost cycles, or was held up gets the time again that its way takes; otherwise the
+    time follows the plan (`_followed`).
     """
     arrival = s.task.arrival
     if s.task.phase is not Phase.ARRIVING:
@@ -54,12 +54,14 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
     moved = apart(arrival.timed_for, pose) > timing.target_moved
     lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
+    lost = lost or _held_up(arrival, context, config)
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
-        at = due if moved else max(due, arrival.at)
+        at = due if moved else min(max(due, arrival.at), begin + longest_arrival(context, config))
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
     elif arrival.at >= begin + timing.least_time:
         at = _followed(arrival.at, s.plans.driven, context, config)
+        at = min(at, max(arrival.at, begin + longest_arrival(context, config)))
         if at == arrival.at and arrival.overdue_since is None:
             return s
         later = replace(arrival, at=at, overdue_since=None)
@@ -96,6 +98,21 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     needed = context.speed**2 / (2.0 * config.comfort_acceleration)
     contouring = s.task.phase is Phase.CONTOURING and not s.task.final
     return contouring and context.distance <= needed
+
+
+def _held_up(arrival: Arrival, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a vehicle that is not near its target yet has far less time than its way takes."""
+    if context.distance <= config.arrival_timing.late_reach:
+        return False
+    needed = arrival_time(max(context.along, 0.0), context.speed, config)
+    return _too_short(arrival, needed, context, config)
+
+
+def longest_arrival(context: PlanningContext, config: ControllerConfig) -> float:
+    """Time [s] that an arrival from here may take and be believed: twice what it takes from rest, all along
+    at the lowest pace of the segment."""
+    distance, lowest = context.distance, float(context.pace.speed.min())
+    return 2.0 * (arrival_time(distance, 0.0, config) + distance / lowest)
 
 
 def apart(one: Pose2, other: Pose2) -> float:

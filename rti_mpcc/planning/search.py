@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot
+from math import hypot, inf
 
 import numpy as np
 
 from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.bicycle import defects
+from rti_mpcc.model.bicycle import defects, largest_defects
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
-from rti_mpcc.model.layout import DELTA_DOT, PHI, A, X, Y
+from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.ocp.targets import Target
+from rti_mpcc.planning import schedule
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
@@ -161,6 +162,7 @@ def converge(
     solutions: list[Solution] = []
     problem, corridor_infeasible, unsolved, out_of_time = NO_TIME, False, 0, False
     last, guess = start.last, start.guess
+    longest = inf if s.task.arrival is None else schedule.longest_arrival(context, mpcc.config)
     while len(solutions) < start.most:
         out_of_time = not clock.grants()
         if out_of_time:
@@ -172,7 +174,7 @@ def converge(
         if found.solved:
             last, guess = found, None
         unsolved += not found.solved
-        problem = rejection_reason(found, mpcc.config, s.vehicle.disturbance)
+        problem = rejection_reason(found, mpcc.config, s.vehicle.disturbance, longest)
         corridor_infeasible = start.first and _corridor_infeasible(
             found, context.target, mpcc.config, arriving=s.task.arrival is not None
         )
@@ -293,9 +295,16 @@ def _corridor_infeasible(
 
 
 def rejection_reason(
-    solution: Solution, config: ControllerConfig, disturbance: Disturbance = UNDISTURBED
+    solution: Solution,
+    config: ControllerConfig,
+    disturbance: Disturbance = UNDISTURBED,
+    longest: float = inf,
 ) -> str:
-    """Why a solution must not be driven, or "". `disturbance`: what acts beside its commands."""
+    """Why a solution must not be driven, or "".
+
+    Args:
+        disturbance: what acts beside its commands; longest: time that its plan may take [s].
+    """
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
     plan, limits, settings = solution.trajectory, config.limits, config.search
@@ -311,6 +320,31 @@ def rejection_reason(
     position, heading = defect(plan, config)
     if position > settings.position_defect or heading > settings.heading_defect:
         return f"the plan breaks the dynamics by {position:.2f} m and {np.degrees(heading):.1f} deg"
+    return _far_ahead(plan, config, disturbance, longest)
+
+
+def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturbance, longest: float) -> str:
+    """Why a plan whose begin may be driven is not to be believed for what lies ahead, or "".
+
+    A vehicle that begins beyond a limit comes back into it.
+    """
+    limits, settings, lengths = config.limits, config.search, np.diff(plan.times)
+    seconds = float(plan.times[-1] - plan.times[0])
+    if seconds > longest:
+        return f"the plan takes {seconds:.0f} s, at most {longest:.0f} s are believed"
+    speed, angle = np.abs(plan.states[:, [V, DELTA]]).max(axis=0).tolist()
+    begins_v, begins_delta = np.abs(plan.states[0, [V, DELTA]]).tolist()
+    turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
+    most = 1.0 + settings.input_excess
+    if speed > most * max(limits.speed, begins_v) or angle > most * max(turned, begins_delta):
+        return f"the plan leaves the limits: v = {speed:.3g} m/s, delta = {angle:.3g} rad"
+    a, rate = np.abs(plan.controls[:, [A, DELTA_DOT]]).max(axis=0).tolist()
+    share = disturbance.gain * limits.acceleration + abs(disturbance.acceleration)
+    if a > most * share or rate > most * limits.steering_rate * max(disturbance.rate_share, 1.0):
+        return f"the plan leaves the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
+    position, heading = largest_defects(plan.states, plan.controls, lengths, config.vehicle.wheelbase)
+    if position > settings.position_defect or heading > settings.heading_defect:
+        return f"a stage of the plan breaks the dynamics by {position:.2f} m, {np.degrees(heading):.1f} deg"
     return ""
 
 

@@ -50,6 +50,7 @@ def context_of(
     state, part = reached.tolist(), segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
+    along, distance = way_left(here, theta, on_path, part, target, config.arrival_timing.passed_distance)
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
         now=now,
@@ -62,7 +63,8 @@ def context_of(
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
         free=segment.end is not SegmentEnd.STOP,
-        distance=distance_between(here, theta, on_path, part, target, config.arrival_timing.passed_distance),
+        along=along,
+        distance=distance,
         speed=max(part.direction * v, 0.0),
         pace=pace,
         error=here.relative_to(target.pose),
@@ -98,18 +100,19 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: f
     reached[PHI] = lift(phi, heading)
 
 
-def distance_between(
+def way_left(
     here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target, passed: float
-) -> float:
+) -> tuple[float, float]:
     """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
 
-    Along the path, straight on behind its end, and across to the target's offset; also where the target was
-    passed by less than `passed` [m].
+    Along the path, straight on behind its end, negative where the target was passed; and with the way across
+    to the target's offset, 0 where it was passed by more than `passed` [m].
     """
     at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
-    return hypot(along, across) if along > 0.0 or hypot(along, across) < passed else 0.0
+    distance = hypot(along, across)
+    return along, distance if along > 0.0 or distance < passed else 0.0
 
 
 def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:

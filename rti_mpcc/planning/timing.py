@@ -10,7 +10,7 @@ gamma (v - v² / (2 v_c)) - r a² with the feedback
 
 from __future__ import annotations
 
-from math import sqrt, tanh
+from math import inf, sqrt, tanh
 
 import numpy as np
 
@@ -20,15 +20,19 @@ from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
 from rti_mpcc.planning.arrival import arrival_time, within_reach
 from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.sensing import distance_between
+from rti_mpcc.planning.sensing import way_left
+
+MOST_STEPS = 20_000
+"""Of a cruise that is driven in thought: what takes longer than that does not come to its end."""
 
 
 def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None) -> float:
     """Time [s] from rest at the path's begin to rest at the goal, with nothing in the way and no corridor
-    that slows the vehicle.
+    that slows the vehicle; inf where the vehicle does not get there along the path.
 
     Args:
-        goal: pose to dock at; None: the path's last pose.
+        goal: pose to dock at; None: the path's last pose. It is not reached from the begin of the path's last
+            part where it lies behind that.
 
     Raises:
         ConfigError: the settings plan no arrival, or no cruise by (T4), so nothing says how long they take.
@@ -69,6 +73,10 @@ def config_for_docking_time(
     least, most = (slowest, 1.0) if seconds >= usual else (1.0, fastest)
     if not time(most) <= seconds <= time(least):
         takes = (time(slowest), usual, time(fastest))
+        if usual == inf:
+            raise ConfigError(
+                "docking_time: the goal is not reached along the path, nothing says how long that takes"
+            )
         raise ConfigError(
             f"docking_time = {seconds!r} s: within the limits docking here takes {min(takes):.4g} to "
             f"{max(takes):.4g} s"
@@ -95,10 +103,16 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
     pace, timing, step = pace_of(part, config), config.arrival_timing, config.arrival_timing.cruise_step
-    left = distance_between(part.first, part.start, part.first, part, target, timing.passed_distance)
+    along, left = way_left(part.first, part.start, part.first, part, target, timing.passed_distance)
+    if along < -timing.passed_distance:
+        return inf
     begin, time, speed = part.start, config.dead_time, 0.0
+    most = config.dead_time + MOST_STEPS * step
     while not within_reach(left, speed, config, pace, begin):
-        gain = min(_rise(config) * (config.cruise_speed - speed), config.comfort_acceleration)
+        if time > most:
+            return inf
+        rise = min(_rise(config), 1.0 / step)  # no step passes the cruise speed
+        gain = min(rise * (config.cruise_speed - speed), config.comfort_acceleration)
         highest = float(pace.at(np.array([begin]))[0])
         speed = min(speed + gain * step, highest)
         time, left, begin = time + step, left - speed * step, begin + speed * step

@@ -19,7 +19,7 @@ from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.safety.fallback import ControlInput, braking
+from rti_mpcc.safety.fallback import ControlInput
 from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Array, Command, Diagnostics, EffectiveWeights, Objective, Status, Trajectory
 
@@ -75,7 +75,7 @@ def emergency(
     pose = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
     begin = s.now - s.clock.offset + config.dead_time
     times = stage_times(begin, np.full(config.stages, config.cycle))
-    motion = stopping_motion(state, times, braking(config), config.vehicle.wheelbase)
+    motion = stopping_motion(state, times, config.firm_deceleration, config.vehicle.wheelbase)
     diagnostics = Diagnostics(
         theta=float(state[THETA]),
         part=s.task.segment.index,

@@ -7,8 +7,8 @@
    without a complaint, with nothing kept of the solver's last answers.
 3. The last plan that was driven, or came too late for that, rolled forward from where the vehicle is, for at
    most `Fallback.plan_life`, and as long as the vehicle is within `Fallback.plan_offset` of it.
-4. Braking at `braking` with the steering held, to a standstill. It stays until there is a plan again, which
-   is then sought from a fresh first guess.
+4. Braking at `ControllerConfig.firm_deceleration` with the steering held, to a standstill. It stays until
+   there is a plan again, which is then sought from a fresh first guess.
 
 What is driven by 1 to 3 is checked with the exact body: if it is not clear of everything over the way that
 the vehicle needs to stop in comfort, and a share more, the vehicle brakes instead, along the plan that it was
@@ -55,7 +55,7 @@ def brake(
     steering_rate: float = 0.0,
     before: float | None = None,
 ) -> ControlInput:
-    """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than `braking`.
+    """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than firm.
 
     Args:
         steering_rate: is kept on [rad/s].
@@ -63,7 +63,7 @@ def brake(
     """
     speed, comfort = float(state[V]), config.comfort
     wanted = min(deceleration, config.limits.acceleration)
-    if deceleration > braking(config):
+    if deceleration > config.firm_deceleration:
         wanted = min(wanted, abs(speed) / config.cycle)
     else:
         if before is not None and deceleration <= comfort.acceleration:
@@ -102,7 +102,7 @@ def hold(state: Array, config: ControllerConfig, before: float = 0.0) -> Control
     `before`: acceleration until now [m/s²]; brakes that stop no more than that speed are let go evenly.
     """
     most, speed, jerk = config.limits.acceleration, float(state[V]), config.comfort.jerk
-    wanted = max(min(-speed / config.fallback.holding_time, most), -most)
+    wanted = max(min(-speed / max(config.fallback.holding_time, config.cycle), most), -most)
     if before * speed < 0.0 and before**2 <= 2.0 * jerk * abs(speed):
         step = jerk * config.cycle
         wanted = max(min(wanted, before + step), before - step)
@@ -116,9 +116,12 @@ def turn_wheels(state: Array, angle: float, config: ControllerConfig) -> Control
     return replace(hold(state, config), steering_rate=max(min(rate, most), -most))
 
 
-def braking(config: ControllerConfig) -> float:
-    """Deceleration before something that blocks the way, or without a plan [m/s²]: firm, not an emergency."""
-    return min(config.limits.acceleration, config.fallback.firmness * config.comfort_acceleration)
+def braking_over(distance: float, speed: float, config: ControllerConfig) -> float:
+    """Deceleration [m/s²] to stand after `distance` [m], the comfort one at least, and firm at most."""
+    most = config.firm_deceleration
+    return (
+        most if distance <= 0.0 else min(max(speed**2 / (2.0 * distance), config.comfort_acceleration), most)
+    )
 
 
 def before_contact(speed: float, distance: float, config: ControllerConfig) -> float:
@@ -152,6 +155,8 @@ def _eased(speed: float, distance: float, before: float, seconds: float) -> floa
     From v and b it takes T with s = 2/3 v T - b T² / 6; where b would stop it short, it is let go evenly.
     """
     root = 4.0 * speed**2 / 9.0 - 2.0 / 3.0 * before * distance
+    if root <= 0.0 and before <= 0.0:
+        return 0.0  # it stands
     duration = 2.0 * distance / (2.0 / 3.0 * speed + sqrt(root)) if root > 0.0 else 2.0 * speed / before
     if duration <= seconds:
         return speed / seconds

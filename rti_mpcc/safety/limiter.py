@@ -7,7 +7,7 @@ from math import isfinite, nan
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, V
-from rti_mpcc.safety.fallback import ControlInput, brake, braking
+from rti_mpcc.safety.fallback import ControlInput, brake
 from rti_mpcc.types import Array
 
 
@@ -29,7 +29,7 @@ def saturate(
     acceleration = disturbance.commanded(control.acceleration)
     steering_rate = disturbance.commanded_rate(control.steering_rate, acting, config.cycle)
     if not (isfinite(acceleration) and isfinite(steering_rate)):
-        control = brake(state, braking(config), config)
+        control = brake(state, config.firm_deceleration, config)
         acceleration, steering_rate = control.acceleration, control.steering_rate
     limits = config.limits
     v, delta = (nan, nan) if measured is None else (float(measured[V]), float(measured[DELTA]))

@@ -19,7 +19,7 @@ WORD = 5.0
 """So long [s] a docked vehicle is watched for the controller to say so."""
 AFTER_STOP = 5.0
 """The run goes on so long after a latched stop [s]."""
-LATCHED = (Status.STALLED, Status.FAILED)
+LATCHED = (Status.STALLED, Status.GOAL_BEHIND, Status.FAILED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -235,9 +235,10 @@ def _expected_time(result: RunResult) -> float | None:
         return None
     goal = result.scenario.planned_goal(path)
     try:
-        return expected_docking_time(path, result.config, goal)
+        seconds = expected_docking_time(path, result.config, goal)
     except ConfigError:
         return None
+    return seconds if isfinite(seconds) else None
 
 
 def _planning(result: RunResult) -> dict[str, Any]:

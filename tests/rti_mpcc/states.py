@@ -167,6 +167,7 @@ class Contexts:
             "direction": 1,
             "ends_at_goal": True,
             "free": True,
+            "along": 10.0,
             "distance": 10.0,
             "speed": 1.0,
             "pace": Pace(theta=np.array([0.0, 20.0]), speed=np.array([10.0, 10.0])),
@@ -183,6 +184,7 @@ class Contexts:
         usual: dict[str, Any] = {
             "state": np.array([x, 0.0, 0.0, 0.0, 0.0, x]),
             "measured_speed": 0.0,
+            "along": 20.0 - x,
             "distance": 20.0 - x,
             "speed": 0.0,
             "error": error,

@@ -13,7 +13,6 @@ from geometry import Pose2
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.safety import lookout
-from rti_mpcc.safety.fallback import braking
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.forced_clock import FAILED
 from rti_mpcc.simulation.plant import PlantState
@@ -235,7 +234,9 @@ def limited(
 
 def assert_gentle(result: RunResult) -> None:
     """Never braked as hard as without a plan."""
-    assert np.abs(result.cycles.acceleration).max() < 0.6 * braking(docking_controller(course()).config)
+    assert (
+        np.abs(result.cycles.acceleration).max() < 0.6 * docking_controller(course()).config.firm_deceleration
+    )
     assert Status.FAILED not in result.cycles.status
 
 

@@ -222,10 +222,10 @@ def outcome_of(result: RunResult, *, docked: bool) -> CaseOutcome:
     if docked:
         said = result.cycles.status[-1] is Status.DOCKED
         return CaseOutcome.DOCKED if said else CaseOutcome.UNCONFIRMED
-    latched = {Status.STALLED: CaseOutcome.STALLED, Status.FAILED: CaseOutcome.FAILED}
     if result.ended != "stopped":
         return CaseOutcome.UNFINISHED
-    return latched[result.cycles.status[-1]]
+    failed = result.cycles.status[-1] is Status.FAILED
+    return CaseOutcome.FAILED if failed else CaseOutcome.STALLED
 
 
 def failures_driven(cycles: Cycles) -> int:

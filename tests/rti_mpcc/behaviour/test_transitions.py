@@ -324,6 +324,8 @@ def witness(phase: Phase, event: Event) -> tuple[ControllerState, PlanningContex
     match event:
         case Event.STOP_ENDS_INSIDE:
             return planned(phase), contexts(speed=0.2, stop_error=NEAR)
+        case Event.TARGET_BEHIND:
+            return planned(phase), contexts(speed=2.0, along=-0.3, distance=0.3)
         case Event.STUCK_INSIDE:
             return getting_no_nearer(phase), contexts.standing(19.955)
         case Event.NO_PROGRESS:

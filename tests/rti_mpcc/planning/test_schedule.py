@@ -212,7 +212,9 @@ def test_one_that_is_slow_for_want_of_room_gets_on_and_its_time_follows() -> Non
 def test_an_arrival_that_halts_gets_its_time_back() -> None:
     full = 10.2 + arrival_time(10.0, 1.0, CONFIG)
     assert due(arriving(at=12.0, halt=Halt()), contexts()) == pytest.approx(full)
-    assert due(arriving(at=40.0, halt=Halt()), contexts()) == 40.0
+    assert due(arriving(at=25.0, halt=Halt()), contexts()) == 25.0
+    longest = schedule.longest_arrival(contexts(), CONFIG)
+    assert due(arriving(at=1e5, halt=Halt()), contexts()) == 10.2 + longest < 60.0
 
 
 def test_a_target_that_moves_is_a_new_arrival() -> None:

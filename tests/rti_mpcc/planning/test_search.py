@@ -106,10 +106,32 @@ def test_a_plan_that_breaks_the_dynamics_is_refused(column: int, value: float, s
     assert "breaks the dynamics" in search.rejection_reason(changed(solution, states=later), CONFIG)
 
 
-def test_what_a_plan_breaks_far_ahead_does_not_matter_yet(solution: Solution) -> None:
-    broken = changed(solution, states=put(40, 0, 99.0))
-    assert broken.trajectory.times[39] > SETTINGS.checked_span
-    assert search.rejection_reason(broken, CONFIG) == ""
+@pytest.mark.parametrize(
+    ("place", "column", "value", "said"),
+    [
+        (40, 0, 99.0, "a stage of the plan breaks the dynamics by"),
+        (40, 3, 22_000.0, "the plan leaves the limits: v = 2.2e+04 m/s"),
+        (40, 4, -1.2, "the plan leaves the limits"),
+    ],
+)
+def test_all_of_a_plan_has_to_be_believed(
+    place: int, column: int, value: float, said: str, solution: Solution
+) -> None:
+    broken = changed(solution, states=put(place, column, value))
+    assert broken.trajectory.times[place - 1] > SETTINGS.checked_span
+    assert said in search.rejection_reason(broken, CONFIG)
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_no_input_far_ahead_leaves_its_limit(column: int, solution: Solution) -> None:
+    broken = changed(solution, controls=put(60, column, -1e3))
+    assert "the plan leaves the input limits" in search.rejection_reason(broken, CONFIG)
+
+
+def test_a_plan_that_takes_longer_than_the_way_can_is_refused(solution: Solution) -> None:
+    seconds = float(solution.trajectory.times[-1] - solution.trajectory.times[0])
+    assert search.rejection_reason(solution, CONFIG, longest=1.01 * seconds) == ""
+    assert "the plan takes" in search.rejection_reason(solution, CONFIG, longest=0.99 * seconds)
 
 
 def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc) -> None:

@@ -33,6 +33,7 @@ def before_the_goal(
         measured_speed=direction * speed,
         target=Target(pose=Pose2(0.0, 0.0, 0.0), theta=9.0, theta_end=9.0, kind=TargetKind.POSE),
         direction=direction,
+        along=left,
         distance=left,
         speed=speed,
         pace=Pace(theta=np.array([0.0, 9.0]), speed=np.array([10.0, 10.0])),
@@ -59,8 +60,8 @@ def test_braking_is_against_the_motion(sign: float) -> None:
 def test_braking_keeps_to_the_limit() -> None:
     weak = ControllerConfig(limits=Limits(acceleration=0.7))
     assert fallback.brake(state(2.0), 1.6, weak).acceleration == pytest.approx(-0.7)
-    assert fallback.braking(weak) == pytest.approx(0.7)
-    assert fallback.braking(CONFIG) == pytest.approx(4.0 * CONFIG.comfort_acceleration)
+    assert weak.firm_deceleration == pytest.approx(0.7)
+    assert CONFIG.firm_deceleration == pytest.approx(4.0 * CONFIG.comfort_acceleration)
 
 
 @pytest.mark.parametrize("cycle", [0.005, 0.05, 0.2])

@@ -1,0 +1,163 @@
+"""The model divides by the wheelbase and takes tangents; its inverse divides by a gain and by a time."""
+
+from __future__ import annotations
+
+from math import isfinite, pi, tan
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from rti_mpcc.model.bicycle import linearised_step, step_one
+from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward
+from rti_mpcc.model.disturbance import Disturbance
+from rti_mpcc.model.layout import DELTA, THETA, V, X, Y
+from rti_mpcc.ocp.corridor_rows import free_response
+from tests.properties.magnitudes import examples, from_zero, positive, signed
+
+WHEELBASE, STEERING = 2.875, 0.6
+speeds = signed(1e-12, 30.0)
+steerings = signed(1e-12, 1.4)
+
+
+@given(speeds, steerings, signed(1e-9, 5.0), positive(1e-9, 10.0), positive(1e-2, 20.0))
+@example(0.0, 0.0, 0.0, 1e-9, 2.875)
+@example(30.0, 1.4, 0.0, 10.0, 1e-2)
+@examples
+def test_a_step_moves_the_vehicle_no_farther_than_its_speed_and_turns_it_with_its_wheels(
+    speed: float, steering: float, acceleration: float, seconds: float, wheelbase: float
+) -> None:
+    start = np.array([[0.0, 0.0, 0.0, speed, steering, 0.0]])
+    step = linearised_step(start, np.array([[acceleration, 0.0, 0.0]]), np.array([seconds]), wheelbase)
+    assert np.isfinite(step.by_state).all()
+    assert np.isfinite(step.by_control).all()
+    (reached,) = step.state
+    fastest = max(abs(speed), abs(speed + seconds * acceleration))
+    assert np.hypot(reached[X], reached[Y]) <= seconds * fastest * (1.0 + 1e-9)
+    turn = seconds * (speed + 0.5 * seconds * acceleration) * tan(steering) / wheelbase
+    assert reached[2] == pytest.approx(turn, rel=1e-9, abs=1e-12)
+
+
+@given(speeds, steerings, positive(1e-3, 100.0))
+@example(0.0, 0.6, 0.4)
+@example(30.0, 0.6, 1e-3)
+@examples
+def test_the_place_of_a_braked_stop_is_within_the_braking_distance(
+    speed: float, steering: float, deceleration: float
+) -> None:
+    """As the context of a cycle has it: one step that lasts |v| / a, which may be hours."""
+    control = (-np.copysign(deceleration, speed), 0.0, 0.0)
+    x, y, phi, v, *_ = step_one(
+        (0.0, 0.0, 0.0, speed, steering, 0.0), control, abs(speed) / deceleration, WHEELBASE
+    )
+    assert v == pytest.approx(0.0, abs=1e-9)
+    assert np.hypot(x, y) <= speed**2 / (2.0 * deceleration) * (1.0 + 1e-9)
+    assert isfinite(phi)
+
+
+@given(
+    speeds,
+    steerings,
+    st.lists(positive(1e-6, 1.0), min_size=2, max_size=8).map(np.array),
+    from_zero(1e-9, 10.0),
+)
+@example(0.0, 0.0, np.array([1e-6, 1e-6]), 0.0)
+@examples
+def test_what_a_plan_gains_by_a_change_of_its_start_is_known_from_its_first_stage_on(
+    speed: float, steering: float, lengths: np.ndarray, span: float
+) -> None:
+    states = np.zeros((len(lengths) + 1, 6))
+    states[:, V], states[:, DELTA] = speed, steering
+    by = free_response(states, lengths, WHEELBASE, span)
+    assert 1 <= len(by) <= len(lengths)
+    assert np.isfinite(by).all()
+    np.testing.assert_allclose(by[0, 0, V], lengths[0])
+
+
+queues = st.lists(
+    st.tuples(st.floats(-1.0, 2.0), st.floats(-5.0, 5.0), st.floats(-1.0, 1.0)), max_size=5
+).map(lambda rows: [QueuedCommand(*row) for row in sorted(rows)])
+
+
+@given(queues, st.floats(0.0, 1.0), from_zero(1e-15, 2.0), speeds, st.floats(-0.7, 0.7), st.floats(0.8, 1.2))
+@example([], 0.0, 0.0, 1.0, 0.1, 1.2)
+@example([QueuedCommand(0.0, 1.0, 0.5), QueuedCommand(1e-15, -1.0, -0.5)], 0.0, 1e-14, 1.0, 0.1, 1.2)
+@example([QueuedCommand(0.5, 1.0, 1.0), QueuedCommand(0.5, -1.0, 1.0)], 0.5, 1.0, 1.0, 0.7, 0.8)
+@examples
+def test_a_state_rolled_forward_over_any_time_stays_within_what_the_commands_can_do(
+    queue: list[QueuedCommand], now: float, seconds: float, speed: float, delta: float, turn: float
+) -> None:
+    state = np.array([0.0, 0.0, 0.0, speed, delta, 0.0])
+    known = Disturbance(acceleration=0.2, steering=0.02, gain=1.1, turn=turn)
+    reached = roll_forward(
+        state, queue, now, now + seconds, wheelbase=WHEELBASE, steering=STEERING, disturbance=known
+    )
+    assert np.isfinite(reached).all()
+    seconds = (now + seconds) - now
+    assert abs(reached[V] - speed) <= (1.1 * 5.0 + 0.2) * seconds * (1.0 + 1e-9) + 1e-12
+    assert abs(reached[DELTA] - delta) <= seconds * (1.0 + 1e-9) + 1e-12
+    assert abs(reached[DELTA]) <= max(STEERING, abs(delta)) + 1e-12
+    way = (abs(speed) + (1.1 * 5.0 + 0.2) * seconds) * seconds
+    assert np.hypot(reached[X], reached[Y]) <= way * (1.0 + 1e-9)
+    assert reached[THETA] == 0.0
+
+
+@given(queues, st.floats(-1.0, 2.0), from_zero(1e-15, 2.0))
+@example([], 0.0, 0.0)
+@example([QueuedCommand(0.0, 1.0, 0.0)], 0.0, 0.0)
+@examples
+def test_the_mean_of_the_commands_is_no_more_than_the_largest_of_them(
+    queue: list[QueuedCommand], begin: float, seconds: float
+) -> None:
+    mean = mean_acceleration(queue, begin, begin + seconds)
+    assert abs(mean) <= max((abs(each.acceleration) for each in queue), default=0.0) * (1.0 + 1e-9)
+
+
+gains = st.floats(0.1, 1.9)
+offsets = st.floats(-0.1, 0.1)
+
+
+@given(signed(1e-9, 10.0), st.floats(-3.0, 3.0), gains)
+@example(0.0, 0.0, 0.1)
+@examples
+def test_what_is_commanded_acts_as_it_was_wanted(acceleration: float, d: float, gain: float) -> None:
+    known = Disturbance(acceleration=d, gain=gain)
+    assert known.acting(known.commanded(acceleration)) == pytest.approx(acceleration, abs=1e-9)
+
+
+@given(st.floats(-1.4, 1.4), offsets, gains)
+@example(0.0, 0.0, 1.0)
+@example(1.4, 0.1, 0.1)
+@examples
+def test_the_steering_that_acts_and_the_one_that_is_measured_are_the_same_angle(
+    measured: float, o: float, turn: float
+) -> None:
+    known = Disturbance(steering=o, turn=turn)
+    acting = known.acting_steering(measured)
+    assert abs(acting) <= 0.5 * pi
+    assert known.measured_steering(acting) == pytest.approx(measured, abs=1e-9)
+
+
+@given(st.floats(-1.5, 1.5), from_zero(1e-6, 1.0), offsets, st.floats(0.8, 1.2))
+@example(1.4, 0.1, 0.1, 1.2)
+@examples
+def test_wheels_that_are_measured_farther_to_the_left_act_farther_to_the_left(
+    measured: float, more: float, o: float, turn: float
+) -> None:
+    """Any steering is believed up to `Plausibility.largest_steering`, 1.5 rad."""
+    known = Disturbance(steering=o, turn=turn)
+    assert known.acting_steering(min(measured + more, 1.5)) >= known.acting_steering(measured) - 1e-12
+
+
+@given(signed(1e-9, 1.0), st.floats(-1.2, 1.2), positive(5e-3, 0.2), offsets, st.floats(0.8, 1.2))
+@example(0.0, 0.0, 5e-3, 0.0, 1.2)
+@examples
+def test_the_steering_rate_to_command_is_no_farther_from_the_wanted_one_than_the_wheels_differ(
+    rate: float, acting: float, cycle: float, o: float, turn: float
+) -> None:
+    known = Disturbance(steering=o, turn=turn)
+    commanded = known.commanded_rate(rate, acting, cycle)
+    assert commanded * rate >= 0.0
+    # The limit on the rate that acts keeps the one that is commanded within its own.
+    assert known.rate_share * abs(commanded) <= abs(rate) * (1.0 + 1e-6) + 1e-12

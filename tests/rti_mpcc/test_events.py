@@ -1,0 +1,118 @@
+"""Whatever happens on the way, the vehicle docks where it was asked to, or stands and says why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from geometry import Area, Corridor, Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, DockingController, Status
+from rti_mpcc.simulation.plant import PlantState
+from tests.rti_mpcc.events import PLACES, Ride
+from tests.rti_mpcc.yards import Driver
+
+SEED = 44
+CHUNKS = 20
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_rides_with_random_events_keep_the_invariants(place: str, capfd: pytest.CaptureFixture[str]) -> None:
+    rides = [Ride(place=place, seed=SEED, index=index).drive() for index in range(6)]
+    assert not {ride.name: ride.problems for ride in rides if ride.problems}
+    assert sum(ride.docked for ride in rides) >= 5
+    printed = capfd.readouterr()
+    assert printed.out == ""
+
+
+@pytest.mark.acceptance
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+@pytest.mark.parametrize("place", PLACES)
+def test_300_rides_each_keep_the_invariants(
+    place: str, chunk: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    count = 300 // CHUNKS
+    rides = [Ride(place=place, seed=SEED, index=6 + chunk * count + k).drive() for k in range(count)]
+    assert not {ride.name: ride.problems for ride in rides if ride.problems}
+    assert sum(ride.docked for ride in rides) >= count - 1
+    assert capfd.readouterr().out == ""
+
+
+# -- a goal at or behind a vehicle that drives --------------------------------------------------------------
+
+LANE = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+CONFIG = ControllerConfig(cycle=0.05)
+
+
+def lane(config: ControllerConfig = CONFIG) -> DockingController:
+    return DockingController(LANE, Corridor.from_offsets(LANE, left=5.0, right=-5.0), config)
+
+
+def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
+    controller, far, behind = lane(), Pose2(20.0, 0.0, 0.0), Pose2(16.7, 0.5, 0.0)
+    jumped: list[float] = []
+
+    def goal_at(now: float) -> Pose2:
+        if controller.state.begin is not None and controller.state.begin[0] >= 17.0:
+            jumped.append(now)
+        return behind if jumped else far
+
+    driver = Driver(area=_open(), controller=controller, config=CONFIG, goal_at=goal_at)
+    drive = driver.drive(60.0)
+    assert drive.docked
+    assert drive.times[-1] <= 45.0
+    assert drive.error(behind).within(CONFIG.goal_tolerance)
+    assert drive.states[:, 0].max() < 24.0
+    assert Status.GOAL_BEHIND in drive.statuses
+    # It is braked for in comfort, and the reason says how far it lies behind.
+    stopping = [command for command in drive.commands if command.status is Status.GOAL_BEHIND]
+    assert max(abs(command.acceleration) for command in stopping) <= 1.05 * CONFIG.comfort_acceleration
+    assert "behind where the vehicle stops: a new route is needed" in stopping[0].diagnostics.reason
+
+
+def test_where_no_way_is_planned_it_stands_behind_the_goal_and_says_why() -> None:
+    config = ControllerConfig(cycle=0.05, recovery=False)
+    goals = iter([Pose2(20.0, 0.0, 0.0)] * 200)
+    behind = Pose2(4.0, 0.0, 0.0)
+    driver = Driver(
+        area=_open(), controller=lane(config), config=config, goal_at=lambda now: next(goals, behind)
+    )
+    drive = driver.drive(40.0)
+    last = drive.commands[-1]
+    assert (last.status, abs(drive.states[-1, 3]) < 1e-3) == (Status.GOAL_BEHIND, True)
+    assert "a new route is needed" in last.diagnostics.reason
+    assert drive.states[:, 0].max() < 20.0
+
+
+@pytest.mark.parametrize("speed", [3.0, 6.0, 9.0])
+@pytest.mark.parametrize("ride", ["smooth", "brisk"])
+def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, ride: str) -> None:
+    """Up to the firm deceleration it is stopped in time, beyond that it comes back."""
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
+    config = ControllerConfig(cycle=0.05, ride="brisk" if ride == "brisk" else "smooth")
+    controller = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0), config)
+    first: list[bool] = []
+
+    def moved(plant: PlantState) -> PlantState:
+        if first:
+            return plant
+        first.append(True)
+        return replace(plant, v=speed)
+
+    driver = Driver(
+        area=_open(),
+        controller=controller,
+        config=config,
+        start=Pose2(28.0, 0.0, 0.0),
+        moved=moved,
+        goal_at=lambda now: path.end,
+    )
+    drive = driver.drive(60.0)
+    assert drive.docked
+    firm = config.firm_deceleration
+    reach = 0.0 if speed**2 / (2.0 * firm) <= 12.0 else config.goal_limits.reach
+    assert drive.states[:, 0].max() - 40.0 <= reach + 0.6
+
+
+def _open() -> Area:
+    return Area(boundary=[(-40.0, -5.0), (90.0, -5.0), (90.0, 5.0), (-40.0, 5.0)])
