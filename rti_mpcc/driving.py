@@ -13,7 +13,7 @@ from rti_mpcc.behaviour.transitions import Event, transition_by_condition, trans
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
-from rti_mpcc.planning import aim, schedule, search, stops, ways
+from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
@@ -142,7 +142,7 @@ def _settle(s: ControllerState, context: PlanningContext, w: Workspace) -> Drive
 
 
 def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    """Brake along the plan that was driven and stand, until another way is planned.
+    """Brake along the plan that was driven and stand, until a route is planned.
 
     Behind a goal that was passed it brakes in comfort, but stands within reach of it.
     """
@@ -211,7 +211,7 @@ def _change_over(
     """Turn from the present plan to the first one of another objective; None: not yet.
 
     An arrival that goes through something, or does not end at its target, is looked for again after
-    `Retries.replan_interval`, from nearer, while the cruise is driven on.
+    `Retries.replan_interval`, from nearer, while the present plan is driven on.
 
     `distance`: of what the present plan meets, from its begin [m], inf if nothing.
     """
@@ -226,10 +226,10 @@ def _change_over(
     if s.task.phase is Phase.CONTOURING and in_vain and not too_late:
         return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
     if not attempt.problem and found.s.task.phase is not Phase.HOLDING:
-        task = found.s.task
-        if _ends_elsewhere(found.s, attempt.plan, found.context, w.config):
-            task = replace(task, looked_at=s.now)
-        return _accept(replace(found.s, task=task), found.context, w, attempt)
+        elsewhere = _ends_elsewhere(found.s, attempt.plan, found.context, w.config)
+        if not elsewhere or distance < inf or s.task.phase is Phase.CONTOURING:
+            return _accept(found.s, found.context, w, attempt)
+        return replace(s, route=found.s.route, task=replace(s.task, looked_at=s.now)), None
     after = s.suspending(found.s.plans.suspended)
     if not attempt.out_of_time:
         after = stops.still_filled(after)
@@ -290,12 +290,8 @@ def _ends_elsewhere(
 
 
 def _accept(s: ControllerState, context: PlanningContext, w: Workspace, attempt: SqpResult) -> Driven:
-    """Drive the plan of this cycle, unless it must not be: one that ends elsewhere than at its target leads
-    to a stop where another way can be planned, and is not on its way."""
-    plan, route = attempt.plan, s.route
-    may_plan = route is not None and not (route.wanted or route.fixed or ways.was_asked(s, w.config))
-    if may_plan and _ends_elsewhere(s, plan, context, w.config):
-        return _stay(moves.target_missed(s, context), context, w)
+    """Drive the plan of this cycle, unless it must not be."""
+    plan = attempt.plan
     s, decision = _follow_plan(s, context, w, plan, Source.SOLUTION, attempt)
     if decision.control.source is Source.SOLUTION:
         return Driven(moves.plan_accepted(s, plan), decision)

@@ -22,9 +22,10 @@ from rti_mpcc.model.layout import DELTA, PHI, V, X, Y
 from rti_mpcc.ocp.horizon import states_at
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.obstacles import Obstacle, changed
+from rti_mpcc.planning.obstacles import changed
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.rehearsal import takes_too_long
 from rti_mpcc.route_planner.planner import RoutePlanning
 
@@ -37,7 +38,7 @@ class _Asked:
     """What a way is planned for.
 
     Attributes:
-        start, goal: poses; obstacles: those that stand; changes: number of obstacle changes known.
+        start, goal: poses; area: with the obstacles that are known.
         at: when the vehicle will be at the start, and drive [s]; None: it will stand there. after: so long
             after it was asked for [s].
         came: its direction, +1 or -1, and the curvature that it drives [1/m]; 0, 0 where it will stand.
@@ -46,8 +47,7 @@ class _Asked:
 
     start: Pose2
     goal: Pose2
-    obstacles: tuple[Obstacle, ...]
-    changes: int
+    area: Surroundings
     at: float | None = None
     after: float = 0.0
     came: tuple[float, float] = (0.0, 0.0)
@@ -57,7 +57,7 @@ class _Asked:
         """Whether a way that was planned for this serves the other as well."""
         near = other.start.relative_to(self.start).within(most)
         both = (self.at is None) == (other.at is None)
-        return near and both and self.is_for(other.goal, other.obstacles, other.changes, most, least)
+        return near and both and self.is_for(other.goal, other.area, most, least)
 
     def is_joined_by(self, found: Manoeuvre) -> bool:
         """Whether a vehicle that drives there can go on along what was found, and brake in comfort on it."""
@@ -66,18 +66,12 @@ class _Asked:
         first = found.segments[0].part
         return first.direction == self.came[0] and first.end - first.start >= self.stopping
 
-    def is_for(
-        self,
-        goal: Pose2,
-        obstacles: tuple[Obstacle, ...],
-        changes: int,
-        most: tuple[float, float, float],
-        least: float,
-    ) -> bool:
-        """Whether this is the goal, to within `most`, and what stands in the way, to within `least` [m]."""
+    def is_for(self, goal: Pose2, area: Surroundings, most: tuple[float, float, float], least: float) -> bool:
+        """Whether this is the goal, to within `most`, and static obstacles differ by `least` [m] at most."""
         if not goal.relative_to(self.goal).within(most):
             return False
-        return self.changes == changes or not changed(self.obstacles, obstacles, least)
+        same = self.area.changes == area.changes
+        return same or not changed(self.area.standing, area.standing, least)
 
 
 class Rerouter:
@@ -205,7 +199,7 @@ class Rerouter:
             if not s.vehicle.is_stationary(s.now, self._config.dead_time):
                 return None
             start = ways.here(s, self._config)
-            return _Asked(start=start, goal=goal, obstacles=s.area.standing, changes=s.area.changes)
+            return _Asked(start=start, goal=goal, area=s.area)
         if s.task.drives and (s.task.stop is not None or route.wanted):
             return self._ahead(s, goal)
         return None
@@ -214,9 +208,7 @@ class Rerouter:
         """From where on the way that is driven another one is to begin: where the vehicle will be in a
         moment, or where it will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
-        if last is not None and last.is_for(
-            goal, s.area.standing, s.area.changes, config.route.unmoved, config.footprint.margin
-        ):
+        if last is not None and last.is_for(goal, s.area, config.route.unmoved, config.footprint.margin):
             if last.at is not None and s.now <= last.at:
                 return last
             # That came too late: once more with twice the time, as long as the vehicle drives by then.
@@ -229,7 +221,7 @@ class Rerouter:
             return None
         part = s.task.segment.part
         start = part.pose(min(stop.at, part.end))
-        return _Asked(start=start, goal=goal, obstacles=s.area.standing, changes=s.area.changes)
+        return _Asked(start=start, goal=goal, area=s.area)
 
     def _answered(self, s: ControllerState) -> ControllerState:
         """Drive a way that was found for where the vehicle is; say why there is none."""
@@ -283,8 +275,7 @@ def _driving(s: ControllerState, goal: Pose2, after: float, config: ControllerCo
     return _Asked(
         start=start,
         goal=goal,
-        obstacles=s.area.standing,
-        changes=s.area.changes,
+        area=s.area,
         at=at,
         after=after,
         came=(direction, curvature),

@@ -69,8 +69,8 @@ class Status(Enum):
     STALLED = "stalled"
     """Standing outside the goal tolerance with no plan that would end inside it."""
     GOAL_BEHIND = "goal behind"
-    """The goal (or cusp) is behind the vehicle: braking, and standing until another way back to it is
-    planned, if there is one."""
+    """The goal (or cusp) is behind the vehicle: braking, then standing until a route back to it is planned,
+    if there is one."""
     FAILED = "failed"
     """No plan was accepted, what is measured cannot be relied on, or the drive (or the steering) is too weak
     for what acts beside it: a substitute is driven, `reason` says why."""

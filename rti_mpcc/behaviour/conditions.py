@@ -45,7 +45,7 @@ def came_to_rest(s: ControllerState, context: PlanningContext, config: Controlle
 def passes_target(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It has passed its target, or will, however firmly it brakes, by more than an arrival can come back.
 
-    One that has not set out finds that out by its first plan, and asks for another way at once.
+    A vehicle at rest without a plan finds that out by its first plan, and replans at once.
     """
     if not config.arrival or s.task.segment.final is not None or not context.free:
         return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from geometry import Pose2, ReferencePath
-from rti_mpcc.behaviour.transitions import Event, remembers_why, transition_on
+from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
@@ -35,12 +35,6 @@ def plan_lost(s: ControllerState, problem: str) -> ControllerState:
     """Brake to a standstill; what moved begins afresh once there is a reason to."""
     after = transition_on(s, Event.PLAN_LOST)
     return s if after is s else replace(after, task=replace(after.task, latched=problem))
-
-
-def target_missed(s: ControllerState, context: PlanningContext) -> ControllerState:
-    """The plan does not end at its target: brake, and stand until another way is planned."""
-    s = transition_on(s, Event.TARGET_MISSED)
-    return replace(s, task=remembers_why(s, context))
 
 
 def overlapping(s: ControllerState) -> ControllerState:

@@ -34,7 +34,6 @@ class Event(Enum):
     TARGET_MOVED = "the target is elsewhere"
     OBSTACLES_CHANGED = "what stands around it has changed, and it has stood for a while"
     CRUISE_FOUND = "a plan along the path was found"
-    TARGET_MISSED = "its plan does not end at its target, and another way can be planned"
     ARRIVAL_FOUND = "a plan that arrives was found"
     ANOTHER_SOUGHT = "a plan to another end is looked for, as a trial"
     WAY_FILLED = "something fills the way ahead: a stop before it"
@@ -58,8 +57,7 @@ Condition = Callable[[ControllerState, PlanningContext, ControllerConfig], bool]
 Effect = Callable[[ControllerState, PlanningContext], Task]
 
 
-def remembers_why(s: ControllerState, context: PlanningContext) -> Task:
-    """The task of a vehicle that stalls, with what it stands before."""
+def _remembers_why(s: ControllerState, context: PlanningContext) -> Task:
     return replace(s.task, stall=Stall(target=context.target, obstacles=s.area.standing))
 
 
@@ -87,10 +85,10 @@ ON_ITS_WAY = tuple(phase for phase in Phase if phase not in (PLANNING, WAITING))
 TRANSITIONS = (
     # Looked for in every cycle: of the rows of a phase the first one that holds.
     Transition(DRIVING, Event.STOP_ENDS_INSIDE, SETTLING, conditions.stop_ends_inside),
-    Transition((STARTING, *DRIVING), Event.TARGET_BEHIND, STALLED, conditions.passes_target, remembers_why),
+    Transition((STARTING, *DRIVING), Event.TARGET_BEHIND, STALLED, conditions.passes_target, _remembers_why),
     Transition(DRIVING, Event.STUCK_INSIDE, HOLDING, conditions.stuck_inside),
-    Transition(DRIVING, Event.NO_PROGRESS, STALLED, conditions.no_progress, remembers_why),
-    Transition((ARRIVING,), Event.PLAN_MISSES, STALLED, conditions.plan_misses, remembers_why),
+    Transition(DRIVING, Event.NO_PROGRESS, STALLED, conditions.no_progress, _remembers_why),
+    Transition((ARRIVING,), Event.PLAN_MISSES, STALLED, conditions.plan_misses, _remembers_why),
     Transition((STARTING,), Event.INSIDE, HOLDING, conditions.stands_inside),
     Transition((STALLED,), Event.INSIDE, HOLDING, conditions.stands_well_inside),
     Transition((SETTLING,), Event.MISSES, STARTING, conditions.will_stop_outside),
@@ -101,7 +99,6 @@ TRANSITIONS = (
     # Reported by the code that finds it.
     Transition(SEEKING, Event.CRUISE_FOUND, CONTOURING),
     Transition(SEEKING, Event.ARRIVAL_FOUND, ARRIVING),
-    Transition(SEEKING, Event.TARGET_MISSED, STALLED),
     Transition(DRIVING, Event.ANOTHER_SOUGHT, STARTING),
     Transition(SEEKING, Event.WAY_FILLED, STARTING),
     Transition((STARTING,), Event.STOP_IS_HERE, HOLDING),

@@ -21,7 +21,7 @@ import numpy as np
 
 from geometry.compiled import Array1, Array2, Out2, Out3, inner, kernel
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, POSE, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.types import Array
+from rti_mpcc.types import Array, Trajectory
 
 
 class Step(NamedTuple):
@@ -147,24 +147,28 @@ def _defects(states: Array2, controls: Array2, lengths: Array1, wheelbase: float
     return position, heading
 
 
-def largest_defects(states: Array, controls: Array, lengths: Array, wheelbase: float) -> tuple[float, float]:
-    """The largest errors [m], [rad] of single stages of a plan (N+1, 6), (N, 3) against the model.
+def extremes(plan: Trajectory, wheelbase: float) -> tuple[float, float, float, float, float, float]:
+    """The largest values in a plan of N stages, wherever they are.
 
-    `lengths`: (N,) [s].
+    Returns: errors of one stage against the model, in place [m] and heading [rad]; |v| [m/s], |delta| [rad],
+        |a| [m/s²], |delta_dot| [rad/s].
     """
-    return _largest_defects(states, controls, lengths, wheelbase)
+    return _extremes(plan.times, plan.states, plan.controls, wheelbase)
 
 
 @kernel
-def _largest_defects(
-    states: Array2, controls: Array2, lengths: Array1, wheelbase: float
-) -> tuple[float, float]:
-    reached, position, heading = np.empty(STATES), 0.0, 0.0
-    for k in range(len(lengths)):
-        advance(states[k], controls[k], lengths[k], wheelbase, reached)
+def _extremes(
+    times: Array1, states: Array2, controls: Array2, wheelbase: float
+) -> tuple[float, float, float, float, float, float]:
+    reached, position, heading, a, rate = np.empty(STATES), 0.0, 0.0, 0.0, 0.0
+    speed, angle = abs(states[0, V]), abs(states[0, DELTA])
+    for k in range(len(controls)):
+        advance(states[k], controls[k], times[k + 1] - times[k], wheelbase, reached)
         position = max(position, hypot(reached[X] - states[k + 1, X], reached[Y] - states[k + 1, Y]))
         heading = max(heading, abs(reached[PHI] - states[k + 1, PHI]))
-    return position, heading
+        speed, angle = max(speed, abs(states[k + 1, V])), max(angle, abs(states[k + 1, DELTA]))
+        a, rate = max(a, abs(controls[k, A])), max(rate, abs(controls[k, DELTA_DOT]))
+    return position, heading, speed, angle, a, rate
 
 
 @kernel

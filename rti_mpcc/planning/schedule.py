@@ -61,7 +61,8 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
         later = replace(arrival, at=at, timed_for=pose if moved else arrival.timed_for, overdue_since=None)
     elif arrival.at >= begin + timing.least_time:
         at = _followed(arrival.at, s.plans.driven, context, config)
-        at = min(at, max(arrival.at, begin + longest_arrival(context, config)))
+        if at > arrival.at:
+            at = min(at, max(arrival.at, begin + longest_arrival(context, config)))
         if at == arrival.at and arrival.overdue_since is None:
             return s
         later = replace(arrival, at=at, overdue_since=None)

@@ -11,7 +11,7 @@ import numpy as np
 from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
-from rti_mpcc.model.bicycle import defects, largest_defects
+from rti_mpcc.model.bicycle import defects, extremes
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
@@ -328,21 +328,18 @@ def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturba
 
     A vehicle that begins beyond a limit comes back into it.
     """
-    limits, settings, lengths = config.limits, config.search, np.diff(plan.times)
+    limits, settings, most = config.limits, config.search, 1.0 + config.search.input_excess
     seconds = float(plan.times[-1] - plan.times[0])
     if seconds > longest:
         return f"the plan takes {seconds:.0f} s, at most {longest:.0f} s are believed"
-    speed, angle = np.abs(plan.states[:, [V, DELTA]]).max(axis=0).tolist()
-    begins_v, begins_delta = np.abs(plan.states[0, [V, DELTA]]).tolist()
+    position, heading, speed, angle, a, rate = extremes(plan, config.vehicle.wheelbase)
     turned = max(abs(disturbance.acting_steering(side * limits.steering)) for side in (-1.0, 1.0))
-    most = 1.0 + settings.input_excess
-    if speed > most * max(limits.speed, begins_v) or angle > most * max(turned, begins_delta):
+    begins, begins_turned = np.abs(plan.states[0, [V, DELTA]]).tolist()
+    if speed > most * max(limits.speed, begins) or angle > most * max(turned, begins_turned):
         return f"the plan leaves the limits: v = {speed:.3g} m/s, delta = {angle:.3g} rad"
-    a, rate = np.abs(plan.controls[:, [A, DELTA_DOT]]).max(axis=0).tolist()
     share = disturbance.gain * limits.acceleration + abs(disturbance.acceleration)
-    if a > most * share or rate > most * limits.steering_rate * max(disturbance.rate_share, 1.0):
+    if a > most * share or rate > most * limits.steering_rate:
         return f"the plan leaves the input limits: a = {a:.3g} m/s², delta_dot = {rate:.3g} rad/s"
-    position, heading = largest_defects(plan.states, plan.controls, lengths, config.vehicle.wheelbase)
     if position > settings.position_defect or heading > settings.heading_defect:
         return f"a stage of the plan breaks the dynamics by {position:.2f} m, {np.degrees(heading):.1f} deg"
     return ""

@@ -31,8 +31,8 @@ def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: P
     that slows the vehicle; inf where the vehicle does not get there along the path.
 
     Args:
-        goal: pose to dock at; None: the path's last pose. It is not reached from the begin of the path's last
-            part where it lies behind that.
+        goal: pose to dock at; None: the path's last pose. It is not reached along the path where it
+            lies behind the start of the last part.
 
     Raises:
         ConfigError: the settings plan no arrival, or no cruise by (T4), so nothing says how long they take.

@@ -36,6 +36,9 @@ from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array, Trajectory
 
+MOST_BODIES = 5_000
+"""That are checked along a plan: a kilometre, so that no plan makes a cycle long."""
+
 
 class Overlap(NamedTuple):
     """What a body overlaps: how deep [m], what it is, and where (x, y) [m]."""
@@ -228,9 +231,11 @@ def length(plan: Trajectory) -> float:
 
 
 def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
-    """Ways along the plan (n,) [m] up to `reach`, and the states (n, 6) there."""
-    end = min(reach, length(plan))
-    count = max(ceil(end / config.caution.check_spacing), 1)
+    """Ways along the plan (n,) [m] up to `reach`, and the states (n, 6) there; what lies farther ahead than
+    `MOST_BODIES` is looked at when the vehicle is nearer."""
+    spacing = config.caution.check_spacing
+    end = min(reach, length(plan), MOST_BODIES * spacing)
+    count = max(ceil(end / spacing), 1)
     marks = np.arange(count + 1.0) * (end / count)
     return marks, states_at(plan, _times(plan, marks), config.vehicle.wheelbase)
 

@@ -371,16 +371,15 @@ class Ride:
             self._judge_distance(plant, goal, now)
 
     def _judge_distance(self, plant: PlantState, goal: Pose2, now: str) -> None:
-        """In an area from the goal, against the least since it is there; else from path and goal."""
+        """From the goal, or from the path to it, against the least since the goal is there."""
         far = hypot(plant.x - goal.x, plant.y - goal.y)
-        if self.path is None:
-            if goal != self._near[0]:
-                self._near = goal, far
-            self._near = goal, min(self._near[1], far)
-            if far > self._near[1] + FARTHER:
-                self.broke("drives away", f"{far:.1f} m off, {self._near[1]:.1f} m before, {now}")
-        elif min(far, self._line.distance(shapely.Point(plant.x, plant.y))) > FARTHER:
-            self.broke("drives away", f"{far:.1f} m off {now}")
+        if self.path is not None:
+            far = min(far, self._line.distance(shapely.Point(plant.x, plant.y)))
+        if goal != self._near[0]:
+            self._near = goal, far
+        self._near = goal, min(self._near[1], far)
+        if far > self._near[1] + FARTHER:
+            self.broke("drives away", f"{far:.1f} m off, {self._near[1]:.1f} m before, {now}")
 
     def _judge_end(self, plant: PlantState, stood: float, docked: float) -> None:
         command, goal = self.commands[-1], self.asked
@@ -454,7 +453,13 @@ def _on_path(ride: Ride, rng: Generator, *, cusp: bool = False) -> None:
     ride._line = shapely.LineString(
         np.concatenate([np.column_stack([s.x, s.y]) for s in ride.path.sample(0.5)])
     )
-    ride.free = shapely.union_all([_lane(part, width) for part in ride.path.parts])
+    # Behind the end of the route nothing bounds it, to the sides either.
+    beyond = [
+        _offset(ride.path.end, ride.path.parts[-1].direction * along, across, 0.0)
+        for along, across in ((0.0, -40.0), (40.0, -40.0), (40.0, 40.0), (0.0, 40.0))
+    ]
+    behind = shapely.Polygon([(corner.x, corner.y) for corner in beyond])
+    ride.free = shapely.union_all([behind, *(_lane(part, width) for part in ride.path.parts)])
     ride.goal = None
     if rng.random() < 0.7:
         ride.goal = _offset(ride.path.end, float(rng.uniform(-1, 1)), float(rng.uniform(-1, 1)), 0.0)

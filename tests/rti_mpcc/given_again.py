@@ -18,6 +18,10 @@ CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18, comfort_acceleration=0.8)
 GOAL = Pose2(17.0, 0.0, 0.0)
 ROOM = Area(boundary=[(-8.0, -9.0), (30.0, -9.0), (30.0, 9.0), (-8.0, 9.0)])
 LONGEST = 90.0
+DOCKED_FOR = 10.0
+"""So long it has to stay docked [s]."""
+APPEARS = 4.0
+"""When the new box appears [s]."""
 
 Changed = Callable[[Sequence[Array], Generator], list[Array]]
 
@@ -51,7 +55,10 @@ WAYS = (*OBSTACLES, *GOALS)
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a ride takes place: `kind` is "room" or "path", and boxes stand where `seed` has put them."""
+    """Where a ride takes place: boxes stand where `seed` has put them.
+
+    `kind` is "room", "path", or "new box": a room in which one more box appears on the way.
+    """
 
     kind: str
     seed: int
@@ -64,14 +71,20 @@ class Place:
         for k, x in enumerate((3.0, 7.0, 11.0, 15.0)):
             half, beside = random.uniform(0.3, 0.8), random.uniform(2.4, 4.5) * (-1.0) ** k
             found.append(block(x - half, beside - half, x + half, beside + half))
-        if self.kind == "room":
+        if self.kind != "path":
             across = random.uniform(-1.0, 1.0)
             found.append(block(8.5, across - 0.5, 9.5, across + 0.5))
         return found
 
+    @property
+    def new_box(self) -> Array:
+        """What appears on the way."""
+        across = np.random.default_rng([self.seed, 3]).uniform(-1.0, 1.0)
+        return block(12.5, across - 0.4, 13.3, across + 0.4)
+
     def controller(self) -> DockingController:
         """With no obstacle known yet."""
-        if self.kind == "room":
+        if self.kind != "path":
             return DockingController.in_area(ROOM, CONFIG)
         path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 17.0)])
         return DockingController(path, Corridor.from_offsets(path, left=8.0, right=-8.0), CONFIG)
@@ -86,8 +99,11 @@ class Place:
             x, y = random.normal(size=2) * GOALS[way]
             return replace(GOAL, x=GOAL.x + float(x), y=GOAL.y + float(y))
 
+        def standing_at(now: float) -> Sequence[Array]:
+            return [*boxes, self.new_box] if self.kind == "new box" and now >= APPEARS else boxes
+
         def obstacles_at(now: float) -> Sequence[Array]:
-            return OBSTACLES[way](boxes, random) if way in OBSTACLES else boxes
+            return OBSTACLES[way](standing_at(now), random) if way in OBSTACLES else standing_at(now)
 
         driver = Driver(
             area=ROOM,
@@ -95,9 +111,9 @@ class Place:
             config=CONFIG,
             goal_at=goal_at,
             obstacles_at=obstacles_at,
-            standing_at=lambda now: boxes,
+            standing_at=standing_at,
         )
-        return driver.drive(LONGEST, after_docking=3.0)
+        return driver.drive(LONGEST, after_docking=DOCKED_FOR)
 
 
 @cache

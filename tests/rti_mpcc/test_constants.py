@@ -51,6 +51,7 @@ MODULES: dict[str, dict[str, str]] = {
     "planning/surroundings.py": {COUNT: "given_at changes"},
     "planning/timing.py": {UNSET: "MOST_STEPS"},
     "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},
+    "safety/contact.py": {UNSET: "MOST_BODIES"},
     "model/layout.py": {
         TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",
     },

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status
 from rti_mpcc.simulation.plant import PlantState
 from tests.rti_mpcc.events import PLACES, Ride
-from tests.rti_mpcc.yards import Driver
+from tests.rti_mpcc.yards import Driver, block
 
 SEED = 44
 CHUNKS = 20
@@ -116,3 +117,44 @@ def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, 
 
 def _open() -> Area:
     return Area(boundary=[(-40.0, -5.0), (90.0, -5.0), (90.0, 5.0), (-40.0, 5.0)])
+
+
+# -- beside an obstacle ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("along", [0.3, 1.4, 3.0])
+@pytest.mark.parametrize("gap", [0.003, 0.03, 0.0499, 0.05, 0.0501, 0.052, 0.07, 0.1])
+def test_a_start_beside_an_obstacle_is_left_without_a_swerve(gap: float, along: float) -> None:
+    beside = 0.5 * CONFIG.vehicle.width + gap
+    outline = block(along - 0.5, beside, along + 0.5, beside + 1.0)
+    driver = Driver(
+        area=_open(),
+        controller=lane(),
+        config=CONFIG,
+        goal_at=lambda now: LANE.end,
+        obstacles_at=lambda now: [outline],
+    )
+    drive = driver.drive(30.0)
+    assert drive.docked
+    assert drive.clearance.min() > 0.0
+    assert np.abs(drive.commanded()[:, 0]).max() <= 1.1 * CONFIG.comfort_acceleration
+    assert np.abs(drive.states[:, 1]).max() <= 0.25
+
+
+@pytest.mark.parametrize("ride", ["smooth", "brisk"])
+def test_a_narrower_gap_is_never_driven_faster(ride: str) -> None:
+    config = ControllerConfig(cycle=0.05, ride="brisk" if ride == "brisk" else "smooth")
+    speeds = []
+    for gap in (0.3, 0.15, 0.1, 0.075):
+        half = 0.5 * config.vehicle.width + gap
+        corridor = Corridor.from_offsets(
+            LANE, left=5.0, right=-5.0, narrowings=[Narrowing(9.0, 11.0, left=half, right=-half)]
+        )
+        controller = DockingController(LANE, corridor, config)
+        drive = Driver(
+            area=_open(), controller=controller, config=config, goal_at=lambda now: LANE.end
+        ).drive(90.0)
+        assert drive.docked
+        inside = (drive.states[:, 0] > 8.0) & (drive.states[:, 0] < 9.0)
+        speeds.append(float(drive.states[inside, 3].max()))
+    assert speeds == sorted(speeds, reverse=True)

@@ -6,6 +6,7 @@ import pytest
 
 from tests.rti_mpcc.given_again import CONFIG, GOAL, WAYS, Place, still_time
 
+KINDS = ("room", "path", "new box")
 LATER = 1.1
 """Share of the time with the same given in each cycle that docking may take."""
 OFF = 1.5
@@ -20,14 +21,14 @@ def check(place: Place, way: str, seed: int) -> None:
     assert drive.error(GOAL).within(CONFIG.goal_tolerance, OFF), drive.error(GOAL)
 
 
-@pytest.mark.parametrize("kind", ["room", "path"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("way", WAYS)
 def test_the_same_given_again_changes_nothing(way: str, kind: str) -> None:
     check(Place(kind, 0), way, 0)
 
 
 @pytest.mark.acceptance
-@pytest.mark.parametrize("kind", ["room", "path"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("way", WAYS)
 def test_in_20_places_each(way: str, kind: str) -> None:
     for seed in range(1, 21):
