@@ -128,7 +128,8 @@ class ArrivalTiming(Settings):
             than its way takes, gets less; catching_up: so many seconds each second, at most.
         passed_distance: a vehicle that has passed its target by less than this [m] still has that way left.
         target_moved: a target that has moved by more than this is a new arrival [m].
-        lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes.
+        lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes,
+            and the vehicle may have done anything within its limits.
         kept_share: an arrival keeps its time as long as this share of what the way takes is left; a vehicle
             whose speed brings it less than this share of its way in its time is slow for it.
         path_spacing: of the samples along a part, and of the pieces of the way ahead, at which the pace is

@@ -260,10 +260,14 @@ def _frozen(measured: Array, reckoned: Array, config: ControllerConfig) -> str:
 
 
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:
-    """Why the vehicle cannot have come from the expected state to this one, or ""."""
+    """Why the vehicle cannot have come from the expected state to this one, or "".
+
+    After lost cycles nobody knows whether it has followed its commands: a watchdog may have braked it.
+    """
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
-    share = allowed.model_mismatch
+    lost = seconds > config.arrival_timing.lost_cycles * config.cycle
+    share = 1.0 if lost else allowed.model_mismatch
     distance = share * speed * seconds
     x, y, phi, v, delta, _ = (measured - expected).tolist()
     jumps = (

@@ -54,7 +54,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
     moved = apart(arrival.timed_for, pose) > timing.target_moved
     lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
-    lost = lost or _held_up(arrival, context, config)
+    lost = lost or _held_up(s, arrival, context, config)
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         at = due if moved else min(max(due, arrival.at), begin + longest_arrival(context, config))
@@ -101,10 +101,16 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     return contouring and context.distance <= needed
 
 
-def _held_up(arrival: Arrival, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether a vehicle that is not near its target yet has far less time than its way takes."""
+def _held_up(
+    s: ControllerState, arrival: Arrival, context: PlanningContext, config: ControllerConfig
+) -> bool:
+    """Whether a vehicle that is not near its target yet stands on its way, or has far less time than that
+    takes: it was held from outside, and must not make up for it."""
     if context.distance <= config.arrival_timing.late_reach:
         return False
+    stood = s.vehicle.standing_since
+    if stood is not None and stood > s.task.driving_since:
+        return True
     needed = arrival_time(max(context.along, 0.0), context.speed, config)
     return _too_short(arrival, needed, context, config)
 

@@ -158,3 +158,42 @@ def test_a_narrower_gap_is_never_driven_faster(ride: str) -> None:
         inside = (drive.states[:, 0] > 8.0) & (drive.states[:, 0] < 9.0)
         speeds.append(float(drive.states[inside, 3].max()))
     assert speeds == sorted(speeds, reverse=True)
+
+
+# -- who else drives -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seconds", [0.5, 0.8, 0.95, 2.0])
+def test_one_that_a_watchdog_braked_while_it_was_not_called_goes_on(seconds: float) -> None:
+    """Its speed is another one than its commands make: that is no reason to doubt it, or to drive back."""
+
+    def is_lost(now: float) -> bool:
+        return 6.0 <= now < 6.0 + seconds
+
+    def braked(plant: PlantState) -> PlantState:
+        return replace(plant, v=max(plant.v - 0.1, 0.0)) if is_lost(plant.time) else plant
+
+    driver = Driver(
+        area=_open(),
+        controller=lane(),
+        config=CONFIG,
+        goal_at=lambda now: LANE.end,
+        lost=is_lost,
+        moved=braked,
+    )
+    drive = driver.drive(60.0)
+    assert drive.docked
+    assert Status.FAILED not in drive.statuses
+    assert drive.states[:, 3].min() > -0.1
+    assert drive.error(LANE.end).within(CONFIG.goal_tolerance)
+
+
+def test_one_that_is_held_from_outside_does_not_make_up_for_it() -> None:
+    def held(plant: PlantState) -> PlantState:
+        slower = max(plant.v - 0.25, 0.0)  # a brake of 5 m/s²
+        return replace(plant, v=slower) if 6.0 <= plant.time < 8.5 else plant
+
+    driver = Driver(area=_open(), controller=lane(), config=CONFIG, goal_at=lambda now: LANE.end, moved=held)
+    drive = driver.drive(60.0)
+    assert drive.docked
+    assert drive.states[:, 3].max() <= 2.2
