@@ -251,7 +251,7 @@ class Ride:
             moved = _offset(
                 here, event.side * event.size, (1.0 - event.size) * event.side, 0.3 * event.side * event.size
             )
-            if self._room_at(moved) > 0.2:
+            if min(self._room_at(pose) for pose in self._stopping(moved, plant)) > 0.2:
                 return replace(plant, x=moved.x, y=moved.y, phi=moved.phi)
         elif event.what == "cancelled":
             self.driver.cancel()
@@ -274,6 +274,18 @@ class Ride:
             self.goal = _or(
                 self, _offset(self.goal, other * turns.side * 2.0 * turns.size, 0.0, 0.0), self.goal
             )
+
+    def _stopping(self, here: Pose2, plant: PlantState) -> list[Pose2]:
+        """From here to where the brakes stop the vehicle on the arc that it drives: there must be room, for
+        an event after which they are of no use proves nothing."""
+        if abs(plant.v) <= STILL:
+            return [here]
+        config = self.config
+        way = plant.v**2 / (2.0 * config.limits.acceleration) + 0.5
+        way += abs(plant.v) * (config.dead_time + config.plausibility.blind + 2.0 * config.cycle)
+        curvature = tan(plant.delta) / config.vehicle.wheelbase
+        ways = np.linspace(0.0, float(np.sign(plant.v)) * way, 12).tolist()
+        return [_offset(here, s, 0.5 * curvature * s**2, curvature * s) for s in ways]
 
     def _put_obstacle(self, event: Event, here: Pose2, plant: PlantState) -> None:
         vehicle, half = self.config.vehicle, 0.3 + 0.7 * event.size
@@ -298,19 +310,9 @@ class Ride:
                 for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))
             ]
         )
-        # Where the brakes are of no use it proves nothing: along the arc that is driven there must be room.
-        curvature, way = tan(plant.delta) / vehicle.wheelbase, np.sign(plant.v) * (stops + 0.5)
-        turned = [here] + [
-            _offset(
-                here,
-                float(way * share),
-                float(0.5 * curvature * (way * share) ** 2),
-                float(curvature * way * share),
-            )
-            for share in np.linspace(0.0, 1.0, 12)
-            if abs(plant.v) > STILL
-        ]
-        room = min(shapely.Polygon(outline).distance(_body(self, pose)) for pose in turned)
+        room = min(
+            shapely.Polygon(outline).distance(_body(self, pose)) for pose in self._stopping(here, plant)
+        )
         if room > (0.15 if abs(plant.v) > STILL else 0.01):
             self.obstacles.append((outline, event.over + 4.0 * event.lasts))
 
