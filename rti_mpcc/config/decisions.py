@@ -130,8 +130,8 @@ class ArrivalTiming(Settings):
         target_moved: a target that has moved by more than this is a new arrival [m].
         lost_cycles: after a gap of more cycles than this an arrival gets the time again that its way takes,
             and the vehicle may have done anything within its limits.
-        kept_share: an arrival keeps its time as long as this share of what the way takes is left; a vehicle
-            whose speed brings it less than this share of its way in its time is slow for it.
+        kept_share: a search for an arrival keeps its time as long as this share of what the way takes is
+            left; a vehicle whose speed brings it less than this share of its way in its time is slow for it.
         path_spacing: of the samples along a part, and of the pieces of the way ahead, at which the pace is
             known [m].
         least_pieces, most_pieces: in which the way ahead is looked at.

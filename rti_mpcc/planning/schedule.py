@@ -16,6 +16,9 @@ from rti_mpcc.planning.pace import FLAT
 from rti_mpcc.planning.state import Arrival, ControllerState, Phase, SuspendedSearch
 from rti_mpcc.types import Trajectory
 
+SOON = 1.0
+"""A plan that drives on does so within this [s]."""
+
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Choose between contouring and a planned arrival, for a vehicle about to begin one.
@@ -54,7 +57,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
     moved = apart(arrival.timed_for, pose) > timing.target_moved
     lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
-    lost = lost or _held_up(s, arrival, context, config)
+    lost = lost or _held_up(s, context, config)
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)
         at = due if moved else min(max(due, arrival.at), begin + longest_arrival(context, config))
@@ -101,18 +104,15 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
     return contouring and context.distance <= needed
 
 
-def _held_up(
-    s: ControllerState, arrival: Arrival, context: PlanningContext, config: ControllerConfig
-) -> bool:
-    """Whether a vehicle that is not near its target yet stands on its way, or has far less time than that
-    takes: it was held from outside, and must not make up for it."""
-    if context.distance <= config.arrival_timing.late_reach:
+def _held_up(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+    """Whether a vehicle that is not near its target yet stands although its plan drives on: it is held from
+    outside, and must not make up for it."""
+    stood, plan = s.vehicle.standing_since, s.plans.driven
+    if stood is None or stood <= s.task.driving_since or plan is None:
         return False
-    stood = s.vehicle.standing_since
-    if stood is not None and stood > s.task.driving_since:
-        return True
-    needed = arrival_time(max(context.along, 0.0), context.speed, config)
-    return _too_short(arrival, needed, context, config)
+    soon = int(np.searchsorted(plan.times, context.begin + SOON))
+    drives = abs(float(plan.states[min(soon, len(plan.states) - 1), V])) > config.behaviour.moving_speed
+    return drives and context.distance > config.arrival_timing.late_reach
 
 
 def longest_arrival(context: PlanningContext, config: ControllerConfig) -> float:

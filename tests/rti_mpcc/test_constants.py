@@ -50,6 +50,7 @@ MODULES: dict[str, dict[str, str]] = {
     },
     "planning/surroundings.py": {COUNT: "given_at changes"},
     "planning/timing.py": {UNSET: "MOST_STEPS"},
+    "planning/schedule.py": {UNSET: "SOON"},
     "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},
     "safety/contact.py": {UNSET: "MOST_BODIES"},
     "model/layout.py": {
