@@ -149,7 +149,7 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     if not conditions.passes_target(s, context, w.config):
         return _stop(s, context, w, Verdict(Reason.STALLED), along=s.plans.driven)
     in_reach = w.config.goal_limits.reach + context.along
-    wanted = fallback.braking_over(in_reach, context.speed, w.config)
+    wanted = fallback.braking_over(in_reach, context.speed, w.config.firm_deceleration, w.config)
     behind = context.speed**2 / (2.0 * wanted) - context.along
     return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
 

@@ -192,6 +192,11 @@ class ControllerConfig(Settings):
         return inf if self.ride == "smooth" else self.arrival_timing.brisk_bound * self.comfort_acceleration
 
     @property
+    def longest_cycle(self) -> float:
+        """After more time than this since the last cycle, cycles were lost [s]."""
+        return self.arrival_timing.lost_cycles * self.cycle
+
+    @property
     def firm_deceleration(self) -> float:
         """Before something that blocks the way, or without a plan [m/s²]: firm, not an emergency."""
         return min(self.limits.acceleration, self.fallback.firmness * self.comfort_acceleration)

@@ -25,7 +25,7 @@ def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) 
     if monitor.found or (monitor.why and not _moves_as_measured(monitor)):
         return unseated(before)
     state, now = monitor.measured, monitor.at
-    if before.at is not None and now - before.at > config.arrival_timing.lost_cycles * config.cycle:
+    if before.at is not None and now - before.at > config.longest_cycle:
         before = unseated(before)  # a watchdog may have driven
     asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
     motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))

@@ -266,8 +266,7 @@ def _far(measured: Array, expected: Array, seconds: float, config: ControllerCon
     """
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
-    lost = seconds > config.arrival_timing.lost_cycles * config.cycle
-    share = 1.0 if lost else allowed.model_mismatch
+    share = 1.0 if seconds > config.longest_cycle else allowed.model_mismatch
     distance = share * speed * seconds
     x, y, phi, v, delta, _ = (measured - expected).tolist()
     jumps = (

@@ -56,7 +56,7 @@ def rescheduled(s: ControllerState, context: PlanningContext, config: Controller
     assert arrival is not None
     begin, pose, timing = context.begin, context.target.pose, config.arrival_timing
     moved = apart(arrival.timed_for, pose) > timing.target_moved
-    lost = bool(s.queue) and begin - s.queue[-1].begins > timing.lost_cycles * config.cycle
+    lost = bool(s.queue) and begin - s.queue[-1].begins > config.longest_cycle
     lost = lost or _held_up(s, context, config)
     if moved or lost or s.task.halt is not None:
         due = begin + _duration(context, config)

@@ -116,12 +116,11 @@ def turn_wheels(state: Array, angle: float, config: ControllerConfig) -> Control
     return replace(hold(state, config), steering_rate=max(min(rate, most), -most))
 
 
-def braking_over(distance: float, speed: float, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] to stand after `distance` [m], the comfort one at least, and firm at most."""
-    most = config.firm_deceleration
-    return (
-        most if distance <= 0.0 else min(max(speed**2 / (2.0 * distance), config.comfort_acceleration), most)
-    )
+def braking_over(distance: float, speed: float, most: float, config: ControllerConfig) -> float:
+    """Deceleration [m/s²] to stand after `distance` [m], the comfort one at least and `most` at most."""
+    if distance <= 0.0:
+        return most
+    return min(max(speed**2 / (2.0 * distance), config.comfort_acceleration), most)
 
 
 def before_contact(speed: float, distance: float, config: ControllerConfig) -> float:
@@ -129,8 +128,7 @@ def before_contact(speed: float, distance: float, config: ControllerConfig) -> f
 
     How far before: `Fallback.stop_distance`.
     """
-    left, most = distance - config.fallback.stop_distance, config.limits.acceleration
-    return min(max(speed**2 / (2.0 * left), config.comfort_acceleration), most) if left > 0.0 else most
+    return braking_over(distance - config.fallback.stop_distance, speed, config.limits.acceleration, config)
 
 
 def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
