@@ -14,7 +14,8 @@ not mistaken for d and o. Who counts on d has to count on g: at rest on a slope 
 known.
 
 A vehicle that is held at rest (by a brake of its own, say) although it is commanded to drive off tells
-nothing about d: for `held_time` nothing is learnt from that.
+nothing about d: for `held_time` nothing is learnt from that. Nor does one whose speed changes by more than
+(O1) and any slope explain: somebody else brakes it.
 """
 
 from __future__ import annotations
@@ -47,6 +48,8 @@ STEEPEST: Final = 1.5
 
 REST = 0.03
 """A vehicle measured slower than this [m/s] may be held at rest."""
+NOISE = 3.0
+"""What noise may explain, in standard deviations."""
 DRIVES_OFF = 0.05
 """What has to be commanded beyond the disturbance [m/s²] for a vehicle at rest to be held."""
 
@@ -136,6 +139,8 @@ def updated(
         return estimate
     if motion == last and abs(motion.v) > REST:
         return estimate  # told once more: the next one tells of the time since then
+    if _is_braked(estimate, last.v, motion.v, seconds, acceleration, config):
+        return _seated(estimate, motion, now, config)
     mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
     steering = 0.5 * (last.delta + motion.delta)
     walks = config.acceleration_walk, config.speed_walk, config.heading_walk, config.steering_walk
@@ -218,6 +223,20 @@ def _predict(
             for j in range(STATES):
                 covariance[i, j] *= share
                 covariance[j, i] *= share
+
+
+def _is_braked(
+    estimate: DisturbanceEstimate,
+    before: float,
+    v: float,
+    seconds: float,
+    acceleration: float,
+    config: DisturbanceFilterConfig,
+) -> bool:
+    """Whether neither commands, slope nor noise explain that the speed went from `before` to `v` [m/s]."""
+    explained = seconds * (acceleration * estimate.gain + estimate.acceleration)
+    noise = NOISE * sqrt(2.0) * config.speed_std
+    return abs(v - before - explained) > seconds * config.most_acceleration + noise
 
 
 def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:

@@ -214,6 +214,20 @@ def test_nothing_is_learnt_over_a_gap_or_a_doubt() -> None:
         assert after.mean[0] == -4.0
 
 
+def test_nothing_is_learnt_while_somebody_else_brakes() -> None:
+    noise = np.random.default_rng(1)
+    before = estimates(Truth(d=0.3), 6.0, v=2.0, a=lambda _: -0.3, noise=noise)[-1]
+    assert before.motion is not None
+    estimate, v = before, before.motion.v
+    for k in range(1, 7):
+        v = max(v - 5.0 * CYCLE, 0.0)
+        estimate = updated(
+            estimate, Motion(v=v, phi=before.motion.phi, delta=0.0), 6.0 + k * CYCLE, -0.3, WHEELBASE, CONFIG
+        )
+    assert estimate.acceleration == before.acceleration
+    assert estimate.mean[0] == pytest.approx(v, abs=0.01)
+
+
 def test_a_measurement_that_is_told_twice_tells_nothing() -> None:
     before = estimates(Truth(), 3.0, v=1.0)[-1]
     assert before.motion is not None
@@ -225,7 +239,7 @@ def test_a_measurement_that_is_told_twice_tells_nothing() -> None:
 
 
 def test_bounds_hold_and_uncertainty_ends_where_it_began() -> None:
-    found = estimates(Truth(d=20.0, o=0.5), 8.0, v=3.0, a=lambda _: 0.0)
+    found = estimates(Truth(d=3.8, o=0.5), 8.0, v=3.0, a=lambda _: 0.0)
     assert all(abs(one.acceleration) <= CONFIG.most_acceleration for one in found)
     assert all(abs(one.steering) <= CONFIG.most_steering for one in found)
     estimate = found[0]

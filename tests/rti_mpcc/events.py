@@ -358,10 +358,7 @@ class Ride:
             a, rate = np.abs(plan.controls[:, 0]).max(), np.abs(plan.controls[:, 1]).max()
             if a > 1.05 * limits.acceleration or rate > 1.05 * limits.steering_rate:
                 self.broke("plan inputs", f"{a:.2f} m/s², {rate:.2f} rad/s {now}")
-        if (
-            abs(plant.v) > self.config.behaviour.moving_speed
-            and self._room_at(Pose2(plant.x, plant.y, plant.phi)) <= CONTACT
-        ):
+        if abs(plant.v) > STILL and self._room_at(Pose2(plant.x, plant.y, plant.phi)) <= CONTACT:
             self.broke("contact", f"at {plant.v:.2f} m/s {now}")
         goal = self.asked
         if command.status is Status.FAILED and not command.diagnostics.reason:
