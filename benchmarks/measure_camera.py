@@ -24,8 +24,8 @@ RANGES = (0.0, 1.0, 2.0, 4.0, 6.0, 8.0, 10.0)
 CAMERA, BOARD = Camera(), CharucoBoard()
 BELIEVED = {
     "tied": CAMERA,
-    "rigid": CAMERA.model_copy(update={"height_std": 1e-6, "tilt_std": 1e-6}),
-    "free": CAMERA.model_copy(update={"height_std": 1.0, "tilt_std": 1.0}),
+    "rigid": CAMERA.changed(height_std=1e-6, tilt_std=1e-6),
+    "free": CAMERA.changed(height_std=1.0, tilt_std=1.0),
 }
 """Height, roll and pitch tied by their tolerances, taken for known, and not known at all."""
 Rows = dict[str, list[Array]]
@@ -52,7 +52,7 @@ def take(
     """A picture from about `distance` [m] before the dock, and the true goal in the vehicle frame."""
     off = random.standard_normal(3) * (CAMERA.height_std, CAMERA.tilt_std, CAMERA.tilt_std)
     height, pitch, roll = (0.0 if exact else 1.0) * off
-    pictures.camera = CAMERA.model_copy(update={"z": CAMERA.z + height, "pitch": pitch, "roll": roll})
+    pictures.camera = CAMERA.changed(z=CAMERA.z + height, pitch=pitch, roll=roll)
     blur, noise, exposure = random.uniform([0.5, 2.0, 0.6], [1.2, 6.0, 1.1]).tolist()
     pictures.optics = Optics(blur=blur, noise=noise, exposure=exposure)
     aside = min(0.5 + 0.15 * distance, 1.0)

@@ -24,6 +24,7 @@ from pydantic import Field, model_validator
 
 from estimation.types import Array
 from geometry import InputError
+from geometry.doors import door, rows
 from geometry.settings import Positive, Settings
 
 Pixels = Annotated[int, Field(ge=16, le=20000)]
@@ -91,10 +92,12 @@ class Camera(Settings):
         rotation: Array = turn(self.yaw) @ pitched @ rolled @ ahead
         return rotation
 
+    @door()
     def seen(self, points: ArrayLike) -> Array:
         """(n, 3) points of the vehicle frame [m] in the camera frame [m], Eq. (K1)."""
-        return (np.asarray(points, dtype=np.float64) - self.position) @ self.rotation
+        return (rows(points, 3, "points") - self.position) @ self.rotation
 
+    @door()
     def project(self, points: ArrayLike) -> Array:
         """(n, 2) pixels of (n, 3) vehicle frame points [m], Eq. (K2). Raises InputError if one is behind."""
         seen = self.seen(points)
@@ -150,6 +153,7 @@ class CharucoBoard(Settings):
         found = _FAMILY.fullmatch(self.dictionary)
         return None if found is None else int(found["size"])
 
+    @door()
     def shares_markers(self, other: CharucoBoard) -> bool:
         """Whether both have a marker, so that one board can be taken for the other."""
         mine, theirs = (_FAMILY.fullmatch(board.dictionary) for board in (self, other))
@@ -176,9 +180,10 @@ class CharucoBoard(Settings):
         c, s = cos(self.yaw), sin(self.yaw)
         return np.array([[-s, 0.0, -c], [c, 0.0, -s], [0.0, -1.0, 0.0]])
 
+    @door()
     def in_goal_frame(self, points: ArrayLike) -> Array:
         """(n, 3) in the goal frame of (n, 2) points of the board, right and down from its corner [m]."""
-        flat = np.asarray(points, dtype=np.float64) - 0.5 * np.array(self.size)
+        flat = rows(points, 2, "points") - 0.5 * np.array(self.size)
         placed: Array = flat @ self.axes[:, :2].T + self.middle
         return placed
 

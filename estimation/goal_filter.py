@@ -43,6 +43,7 @@ from estimation.measurement import Detection, GoalMeasurement, in_world, is_time
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array, GoalEstimate, GoalStatus, Judgement, Outcome
 from geometry import Pose2, lift
+from geometry.doors import door
 
 KEPT = 5.0
 """Detections farther apart than this [s] are not set against each other."""
@@ -55,6 +56,7 @@ class GoalPoseFilter:
         config: settings, all with defaults.
     """
 
+    @door()
     def __init__(self, config: GoalFilterConfig | None = None) -> None:
         # filterpy loads scipy.linalg and more: only who filters pays for it.
         from filterpy.kalman import KalmanFilter
@@ -74,6 +76,7 @@ class GoalPoseFilter:
         self._origin = Belief(time=-np.inf)
         self._past: list[tuple[Detection, Belief]] = []
 
+    @door()
     def predict(self, now: float) -> None:
         """Tell the time [s].
 
@@ -93,6 +96,7 @@ class GoalPoseFilter:
         self._now = now if self._now is None else max(now, self._now)
         self._settle(self._now)
 
+    @door()
     def update(self, measurement: GoalMeasurement) -> Judgement:
         """Take in one detection, at the time of its stamp; says what became of it. Raises nothing."""
         detection = in_world(measurement, self.config)
@@ -109,6 +113,7 @@ class GoalPoseFilter:
             self._append(other)
         return judgement
 
+    @door()
     def estimate(self, now: float) -> GoalEstimate:
         """What is known of the goal at `now` [s], in so far as it has been told."""
         belief, judged = self._latest, self._latest.judged

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array
 from geometry import InputError, Pose2
+from geometry.doors import numbers, shown
 
 FARTHEST = 1e6
 """Coordinates and standard deviations beyond this [m], [rad] are a mistake, not a detection."""
@@ -70,9 +71,9 @@ class GoalMeasurement:
         if self.covariance is None:
             return
         try:
-            covariance = np.array(self.covariance, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"covariance = {self.covariance!r}: must be (3, 3) numbers ({error})") from None
+            covariance = numbers(self.covariance).copy()
+        except TypeError:
+            raise InputError(f"covariance = {shown(self.covariance)}: must be (3, 3) numbers") from None
         if covariance.shape != (3, 3):
             raise InputError(f"covariance has shape {covariance.shape}: must be (3, 3), of x, y, phi")
         covariance.flags.writeable = False

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from geometry.doors import door
 from geometry.settings import NonNegative, Positive, Settings
 
 Std = Annotated[float, Field(gt=0.0, le=1e3)]
@@ -34,6 +35,7 @@ class DetectionNoise(Settings):
     heading_floor: Std = 0.001
     reference_range: Positive = 10.0
 
+    @door()
     def covariance(self, distance: float) -> NDArray[np.float64]:
         """(3, 3) of x, y, heading at `distance` [m]."""
         share = distance / self.reference_range
@@ -85,6 +87,7 @@ class GoalFilterConfig(Settings):
     history: Seconds = 1.0
     clock_skew: Annotated[float, Field(ge=0.0, le=1.0)] = 0.05
 
+    @door()
     def drift(self, seconds: float) -> NDArray[np.float64]:
         """Covariance (3, 3) of x, y, heading that a goal at rest gains in `seconds` without a detection."""
         position, heading = self.position_drift**2 * seconds, self.heading_drift**2 * seconds

@@ -9,6 +9,8 @@ import numpy as np
 
 from geometry import Pose2
 from geometry.arrays import Array as Array
+from geometry.doors import door, rows
+from geometry.errors import InputError
 
 
 class GoalStatus(Enum):
@@ -84,12 +86,16 @@ class GoalEstimate:
     nis: float | None = None
 
 
+@door()
 def stds_in(goals: Array, covariances: Array) -> Array:
     """(n, 3) standard deviations along, across [m] and of the heading [rad], in the frames of goals (n, 3).
 
     Args:
         covariances: (n, 3, 3) of x, y, heading in world axes.
     """
+    goals = rows(goals, 3, "goals")
+    if covariances.shape != (len(goals), 3, 3):
+        raise InputError(f"covariances has shape {covariances.shape}, it must be ({len(goals)}, 3, 3).")
     turn = np.zeros((len(goals), 3, 3))
     turn[:, 0, 0] = turn[:, 1, 1] = np.cos(goals[:, 2])
     turn[:, 0, 1] = np.sin(goals[:, 2])

@@ -8,16 +8,26 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.doors import door
+
 
 @overload
 def wrap(angle: float) -> float: ...
 @overload
 def wrap(angle: NDArray[np.float64]) -> NDArray[np.float64]: ...
+@door(late=True)
 def wrap(angle: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
     """Return the same angle in (-pi, pi] [rad]; scalars give a float, arrays keep their shape."""
     if isinstance(angle, np.ndarray):
         return np.asarray(angle - 2.0 * pi * np.ceil((angle - pi) / (2.0 * pi)), dtype=np.float64)
     return float(angle - 2.0 * pi * ceil((angle - pi) / (2.0 * pi)))
+
+
+def degrees_hint(what: str, heading: float) -> str:
+    """What to say of a heading of more than a full turn [rad], which may be meant in degrees, or ""."""
+    if abs(heading) <= 2.0 * pi:
+        return ""
+    return f"{what} {heading:.6g}: in degrees? radians are expected"
 
 
 @overload
@@ -26,6 +36,7 @@ def lift(angle: float, near: float) -> float: ...
 def lift(angle: NDArray[np.float64], near: float | NDArray[np.float64]) -> NDArray[np.float64]: ...
 @overload
 def lift(angle: float, near: NDArray[np.float64]) -> NDArray[np.float64]: ...
+@door(late=True)
 def lift(
     angle: float | NDArray[np.float64], near: float | NDArray[np.float64]
 ) -> float | NDArray[np.float64]:

@@ -13,6 +13,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
+from geometry.doors import door
 from geometry.errors import AreaError, CorridorError
 from geometry.outline import checked_polygon, convex_pieces
 from geometry.shape_grid import Body, ShapeGrid
@@ -38,6 +39,7 @@ class Area:
     obstacles: tuple[Array, ...]
     grid: ShapeGrid
 
+    @door(AreaError)
     def __init__(self, *, boundary: ArrayLike | None = None, obstacles: Sequence[ArrayLike] = ()) -> None:
         """Check and build.
 
@@ -54,6 +56,7 @@ class Area:
         self._hold(outline, rings, [*_outside(outline), *_pieces(rings)])
 
     @classmethod
+    @door(AreaError)
     def from_map(cls, file: str | PathLike[str], *, unknown_is_free: bool = False) -> Area:
         """Read an occupancy grid in the format of the ROS map_server, see geometry.map_file.
 
@@ -74,6 +77,7 @@ class Area:
         area._hold(found.outline, rectangles, [*_outside(found.outline), *rectangles])
         return area
 
+    @door(AreaError)
     def bounded(self, points: ArrayLike, beyond: float) -> Area:
         """Return the same area with a boundary: a box so far beyond its obstacles and points (n, 2) [m].
 
@@ -94,6 +98,7 @@ class Area:
         outline = _checked([(left, bottom), (right, bottom), (right, top), (left, top)], "boundary")
         return self._with(outline, self.obstacles, _outside(outline))
 
+    @door(AreaError)
     def with_obstacles(self, polygons: Sequence[ArrayLike]) -> Area:
         """Return the same area with more obstacles, polygons (m, 2) [m].
 
@@ -103,6 +108,7 @@ class Area:
         more = _all_checked(polygons, "polygons")
         return self._with(self.boundary, (*self.obstacles, *more), _pieces(more)) if more else self
 
+    @door(AreaError, late=True)
     def signed_distances(self, body: Body, poses: Array, within: float = inf) -> Array:
         """Return the signed distances (n,) [m] of a body at `poses` (n, 3) to all that is solid.
 
@@ -153,18 +159,11 @@ def _checked(corners: ArrayLike, name: str) -> Array:
 
 
 def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
-    try:
-        given = list(polygons)
-    except TypeError as error:
-        raise AreaError(f"{name} must be a sequence of polygons (m, 2).") from error
-    return [_checked(polygon, f"{name}[{i}]") for i, polygon in enumerate(given)]
+    return [_checked(polygon, f"{name}[{i}]") for i, polygon in enumerate(polygons)]
 
 
 def _checked_points(points: ArrayLike) -> Array:
-    try:
-        found = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise AreaError("points must be numbers of shape (n, 2).") from error
+    found = np.array(points, dtype=np.float64)
     if found.size == 0:
         return np.zeros((0, 2))
     if found.ndim != 2 or found.shape[1] != 2:

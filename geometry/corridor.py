@@ -15,6 +15,7 @@ from geometry.area import Area
 from geometry.arrays import Array, Index
 from geometry.clearance import Segments
 from geometry.contacts import Contacts, contacts
+from geometry.doors import admit, door, rows
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
 from geometry.lines import AreaLines, CorridorLines
@@ -44,6 +45,9 @@ class Narrowing:
     left: float | None = None
     right: float | None = None
 
+    def __post_init__(self) -> None:
+        admit(self, CorridorError)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Corridor:
@@ -62,7 +66,11 @@ class Corridor:
     kept_out: Obstacles
     area: Area | None = None
 
+    def __post_init__(self) -> None:
+        admit(self, CorridorError)
+
     @classmethod
+    @door(CorridorError)
     def from_offsets(
         cls,
         path: ReferencePath,
@@ -104,6 +112,7 @@ class Corridor:
         return cls(walls=tuple(walls), kept_out=kept_out)
 
     @classmethod
+    @door(CorridorError)
     def from_polygon(
         cls, path: ReferencePath, polygon: ArrayLike, *, obstacles: Sequence[ArrayLike] = ()
     ) -> Corridor:
@@ -124,11 +133,13 @@ class Corridor:
         return cls(walls=tuple(walls), kept_out=Obstacles.from_polygons(obstacles))
 
     @classmethod
+    @door(CorridorError)
     def in_area(cls, area: Area) -> Corridor:
         """Return the corridor of any route in an area: all of it, and no boundaries along the route."""
         return cls(walls=(PartWalls.none(),), kept_out=Obstacles.from_polygons(()), area=area)
 
     @classmethod
+    @door(CorridorError)
     def from_lines(cls, lines: CorridorLines) -> Corridor:
         """Build exactly the corridor that `to_lines` was called on.
 
@@ -156,6 +167,7 @@ class Corridor:
             area=area,
         )
 
+    @door(CorridorError)
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:
         """Return the same boundaries with other obstacle polygons (m, 2) [m].
 
@@ -176,6 +188,7 @@ class Corridor:
         """Corners (m, 2) of the obstacle polygons, counter-clockwise [m]."""
         return self.kept_out.corners
 
+    @door(late=True)
     def clearance(self, part: int, bodies: ArrayLike) -> Array:
         """Return the signed clearance (n,) [m] of body polygons (n, m, 2) [m].
 
@@ -185,6 +198,7 @@ class Corridor:
         """
         return bodies_against.clearance(*self._measured(part), bodies)
 
+    @door(late=True)
     def collides(self, part: int, bodies: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
         """Return (n,) whether body polygons (n, m, 2) [m] touch a boundary or obstacle or lie beyond a
         boundary.
@@ -198,6 +212,7 @@ class Corridor:
         """
         return bodies_against.collides(*self._measured(part), bodies, margin)
 
+    @door(late=True)
     def signed_distances(self, part: int, body: Body, poses: Array, within: float = inf) -> Array:
         """Return signed distances (n, 1 + k) [m] of a body at `poses` (n, 3) to boundaries and k obstacles.
 
@@ -214,6 +229,7 @@ class Corridor:
             return walls
         return np.concatenate((walls, self.kept_out.grid.signed_distances(body, poses, within)), axis=1)
 
+    @door(late=True)
     def contacts(self, part: int, body: Body, poses: Array, *, within: float, outward: float) -> Contacts:
         """Return where the pieces of a body at `poses` (n, 3) are nearest to each side.
 
@@ -249,20 +265,24 @@ class Corridor:
         found.setflags(write=False)
         return Contacts(values=found)
 
+    @door(late=True)
     def beyond(self, part: int, points: Array) -> Array:
         """Return how far points (n, 2) are beyond the nearest boundary (n,) [m]; 0 where they may be.
 
         So it is farther than BEHIND beyond one with open ends: that is on another way.
         """
-        return self._part(part).beyond(np.ascontiguousarray(points, dtype=np.float64))
+        return self._part(part).beyond(rows(points, 2, "points"))
 
+    @door(late=True)
     def near_obstacles(self, points: Array, within: float) -> Index:
         """Return which of points (n, 2) are nearer than `within` to an obstacle, or in one [m]."""
+        points = rows(points, 2, "points")
         poses = np.column_stack([points, np.zeros(len(points))])
         return np.flatnonzero(
             (self.kept_out.grid.signed_distances(_POINT, poses, within) < within).any(axis=1)
         )
 
+    @door(late=True)
     def cut_off(self, part: int, one: tuple[float, float], other: tuple[float, float]) -> bool:
         """Return whether a boundary with open ends lies across the straight way between two points [m].
 
@@ -278,6 +298,7 @@ class Corridor:
         way = Body.of([(0.0, 0.0), (other[0] - one[0], other[1] - one[1])])
         return bool(walls.grid.signed_distances(way, np.array([[*one, 0.0]]), _CHECKED)[0, 0] <= 0.0)
 
+    @door(late=True)
     def narrowest(self, part: int | None = None) -> tuple[float, float]:
         """Return the smallest distance of left and right along the path's normals [m] and its theta [m].
 
@@ -287,6 +308,7 @@ class Corridor:
             return self._part(part).narrowest
         return min(walls.narrowest for walls in self.walls)
 
+    @door(late=True)
     def lines(self, part: int) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """Return the left and the right boundaries of a part, polylines (k, 2) [m]."""
         return self._part(part).lines

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from geometry.arrays import Array
+from geometry.doors import admit
+from geometry.errors import CorridorError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,6 +28,9 @@ class PartLines:
     joined: bool
     narrowest: tuple[float, float]
 
+    def __post_init__(self) -> None:
+        admit(self, CorridorError)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AreaLines:
@@ -37,6 +42,9 @@ class AreaLines:
 
     boundary: Array | None
     obstacles: tuple[Array, ...]
+
+    def __post_init__(self) -> None:
+        admit(self, CorridorError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,3 +60,6 @@ class CorridorLines:
     parts: tuple[PartLines, ...]
     obstacles: tuple[Array, ...]
     area: AreaLines | None = None
+
+    def __post_init__(self) -> None:
+        admit(self, CorridorError)

@@ -24,7 +24,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
-from geometry.errors import InputError
+from geometry.doors import admit, door, number, numbers
+from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
 from geometry.projection import closest, piece_at
 
@@ -66,6 +67,7 @@ class PathPart:
     phi: Array
 
     def __post_init__(self) -> None:
+        admit(self, PathError)
         for values in (self.knots, self.curvatures, self.x, self.y, self.phi):
             values.setflags(write=False)
 
@@ -89,28 +91,32 @@ class PathPart:
         """Vehicle pose at `end`."""
         return Pose2(self.x[-1], self.y[-1], self.phi[-1])
 
+    @door(late=True)
     def reference(self, theta: ArrayLike) -> PathReference:
         """Return the path poses at theta (n,) [m]: exact within, straight behind both ends.
 
         Equations (1), (2) of this module.
         """
-        theta = np.ascontiguousarray(theta, dtype=np.float64).reshape(-1)
+        theta = numbers(theta).reshape(-1)
         found = np.empty((4, theta.size))
         _reference(self.knots, self.curvatures, self.x, self.y, self.phi, float(self.direction), theta, found)
         x, y, phi, slope = found
         return PathReference(x=x, y=y, phi=phi, slope=slope)
 
+    @door(late=True)
     def curvature(self, theta: ArrayLike) -> Array:
         """Return kappa (n,) [1/m] at theta (n,) [m]; 0 behind both ends."""
-        theta = np.atleast_1d(np.asarray(theta, dtype=np.float64))
+        theta = np.atleast_1d(numbers(theta))
         inside = (theta >= self.knots[0]) & (theta <= self.knots[-1])
         return np.where(inside, self.curvatures[self._piece(theta)], 0.0)
 
+    @door(late=True)
     def pose(self, theta: float) -> Pose2:
         """Return the vehicle pose at theta [m]."""
         direction = float(self.direction)
-        return Pose2(*_pose(self.knots, self.curvatures, self.x, self.y, self.phi, direction, float(theta)))
+        return Pose2(*_pose(self.knots, self.curvatures, self.x, self.y, self.phi, direction, number(theta)))
 
+    @door(late=True)
     def progress(self, pose: Pose2, theta: float) -> float:
         """Return the theta of a pose that projects to `theta` [m]: beyond an end along the tangent."""
         if theta >= self.end:
@@ -119,6 +125,7 @@ class PathPart:
             return self.start + min(0.0, self.direction * pose.relative_to(self.first).x)
         return theta
 
+    @door(late=True)
     def project(
         self,
         x: float,

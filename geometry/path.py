@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry import csv_path, interpolation
 from geometry.arrays import Array
+from geometry.doors import admit, door
 from geometry.errors import PathError
 from geometry.part import PathPart, PathReference
 from geometry.pose import Pose2
@@ -29,6 +30,11 @@ class ReferencePath:
     """
 
     parts: tuple[PathPart, ...]
+
+    def __post_init__(self) -> None:
+        admit(self, PathError)
+        if not self.parts:
+            raise PathError("parts is empty: a path needs at least one part.")
 
     @property
     def length(self) -> float:
@@ -56,6 +62,7 @@ class ReferencePath:
         return max(float(np.abs(part.curvatures).max()) for part in self.parts)
 
     @classmethod
+    @door(PathError)
     def from_segments(cls, start: Pose2, segments: Sequence[tuple[int, float, float]]) -> ReferencePath:
         """Build a route from segments (direction, curvature [1/m], length [m]), driven in order.
 
@@ -80,6 +87,7 @@ class ReferencePath:
         return cls._from_pieces(start, directions, curvatures, lengths)
 
     @classmethod
+    @door(PathError)
     def from_poses(
         cls, poses: Sequence[Pose2] | ArrayLike, directions: int | Sequence[int] | NDArray[np.integer]
     ) -> ReferencePath:
@@ -103,6 +111,7 @@ class ReferencePath:
         return cls._from_pieces(start, pieces.directions, pieces.curvatures, pieces.lengths)
 
     @classmethod
+    @door(PathError)
     def from_waypoints(
         cls, points: ArrayLike, direction: int | Sequence[int] | NDArray[np.integer] = 1
     ) -> ReferencePath:
@@ -123,6 +132,7 @@ class ReferencePath:
         return cls.from_poses(poses, intervals)
 
     @classmethod
+    @door(PathError)
     def from_csv(cls, file: str | PathLike[str]) -> ReferencePath:
         """Read a route from a CSV file with the columns x, y [m], heading [rad], direction (1 or -1).
 
@@ -138,6 +148,7 @@ class ReferencePath:
         except PathError as error:
             raise PathError(f"{file}: {error}") from error
 
+    @door(PathError)
     def sample(self, spacing: float) -> tuple[PathReference, ...]:
         """Return the poses of each part, evenly spaced and at most `spacing` [m] apart, for drawing.
 
@@ -189,10 +200,7 @@ def _check_direction(where: str, direction: float) -> None:
 
 def _rows(values: ArrayLike, width: int, name: str) -> Array:
     """Values as (n, width) finite numbers, n >= 2."""
-    try:
-        rows = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise PathError(f"{name} must be numbers of shape (n, {width}).") from error
+    rows = np.array(values, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != width:
         raise PathError(f"{name} has shape {rows.shape}, it must be (n, {width}).")
     if len(rows) < 2:

@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from geometry import InputError, ReferencePath
+from geometry.doors import door
 from rti_mpcc.config import ControllerConfig, Method, Weights
 from rti_mpcc.manoeuvre import FinalObjective, SegmentEnd, Segments, along
 from rti_mpcc.ocp.objectives import Contouring, StageWeights, pose_weights, stage_share
@@ -33,12 +34,13 @@ def with_method(config: ControllerConfig, name: str) -> ControllerConfig:
     if name not in METHODS:
         raise InputError(f"method = {name!r}: must be one of {', '.join(METHODS)}")
     if name not in CONSTANT:
-        return config.model_copy(update={"method": Method(name)})
+        return config.changed(method=Method(name))
     same = {"contouring": CONSTANT[name], "contouring_at_end": CONSTANT[name], "heading_at_end": 0.0}
-    weights = config.weights.model_copy(update=same)
-    return config.model_copy(update={"weights": weights, "arrival": False})
+    weights = config.weights.changed(**same)
+    return config.changed(weights=weights, arrival=False)
 
 
+@door()
 def segments_of(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The manoeuvre along a path, to its end or to a goal near it, by the method of the settings."""
     *before, last = along(path, config)

@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from geometry import Corridor, InputError, PathPart, Pose2, lift
+from geometry.doors import door
 from rti_mpcc.config import AdmmSettings, ControllerConfig
 from rti_mpcc.iteration import Linearisation, Solution
 from rti_mpcc.model.bicycle import linearised_step
@@ -61,6 +62,7 @@ class RtiMpcc:
         index: of the part in its route, which is how the corridor knows it.
     """
 
+    @door()
     def __init__(
         self, part: PathPart, corridor: Corridor, config: ControllerConfig, *, index: int = 0
     ) -> None:
@@ -87,6 +89,7 @@ class RtiMpcc:
         rows, columns = self._pattern.constraints.shape
         self._guess = (np.zeros(columns), np.zeros(rows))
 
+    @door(late=True)
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
         if goal is None:
@@ -95,12 +98,14 @@ class RtiMpcc:
             reach = self.config.progress.projection_reach
             self.target = goal_on(self.part, goal, self.target, reach=reach)
 
+    @door(late=True)
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
         self._corridor = corridor
         if corridor.sides > self._pattern.corridor_rows.shape[2]:
             self._allocate()
 
+    @door(late=True)
     def prepare(
         self,
         at: float,
@@ -218,6 +223,7 @@ class RtiMpcc:
         )
         return self._linearisation
 
+    @door(late=True)
     def feedback(
         self,
         state: Array,

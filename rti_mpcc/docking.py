@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
+from geometry.angles import degrees_hint
+from geometry.doors import door
 from rti_mpcc import orders, rehearsal, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
@@ -71,6 +73,7 @@ class DockingController:
 
     path_changes: tuple[PathChange, ...] = ()
 
+    @door()
     def __init__(
         self,
         path: ReferencePath,
@@ -92,6 +95,7 @@ class DockingController:
         self._begin(config, begun, rerouter)
 
     @classmethod
+    @door()
     def in_area(cls, area: Area, config: ControllerConfig | None = None) -> Self:
         """A controller that plans its way: from where the vehicle is to the goal that `step` is given.
 
@@ -162,6 +166,7 @@ class DockingController:
         end = self.state.route.end if self.state.on_planned_way and self.state.route else None
         self.state = self._made_for(replace(self.state, goal=known), end)
 
+    @door()
     def assign(self, order: Order) -> None:
         """Give it something else to do, from the next step on.
 
@@ -263,13 +268,17 @@ class DockingController:
 
     def _heading_hint(self, s: ControllerState, monitor: StateMonitor) -> str:
         """What there is to say of the heading measured first, as long as one as large is measured."""
-        state, measured, limits = monitor.state, monitor.measured, self.config.goal_limits
-        if state is None or measured is None or abs(float(measured[PHI])) <= limits.unsuspected:
+        state, measured = monitor.state, monitor.measured
+        hint = "" if measured is None else degrees_hint("heading", float(measured[PHI]))
+        if state is None or not hint:
             return ""
         if s.vehicle.monitor.state is not None:
             return s.vehicle.heading_hint
+        if s.area.corridor.area is not None:
+            return hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
-        return goals.degrees_hint("heading", here, s.path.parts[s.task.segment.index], limits)
+        part = s.path.parts[s.task.segment.index]
+        return goals.degrees_beside("heading", here, part, self.config.goal_limits)
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal; the detections of another dock begin anew."""
@@ -405,7 +414,7 @@ def _rerouter_along(path: ReferencePath, corridor: Corridor, config: ControllerC
     except CorridorError as error:
         _log.warning("%s No other way than the path is planned", error)
         return None
-    return Rerouter(area, config.model_copy(update={"route": config.route.along_path()}))
+    return Rerouter(area, config.changed(route=config.route.along_path()))
 
 
 def _sent(

@@ -14,6 +14,8 @@ from itertools import groupby, pairwise
 from math import inf, nan
 
 from geometry import InputError, PathError, PathPart, Pose2, ReferencePath
+from geometry.doors import admit, door
+from geometry.settings import replaced
 from rti_mpcc.config import Behaviour, ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 
@@ -104,6 +106,7 @@ class Segment:
     piece_of: Segment | None = None
 
     def __post_init__(self) -> None:
+        admit(self)
         for name, limit in (("speed", self.speed), ("steering", self.steering)):
             if limit is not None and not limit > 0.0:
                 raise InputError(f"{name} = {limit}: a limit of a segment must be > 0, or None")
@@ -137,6 +140,7 @@ class Segment:
         """Whether it is driven on its final objective from its begin."""
         return self.final is not None and self.final.within == inf
 
+    @door(late=True)
     def limited(self, config: ControllerConfig) -> ControllerConfig:
         """The settings with the limits and the margin of this segment, where it has some that are lower."""
         limits, footprint = config.limits, config.footprint
@@ -146,10 +150,10 @@ class Segment:
         if (speed, steering, margin) == (limits.speed, limits.steering, footprint.margin):
             return config
         own = {
-            "limits": limits.model_copy(update={"speed": speed, "steering": steering}),
-            "footprint": footprint.model_copy(update={"margin": margin}),
+            "limits": replaced(limits, speed=speed, steering=steering),
+            "footprint": replaced(footprint, margin=margin),
         }
-        return config.model_copy(update=own)
+        return replaced(config, **own)
 
     @staticmethod
     def _margin(planned: float, config: ControllerConfig) -> float:

@@ -5,12 +5,10 @@ A mission is a list of them. How each is begun, and what it comes to, is in `rti
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
-from math import inf, nan
-from numbers import Integral, Real
+from math import inf
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -19,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from estimation import CharucoBoard
 from geometry import InputError, Pose2
+from geometry.doors import admit, door
 from geometry.outline import checked_polygon, placed
 from rti_mpcc.types import Array
 
@@ -68,18 +67,12 @@ class Step:
     then: Then = "stop"
 
     def __post_init__(self) -> None:
+        admit(self)
         for name in ("timeout", "patience"):
-            _refuse_unless(_positive(getattr(self, name), most=inf), self, name, "must be > 0")
+            _refuse_unless(getattr(self, name) > 0.0, self, name, "must be > 0")
         for name in ("retries", "retry_from"):
             count = getattr(self, name)
-            whole = isinstance(count, Integral) and not isinstance(count, bool)
-            good = count is None or (whole and count >= 0)
-            _refuse_unless(good, self, name, "must be a whole number >= 0")
-            object.__setattr__(self, name, None if count is None else int(count))
-        _keep_floats(self, "timeout", "patience")
-        _refuse_unless(
-            self.then in ("stop", "continue", "home"), self, "then", "must be stop, continue or home"
-        )
+            _refuse_unless(count is None or count >= 0, self, name, "must be a whole number >= 0")
 
 
 COMMON = tuple(each.name for each in fields(Step))
@@ -101,10 +94,9 @@ class Approach:
     direction: int
 
     def __post_init__(self) -> None:
+        admit(self)
         _refuse_unless(_positive(self.length), self, "length", "must be > 0, and finite")
         _refuse_unless(self.direction in (1, -1), self, "direction", "must be 1 (forward) or -1 (in reverse)")
-        _keep_floats(self, "length")
-        object.__setattr__(self, "direction", int(self.direction))
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,9 +127,7 @@ class Straight(Step):
         for name in ("speed", "steering"):
             _refuse_unless(_positive(getattr(self, name)), self, name, "must be > 0, and finite")
         allowed = "must be two numbers > 0: lateral [m], heading [rad]"
-        _refuse_unless(_all_positive(self.tolerance, 2), self, "tolerance", allowed)
-        _keep_floats(self, "distance", "speed", "steering", "tolerance")
-        _refuse_unless(self.until is None or callable(self.until), self, "until", "must be callable")
+        _refuse_unless(_all_positive(self.tolerance), self, "tolerance", allowed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,21 +166,10 @@ class Dock(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        _refuse_unless(_all_positive(self.tolerance, 3), self, "tolerance", _THREE)
-        _refuse_unless(isinstance(self.name, str), self, "name", "must be text")
-        for name, kinds in (
-            ("pose", Pose2),
-            ("kind", DockKind),
-            ("approach", Approach),
-            ("contact", Straight),
-        ):
-            value = getattr(self, name)
-            good = value is None or isinstance(value, kinds)
-            _refuse_unless(good, self, name, f"must be of type {kinds.__name__}, or None")
+        _refuse_unless(_all_positive(self.tolerance), self, "tolerance", _THREE)
         allowed = "must be two numbers > 0, [m] and [rad], of a dock with a body and an approach"
         certain = self.uncertainty is None or (self.body is not None and self.approach is not None)
-        _refuse_unless(certain and _all_positive(self.uncertainty, 2), self, "uncertainty", allowed)
-        _keep_floats(self, "tolerance", "uncertainty")
+        _refuse_unless(certain and _all_positive(self.uncertainty), self, "uncertainty", allowed)
         by_board = self.kind is DockKind.CHARUCO
         _refuse_unless(
             by_board == (self.board is not None), self, "board", "a charuco dock has one, and no other"
@@ -211,6 +190,7 @@ class Dock(Step):
         around = bodies.convex_hull.buffer(far, quad_segs=QUARTER)
         return (tuple((x, y) for x, y in shapely.get_coordinates(around)[:-1].tolist()),)
 
+    @door(late=True)
     def body_at(self, pose: Pose2) -> Array | None:
         """The outline (k, 2) of what is docked at, where the dock is at this pose; None: there is none."""
         return None if self.body is None else placed(self.body, pose)
@@ -230,10 +210,8 @@ class Wait(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        good = self.seconds is None or _number(self.seconds) == 0.0 or _positive(self.seconds)
+        good = self.seconds is None or 0.0 <= self.seconds < inf
         _refuse_unless(good, self, "seconds", "must be >= 0, and finite")
-        _keep_floats(self, "seconds")
-        _refuse_unless(self.until is None or callable(self.until), self, "until", "must be callable")
         some = self.seconds is not None or self.until is not None
         _refuse_unless(some, self, "seconds", "needs seconds, or until")
 
@@ -255,7 +233,6 @@ class Undock(Step):
     def __post_init__(self) -> None:
         Step.__post_init__(self)
         _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
-        _keep_floats(self, "distance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,9 +253,7 @@ class DriveTo(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        _refuse_unless(isinstance(self.pose, Pose2), self, "pose", "must be a Pose2")
-        _refuse_unless(_all_positive(self.tolerance, 3), self, "tolerance", _THREE)
-        _keep_floats(self, "tolerance")
+        _refuse_unless(_all_positive(self.tolerance), self, "tolerance", _THREE)
 
 
 AnyStep = Dock | Wait | Straight | Undock | DriveTo
@@ -287,37 +262,16 @@ AnyStep = Dock | Wait | Straight | Undock | DriveTo
 _THREE = "must be three numbers > 0: [m], [m], [rad]"
 
 
-def _number(value: object) -> float:
-    """A number of any kind as a float; NaN for what is none, and for one beyond all floats."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return nan
-    try:
-        return float(value)
-    except OverflowError:
-        return nan
+def _positive(value: float) -> bool:
+    return 0.0 < value < inf
 
 
-def _positive(value: object, most: float = sys.float_info.max) -> bool:
-    return 0.0 < _number(value) <= most
+def _is_way(value: float) -> bool:
+    return _positive(abs(value))
 
 
-def _is_way(value: object) -> bool:
-    return _positive(abs(_number(value)))
-
-
-def _all_positive(values: tuple[float, ...] | None, count: int) -> bool:
-    if values is None:
-        return True
-    return isinstance(values, tuple | list) and len(values) == count and all(map(_positive, values))
-
-
-def _keep_floats(step: object, *names: str) -> None:
-    """Make numbers of other kinds in these fields floats, which are what a recording holds."""
-    for name in names:
-        value = getattr(step, name)
-        if value is not None:
-            floats = tuple(map(float, value)) if isinstance(value, tuple | list) else float(value)
-            object.__setattr__(step, name, floats)
+def _all_positive(values: tuple[float, ...] | None) -> bool:
+    return values is None or all(map(_positive, values))
 
 
 def _refuse_unless(good: bool, where: object, name: str, allowed: str) -> None:

@@ -8,7 +8,9 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from estimation import DisturbanceFilterConfig, VehicleFilterConfig
-from geometry.settings import NonNegative, Positive, Settings, Tolerance
+from geometry.doors import door
+from geometry.errors import ConfigError
+from geometry.settings import NonNegative, Positive, Settings, Tolerance, did_you_mean
 from rti_mpcc.config.decisions import ArrivalTiming, Behaviour, Guesses, Method, Retries, Ride, Search
 from rti_mpcc.config.inputs import GoalLimits, GoalTracking, ObstacleTracking, Plausibility, UserClock
 from rti_mpcc.config.mission import MissionSettings
@@ -23,7 +25,7 @@ from rti_mpcc.config.mpc import (
 )
 from rti_mpcc.config.route import RoutePlanner
 from rti_mpcc.config.safety import Caution, Escape, Fallback
-from rti_mpcc.config.vehicle import Comfort, Limits, Vehicle
+from rti_mpcc.config.vehicle import KINDS, Comfort, Limits, Vehicle
 
 EXIT = 1e-3
 """Kept free of a cycle's deadline for the checks of its plan and the account of it [s]."""
@@ -140,6 +142,11 @@ class ControllerConfig(Settings):
                 f"comfort_acceleration = {self.comfort_acceleration} m/s² must not be above "
                 f"limits.acceleration = {self.limits.acceleration} m/s²"
             )
+        rate, most = self.comfort_steering_rate, self.limits.steering_rate
+        if rate > most and "comfort_steering_rate" in self.model_fields_set:
+            raise ValueError(
+                f"comfort_steering_rate = {rate} rad/s must not be above limits.steering_rate = {most} rad/s"
+            )
         if self.caution.hard_minimum > self.footprint.margin:
             raise ValueError(
                 f"caution.hard_minimum = {self.caution.hard_minimum} m must not be above "
@@ -216,6 +223,24 @@ class ControllerConfig(Settings):
         if self.recovery is None:
             return self.arrival and self.method is Method.DYNAMIC
         return self.recovery
+
+    @classmethod
+    @door(ConfigError)
+    def for_vehicle(cls, kind: str, **changes: Any) -> Self:
+        """Vehicle and limits of a kind of vehicle, and the other settings as they are by default.
+
+        Args:
+            kind: rc_car, delivery_robot, forklift, car, van or bus.
+            changes: settings that replace those of the preset.
+
+        Raises:
+            ConfigError: another kind.
+        """
+        if kind not in KINDS:
+            likely = did_you_mean(str(kind), KINDS)
+            raise ConfigError(f"kind = {kind!r}: must be one of {', '.join(KINDS)}{likely}")
+        vehicle, limits = KINDS[kind]
+        return cls(vehicle=vehicle, limits=limits).changed(**changes)
 
     @classmethod
     def paper(cls, **changes: Any) -> Self:

@@ -92,7 +92,6 @@ class GoalLimits(Settings):
         unmoved: a goal at which no point of the body has moved farther than this [m] needs no other check;
             nearly_unmoved: the same where there was more room than that [m]; still_refused: the same for one
             that is farther out of reach than that [m].
-        unsuspected: headings up to this [rad], a full turn, are not suspected to be in degrees.
         in_degrees: so near the path's heading [rad] one that is refused is, read in degrees, where it was
             meant in degrees.
         odd, surely_in_degrees: one that is not refused is suspected of it if it is farther than `odd` from
@@ -104,7 +103,6 @@ class GoalLimits(Settings):
     unmoved: NonNegative = 0.01
     nearly_unmoved: NonNegative = 0.03
     still_refused: NonNegative = 0.1
-    unsuspected: NonNegative = 2.0 * pi
     in_degrees: NonNegative = pi / 6.0
     odd: NonNegative = 0.2
     surely_in_degrees: NonNegative = 0.1

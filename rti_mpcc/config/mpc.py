@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from geometry.doors import door
 from geometry.settings import NonNegative, Positive, Settings, Triple
 
 
@@ -97,9 +98,10 @@ class SpeedProfile(Settings):
     deceleration: Positive = 5.0
     behind: NonNegative = 0.5
 
+    @door(late=True)
     def at_stop(self, behind: float) -> float:
         """Speed allowed at the stop point [m/s], the goal lying `behind` [m] the path end (0: not)."""
-        return max(self.final, self.behind * sqrt(2.0 * self.deceleration * behind))
+        return max(self.final, self.behind * sqrt(2.0 * self.deceleration * max(behind, 0.0)))
 
 
 class Progress(Settings):

@@ -98,11 +98,9 @@ class RoutePlanner(Settings):
         is room: a way with fewer changes of direction is worth a longer search, and what is not found soon is
         not there.
         """
-        return self.model_copy(
-            update={
-                "reverse_cost": 1.0,
-                "cusp_cost": 6.0,
-                "searches": ((1.0, 2.0), (2.0, 3.0), (4.0, 3.0)),
-                "nodes": min(self.nodes, 20_000),
-            }
+        return self.changed(
+            reverse_cost=1.0,
+            cusp_cost=6.0,
+            searches=((1.0, 2.0), (2.0, 3.0), (4.0, 3.0)),
+            nodes=min(self.nodes, 20_000),
         )

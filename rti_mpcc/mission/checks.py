@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import logging
+
 from geometry import InputError, Pose2
+from geometry.angles import degrees_hint
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning import validation
 from rti_mpcc.steps import AnyStep, Dock, DriveTo, Straight, Undock, Wait
+
+_log = logging.getLogger(__name__)
 
 
 def check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingController) -> None:
@@ -16,8 +21,6 @@ def check(steps: tuple[AnyStep, ...], home: DriveTo | None, controller: DockingC
     """
     if not steps:
         raise InputError("steps: a mission needs one at least")
-    if home is not None and not isinstance(home, DriveTo):
-        raise InputError(f"home = {home!r}: must be a DriveTo or a Pose2")
     if home is not None:
         if home.retry_from is not None:
             raise InputError(f"home.retry_from = {home.retry_from}: it has no place in the mission")
@@ -44,3 +47,5 @@ def _check_pose(pose: Pose2, name: str, controller: DockingController) -> None:
             f"{name} = {pose}: its coordinates must be at most {checks.farthest:g} m, "
             f"its heading at most {checks.largest_heading:g} rad"
         )
+    if hint := degrees_hint(f"{name}.phi", pose.phi):
+        _log.warning("%s", hint)

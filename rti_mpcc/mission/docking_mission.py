@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalStatus
 from geometry import Pose2
+from geometry.doors import door
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission.begin import Around, begin
 from rti_mpcc.mission.checks import check
@@ -46,6 +47,7 @@ class DockingMission:
             without a home, or one that needs planned ways, where the controller plans none.
     """
 
+    @door()
     def __init__(
         self,
         controller: DockingController,

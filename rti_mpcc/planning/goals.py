@@ -11,6 +11,7 @@ from math import hypot, nan, radians
 import numpy as np
 
 from geometry import Area, Corridor, PathPart, Pose2, ReferencePath, wrap
+from geometry.angles import degrees_hint
 from rti_mpcc.config import ControllerConfig, GoalLimits, Vehicle
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.planning.surroundings import Surroundings
@@ -66,10 +67,12 @@ def checked(
             return GoalFit(pose=goal, problem="it is beyond the boundary of the area", beside=goal)
         room = _room(goal, path, corridor, vehicle)
         problem = f"the body there {_crossing(room)}" if room < 0.0 else ""
-        excess, remark = max(-room, 0.0), "" if problem else _tight(room, margin)
+        hint = degrees_hint("goal heading", goal.phi)
+        excess, remark = max(-room, 0.0), "" if problem else _joined(_tight(room, margin), hint)
+        problem = _joined(problem, hint) if problem else ""
         return GoalFit(pose=goal, problem=problem, remark=remark, room=room, excess=excess, beside=goal)
     part = path.parts[-1]
-    beside, hint = _beside(goal, part), degrees_hint("goal heading", goal, part, limits)
+    beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part, limits)
     problem, excess = _misplaced(goal, beside, vehicle, limits)
     if problem:
         return GoalFit(pose=goal, problem=_joined(problem, hint), excess=excess, beside=beside)
@@ -152,18 +155,19 @@ def end_checked(path: ReferencePath, surroundings: Surroundings, config: Control
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
-def degrees_hint(what: str, pose: Pose2, part: PathPart, limits: GoalLimits) -> str:
+def degrees_beside(what: str, pose: Pose2, part: PathPart, limits: GoalLimits) -> str:
     """What to say of a heading that is far from the path's beside it, but would be near it in degrees, or "".
 
     A heading may be on any branch. Up to a full turn, which is 6 degrees, it is taken for what it is.
     """
-    if abs(pose.phi) <= limits.unsuspected:
+    hint = degrees_hint(what, pose.phi)
+    if not hint:
         return ""
     read = replace(pose, phi=radians(pose.phi))
     off, in_degrees = (_turn(one, _beside(one, part)) for one in (pose, read))
     refused = off > limits.turn and in_degrees <= limits.in_degrees
     if refused or (off > limits.odd and in_degrees <= limits.surely_in_degrees):
-        return f"{what} {pose.phi:.6g}: in degrees? radians are expected"
+        return hint
     return ""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from geometry.settings import replaced
 from rti_mpcc.config import ControllerConfig
 
 Outline = tuple[tuple[float, float], ...]
@@ -35,12 +36,12 @@ class GoalTerms:
             changes["goal_tolerance"] = self.tolerance
         if self.detected is not None:
             tracking = config.goal_tracking
-            changes["goal_tracking"] = tracking.model_copy(update={"required": self.detected})
+            changes["goal_tracking"] = replaced(tracking, required=self.detected)
         if self.approach is not None:
             length, direction = self.approach
             straight = {"final_straight": length, "final_direction": direction}
-            changes["route"] = config.route.model_copy(update=straight)
-        return config.model_copy(update=changes) if changes else config
+            changes["route"] = replaced(config.route, **straight)
+        return replaced(config, **changes) if changes else config
 
 
 NO_TERMS = GoalTerms()

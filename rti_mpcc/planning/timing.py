@@ -15,6 +15,7 @@ from math import inf, sqrt, tanh
 import numpy as np
 
 from geometry import PathPart, Pose2, ReferencePath
+from geometry.doors import door
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.ocp.targets import Target, goal_on, path_end
@@ -26,6 +27,7 @@ MOST_STEPS = 20_000
 """Of a cruise that is driven in thought: what takes longer than that does not come to its end."""
 
 
+@door()
 def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None) -> float:
     """Time [s] from rest at the path's begin to rest at the goal, with nothing in the way and no corridor
     that slows the vehicle; inf where the vehicle does not get there along the path.
@@ -52,6 +54,7 @@ def expected_docking_time(path: ReferencePath, config: ControllerConfig, goal: P
     return total
 
 
+@door()
 def config_for_docking_time(
     seconds: float, path: ReferencePath, config: ControllerConfig, goal: Pose2 | None = None
 ) -> ControllerConfig:
@@ -90,13 +93,11 @@ def config_for_docking_time(
 def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
     """The settings with the comfort of the same motion `factor` times as fast."""
     comfort = config.comfort
-    return config.model_copy(
-        update={
-            "comfort_acceleration": min(comfort.acceleration * factor**2, config.limits.acceleration),
-            "comfort_lateral_acceleration": comfort.lateral_acceleration * factor**2,
-            "comfort_steering_rate": comfort.steering_rate * factor,
-            "comfort_jerk": comfort.jerk * factor**3,
-        }
+    return config.changed(
+        comfort_acceleration=min(comfort.acceleration * factor**2, config.limits.acceleration),
+        comfort_lateral_acceleration=comfort.lateral_acceleration * factor**2,
+        comfort_steering_rate=min(comfort.steering_rate * factor, config.limits.steering_rate),
+        comfort_jerk=comfort.jerk * factor**3,
     )
 
 

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 from geometry import Area, PathPart, ReferencePath
 from geometry.arrays import Array
+from geometry.doors import door
+from geometry.settings import replaced
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.model.footprint import body_of
@@ -79,6 +81,7 @@ class MendedPath:
     changes: tuple[PathChange, ...]
 
 
+@door()
 def mended_path(path: ReferencePath, area: Area, config: ControllerConfig | None = None) -> MendedPath:
     """The path made smooth where it bends more sharply than the vehicle can, or leads it into something.
 
@@ -254,8 +257,8 @@ def _past(part: PathPart, start: float, end: float, area: Area, config: Controll
     """A way past what stands, in one go in the direction of the part, from `start` to `end` [m], or None."""
     route = config.route.along_path()
     # What the vehicle has to go through it has to go through, with whatever room there is.
-    short = route.model_copy(update={"nodes": min(route.nodes, _NODES), "reserve": 0.0})
-    searched = config.model_copy(update={"route": short})
+    short = replaced(route, nodes=min(route.nodes, _NODES), reserve=0.0)
+    searched = replaced(config, route=short)
     made = plan_manoeuvre(part.pose(start), part.pose(end), area, searched)
     if not made.found or made.path is None or len(made.path.parts) != 1:
         return None

@@ -10,12 +10,15 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from time import perf_counter
 
 from geometry import Area, Pose2
+from geometry.angles import degrees_hint
 from geometry.arrays import Array
+from geometry.doors import door
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
@@ -27,7 +30,10 @@ from rti_mpcc.route_planner.results import failed, found, is_there, standing
 from rti_mpcc.route_planner.searches import Ends, Searches
 from rti_mpcc.route_planner.shortening import shortened
 
+_log = logging.getLogger(__name__)
 
+
+@door()
 def plan_manoeuvre(
     start: Pose2, goal: Pose2, area: Area, config: ControllerConfig | None = None
 ) -> Manoeuvre:
@@ -41,6 +47,9 @@ def plan_manoeuvre(
             that is given.
         config: of the vehicle, its limits, and `ControllerConfig.route`.
     """
+    for hint in (degrees_hint("start.phi", start.phi), degrees_hint("goal.phi", goal.phi)):
+        if hint:
+            _log.warning("%s", hint)
     planning = RoutePlanning(start, goal, area, config or ControllerConfig())
     while planning.manoeuvre is None:
         planning.advance()

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
-from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field, field_validator
 
 from estimation import CharucoBoard
 from geometry import Area, Pose2
+from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ConfigError, InputError, ScenarioError
 from rti_mpcc.simulation.fields import (
@@ -37,7 +37,15 @@ SPACING = 0.1
 ROUNDING = 1e-6
 """Bodies that overlap by no more touch [m]."""
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
-Heading = Annotated[float, Field(ge=-2.0 * pi, le=2.0 * pi)]
+
+
+def _in_radians(heading: float) -> float:
+    if hint := degrees_hint("must be <= 6.28319, not", heading):
+        raise ValueError(hint)
+    return heading
+
+
+Heading = Annotated[float, AfterValidator(_in_radians)]
 Pose = Annotated[tuple[Coordinate, Coordinate, Heading], Field(strict=False)]
 Corner = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 Outline = Annotated[tuple[Corner, ...], Field(strict=False, min_length=3)]

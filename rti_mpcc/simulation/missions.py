@@ -180,8 +180,8 @@ def _possible(start: Pose2, goal: Pose2, off: Pose2, area: Area, body: Array) ->
     """Whether the vehicle has room where it starts, and a way to where the dock is and to where it is
     expected."""
     config = ControllerConfig()
-    route = config.route.model_copy(update={"final_straight": APPROACH, "final_direction": -1})
-    config = config.model_copy(update={"route": route})
+    route = {"final_straight": APPROACH, "final_direction": -1}
+    config = config.changed(route=route)
     around = shapely.Polygon(_body(start)).buffer(BESIDE_START)
     assert area.boundary is not None
     room = shapely.Polygon(area.boundary).contains(around)

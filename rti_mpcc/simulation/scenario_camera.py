@@ -83,9 +83,7 @@ class CameraSection(Section):
     @property
     def other_boards(self) -> tuple[CharucoBoard, ...]:
         """The boards of `others`, like the one at the goal but for their markers."""
-        return tuple(
-            self.board.model_copy(update={"first_marker": other.first_marker}) for other in self.others
-        )
+        return tuple(self.board.changed(first_marker=other.first_marker) for other in self.others)
 
     def check(self) -> None:
         """See whether pictures can be taken: what `Section`s alone do not show. Raises MissingExtraError
@@ -125,7 +123,7 @@ class ScenarioCamera:
         height, pitch, roll = (0.0 if section.exact else 1.0) * off
         turned = {"z": mount.z + height, "pitch": mount.pitch + pitch, "roll": mount.roll + roll}
         others = list(zip(section.other_boards, (Pose2(*o.pose) for o in section.others), strict=True))
-        pictures = BoardCamera(mount.model_copy(update=turned), board, section.optics, random, others)
+        pictures = BoardCamera(mount.changed(**turned), board, section.optics, random, others)
         detector = CharucoGoalDetector(mount, board)
         return cls(section=section, limits=limits, pictures=pictures, detector=detector, seen=seen)
 

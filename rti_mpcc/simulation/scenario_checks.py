@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from math import tan
 
 from geometry import Corridor, Pose2, ReferencePath
+from geometry.angles import degrees_hint
 from rti_mpcc.config import COMFORT_ACCELERATION, GoalLimits
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning import goals
@@ -75,6 +76,26 @@ def _settings(scenario: Scenario) -> Iterator[Problem]:
 
 def remarks(scenario: Scenario) -> list[str]:
     """What is allowed but will show: one line each."""
+    headings = [hint for name, pose in _poses(scenario) if (hint := degrees_hint(name, pose[2]))]
+    return [*headings, *_bends(scenario)]
+
+
+def _poses(scenario: Scenario) -> Iterator[tuple[str, tuple[float, float, float]]]:
+    """All poses of a file, by the key of their headings."""
+    if scenario.start is not None:
+        yield "start.pose[2]", scenario.start.pose
+    if scenario.given_path is not None and scenario.given_path.start is not None:
+        yield "path.start[2]", scenario.given_path.start
+    if scenario.goal.pose is not None:
+        yield "goal.pose[2]", scenario.goal.pose
+    if scenario.goal.offset is not None:
+        yield "goal.offset[2]", scenario.goal.offset
+    if scenario.home is not None:
+        yield "home.pose[2]", scenario.home.pose
+
+
+def _bends(scenario: Scenario) -> list[str]:
+    """That the path bends more sharply than the vehicle can."""
     if scenario.in_area:
         return []
     path = scenario.build_path()

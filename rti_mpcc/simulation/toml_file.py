@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from geometry.settings import did_you_mean
 from rti_mpcc.errors import ConfigError, ScenarioError
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -104,8 +105,11 @@ def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> 
     if kind == "missing":
         return Problem(key, None, "required")
     if kind == "extra_forbidden":
+        keys = _keys(location[:-1], model)
         return Problem(
-            key, error["input"], f"unknown key, allowed are {', '.join(_keys(location[:-1], model))}"
+            key,
+            error["input"],
+            f"unknown key, allowed are {', '.join(keys)}{did_you_mean(str(location[-1]), keys)}",
         )
     if kind == "value_error":
         return Problem(key, error["input"], str(context["error"]))

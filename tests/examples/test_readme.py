@@ -47,7 +47,7 @@ def test_the_python_blocks_run_as_typed_and_dock(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    run_blocks(ROOT / "docs" / "using.md", 7)
+    run_blocks(ROOT / "docs" / "using.md", 8)
     known, detected, planned, stands, expected, comfort, replayed = capsys.readouterr().out.splitlines()
     assert known.startswith("docked after")
     assert detected.startswith(("docked 0.0", "docked -0.0"))

@@ -224,12 +224,12 @@ def test_what_is_drawn_is_put_together_and_has_no_holes() -> None:
         ({"boundary": [(0, 0), (1, 1), (2, 2)]}, r"^boundary is not a simple polygon .*"),
         ({"boundary": [(0, 0), (1, nan), (2, 2)]}, r"^boundary must be finite numbers\.$"),
         ({"boundary": [(0, 0, 0), (1, 0, 0), (1, 1, 0)]}, r"^boundary has shape \(3, 3\), it must be"),
-        ({"boundary": "yard"}, r"^boundary must be numbers of shape \(m, 2\)\.$"),
+        ({"boundary": "yard"}, r"^boundary = 'yard': must be an array of numbers or None$"),
         ({"boundary": []}, r"^boundary has shape \(0,\), it must be \(m, 2\)\.$"),
         ({"obstacles": [BLOCK, BLOCK, BLOCK, [(0, 0), (1, 0)]]}, r"^obstacles\[3\] has 2 corner\(s\)"),
         ({"obstacles": [[(0, 0), (1, inf), (2, 2)]]}, r"^obstacles\[0\] must be finite numbers\.$"),
         ({"obstacles": BLOCK}, r"^obstacles\[0\] has shape \(2,\), it must be \(m, 2\)\.$"),
-        ({"obstacles": 5}, r"^obstacles must be a sequence of polygons \(m, 2\)\.$"),
+        ({"obstacles": 5}, r"^obstacles = 5: must be a sequence$"),
     ],
 )
 def test_bad_polygons_are_refused(given: dict[str, Any], message: str) -> None:
@@ -249,7 +249,7 @@ def test_bad_arguments_are_refused() -> None:
         area.bounded([0.0, 1.0], 1.0)
     with pytest.raises(AreaError, match=r"^points must be finite numbers\.$"):
         area.bounded([(0.0, nan)], 1.0)
-    with pytest.raises(AreaError, match=r"^points must be numbers of shape \(n, 2\)\.$"):
+    with pytest.raises(AreaError, match=r"points = .*: must be an array of numbers"):
         area.bounded([(0.0, 1.0), (2.0,)], 1.0)
     with pytest.raises(InputError, match="poses"):
         area.signed_distances(BODY, np.zeros((2, 2)))

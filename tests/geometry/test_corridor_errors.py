@@ -56,7 +56,7 @@ BAD_POLYGONS = [
     ([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], "2 corner"),
     ([], "shape"),
     ([(0.0, 0.0, 0.0)] * 3, "shape"),
-    ([("a", "b")] * 3, "must be numbers"),
+    ([("a", "b")] * 3, "must be an array of numbers"),
     ([(0.0, 0.0), (1.0, nan), (1.0, 1.0)], "finite"),
     ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], "not a simple polygon"),
     ([(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)], "not a simple polygon"),

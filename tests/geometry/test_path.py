@@ -240,7 +240,7 @@ STRAIGHT = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]
         ([], 1, "shape|at least 2"),
         (STRAIGHT[:1], 1, "at least 2"),
         ([(0.0, 0.0), (1.0, 0.0)], 1, "shape"),
-        ([("a", 0.0, 0.0), (1.0, 0.0, 0.0)], 1, "must be numbers"),
+        ([("a", 0.0, 0.0), (1.0, 0.0, 0.0)], 1, "an array of numbers"),
         ([STRAIGHT[0], (1.0, nan, 0.0)], 1, r"poses\[1\]"),
         ([STRAIGHT[0], (inf, 0.0, 0.0)], 1, r"poses\[1\]"),
         ([*STRAIGHT, STRAIGHT[-1]], 1, "row 3 repeats the point of row 2"),

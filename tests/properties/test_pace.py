@@ -81,7 +81,7 @@ def test_whatever_the_comfort_a_pace_is_positive_and_within_the_limit(
     config = ControllerConfig(
         comfort_lateral_acceleration=lateral,
         comfort_steering_rate=rate,
-        limits=Limits(speed=most),
+        limits=Limits(speed=most, steering_rate=100.0),
         arrival_timing=ArrivalTiming(steering_distance=steering_distance),
     )
     pace = pace_of(path_of((0.0, 5.0), (0.2, 5.0), (-0.2, 1e-9), (0.0, 5.0)).parts[0], config)

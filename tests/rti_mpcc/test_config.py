@@ -54,7 +54,7 @@ REFUSED: list[tuple[Callable[..., Any], str, Any, str]] = [
     (Vehicle, "rear", -0.1, "greater than or equal to 0"),
     (Vehicle, "outline", ((0.0, 0.0), (1.0, 1.0)), "at least 3"),
     (Vehicle, "outline", ((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "not a simple polygon"),
-    (Vehicle, "outline", "a box", "valid tuple"),
+    (Vehicle, "outline", "a box", "number"),
     (Limits, "speed", 0.0, "greater than 0"),
     (Limits, "acceleration", inf, "finite"),
     (Limits, "steering", 1.5, "less than or equal to 1.4"),
