@@ -208,7 +208,9 @@ def _turn_to(hint: Any) -> Turn:
         return _callable
     if origin is PathLike:
         return _instance(PathLike, "a path")
-    if isinstance(hint, type) and not getattr(hint, "_is_protocol", False):
+    if isinstance(hint, type) and getattr(
+        hint, "_is_runtime_protocol", not getattr(hint, "_is_protocol", False)
+    ):
         return _instance(hint, f"{'an' if hint.__name__[0] in 'AEIOU' else 'a'} {hint.__name__}")
     return _anything
 

@@ -129,6 +129,7 @@ class Segment:
         """What this is a piece of, or itself."""
         return self if self.piece_of is None else self.piece_of
 
+    @door(late=True)
     def stopped(self, stop: PlannedStop, tolerance: tuple[float, float, float]) -> Segment:
         """Its piece up to a stop before something in the way."""
         return replace(

@@ -9,7 +9,7 @@ elsewhere. Stage weights already contain the stage's share h_k / stage_length.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from scipy.special import expit
@@ -76,6 +76,7 @@ class StageWeights:
         return bool(self.lag.any() or self.contouring.any() or self.heading.any())
 
 
+@runtime_checkable
 class HorizonObjective(Protocol):
     """What the QP of a cycle asks for.
 

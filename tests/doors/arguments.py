@@ -36,6 +36,9 @@ from rti_mpcc import (
     Vehicle,
     Wait,
 )
+from rti_mpcc.manoeuvre import PlannedStop
+from rti_mpcc.ocp.objectives import CONTOURING
+from rti_mpcc.orders import Stand
 
 PACKAGES = (geometry, estimation, rti_mpcc)
 MADE_BY_US = frozenset(
@@ -251,6 +254,9 @@ DOORS: dict[str, Door] = {
         valid={"path": PATH, "corridor": CORRIDOR, "config": CONFIG, "segments": None},
     ),
     "DockingController.in_area": Door(call=DockingController.in_area, valid={"area": AREA, "config": CONFIG}),
+    "DockingController.assign": Door(
+        call=DockingController.in_area(AREA, CONFIG).assign, valid={"order": Stand()}
+    ),
     "DockingMission": Door(
         call=DockingMission,
         valid={
@@ -275,6 +281,31 @@ DOORS: dict[str, Door] = {
     "RtiMpcc.set_goal": Door(call=RtiMpcc(PART, CORRIDOR, CONFIG).set_goal, valid={"goal": ORIGIN}),
     "RtiMpcc.set_obstacles": Door(
         call=RtiMpcc(PART, CORRIDOR, CONFIG).set_obstacles, valid={"corridor": CORRIDOR}
+    ),
+    "Segment": Door(
+        call=Segment,
+        valid={
+            "part": PART,
+            "index": 0,
+            "end": rti_mpcc.SegmentEnd.CUSP,
+            "tolerance": (0.1, 0.1, 0.1),
+            "speed": 1.0,
+            "steering": 0.5,
+            "wheels": 0.0,
+            "margin": 0.1,
+            "dwell": 1.0,
+            "objective": CONTOURING,
+            "final": None,
+            "stop": None,
+            "piece_of": None,
+        },
+    ),
+    "Segment.stopped": Door(
+        call=SEGMENT.stopped,
+        valid={
+            "stop": PlannedStop(at=1.0, goal=None, obstacles=None, since=0.0),
+            "tolerance": (0.1, 0.1, 0.1),
+        },
     ),
     "Segment.limited": Door(call=SEGMENT.limited, valid={"config": CONFIG}),
     "SpeedProfile.at_stop": Door(call=SpeedProfile().at_stop, valid={"behind": 1.0}),
