@@ -53,6 +53,9 @@ class DockingController:
 
     The first one on a machine compiles the kernels, in some seconds (`rti-mpcc warm` does it before).
 
+    A controller loads all that its cycles need when it is made. Call `prepare_process` after that, before the
+    first cycle.
+
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
         segments: of the manoeuvre along it; None: `segments_of` the path, which is made drivable before where

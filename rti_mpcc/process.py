@@ -1,4 +1,4 @@
-"""The process that cycles run in: nothing is left in it that would make one of them late."""
+"""The process that cycles run in: its garbage collector must not make a cycle late."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import gc
 
 
 def prepare_process() -> None:
-    """Collect garbage now, and leave all objects of now out of later collections (`gc.freeze`).
+    """Collect garbage once, and exclude all present objects from later collections (`gc.freeze`).
 
-    Call it once, after the controller is made and before its first cycle. Otherwise Python looks through all
-    that the libraries hold during one of the first cycles, which takes about a tenth of a second.
+    Call it after the controller is made and before its first cycle. Without it, a collection in one of the
+    first drives looks through all objects of the libraries, which takes about a tenth of a second.
 
-    Garbage collection stays on for all that is made later. What is frozen is released as usual when the last
-    reference to it goes. A further call begins anew, so that a process with many controllers, one after the
-    other, may call it for each of them: frozen objects that refer to one another are collected then.
+    Garbage collection stays on for all objects that are made later. A frozen object is released as usual when
+    its last reference goes. A further call starts again: it collects the frozen objects that only refer to
+    one another, too. A process may therefore call it for each of many controllers.
     """
     gc.unfreeze()
     gc.collect()

@@ -41,8 +41,8 @@ from rti_mpcc import (
 FOLDER = Path(sys.argv[2])
 CONFIG = ControllerConfig(cycle=0.05, comfort_acceleration=1.2)
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
-CORRIDOR = Corridor.from_offsets(PATH, left=8.0, right=-8.0)
 YARD = Area(boundary=[(-8.0, -8.0), (32.0, -8.0), (32.0, 8.0), (-8.0, 8.0)])
+THERE_AND_BACK = ReferencePath.from_segments(PATH.start, [(1, 0.0, 8.0), (-1, 0.1, 8.0)])
 BESIDE = [(4.0, 2.0), (5.0, 2.0), (5.0, 3.0), (4.0, 3.0)]
 """An obstacle that is passed,"""
 ACROSS = [(12.0, -8.0), (12.5, -8.0), (12.5, 2.5), (12.0, 2.5)]
@@ -120,15 +120,19 @@ class Ride:
         self.now += h
 
 
-def begun(driver: Any) -> Ride:
+def started(driver: Any) -> Ride:
     """One that has made its ordinary cycle."""
     ride = Ride(driver)
     ride.ordinary_cycle()
     return ride
 
 
-def on_path() -> Ride:
-    return begun(DockingController(PATH, CORRIDOR, CONFIG))
+def controller_on(path: ReferencePath = PATH) -> DockingController:
+    return DockingController(path, Corridor.from_offsets(path, left=8.0, right=-8.0), CONFIG)
+
+
+def on_path(path: ReferencePath = PATH) -> Ride:
+    return started(controller_on(path))
 
 
 def first_detection(ride: Ride | None = None) -> tuple[Ride, bool]:
@@ -143,6 +147,11 @@ def first_obstacle() -> tuple[Ride, bool]:
     ride = on_path()
     ride.until(lambda command: ride.state.x > 1.0)
     return ride, ride.until(lambda command: command.docked, obstacles=[BESIDE])
+
+
+def first_change_of_direction() -> tuple[Ride, bool]:
+    ride = on_path(THERE_AND_BACK)
+    return ride, ride.until(lambda command: command.docked)
 
 
 def first_replan() -> tuple[Ride, bool]:
@@ -173,7 +182,7 @@ def first_steps() -> tuple[Ride, bool]:
 def first_steps_in_an_area() -> tuple[Ride, bool]:
     controller = DockingController.in_area(YARD, CONFIG)
     steps = [DriveTo(Pose2(6.0, 1.0, 0.0)), Straight(1.0), Wait(0.1), Undock(2.0)]
-    return driven(steps, controller, begun(controller))
+    return driven(steps, controller, started(controller))
 
 
 def driven(steps: list[Any], controller: DockingController, ride: Ride) -> tuple[Ride, bool]:
@@ -183,7 +192,7 @@ def driven(steps: list[Any], controller: DockingController, ride: Ride) -> tuple
 
 
 def first_plan_in_an_area(area: Area = YARD) -> tuple[Ride, bool]:
-    ride = begun(DockingController.in_area(area, CONFIG))
+    ride = started(DockingController.in_area(area, CONFIG))
     return ride, ride.until(lambda command: command.docked, goal=Pose2(12.0, 3.0, 1.0))
 
 
@@ -199,8 +208,8 @@ def first_plan_on_a_map() -> tuple[Ride, bool]:
 def first_recorded_detection() -> tuple[Ride, bool]:
     from rti_mpcc.recording import Recorder
 
-    recorder = Recorder(DockingController(PATH, CORRIDOR, CONFIG), FOLDER / "recording.jsonl")
-    return first_detection(begun(recorder))
+    recorder = Recorder(controller_on(), FOLDER / "recording.jsonl")
+    return first_detection(started(recorder))
 
 
 KINDS: dict[str, Callable[[], tuple[Ride, bool]]] = {
@@ -208,6 +217,7 @@ KINDS: dict[str, Callable[[], tuple[Ride, bool]]] = {
     for each in (
         first_detection,
         first_obstacle,
+        first_change_of_direction,
         first_replan,
         first_refused_goal,
         first_unusable_input,

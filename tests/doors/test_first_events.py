@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[2]
 KINDS = (
     "first_detection",
     "first_obstacle",
+    "first_change_of_direction",
     "first_replan",
     "first_refused_goal",
     "first_unusable_input",
