@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from benchmarks.phases import PHASES, SolverCounts, counted, watched
 from benchmarks.workload import Drive, check_same, feed, step
+from rti_mpcc import DockingController, prepare_process
 from rti_mpcc.types import Array, Command
 
 COLUMNS = ("step_ms", "prepare_ms", "feedback_ms", "solve_ms", "iterations", "collections")
@@ -47,10 +48,8 @@ class Rounds:
 
 @contextmanager
 def collecting(enabled: bool) -> Iterator[Callable[[], int]]:
-    """Garbage collection on or off, nothing left to collect at first; gives a count of collections so far.
-
-    What was there before, the workload above all, is taken out of sight of the collector: it is no part of a
-    controller's process.
+    """Garbage collection on or off, in a process that is prepared as a user's is. Yields a function that
+    counts the collections so far. The controller must exist before.
     """
     count, was_on = 0, gc.isenabled()
 
@@ -58,8 +57,7 @@ def collecting(enabled: bool) -> Iterator[Callable[[], int]]:
         nonlocal count
         count += phase == "start"
 
-    gc.collect()
-    gc.freeze()
+    prepare_process()
     gc.callbacks.append(note)
     (gc.enable if enabled else gc.disable)()
     try:
@@ -67,7 +65,6 @@ def collecting(enabled: bool) -> Iterator[Callable[[], int]]:
     finally:
         gc.callbacks.remove(note)
         (gc.enable if was_on else gc.disable)()
-        gc.unfreeze()
 
 
 def timed_round(
@@ -76,14 +73,14 @@ def timed_round(
     """(cycles, columns) of one round, fresh controllers; `between` is called after each drive."""
     rows: list[Array] = []
     for drive in drives:
+        controller = drive.controller()
         with collecting(collect) as collections:
-            rows.append(_timed_drive(drive, collections))
+            rows.append(_timed_drive(drive, controller, collections))
         between()
     return np.concatenate(rows)
 
 
-def _timed_drive(drive: Drive, collections: Callable[[], int]) -> Array:
-    controller = drive.controller()
+def _timed_drive(drive: Drive, controller: DockingController, collections: Callable[[], int]) -> Array:
     rows = np.empty((len(drive.cycles), len(COLUMNS)))
     for number, (inputs, decided) in enumerate(drive.cycles):
         before = collections()

@@ -15,6 +15,7 @@ import numpy as np
 
 from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
 from geometry import Pose2
+from rti_mpcc import prepare_process
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.simulation import scenario_from_dict, simulate
 from rti_mpcc.simulation.camera import BoardCamera, CameraDetector, Image, Optics
@@ -39,13 +40,12 @@ def main() -> None:
     frames: list[tuple[float, Image, CharucoDetection | None]] = []
     drawn = BoardCamera(Camera(), CharucoBoard(), Optics(), np.random.default_rng(options.seed))
     eye = CameraDetector(pictures=drawn, detector=detector, seen=lambda *frame: frames.append(frame))
+    prepare_process()  # no pause for garbage in the first cycles
     result = simulate(scenario_from_dict(SCENARIO), seed=options.seed, detector=eye)
 
     found = [frame for frame in frames if frame[2] is not None]
     error = Pose2(*result.truth.poses[-1]).relative_to(Pose2(*result.truth.goals[-1]))
-    print(
-        f"{result.ended} after {result.truth.times[-1]:.1f} s, board in {len(found)} of {len(frames)} frames"
-    )
+    print(f"{result.ended} after {result.truth.times[-1]:.1f} s, board in {len(found)} of {len(frames)}")
     print(f"off the true dock: {error.x:.4f} m, {error.y:.4f} m, {degrees(error.phi):.2f} deg")
     options.out.mkdir(parents=True, exist_ok=True)
     for name, (_, picture, detection) in (("first", found[0]), ("last", found[-1])):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import cos, hypot, pi, sin, tan
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import Command, ControllerConfig, DockingController, VehicleState
+from rti_mpcc import Command, ControllerConfig, DockingController, VehicleState, prepare_process
 
 CYCLE = 0.05  # [s]
 SUBSTEPS = 10
@@ -37,6 +37,7 @@ def main() -> None:
     corridor = Corridor.from_offsets(path, left=5.0, right=-5.0, narrowings=[])
     config = ControllerConfig(cycle=CYCLE)
     controller = DockingController(path, corridor, config)
+    prepare_process()  # no pause for garbage in the first cycles
     state = VehicleState(x=0.0, y=0.0, phi=pi / 2, v=0.0, delta=0.0)
 
     for count in range(1200):

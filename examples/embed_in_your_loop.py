@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import cos, hypot, sin, tan
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import Command, ControllerConfig, DockingController, Status, VehicleState
+from rti_mpcc import Command, ControllerConfig, DockingController, Status, VehicleState, prepare_process
 
 CYCLE, DEAD_TIME, OPENS = 0.05, 0.2, 20.0  # [s]
 GATE = [(18.0, -4.0), (18.5, -4.0), (18.5, 4.0), (18.0, 4.0)]
@@ -28,8 +28,7 @@ class Truck:
         speed, steering = self.on_the_way.pop(0)
         dv, ddelta, h = (speed - self.v) / steps, (steering - self.delta) / steps, CYCLE / steps
         for _ in range(steps):
-            self.x += h * self.v * cos(self.phi)
-            self.y += h * self.v * sin(self.phi)
+            self.x, self.y = self.x + h * self.v * cos(self.phi), self.y + h * self.v * sin(self.phi)
             self.phi += h * self.v * tan(self.delta) / (1.02 * 2.875)
             self.v, self.delta = self.v + dv, self.delta + ddelta
 
@@ -38,6 +37,7 @@ def main() -> None:
     path = ReferencePath.from_waypoints([(0.0, 0.0), (10.0, 0.5), (20.0, 0.0), (30.0, 2.0)])
     corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
     controller = DockingController(path, corridor, ControllerConfig(cycle=CYCLE, dead_time=DEAD_TIME))
+    prepare_process()  # no pause for garbage in the first cycles
     truck, now, status = Truck(), 0.0, None
     while now < 90.0 and status is not Status.DOCKED:
         dock = Pose2(32.0, 2.6, 0.2) if truck.x < 20.0 else Pose2(32.2, 2.4, 0.25)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot, pi
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Status
+from rti_mpcc import ControllerConfig, DockingController, Status, prepare_process
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 
 # Poses of the rear axle: x, y [m], heading of the vehicle [rad]; arcs are drawn between them.
@@ -23,6 +23,7 @@ def main() -> None:
     corridor = Corridor.from_polygon(path, YARD)
     config = ControllerConfig(cycle=0.05, dead_time=0.1)
     controller = DockingController(path, corridor, config)
+    prepare_process()  # no pause for garbage in the first cycles
     parameters = PlantParameters.of(config.vehicle, config.limits, dead_time=config.dead_time)
     plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
     print(f"{path.length:.1f} m of path, turning back after {path.cusps[0]:.1f} m")

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry import Area, Pose2
-from rti_mpcc import ControllerConfig, DockingController, Status
+from rti_mpcc import ControllerConfig, DockingController, Status, prepare_process
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 
 FREE, OCCUPIED, CELL = 254, 0, 0.1  # grey values of a map_server picture, [m] a cell
@@ -38,6 +38,7 @@ def draw(folder: Path) -> Path:
 def main() -> None:
     config = ControllerConfig(cycle=0.05, dead_time=0.18, comfort_acceleration=0.8)
     controller = DockingController.in_area(Area.from_map(draw(Path("runs/park_from_map"))), config)
+    prepare_process()  # no pause for garbage in the first cycles
     parameters = PlantParameters.of(config.vehicle, config.limits, dead_time=config.dead_time)
     plant, status = PlantState(x=1.0, y=9.0, phi=0.0), None
     while plant.time < 120.0 and status is not Status.DOCKED:

@@ -17,18 +17,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Complex, Mask
 from geometry.part import PathPart
 from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, merged
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
-
 
 _PROBE = 1e-3  # [m]
 _BLOCK = 20  # points of a boundary that are looked at together

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Complex
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 SPACING = 0.05  # [m] at most, between samples
 _BLOCK = 10_000  # points at a time: what a route of many kilometres takes meanwhile stays small
@@ -50,6 +48,4 @@ def as_pairs(points: Complex) -> Array:
 
 def as_tree(points: Complex, **options: Any) -> cKDTree[None]:
     """The tree in which a point's nearest ones of (n,) are found."""
-    from scipy.spatial import cKDTree  # here: a fifth of a second to import, and needed for corridors only
-
     return cKDTree(as_pairs(points), **options)

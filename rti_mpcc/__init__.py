@@ -52,6 +52,7 @@ from rti_mpcc.iteration import Solution
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
+from rti_mpcc.process import prepare_process
 from rti_mpcc.route_planner.mending import MendedPath, PathChange, mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.steps import Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
@@ -68,6 +69,7 @@ from rti_mpcc.types import (
     Trajectory,
     VehicleState,
 )
+from rti_mpcc.version import __version__
 
 __all__ = [
     "Approach",
@@ -134,9 +136,11 @@ __all__ = [
     "VehicleState",
     "Wait",
     "Weights",
+    "__version__",
     "config_for_docking_time",
     "expected_docking_time",
     "mended_path",
     "plan_manoeuvre",
+    "prepare_process",
     "segments_of",
 ]

@@ -55,6 +55,9 @@ class DockingController:
 
     The first one on a machine compiles the kernels, in some seconds (`rti-mpcc warm` does it before).
 
+    A controller loads all that its cycles need when it is made. Call `prepare_process` after that, before the
+    first cycle.
+
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
         segments: of the manoeuvre along it; None: `segments_of` the path, which is made drivable before where
@@ -120,8 +123,9 @@ class DockingController:
         make_ready()
         self.config, self.state, self._rerouter = config, state, rerouter
         self._workspaces = Workspaces(state.path, state.area.corridor, config, state.task.segment)
-        tracking = config.goal_tracking
-        self._filter = GoalPoseFilter(tracking.filter) if tracking.required else None
+        # Made here in any case: a first detection while driving must not wait for what the filter loads.
+        self._filter = GoalPoseFilter(config.goal_tracking.filter)
+        self._filtering = config.goal_tracking.required
 
     @property
     def path(self) -> ReferencePath | None:
@@ -174,7 +178,7 @@ class DockingController:
             InputError: a goal or a manoeuvre for a controller that plans no ways.
         """
         self.state = orders.carried_out(self.state, order, self._rerouter)
-        if orders.new_goal(order) and self._filter is not None:
+        if orders.new_goal(order):
             self._filter.reset()
 
     def step(
@@ -284,8 +288,7 @@ class DockingController:
         """Another planned goal; the detections of another dock begin anew."""
         if goal is not None and goals.same_dock(s.goal.dock, goal, self.config):
             return moves.with_goal_corrected(s, goal)
-        if self._filter is not None:
-            self._filter.reset()
+        self._filter.reset()
         return moves.with_goal(s, goal)
 
     def _goal_located(
@@ -295,9 +298,8 @@ class DockingController:
         what was none."""
         measurements, unfit = validation.measurements_in(given)
         settings = self.config.goal_tracking.filter
-        if measurements and self._filter is None:
-            self._filter = GoalPoseFilter(settings)
-        if self._filter is None:
+        self._filtering = self._filtering or bool(measurements)
+        if not self._filtering:
             return s, (), unfit
         self._filter.predict(s.now)
         judgements = []

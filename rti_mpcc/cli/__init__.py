@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
+from rti_mpcc import __version__
 from rti_mpcc.cli import (
     campaign,
     campaign_case,
@@ -62,6 +63,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rti-mpcc", description="Dock car-like vehicles with a real-time-iteration MPCC, in simulation."
     )
+    parser.add_argument("--version", action="version", version=f"{parser.prog} {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     listing = commands.add_parser("scenarios", help="list the built-in scenarios")
     listing.set_defaults(command=_scenarios)

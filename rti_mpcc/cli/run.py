@@ -12,6 +12,7 @@ from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
 from rti_mpcc.config import Ride
 from rti_mpcc.errors import InputError
+from rti_mpcc.process import prepare_process
 from rti_mpcc.recording import Recorder
 from rti_mpcc.report.camera_frames import CameraFrames, Frame
 from rti_mpcc.report.console import progress_bar, tell_lines, tell_run
@@ -157,19 +158,18 @@ def simulated(
     """The run, recorded and looked at if that is asked for, and what was seen of it, and by its camera."""
     source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
     with ExitStack() as stack:
-        controller: Controller | None = None
+        core = driver_of(scenario, preset=arguments.preset, method=arguments.method, goal_source=source)
+        controller: Controller = core
         observer = camera = None
-        if arguments.record is not None or arguments.animate is not None:
-            core = driver_of(scenario, preset=arguments.preset, method=arguments.method, goal_source=source)
-            controller = core
-            if arguments.record is not None:
-                arguments.record.parent.mkdir(parents=True, exist_ok=True)
-                recorder = Recorder(core, arguments.record, dump_failed=arguments.dump_failed)
-                controller = stack.enter_context(recorder)
-            if arguments.animate is not None:
-                controller = observer = Observer(controller)
-                if scenario.goal.camera is not None:
-                    camera = CameraFrames(scenario.goal.camera)
+        if arguments.record is not None:
+            arguments.record.parent.mkdir(parents=True, exist_ok=True)
+            recorder = Recorder(core, arguments.record, dump_failed=arguments.dump_failed)
+            controller = stack.enter_context(recorder)
+        if arguments.animate is not None:
+            controller = observer = Observer(controller)
+            if scenario.goal.camera is not None:
+                camera = CameraFrames(scenario.goal.camera)
+        prepare_process()
         progress = stack.enter_context(progress_bar(scenario.name, "{task.completed:.1f} s"))
         result = simulate(
             scenario,

@@ -12,7 +12,9 @@ from signal import SIG_DFL, SIGINT, signal
 from typing import Any, TypeVar
 
 from rti_mpcc.errors import InputError
+from rti_mpcc.process import prepare_process
 from rti_mpcc.simulation.closed_loop import Controller, simulate
+from rti_mpcc.simulation.controllers import driver_of
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import RunResult
 from rti_mpcc.simulation.scenario import Scenario
@@ -44,10 +46,12 @@ class Outcome:
 
 
 def drive(case: Case, controller: Controller | None = None) -> Outcome:
-    """Drive one case; `controller` is its own, wrapped in something.
+    """Drive one case, in a prepared process; `controller` is its own, wrapped in something.
 
     Raises InputError for an unknown method or preset.
     """
+    controller = controller or driver_of(case.scenario, preset=case.preset, method=case.method)
+    prepare_process()
     result = simulate(
         case.scenario, method=case.method, preset=case.preset, seed=case.seed, controller=controller
     )

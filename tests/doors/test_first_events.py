@@ -1,0 +1,161 @@
+"""Nothing is loaded in a cycle: the controller has it all when it is made, and the process is prepared."""
+
+from __future__ import annotations
+
+import ast
+import gc
+import importlib.metadata
+import json
+import os
+import subprocess
+import sys
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import rti_mpcc
+from rti_mpcc.cli import main
+
+ROOT = Path(__file__).parents[2]
+KINDS = (
+    "first_detection",
+    "first_obstacle",
+    "first_change_of_direction",
+    "first_replan",
+    "first_refused_goal",
+    "first_unusable_input",
+    "first_steps",
+    "first_steps_in_an_area",
+    "first_plan_in_an_area",
+    "first_plan_on_a_map",
+    "first_recorded_detection",
+)
+BEFORE_A_CYCLE = {
+    "estimation/charuco.py": {"cv2"},  # a detector is made
+    "estimation/goal_filter.py": {"filterpy.kalman"},  # a filter is made: with each controller
+    "geometry/area.py": {"geometry.map_file"},  # a map is read
+    "geometry/interpolation.py": {"scipy.interpolate"},  # a path is drawn through points
+    "rti_mpcc/kernels.py": {"rich.console", "rich.progress"},  # kernels are compiled
+    "rti_mpcc/planning/timing.py": {"scipy.optimize"},  # a configuration for a docking time is made
+}
+"""What functions of the packages import, and before which cycle that happens."""
+AROUND_A_CYCLE = ("rti_mpcc/simulation/", "rti_mpcc/report/", "rti_mpcc/cli/")
+"""Cycles are called from there, and call nothing there."""
+
+
+def fresh(*command: str) -> str:
+    """What a fresh process prints."""
+    done = subprocess.run(
+        [sys.executable, *command],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_first_event_of_a_kind_loads_nothing(kind: str, tmp_path: Path) -> None:
+    found = json.loads(fresh("-m", "tests.doors.first_events", kind, str(tmp_path)))
+    assert found == {"loaded": [], "happened": True}
+
+
+def imported_late(tree: ast.Module) -> Iterator[str]:
+    """Modules that functions import."""
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef):
+            for node in ast.walk(function):
+                if isinstance(node, ast.Import):
+                    yield from (alias.name for alias in node.names)
+                elif isinstance(node, ast.ImportFrom):
+                    yield str(node.module)
+
+
+def test_functions_that_a_cycle_calls_import_nothing() -> None:
+    found = {}
+    for package in ("geometry", "estimation", "rti_mpcc"):
+        for file in sorted((ROOT / package).rglob("*.py")):
+            name = file.relative_to(ROOT).as_posix()
+            late = set(imported_late(ast.parse(file.read_text(encoding="utf-8"))))
+            if late and not name.startswith(AROUND_A_CYCLE):
+                found[name] = late
+    assert found == BEFORE_A_CYCLE
+
+
+def test_the_filter_library_brings_no_drawing() -> None:
+    made = "import sys, rti_mpcc; rti_mpcc.GoalPoseFilter(); print('matplotlib' in sys.modules)"
+    assert fresh("-c", made).strip() == "False"
+
+
+class Ring:
+    """Refers to itself: garbage that a collection only finds."""
+
+    def __init__(self) -> None:
+        self.itself = self
+
+
+@pytest.fixture
+def thawed() -> Iterator[None]:
+    yield
+    gc.unfreeze()
+
+
+def test_a_prepared_process_has_no_garbage_and_looks_through_nothing_old(thawed: None) -> None:
+    gone, kept = Ring(), Ring()
+    forgotten = weakref.ref(gone)
+    del gone
+    rti_mpcc.prepare_process()
+    assert forgotten() is None
+    assert gc.get_freeze_count() > 0
+    assert not any(each is kept for each in gc.get_objects())
+    assert gc.isenabled()
+
+
+def test_a_process_that_is_prepared_again_has_no_garbage_of_what_was_frozen(thawed: None) -> None:
+    old = Ring()
+    rti_mpcc.prepare_process()
+    forgotten = weakref.ref(old)
+    del old
+    rti_mpcc.prepare_process()
+    assert forgotten() is None
+
+
+def test_the_command_line_drives_in_a_prepared_process(
+    thawed: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rti_mpcc.cli.run.simulate", lambda *given, **told: sys.exit(gc.get_freeze_count()))
+    gc.unfreeze()
+    with pytest.raises(SystemExit) as left:
+        main(["run", "docking_inside", "--out", str(tmp_path)])
+    assert left.value.code != 0
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        *(ROOT / "examples").glob("*.py"),
+        ROOT / "README.md",
+        ROOT / "docs/using.md",
+        ROOT / "docs/missions.md",
+    ],
+    ids=lambda page: page.name,
+)
+def test_loops_that_are_copied_prepare_their_process(page: Path) -> None:
+    assert "prepare_process()" in page.read_text(encoding="utf-8")
+
+
+def test_the_benchmarks_treat_garbage_as_users_do() -> None:
+    for file in (ROOT / "benchmarks").rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        assert "gc.freeze" not in text, file
+        assert "gc.collect" not in text, file
+
+
+def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    assert rti_mpcc.__version__ == importlib.metadata.version("rti-mpcc")
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"rti-mpcc {rti_mpcc.__version__}\n"
