@@ -28,6 +28,9 @@ Signal = Callable[[], bool]
 """Asked once a cycle."""
 
 
+LONGEST = 100.0
+"""Length of what is driven straight on or along a bend, at most [m]: one cycle looks at all of it."""
+
 QUARTER = 4
 """So many corners has a quarter of a circle around where something may be."""
 
@@ -91,17 +94,18 @@ class Approach:
     """The straight last piece of the way into a dock.
 
     Attributes:
-        length: [m]; direction: +1 forward, -1 in reverse.
+        length: at most LONGEST [m]; direction: +1 forward, -1 in reverse.
 
     Raises:
-        InputError: a length that is not positive, or another direction.
+        InputError: a length that is not positive or more than LONGEST, or another direction.
     """
 
     length: float
     direction: int
 
     def __post_init__(self) -> None:
-        _refuse_unless(_positive(self.length), self, "length", "must be > 0, and finite")
+        allowed = f"must be > 0 and at most {LONGEST:g} m"
+        _refuse_unless(_positive(self.length, LONGEST), self, "length", allowed)
         _refuse_unless(self.direction in (1, -1), self, "direction", "must be 1 (forward) or -1 (in reverse)")
         _keep_floats(self, "length")
         object.__setattr__(self, "direction", int(self.direction))
@@ -112,14 +116,14 @@ class Straight(Step):
     """Drive straight on: along the axis of the dock that the vehicle stands at, else along its heading.
 
     Attributes:
-        distance: [m], negative in reverse.
+        distance: at most LONGEST [m], negative in reverse.
         speed: at most [m/s]; steering: angle of the wheels, at most [rad].
         tolerance: lateral [m] and heading [rad] error at its end, at most. It is not begun where the errors
             are so large that they cannot be mended on the way. None: as it comes.
         until: what tells that it is over before its distance, a contact say; None: nothing.
 
     Raises:
-        InputError: a distance of 0, or a limit or tolerance that is not positive.
+        InputError: a distance of 0 or more than LONGEST, or a limit or tolerance that is not positive.
     """
 
     word = "straight"
@@ -131,7 +135,7 @@ class Straight(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
+        _refuse_unless(_is_way(self.distance), self, "distance", _WAY)
         for name in ("speed", "steering"):
             _refuse_unless(_positive(getattr(self, name)), self, name, "must be > 0, and finite")
         allowed = "must be two numbers > 0: lateral [m], heading [rad]"
@@ -243,10 +247,10 @@ class Undock(Step):
     """Drive out of where the vehicle stands, straight on or along the best bend that is clear.
 
     Attributes:
-        distance: along the way out [m], negative in reverse.
+        distance: along the way out, at most LONGEST [m], negative in reverse.
 
     Raises:
-        InputError: a distance of 0.
+        InputError: a distance of 0, or of more than LONGEST.
     """
 
     word = "undock"
@@ -254,7 +258,7 @@ class Undock(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
+        _refuse_unless(_is_way(self.distance), self, "distance", _WAY)
         _keep_floats(self, "distance")
 
 
@@ -284,6 +288,7 @@ class DriveTo(Step):
 AnyStep = Dock | Wait | Straight | Undock | DriveTo
 
 
+_WAY = f"must not be 0, and at most {LONGEST:g} m either way"
 _THREE = "must be three numbers > 0: [m], [m], [rad]"
 
 
@@ -302,7 +307,7 @@ def _positive(value: object, most: float = sys.float_info.max) -> bool:
 
 
 def _is_way(value: object) -> bool:
-    return _positive(abs(_number(value)))
+    return _positive(abs(_number(value)), LONGEST)
 
 
 def _all_positive(values: tuple[float, ...] | None, count: int) -> bool:
