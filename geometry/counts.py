@@ -12,8 +12,11 @@ MOST = 1_000_000
 """Places along one thing: 50 km of a corridor, 250 km of waypoints. They take some 100 MB meanwhile."""
 
 
-def steps(lengths: ArrayLike, spacing: float, refuse: type[InputError] = InputError) -> Index:
+def steps(lengths: ArrayLike, spacing: float, what: str, refuse: type[InputError] = InputError) -> Index:
     """Return the number of steps (n,), at least 1 each, of at most `spacing` [m] along lengths (n,) [m].
+
+    Args:
+        lengths, spacing: see above; what: is as long as that, for the message; refuse: the error to raise.
 
     Raises:
         InputError: of the class `refuse`, if they are more than MOST together.
@@ -24,7 +27,7 @@ def steps(lengths: ArrayLike, spacing: float, refuse: type[InputError] = InputEr
     if not total <= MOST:
         length = float(np.sum(lengths))
         raise refuse(
-            f"{length:g} m is too long: at most {MOST * spacing:g} m are allowed, {MOST} places "
+            f"{what} is {length:g} m long: at most {MOST * spacing:g} m are allowed, {MOST} places "
             f"{spacing:g} m apart."
         )
     return wanted.astype(np.int64)

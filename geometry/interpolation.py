@@ -190,7 +190,7 @@ def _slope(spline: CubicHermiteSpline[np.float64], end: int) -> Array:
 def _sampled(spline: CubicHermiteSpline[np.float64], direction: int) -> Array:
     """Vehicle poses (k, 3) on a spline, at its points and at most _SPACING apart; heading continuous."""
     lengths = np.diff(spline.x)
-    counts = steps(lengths, _SPACING, PathError)
+    counts = steps(lengths, _SPACING, "the way through the points", PathError)
     piece, step = spread(counts)
     at = np.append(spline.x[piece] + step * (lengths / counts)[piece], spline.x[-1])
     slope = direction * spline(at, 1)

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from geometry import files
@@ -205,7 +206,7 @@ def _float(value: Any) -> float | None:
 # -- the picture ---------------------------------------------------------------------------------------------
 
 
-def _read_picture(file: files.File, image: str) -> tuple[Index, int, Mask | None]:
+def _read_picture(file: files.File, image: str) -> tuple[NDArray[Any], int, Mask | None]:
     """Levels (rows, columns), 0 to the one returned with them, and which pixels are opaque; None: all."""
     where = Path(file).parent / image
     try:
@@ -219,11 +220,11 @@ def _read_picture(file: files.File, image: str) -> tuple[Index, int, Mask | None
         raise AreaError(f"{file}: {where} cannot be read as PGM or PNG ({reason}).") from error
 
 
-def _levels(picture: Image.Image) -> tuple[Index, int, Mask | None]:
+def _levels(picture: Image.Image) -> tuple[NDArray[Any], int, Mask | None]:
     if picture.mode == "F":
         raise ValueError("is a picture of floats, its levels must be whole numbers")
     if picture.mode.startswith("I"):
-        return np.asarray(picture).astype(np.int64), 65535, None
+        return np.asarray(picture), 65535, None
     if picture.mode in ("1", "L") and "transparency" not in picture.info:
         return np.asarray(picture.convert("L")), 255, None
     has_alpha = "A" in picture.getbands() or "transparency" in picture.info

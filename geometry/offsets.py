@@ -127,7 +127,10 @@ def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
     thetas, offsets, folded = [], [], []
     for i, (a, b) in enumerate(pairwise(breaks)):
         if i > 0 and values[i] != values[i - 1]:
-            n = int(steps(abs(values[i] - values[i - 1]), SPACING, CorridorError)[0]) + 1
+            n = (
+                int(steps(abs(values[i] - values[i - 1]), SPACING, "a step of a boundary", CorridorError)[0])
+                + 1
+            )
             offsets.append(np.linspace(values[i - 1], values[i], n)[1:-1])
             thetas.append(np.full(n - 2, a))
             folded.append(np.zeros(n - 2, dtype=np.bool_))
@@ -135,7 +138,7 @@ def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
         ends = np.concatenate(([a], inner, [b]))
         stretch = 1.0 - values[i] * part.curvature(0.5 * (ends[1:] + ends[:-1]))
         lengths = np.diff(ends) * np.maximum(np.abs(stretch), 1.0)
-        counts = steps(lengths - _ROUNDING, SPACING, CorridorError) + 1
+        counts = steps(lengths - _ROUNDING, SPACING, "a boundary", CorridorError) + 1
         for k in range(0, counts.size, _PIECES):
             count, begin, length = (each[k : k + _PIECES] for each in (counts, ends[:-1], np.diff(ends)))
             piece, step = spread(count)
@@ -304,7 +307,7 @@ def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], afte
     way = raw.point(j) - begin
     if abs(way) <= _GAP:
         return True
-    n = int(steps(abs(way), SPACING, CorridorError)[0]) + 1
+    n = int(steps(abs(way), SPACING, "a gap in a boundary", CorridorError)[0]) + 1
     d, _, _ = distance(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
     free = min(abs(raw.offset[i]), abs(raw.offset[j]))
     return bool((d >= (0.5 * free if raw.folded[i:j].any() else free - 2.0 * _PROBE)).all())

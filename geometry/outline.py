@@ -86,7 +86,7 @@ def merged(pieces: Sequence[Array]) -> list[Array]:
 
 def path_line(part: PathPart, spacing: float) -> shapely.LineString:
     """Return the part as a polyline with points at its knots and at most `spacing` [m] apart."""
-    counts = steps(np.diff(part.knots), spacing, PathError)
+    counts = steps(np.diff(part.knots), spacing, "a part of the path", PathError)
     piece, step = spread(counts)
     theta = part.knots[piece] + np.diff(part.knots)[piece] * step / counts[piece]
     at = part.reference(np.append(theta, part.end))

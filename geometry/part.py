@@ -96,7 +96,7 @@ class PathPart:
         Raises:
             PathError: they are too many, see geometry.counts.
         """
-        count = max(int(steps(self.end - self.start, spacing, PathError)[0]), least)
+        count = max(int(steps(self.end - self.start, spacing, "a part of the path", PathError)[0]), least)
         return np.linspace(self.start, self.end, count + 1)
 
     def reference(self, theta: ArrayLike) -> PathReference:

@@ -120,7 +120,9 @@ BOX = [(-1.0, -3.0), (1.1e9, -3.0), (1.1e9, 3.0), (-1.0, 3.0)]
 def test_what_asks_for_far_too_many_places_is_refused_in_one_line(
     refused: Callable[[], object], error: type[InputError]
 ) -> None:
-    with pytest.raises(error, match=r"^[^\n]* m is too long: at most [-0-9.e+]+ m are allowed[^\n]*$"):
+    with pytest.raises(
+        error, match=r"^(a|the) [^\n]* is [0-9.e+]+ m long: at most [-0-9.e+]+ m are allowed[^\n]*$"
+    ):
         refused()
 
 
@@ -130,10 +132,10 @@ def test_offsets_far_off_a_straight_path_are_built() -> None:
 
 
 def test_steps_are_as_few_as_keep_the_spacing_and_never_more_than_the_bound() -> None:
-    assert steps([0.0, 1.0, 2.5], 0.5).tolist() == [1, 2, 5]
-    assert steps(float(MOST), 1.0).tolist() == [MOST]
+    assert steps([0.0, 1.0, 2.5], 0.5, "it").tolist() == [1, 2, 5]
+    assert steps(float(MOST), 1.0, "it").tolist() == [MOST]
     with pytest.raises(InputError):
-        steps(MOST + 0.5, 1.0)
+        steps(MOST + 0.5, 1.0, "it")
     owner, number = spread(np.array([2, 1, 3]))
     assert owner.tolist() == [0, 0, 1, 2, 2, 2]
     assert number.tolist() == [0, 1, 0, 0, 1, 2]

@@ -154,7 +154,11 @@ def _tables(file: Path) -> Iterator[tuple[int, Table, int]]:
     if not file.exists():
         return
     end = 0
-    with opened(file, RECORDING) as stream:
+    try:
+        lines = opened(file, RECORDING)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read, {error}") from error
+    with lines as stream:
         for number, line in enumerate(stream, start=1):
             if not line.endswith(b"\n"):
                 return
