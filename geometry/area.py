@@ -53,7 +53,7 @@ class Area:
         """
         outline = None if boundary is None else _checked(boundary, "boundary")
         rings = _all_checked(obstacles, "obstacles")
-        self._hold(outline, rings, [*_outside(outline), *_pieces(rings)])
+        self._hold(outline, rings, _grid_of([*_outside(outline), *_pieces(rings)]))
 
     @classmethod
     @door(AreaError)
@@ -72,9 +72,10 @@ class Area:
         from geometry.map_file import read_map  # what reads pictures is loaded with the first map
 
         found = read_map(file, unknown_is_free=unknown_is_free)
-        rectangles = list(found.rectangles)
         area = cls.__new__(cls)
-        area._hold(found.outline, rectangles, [*_outside(found.outline), *rectangles])
+        area._hold(
+            found.outline, list(found.rectangles), _grid_of([*_outside(found.outline), found.rectangles])
+        )
         return area
 
     @door(AreaError)
@@ -137,17 +138,20 @@ class Area:
 
     def _with(self, boundary: Array | None, obstacles: Sequence[Array], more: Sequence[Array]) -> Area:
         """An area with more that is solid: convex pieces (m_i, 2)."""
-        first, stop = self.grid.starts[:-1], self.grid.starts[1:]
-        solid = [self.grid.corners[i:j] for i, j in zip(first, stop, strict=True)]
         area = Area.__new__(Area)
-        area._hold(boundary, obstacles, [*solid, *more])
+        area._hold(boundary, obstacles, self.grid.with_shapes(more))
         return area
 
-    def _hold(self, boundary: Array | None, obstacles: Sequence[Array], solid: Sequence[Array]) -> None:
-        """Set all attributes, once; `solid` are convex pieces (m_i, 2)."""
+    def _hold(self, boundary: Array | None, obstacles: Sequence[Array], grid: ShapeGrid) -> None:
+        """Set all attributes, once."""
         object.__setattr__(self, "boundary", boundary)
         object.__setattr__(self, "obstacles", tuple(obstacles))
-        object.__setattr__(self, "grid", ShapeGrid.of_shapes(solid, np.zeros(len(solid)), 1))
+        object.__setattr__(self, "grid", grid)
+
+
+def _grid_of(solid: Sequence[Array]) -> ShapeGrid:
+    """All of one owner: convex pieces (m_i, 2), and many alike as (k, m, 2)."""
+    return ShapeGrid.of_shapes(solid, 0, 1)
 
 
 def _checked(corners: ArrayLike, name: str) -> Array:

@@ -9,23 +9,20 @@ What many of them take together may be a `record`, a NamedTuple.
 
 An `inner` is called from kernels only and compiled into them. Both are plain Python with NUMBA_DISABLE_JIT=1.
 
-What is compiled is kept in a directory of the user's, one file a kernel. A file's name says all that its
-content depends on: the byte code of the kernel and of all it calls, the constants that they read, Python,
-numba, processor. It is written beside and then moved into place, and read only if its checksum holds. So
-processes may share the directory, and whatever is wrong with it costs the time to compile, nothing else.
+What is compiled is kept in a directory that is the user's alone (geometry.kept), one file a kernel. A file's
+name says all that its content depends on: the byte code of the kernel and of all it calls, the constants that
+they read, Python, numba, processor. It is written beside and then moved into place, and read only if its
+checksum holds: a damaged file costs the time to compile. The checksum is no protection from who may write.
 (numba's own cache looks at one source file only, and raises if its files are damaged or can't be written.)
 """
 
 from __future__ import annotations
 
 import logging
-import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator
 from hashlib import sha256
-from pathlib import Path
-from tempfile import NamedTemporaryFile
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeAlias, TypeVar
 
@@ -37,7 +34,9 @@ from numba.core import config, serialize
 from numba.core.caching import _Cache
 from numba.core.compiler import CompileResult
 
+from geometry import kept
 from geometry.arrays import Array, Index
+from geometry.kept import directory as directory
 
 Array1: TypeAlias = Array
 Array2: TypeAlias = Array
@@ -127,17 +126,9 @@ def build() -> Iterator[str]:
             yield each.name
 
 
-def directory() -> Path:
-    """Return where compiled kernels are kept: NUMBA_CACHE_DIR, or a directory for such files of the user's.
-
-    Raises:
-        RuntimeError: the user has no home directory.
-    """
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(chosen) / "rti-mpcc"
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "rti-mpcc"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rti-mpcc"
+def not_kept() -> str:
+    """Return why what was compiled in this process is not on disk, or ""."""
+    return next((each.problem for each in _KERNELS if each.problem), "")
 
 
 class _Kernel:
@@ -158,6 +149,11 @@ class _Kernel:
     def ready(self) -> bool:
         """Whether it is compiled, or loaded."""
         return bool(self._dispatcher.overloads)
+
+    @property
+    def problem(self) -> str:
+        """Why it is not on disk, or ""."""
+        return self._file.problem
 
     def load(self) -> bool:
         """Load it if it is on disk; return whether it is ready."""
@@ -187,6 +183,7 @@ class _File(_Cache):  # type: ignore[misc]
     def __init__(self, of: _Kernel) -> None:
         self._kernel = of
         self._content: bytes | None = None
+        self.problem = ""
 
     @property
     def cache_path(self) -> str:
@@ -195,8 +192,11 @@ class _File(_Cache):  # type: ignore[misc]
     def read(self) -> bool:
         """Read the file; return whether there is one and its checksum holds."""
         try:
-            content = self._path().read_bytes()
-        except (OSError, RuntimeError):
+            content = kept.read(self._name())
+        except FileNotFoundError:
+            return False
+        except (OSError, RuntimeError) as error:
+            self.problem = str(error)
             return False
         whole = sha256(content[_CHECKSUM:]).digest() == content[:_CHECKSUM]
         self._content = content[_CHECKSUM:] if whole else None
@@ -210,22 +210,16 @@ class _File(_Cache):  # type: ignore[misc]
         try:
             return CompileResult._rebuild(target_context, *pickle.loads(content or b""))
         except Exception as error:  # whatever it is: it can be compiled
-            _LOG.info("%s is compiled again: what was kept of it does not load (%r)", self._path(), error)
+            _LOG.info("%s is compiled again: what was kept of it does not load (%r)", self._name(), error)
             return None
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:
         content = serialize.dumps(data._reduce())
         try:
-            path = self._path()
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as file:
-                file.write(sha256(content).digest() + content)
-            try:
-                os.replace(file.name, path)
-            except OSError:
-                os.unlink(file.name)
-                raise
+            kept.write(self._name(), sha256(content).digest() + content)
+            self.problem = ""
         except (OSError, RuntimeError) as error:
+            self.problem = str(error)
             _LOG.info("%s can't be kept on disk: %s", self._kernel.name, error)
 
     def enable(self) -> None:
@@ -237,12 +231,12 @@ class _File(_Cache):  # type: ignore[misc]
     def flush(self) -> None:
         """Nothing is held back."""
 
-    def _path(self) -> Path:
+    def _name(self) -> str:
         codegen = self._kernel._dispatcher.targetctx.codegen()
         by = (sys.version, numba.__version__, llvm_version, np.__version__, codegen.magic_tuple(), _OPTIONS)
         parts = [repr(by), str(self._kernel.signature), *_content_of(self._kernel.function, set())]
         digest = sha256("\n".join(parts).encode()).hexdigest()[:32]
-        return directory() / f"{self._kernel.name}-{digest}"
+        return f"{self._kernel.name}-{digest}"
 
 
 def _content_of(function: FunctionType, seen: set[FunctionType]) -> Iterator[str]:

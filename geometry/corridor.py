@@ -352,8 +352,7 @@ def _walls(
 
 def _crosses(walls: PartWalls, part: PathPart) -> bool:
     """Whether a boundary crosses the path; most come to none of some places within the way between these."""
-    theta = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _LOOKED)) + 1)
-    at = part.reference(theta)
+    at = part.reference(part.places(_LOOKED))
     places = np.column_stack([at.x, at.y, at.phi])
     if np.isinf(walls.grid.signed_distances(_POINT, places, _LOOKED)).all():
         return False

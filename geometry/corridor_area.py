@@ -9,19 +9,20 @@ may be beside it, it is open to the sides, too, up to its own boundaries.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from geometry.area import Area
-from geometry.arrays import Array
+from geometry.arrays import Array, Mask
 from geometry.corridor import Corridor
 from geometry.errors import CorridorError
 from geometry.outline import path_line
 from geometry.part import PathPart
 from geometry.path import ReferencePath
-from geometry.walls import PartWalls
+from geometry.walls import PartWalls, simplified
 
 _SPACING = 0.1  # [m] of the points of a path beside which the boundaries are looked for
 _FINE = 1e-3  # [m] that the outline may be beside the boundaries
@@ -29,6 +30,8 @@ _WALL = 0.01  # [m] to either side of a boundary nobody drives behind the ends o
 _SLIVER = 1e-2  # [m²]: holes smaller than this are none
 _ROUNDING = 1e-4  # [m]
 _GRID = 1e-6  # [m] on which shapes are put together: without one GEOS 3.14 has left a polygon out of a union
+_STRAIGHT = 1e-9  # [m] that a line which is taken to be straight may be beside itself
+_STRIP = 64  # cross-sections that are put together at a time
 _FOLDED = 0.99  # of a bend's radius: beside its inside there is no more
 
 
@@ -107,15 +110,13 @@ class _CrossSections(NamedTuple):
     def of(cls, part: PathPart, lines: shapely.MultiLineString) -> _CrossSections:
         """Where there is nothing: as far as the farthest boundary, and inside of a bend no farther than its
         centre."""
-        count = max(int(np.ceil((part.end - part.start) / _SPACING)), 1) + 1
         # Those at the ends must meet what ends there.
-        theta = np.linspace(part.start + _ROUNDING, part.end - _ROUNDING, count)
+        theta = np.linspace(part.start + _ROUNDING, part.end - _ROUNDING, part.places(_SPACING).size)
         at, bend = part.reference(theta), part.curvature(theta)
         middle = np.column_stack([at.x, at.y])
         normal = np.column_stack([-np.sin(at.phi), np.cos(at.phi)])
-        corners = [shapely.get_coordinates(line) for line in lines.geoms]
-        driven = path_line(part, _SPACING)
-        farthest = float(shapely.distance(shapely.points(np.concatenate(corners)), driven).max()) + _FINE
+        corners = [simplified(shapely.get_coordinates(line), _STRAIGHT) for line in lines.geoms]
+        farthest = _farthest(np.concatenate(corners), path_line(part, _SPACING)) + _FINE
         pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in corners])
         tree = shapely.STRtree(shapely.linestrings(pieces))
         sides = []
@@ -124,27 +125,72 @@ class _CrossSections(NamedTuple):
             reach = _FOLDED / inside
             rays = shapely.linestrings(np.stack([middle, middle + (sign * reach)[:, None] * normal], axis=1))
             ray, piece = tree.query(rays, predicate="intersects")
-            met = shapely.intersection(rays[ray], tree.geometries[piece])
-            np.minimum.at(reach, ray, shapely.distance(shapely.points(middle[ray]), met))
+            np.minimum.at(reach, ray, _along(middle[ray], sign * normal[ray], pieces[piece]))
             sides.append(middle + (sign * reach)[:, None] * normal)
         return cls(left=sides[0], middle=middle, right=sides[1])
 
     @property
     def covered(self) -> shapely.Geometry:
         """What is between each two cross-sections, put together."""
-        hulls = [
-            shapely.convex_hull(
-                shapely.multipoints(
-                    np.stack([self.middle[:-1], side[:-1], side[1:], self.middle[1:]], axis=1)
-                )
-            )
-            for side in (self.left, self.right)
-        ]
-        return shapely.union_all(np.concatenate(hulls), grid_size=_GRID)
+        pieces = [piece for side in (self.left, self.right) for piece in _strips(self.middle, side)]
+        return shapely.union_all(pieces, grid_size=_GRID)
 
     def at(self, k: int) -> _Mouth:
         """The `k`-th one."""
         return _Mouth(self.left[k], self.middle[k], self.right[k])
+
+
+def _farthest(points: Array, line: shapely.LineString) -> float:
+    """How far the farthest of points (n, 2) is from a line [m]."""
+    ends = simplified(shapely.get_coordinates(line), _STRAIGHT)
+    tree = shapely.STRtree(shapely.linestrings(np.stack([ends[:-1], ends[1:]], axis=1)))
+    _, apart = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
+    return float(apart.max())
+
+
+def _along(origin: Array, unit: Array, pieces: Array) -> Array:
+    """How far along rays (n,), from points (n, 2) in directions (n, 2), they meet pieces (n, 2, 2) [m]."""
+    to, way = pieces - origin[:, None], pieces[:, 1] - pieces[:, 0]
+    across = _cross(unit, way)
+    ends = (to * unit[:, None]).sum(axis=2).min(axis=1)
+    meets = np.abs(across) > _STRAIGHT * np.hypot(*way.T)  # else the piece is along the ray
+    return np.where(meets, _cross(to[:, 0], way) / np.where(meets, across, 1.0), np.maximum(ends, 0.0))
+
+
+def _strips(middle: Array, side: Array) -> list[shapely.Geometry]:
+    """Polygons that cover what is between each two neighbours of points (n, 2) on a path and beside it.
+
+    Many neighbours make one polygon. Where that crosses itself, and where two neighbours make none that is
+    convex, each two are put in a hull of their own.
+    """
+    quads = np.stack([middle[:-1], side[:-1], side[1:], middle[1:]], axis=1)
+    ways = np.roll(quads, -1, axis=1) - quads
+    turns = _cross(ways, np.roll(ways, -1, axis=1))
+    convex = np.asarray((turns > 0.0).all(axis=1) | (turns < 0.0).all(axis=1))
+    alone = ~convex[1:] | ~convex[:-1]
+    starts = np.flatnonzero(np.pad(alone, (1, 0), constant_values=True))
+    bends = np.pad(_bends(middle) | _bends(side), 1, constant_values=True)
+    cuts = [k for a, b in pairwise([*starts.tolist(), len(quads)]) for k in range(a, b, _STRIP)]
+    found: list[shapely.Geometry] = []
+    for a, b in pairwise([*cuts, len(quads)]):
+        kept = bends[a : b + 1].copy()
+        kept[[0, -1]] = True
+        ring = np.concatenate([middle[a : b + 1][kept], side[a : b + 1][kept][::-1]])
+        strip = shapely.Polygon(ring)
+        whole = convex[a] and strip.is_valid
+        found += [strip] if whole else list(shapely.convex_hull(shapely.multipoints(quads[a:b])))
+    return found
+
+
+def _bends(line: Array) -> Mask:
+    """Whether a line (n, 2) bends at each of its points (n-2,) but the ends."""
+    before, after = line[1:-1] - line[:-2], line[2:] - line[1:-1]
+    return np.asarray(np.abs(_cross(before, after)) > _STRAIGHT * np.hypot(*(before + after).T))
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """The products (...) of vectors (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def _end(

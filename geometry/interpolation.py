@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from geometry.angles import wrap
 from geometry.arrays import Array
+from geometry.counts import spread, steps
 from geometry.errors import PathError
 
 if TYPE_CHECKING:
@@ -50,9 +51,8 @@ def biarcs(poses: Array, directions: Directions) -> Pieces:
     Raises:
         PathError: a heading is more than 90 deg away from the chord beside it.
     """
-    travel = poses[:, 2, None] + np.where(directions > 0, 0.0, np.pi)[None, :]
-    n = len(directions)
-    angle_1, angle_2 = travel[np.arange(n), np.arange(n)], travel[np.arange(1, n + 1), np.arange(n)]
+    turned = np.where(directions > 0, 0.0, np.pi)
+    angle_1, angle_2 = poses[:-1, 2] + turned, poses[1:, 2] + turned
     t_1, t_2 = _unit(angle_1), _unit(angle_2)
     p_1, p_2 = poses[:-1, :2], poses[1:, :2]
     v = p_2 - p_1
@@ -189,11 +189,10 @@ def _slope(spline: CubicHermiteSpline[np.float64], end: int) -> Array:
 
 def _sampled(spline: CubicHermiteSpline[np.float64], direction: int) -> Array:
     """Vehicle poses (k, 3) on a spline, at its points and at most _SPACING apart; heading continuous."""
-    counts = np.maximum(np.ceil(np.diff(spline.x) / _SPACING).astype(np.int64), 1)
-    steps = [
-        np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(spline.x), counts, strict=True)
-    ]
-    at = np.concatenate([*steps, spline.x[-1:]])
+    lengths = np.diff(spline.x)
+    counts = steps(lengths, _SPACING, "the way through the points", PathError)
+    piece, step = spread(counts)
+    at = np.append(spline.x[piece] + step * (lengths / counts)[piece], spline.x[-1])
     slope = direction * spline(at, 1)
     return np.column_stack([spline(at), np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))])
 

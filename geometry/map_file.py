@@ -13,22 +13,24 @@ otherwise. What is not opaque is unknown.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from math import cos, isfinite, sin
-from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
+from geometry import files
 from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
 _FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
+_RECTANGLES = 500_000  # each takes some 300 bytes
+_RUNS = 2_000_000  # of occupied cells in the rows, that rectangles are put together of
 _FARTHEST = 1e12  # [m] that the origin may be from (0, 0)
 
 
@@ -58,7 +60,7 @@ class _Entries:
     negate: bool
 
 
-def read_map(file: str | PathLike[str], *, unknown_is_free: bool = False) -> OccupancyMap:
+def read_map(file: files.File, *, unknown_is_free: bool = False) -> OccupancyMap:
     """Read a map; its unknown cells count as occupied, unless `unknown_is_free`.
 
     Raises:
@@ -70,12 +72,17 @@ def read_map(file: str | PathLike[str], *, unknown_is_free: bool = False) -> Occ
     p = (value if entries.negate else 255.0 - value) / 255.0
     unknown_is_solid = not unknown_is_free
     solid = (p > entries.occupied_thresh) | ((p >= entries.free_thresh) & unknown_is_solid)
-    cells = np.where(opaque, solid[levels], unknown_is_solid)
+    cells = solid[levels]
+    if opaque is not None:
+        cells[~opaque] = unknown_is_solid
     if cells.all():
         raise AreaError(f"{file}: no cell of the map is free, at least one must be.")
     rows, columns = cells.shape
     outline = _corners(np.array([[0, 0, columns, rows]]), entries)[0]
-    rectangles = _corners(merged_cells(cells[::-1]), entries)
+    try:
+        rectangles = _corners(merged_cells(cells[::-1]), entries)
+    except AreaError as error:
+        raise AreaError(f"{file}: {error}") from None
     for each in (outline, rectangles):
         each.setflags(write=False)
     return OccupancyMap(outline=outline, rectangles=rectangles)
@@ -86,19 +93,31 @@ def merged_cells(cells: Mask) -> Index:
 
     Each row's runs of such cells, put together with those of the rows above (the next ones) that begin and
     end where they do. Right and top are the first column and row beyond.
+
+    Raises:
+        AreaError: they are far too many.
     """
     rows, columns = cells.shape
     framed = np.zeros((rows, columns + 2), dtype=np.int8)
     framed[:, 1:-1] = cells
     change = np.diff(framed, axis=1)
+    _refuse_more("runs", int(np.count_nonzero(change > 0)), _RUNS)
     row, left = np.nonzero(change > 0)
     right = np.nonzero(change < 0)[1]
     order = np.lexsort((row, right, left))
     row, left, right = row[order], left[order], right[order]
     first = np.ones(len(row), dtype=np.bool_)
     first[1:] = (np.diff(left) != 0) | (np.diff(right) != 0) | (np.diff(row) != 1)
+    _refuse_more("rectangles", int(np.count_nonzero(first)), _RECTANGLES)
     last = np.append(first[1:], True)[: len(row)]
     return np.column_stack([left[first], row[first], right[first], row[last] + 1])
+
+
+def _refuse_more(of: str, count: int, most: int) -> None:
+    if count > most:
+        raise AreaError(
+            f"occupied cells make {count} {of}, {most} are allowed: take the noise out of the picture."
+        )
 
 
 def _corners(rectangles: Index, entries: _Entries) -> Array:
@@ -112,16 +131,16 @@ def _corners(rectangles: Index, entries: _Entries) -> Array:
 # -- the YAML file -------------------------------------------------------------------------------------------
 
 
-def _read_entries(file: str | PathLike[str]) -> _Entries:
+def _read_entries(file: files.File) -> _Entries:
     try:
-        found = yaml.safe_load(Path(file).read_bytes())
+        found = files.from_yaml(files.content(file, files.YAML))
     except OSError as error:
         raise AreaError(f"{file}: cannot be read ({error.strerror}).") from error
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise AreaError(f"{file}: is no YAML file (line {line}: {error.problem}).") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise AreaError(f"{file}: is no YAML file, or has a value that YAML does not allow.") from error
+    except ValueError as error:
+        raise AreaError(f"{file}: is no YAML file, or {error}.") from error
     if not isinstance(found, dict):
         raise AreaError(f"{file}: must be a YAML file with the keys {', '.join(_KEYS)}.")
     for key in _KEYS:
@@ -129,12 +148,14 @@ def _read_entries(file: str | PathLike[str]) -> _Entries:
             raise AreaError(f"{file}: {key} is missing, a map needs {', '.join(_KEYS)}.")
     mode = found.get("mode", "trinary")
     if str(mode).lower() != "trinary":
-        raise AreaError(f"{file}: mode = {mode!r}: must be trinary, scale and raw are not supported.")
+        raise AreaError(
+            f"{file}: mode = {files.shown(mode)}: must be trinary, scale and raw are not supported."
+        )
     free, occupied = (_number(file, found, key, 0.0, 1.0) for key in ("free_thresh", "occupied_thresh"))
     if free > occupied:
         raise AreaError(f"{file}: free_thresh = {free} must not be more than occupied_thresh = {occupied}.")
     if found["negate"] not in (0, 1):
-        raise AreaError(f"{file}: negate = {found['negate']!r}: must be 0 or 1.")
+        raise AreaError(f"{file}: negate = {files.shown(found['negate'])}: must be 0 or 1.")
     return _Entries(
         image=_image(file, found["image"]),
         resolution=_number(file, found, "resolution", _FINEST, _COARSEST),
@@ -145,25 +166,29 @@ def _read_entries(file: str | PathLike[str]) -> _Entries:
     )
 
 
-def _image(file: str | PathLike[str], value: Any) -> str:
+def _image(file: files.File, value: Any) -> str:
     if not isinstance(value, str) or not value or "\0" in value:
-        raise AreaError(f"{file}: image = {value!r}: must be the name of a PGM or PNG file.")
+        raise AreaError(f"{file}: image = {files.shown(value)}: must be the name of a PGM or PNG file.")
     return value
 
 
-def _origin(file: str | PathLike[str], value: Any) -> tuple[float, float, float]:
+def _origin(file: files.File, value: Any) -> tuple[float, float, float]:
     x, y, yaw = (
         (_float(each) for each in value) if isinstance(value, list) and len(value) == 3 else (None,) * 3
     )
     if x is None or y is None or yaw is None or max(abs(x), abs(y), abs(yaw)) > _FARTHEST:
-        raise AreaError(f"{file}: origin = {value!r}: must be [x, y, yaw], numbers of at most {_FARTHEST:g}.")
+        raise AreaError(
+            f"{file}: origin = {files.shown(value)}: must be [x, y, yaw], numbers of at most {_FARTHEST:g}."
+        )
     return x, y, yaw
 
 
-def _number(file: str | PathLike[str], found: dict[str, Any], key: str, least: float, most: float) -> float:
+def _number(file: files.File, found: dict[str, Any], key: str, least: float, most: float) -> float:
     value = _float(found[key])
     if value is None or not least <= value <= most:
-        raise AreaError(f"{file}: {key} = {found[key]!r}: must be a number from {least:g} to {most:g}.")
+        raise AreaError(
+            f"{file}: {key} = {files.shown(found[key])}: must be a number from {least:g} to {most:g}."
+        )
     return value
 
 
@@ -181,38 +206,28 @@ def _float(value: Any) -> float | None:
 # -- the picture ---------------------------------------------------------------------------------------------
 
 
-def _read_picture(file: str | PathLike[str], image: str) -> tuple[Index, int, Mask]:
-    """Levels (rows, columns), 0 to the one returned with them, and which pixels are opaque."""
+def _read_picture(file: files.File, image: str) -> tuple[NDArray[Any], int, Mask | None]:
+    """Levels (rows, columns), 0 to the one returned with them, and which pixels are opaque; None: all."""
     where = Path(file).parent / image
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(where) as picture:
-                if picture.format not in ("PNG", "PPM") or picture.mode == "F":
-                    kind = f"{picture.format} ({picture.mode})"
-                    raise AreaError(f"{file}: {where} is a picture in {kind}, it must be PGM or PNG.")
-                return _levels(picture)
-    except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
-        raise AreaError(
-            f"{file}: {where} has too many pixels, {Image.MAX_IMAGE_PIXELS} are allowed."
-        ) from error
+        return _levels(files.picture(where))
     except UnidentifiedImageError as error:
         raise AreaError(f"{file}: {where} is no picture, it must be PGM or PNG.") from error
-    except AreaError:
-        raise
-    except (OSError, SyntaxError, ValueError) as error:
+    except ValueError as error:
+        raise AreaError(f"{file}: {where} {error}.") from error
+    except OSError as error:
         reason = getattr(error, "strerror", None) or error
         raise AreaError(f"{file}: {where} cannot be read as PGM or PNG ({reason}).") from error
 
 
-def _levels(picture: Image.Image) -> tuple[Index, int, Mask]:
+def _levels(picture: Image.Image) -> tuple[NDArray[Any], int, Mask | None]:
+    if picture.mode == "F":
+        raise ValueError("is a picture of floats, its levels must be whole numbers")
     if picture.mode.startswith("I"):
-        deep = np.asarray(picture).astype(np.int64)
-        return deep, 65535, np.ones(deep.shape, dtype=np.bool_)
-    if "A" in picture.getbands() or "transparency" in picture.info:
-        pixels = np.asarray(picture.convert("RGBA"))
-        opaque = pixels[..., 3] == 255
-    else:
-        pixels = np.asarray(picture.convert("RGB"))
-        opaque = np.ones(pixels.shape[:2], dtype=np.bool_)
-    return pixels[..., :3].sum(axis=2, dtype=np.int64), 3 * 255, opaque
+        return np.asarray(picture), 65535, None
+    if picture.mode in ("1", "L") and "transparency" not in picture.info:
+        return np.asarray(picture.convert("L")), 255, None
+    has_alpha = "A" in picture.getbands() or "transparency" in picture.info
+    pixels = np.asarray(picture.convert("RGBA" if has_alpha else "RGB"))
+    opaque = pixels[..., 3] == 255 if has_alpha else None
+    return pixels[..., :3].sum(axis=2, dtype=np.uint16), 3 * 255, opaque

@@ -23,6 +23,8 @@ import shapely
 from scipy.spatial import cKDTree
 
 from geometry.arrays import Array, Complex, Mask
+from geometry.counts import spread, steps
+from geometry.errors import CorridorError
 from geometry.part import PathPart
 from geometry.sampling import SPACING, as_complex, as_pairs, as_tree, merged
 
@@ -31,6 +33,7 @@ _BLOCK = 20  # points of a boundary that are looked at together
 _AT_A_TIME = 8_000  # points that are computed together: a long route takes little memory meanwhile
 _PIECES = 30  # pieces of path, likewise
 _STEP = 1.0  # [m] of path that is
+_ROUNDING = 1e-9 * SPACING  # [m]: a length of whole steps has no more of them
 _GAP = 3.0 * SPACING  # [m] between the ends of a fold, at most
 _OVERLAP = 10  # samples behind the ends of a fold in which its crossing is sought
 
@@ -120,19 +123,21 @@ def _untrimmed(part: PathPart, breaks: Array, values: Array) -> _Raw:
     thetas, offsets, folded = [], [], []
     for i, (a, b) in enumerate(pairwise(breaks)):
         if i > 0 and values[i] != values[i - 1]:
-            n = int(np.ceil(abs(values[i] - values[i - 1]) / SPACING)) + 1
+            n = (
+                int(steps(abs(values[i] - values[i - 1]), SPACING, "a step of a boundary", CorridorError)[0])
+                + 1
+            )
             offsets.append(np.linspace(values[i - 1], values[i], n)[1:-1])
             thetas.append(np.full(n - 2, a))
             folded.append(np.zeros(n - 2, dtype=np.bool_))
         inner = part.knots[(part.knots > a) & (part.knots < b)]
         ends = np.concatenate(([a], inner, [b]))
         stretch = 1.0 - values[i] * part.curvature(0.5 * (ends[1:] + ends[:-1]))
-        counts = np.ceil(np.diff(ends) * np.maximum(np.abs(stretch), 1.0) / SPACING - 1e-9).astype(np.int64)
-        counts = np.maximum(counts, 1) + 1
+        lengths = np.diff(ends) * np.maximum(np.abs(stretch), 1.0)
+        counts = steps(lengths - _ROUNDING, SPACING, "a boundary", CorridorError) + 1
         for k in range(0, counts.size, _PIECES):
             count, begin, length = (each[k : k + _PIECES] for each in (counts, ends[:-1], np.diff(ends)))
-            piece = np.repeat(np.arange(count.size), count)
-            step = np.arange(piece.size) - np.repeat(np.cumsum(count) - count, count)
+            piece, step = spread(count)
             thetas.append(begin[piece] + length[piece] * step / (count[piece] - 1))
             offsets.append(np.broadcast_to(values[i], piece.shape))
             folded.append(stretch[k + piece] < -1e-9)
@@ -161,9 +166,8 @@ class _PathDistance:
     def _sampled(self) -> tuple[Array, cKDTree[None]]:
         """Theta of the samples [m] and their tree, made when the first point asks: often none does."""
         if self._samples is None:
-            n = int(np.ceil((self._part.end - self._part.start) / SPACING)) + 1
-            theta = np.linspace(self._part.start, self._part.end, n)
-            tree = as_tree(_points(self._part, theta, np.zeros(n)), leafsize=32)
+            theta = self._part.places(SPACING)
+            tree = as_tree(_points(self._part, theta, np.zeros(theta.size)), leafsize=32)
             self._samples = theta, tree
         return self._samples
 
@@ -209,7 +213,7 @@ class _Nearby:
     """Where a part of a path may come near to points beside it, looked at in blocks of both."""
 
     def __init__(self, part: PathPart) -> None:
-        self._along = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _STEP)) + 1)
+        self._along = part.places(_STEP)
         self._path = as_tree(_points(part, self._along, np.zeros(self._along.size)))
         self._sharpest = np.abs(part.curvatures).max()
 
@@ -299,7 +303,7 @@ def _is_closed(distance: _PathDistance, raw: _Raw, before: tuple[int, int], afte
     way = raw.point(j) - begin
     if abs(way) <= _GAP:
         return True
-    n = int(np.ceil(abs(way) / SPACING)) + 1
+    n = int(steps(abs(way), SPACING, "a gap in a boundary", CorridorError)[0]) + 1
     d, _, _ = distance(np.linspace(0.0, 1.0, n) * way + np.complex128(begin))
     free = min(abs(raw.offset[i]), abs(raw.offset[j]))
     return bool((d >= (0.5 * free if raw.folded[i:j].any() else free - 2.0 * _PROBE)).all())

@@ -11,7 +11,8 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.errors import CorridorError
+from geometry.counts import spread, steps
+from geometry.errors import CorridorError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
 
@@ -85,9 +86,8 @@ def merged(pieces: Sequence[Array]) -> list[Array]:
 
 def path_line(part: PathPart, spacing: float) -> shapely.LineString:
     """Return the part as a polyline with points at its knots and at most `spacing` [m] apart."""
-    counts = np.maximum(np.ceil(np.diff(part.knots) / spacing).astype(np.int64), 1)
-    piece = np.repeat(np.arange(counts.size), counts)
-    step = np.arange(piece.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    counts = steps(np.diff(part.knots), spacing, "a part of the path", PathError)
+    piece, step = spread(counts)
     theta = part.knots[piece] + np.diff(part.knots)[piece] * step / counts[piece]
     at = part.reference(np.append(theta, part.end))
     return shapely.LineString(np.column_stack([at.x, at.y]))
@@ -115,8 +115,7 @@ def narrowest_in(part: PathPart, polygon: shapely.Polygon) -> tuple[float, float
     """
     corners = shapely.get_coordinates(polygon.exterior)[:-1]
     beside = [part.project(float(x), float(y)) for x, y in corners]
-    even = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _SPACING)) + 1)
-    theta = np.unique(np.concatenate((even, part.knots, beside)))
+    theta = np.unique(np.concatenate((part.places(_SPACING), part.knots, beside)))
     at = part.reference(theta)
     width = sum(
         _ray_lengths(polygon.exterior, at.x, at.y, at.phi + side * np.pi / 2.0) for side in (-1.0, 1.0)

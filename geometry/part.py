@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
+from geometry.counts import steps
 from geometry.doors import admit, door, number, numbers
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
@@ -90,6 +91,16 @@ class PathPart:
     def last(self) -> Pose2:
         """Vehicle pose at `end`."""
         return Pose2(self.x[-1], self.y[-1], self.phi[-1])
+
+    @door(late=True)
+    def places(self, spacing: float, *, least: int = 1) -> Array:
+        """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart, with `least` steps.
+
+        Raises:
+            PathError: they are too many, see geometry.counts.
+        """
+        count = max(int(steps(self.end - self.start, spacing, "a part of the path", PathError)[0]), least)
+        return np.linspace(self.start, self.end, count + 1)
 
     @door(late=True)
     def reference(self, theta: ArrayLike) -> PathReference:

@@ -125,7 +125,8 @@ class ReferencePath:
                 row next to the change at which the way turns back more sharply, or is listed as two rows.
 
         Raises:
-            PathError: as `from_poses`, or a cusp where the two ways do not turn back.
+            PathError: as `from_poses`, a cusp where the two ways do not turn back, or a route of more than
+                250 km.
         """
         rows = _rows(points, 2, "points")
         poses, intervals = interpolation.spline_poses(rows, _direction_rows(direction, len(rows)))
@@ -153,15 +154,11 @@ class ReferencePath:
         """Return the poses of each part, evenly spaced and at most `spacing` [m] apart, for drawing.
 
         Raises:
-            PathError: spacing is not finite and positive.
+            PathError: spacing is not finite and positive, or so small that the poses are far too many.
         """
         if not (isfinite(spacing) and spacing > 0.0):
             raise PathError(f"spacing = {spacing} must be finite and > 0 m.")
-        counts = [int(np.ceil((part.end - part.start) / spacing)) + 1 for part in self.parts]
-        return tuple(
-            part.reference(np.linspace(part.start, part.end, n))
-            for part, n in zip(self.parts, counts, strict=True)
-        )
+        return tuple(part.reference(part.places(spacing)) for part in self.parts)
 
     @classmethod
     def _from_pieces(
@@ -226,6 +223,7 @@ def _direction_rows(directions: int | Sequence[int] | NDArray[np.integer], n: in
         values = np.full(n - 1, values)
     if values.shape not in ((n,), (n - 1,)):
         raise PathError(f"directions has shape {values.shape}, it must be a number, ({n},) or ({n - 1},).")
-    for i, value in enumerate(values):
-        _check_direction(f"directions[{i}]", value)
+    bad = np.flatnonzero(~np.isin(values, (1, -1)))
+    if bad.size:
+        _check_direction(f"directions[{bad[0]}]", values[bad[0]])
     return values.astype(np.int64)

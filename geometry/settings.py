@@ -18,6 +18,8 @@ from geometry.errors import ConfigError
 
 Positive = Annotated[float, Field(gt=0.0, le=1e12)]
 NonNegative = Annotated[float, Field(ge=0.0, le=1e12)]
+Short = Annotated[float, Field(ge=0.0, le=100.0)]
+"""A length of which a cycle looks at every few centimetres [m]."""
 Tolerance = tuple[Positive, Positive, Annotated[float, Field(gt=0.0, le=pi)]]
 Triple = tuple[NonNegative, NonNegative, NonNegative]
 Group = TypeVar("Group", bound="Settings")

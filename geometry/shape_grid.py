@@ -123,9 +123,14 @@ class ShapeGrid:
 
     @classmethod
     def of_shapes(cls, shapes: Sequence[Array], owner: ArrayLike, owners: int) -> ShapeGrid:
-        """Build from convex shapes (m_i, 2), see geometry.convex [m], and whose each is, below `owners`."""
-        corners = np.concatenate([np.zeros((0, 2)), *shapes])
-        return cls._of(corners, _starts(shapes), np.array(owner, dtype=np.int64), owners)
+        """Build from convex shapes (m_i, 2), see geometry.convex [m], and whose each is, below `owners`.
+
+        Many shapes of m corners may come as one array (k, m, 2).
+        """
+        corners = np.concatenate([np.zeros((0, 2)), *(each.reshape(-1, 2) for each in shapes)])
+        starts = _starts(shapes)
+        each = np.broadcast_to(np.asarray(owner, dtype=np.int64), len(starts) - 1)
+        return cls._of(corners, starts, each.copy(), owners)
 
     @classmethod
     def of_lines(cls, *owned: Sequence[Array]) -> ShapeGrid:
@@ -167,6 +172,13 @@ class ShapeGrid:
             members=members,
             largest=int(np.diff(starts).max(initial=1)),
         )
+
+    def with_shapes(self, more: Sequence[Array]) -> ShapeGrid:
+        """Return a grid with more convex shapes (m_i, 2) [m], of the first owner."""
+        corners = np.concatenate([self.corners, *more])
+        starts = np.concatenate((self.starts, self.starts[-1] + _starts(more)[1:]))
+        owner = np.pad(self.owner, (0, len(more)))
+        return ShapeGrid._of(corners, starts, owner, self.owners)
 
     @property
     def solid(self) -> SolidShapes:
@@ -242,8 +254,10 @@ def _read_only(values: Values) -> Values:
     return view
 
 
-def _starts(rings: Sequence[Array]) -> Index:
-    return np.concatenate(([0], np.cumsum([len(ring) for ring in rings]))).astype(np.int64)
+def _starts(shapes: Sequence[Array]) -> Index:
+    sizes = np.array([each.shape[-2] for each in shapes], dtype=np.int64)
+    times = np.array([len(each) if each.ndim == 3 else 1 for each in shapes], dtype=np.int64)
+    return np.concatenate(([0], np.cumsum(np.repeat(sizes, times))))
 
 
 def _box(rings: Sequence[Array]) -> tuple[Array, Array]:

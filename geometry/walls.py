@@ -143,11 +143,14 @@ class Obstacles:
 
 def _simple(lines: Sequence[Array], most: float) -> list[Array]:
     """Polylines (m_i, 2) with as few points as leave them within `most` [m]."""
-    return [_simplified(line, most) if len(line) > 2 else line for line in lines]
+    return [simplified(line, most) if len(line) > 2 else line for line in lines]
 
 
-def _simplified(line: Array, most: float) -> Array:
-    """Piece by piece: what it takes grows with the square of a piece's length."""
+def simplified(line: Array, most: float) -> Array:
+    """Return a polyline (m, 2) with few points, within `most` [m] of the given one.
+
+    Piece by piece: the time that it takes grows with the square of a piece's length.
+    """
     pieces = [shapely.LineString(line[k : k + PIECE + 1]) for k in range(0, len(line) - 1, PIECE)]
     found = [
         shapely.get_coordinates(each) for each in shapely.simplify(pieces, most, preserve_topology=False)

@@ -87,10 +87,13 @@ class DockingController:
     ) -> None:
         config = config or ControllerConfig()
         self.segments = None if segments is None else checked(segments, path)
-        if segments is None and config.recovers:
-            path, self.path_changes = _mended(path, corridor, config)
+        area = _area_along(path, corridor, config) if config.recovers else None
+        if segments is None and area is not None:
+            given = path
+            path, self.path_changes = _mended(path, corridor, area, config)
+            area = area if path is given else _area_along(path, corridor, config)
         around = Surroundings.of(corridor, path, config)
-        rerouter = _rerouter_along(path, corridor, config) if config.recovers else None
+        rerouter = None if area is None else _rerouter_in(area, config)
         task = Task.begun(self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
         if rerouter is not None:
@@ -392,16 +395,20 @@ class DockingController:
         return s, emergency(control, start, s, verdict, config, clock)
 
 
+def _area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Area | None:
+    """All of the corridor along a path; None, and a warning, where that is not known."""
+    try:
+        return area_along(path, corridor, config)
+    except CorridorError as error:
+        _log.warning("%s The path is not changed, and no other way than the path is planned", error)
+        return None
+
+
 def _mended(
-    path: ReferencePath, corridor: Corridor, config: ControllerConfig
+    path: ReferencePath, corridor: Corridor, area: Area, config: ControllerConfig
 ) -> tuple[ReferencePath, tuple[PathChange, ...]]:
     """The path made drivable where it is not, inside its corridor and past its obstacles; says so."""
-    try:
-        area = area_along(path, corridor, config).with_obstacles(corridor.obstacles)
-    except CorridorError as error:
-        _log.warning("%s The path stays as it is", error)
-        return path, ()
-    made = mended_path(path, area, config)
+    made = mended_path(path, area.with_obstacles(corridor.obstacles), config)
     for change in made.changes:
         # Where there is no room on the path the goal may be elsewhere: that alone is no reason to warn.
         told = change.aside is not None or change.curvature > change.possible
@@ -409,13 +416,8 @@ def _mended(
     return made.path, made.changes
 
 
-def _rerouter_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig) -> Rerouter | None:
-    """What plans other ways than a path, in all of its corridor; None where that is not known."""
-    try:
-        area = area_along(path, corridor, config)
-    except CorridorError as error:
-        _log.warning("%s No other way than the path is planned", error)
-        return None
+def _rerouter_in(area: Area, config: ControllerConfig) -> Rerouter:
+    """What plans other ways than a path, in all of its corridor."""
     return Rerouter(area, config.changed(route=config.route.along_path()))
 
 

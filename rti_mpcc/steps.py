@@ -27,6 +27,9 @@ Signal = Callable[[], bool]
 """Asked once a cycle."""
 
 
+LONGEST = 100.0
+"""Length of what is driven straight on or along a bend, at most [m]: one cycle looks at all of it."""
+
 QUARTER = 4
 """So many corners has a quarter of a circle around where something may be."""
 
@@ -84,10 +87,10 @@ class Approach:
     """The straight last piece of the way into a dock.
 
     Attributes:
-        length: [m]; direction: +1 forward, -1 in reverse.
+        length: at most LONGEST [m]; direction: +1 forward, -1 in reverse.
 
     Raises:
-        InputError: a length that is not positive, or another direction.
+        InputError: a length that is not positive or more than LONGEST, or another direction.
     """
 
     length: float
@@ -95,7 +98,8 @@ class Approach:
 
     def __post_init__(self) -> None:
         admit(self)
-        _refuse_unless(_positive(self.length), self, "length", "must be > 0, and finite")
+        allowed = f"must be > 0 and at most {LONGEST:g} m"
+        _refuse_unless(0.0 < self.length <= LONGEST, self, "length", allowed)
         _refuse_unless(self.direction in (1, -1), self, "direction", "must be 1 (forward) or -1 (in reverse)")
 
 
@@ -104,14 +108,14 @@ class Straight(Step):
     """Drive straight on: along the axis of the dock that the vehicle stands at, else along its heading.
 
     Attributes:
-        distance: [m], negative in reverse.
+        distance: at most LONGEST [m], negative in reverse.
         speed: at most [m/s]; steering: angle of the wheels, at most [rad].
         tolerance: lateral [m] and heading [rad] error at its end, at most. It is not begun where the errors
             are so large that they cannot be mended on the way. None: as it comes.
         until: what tells that it is over before its distance, a contact say; None: nothing.
 
     Raises:
-        InputError: a distance of 0, or a limit or tolerance that is not positive.
+        InputError: a distance of 0 or more than LONGEST, or a limit or tolerance that is not positive.
     """
 
     word = "straight"
@@ -123,7 +127,7 @@ class Straight(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
+        _refuse_unless(_is_way(self.distance), self, "distance", _WAY)
         for name in ("speed", "steering"):
             _refuse_unless(_positive(getattr(self, name)), self, name, "must be > 0, and finite")
         allowed = "must be two numbers > 0: lateral [m], heading [rad]"
@@ -221,10 +225,10 @@ class Undock(Step):
     """Drive out of where the vehicle stands, straight on or along the best bend that is clear.
 
     Attributes:
-        distance: along the way out [m], negative in reverse.
+        distance: along the way out, at most LONGEST [m], negative in reverse.
 
     Raises:
-        InputError: a distance of 0.
+        InputError: a distance of 0, or of more than LONGEST.
     """
 
     word = "undock"
@@ -232,7 +236,7 @@ class Undock(Step):
 
     def __post_init__(self) -> None:
         Step.__post_init__(self)
-        _refuse_unless(_is_way(self.distance), self, "distance", "must be finite, and not 0")
+        _refuse_unless(_is_way(self.distance), self, "distance", _WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,6 +263,7 @@ class DriveTo(Step):
 AnyStep = Dock | Wait | Straight | Undock | DriveTo
 
 
+_WAY = f"must not be 0, and at most {LONGEST:g} m either way"
 _THREE = "must be three numbers > 0: [m], [m], [rad]"
 
 
@@ -267,7 +272,7 @@ def _positive(value: float) -> bool:
 
 
 def _is_way(value: float) -> bool:
-    return _positive(abs(value))
+    return 0.0 < abs(value) <= LONGEST
 
 
 def _all_positive(values: tuple[float, ...] | None) -> bool:

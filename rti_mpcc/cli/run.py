@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import get_args
+from typing import NamedTuple, get_args
 
 from rti_mpcc.baselines import METHODS
 from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
@@ -117,17 +117,19 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     animation = _animation(arguments.animate, folder)
     for place in [folder, *(file.parent for file in animation)]:
         make_writable(place)
-    result, observed, frames = simulated(scenario, arguments)
+    result, observed, frames, problem = simulated(scenario, arguments)
     figures = summary(result)
     written = write_files(result, figures, folder, plots=not arguments.no_plots)
     for file in animation:
         _animate(result, observed, frames, file)
-    if arguments.record is not None:
+    if arguments.record is not None and not problem:
         written = (*written, arguments.record)
     written = (*written, *animation)
     tell_run(figures, written)
     if result.planning is not None and not result.paths:
         tell_lines([f"{scenario.name}: no way was found: {result.cycles.reason[-1]}"])
+    if problem:
+        raise OSError(f"{arguments.record}: does not hold the whole run: {problem}")
     whole = all_succeeded(result.mission_result, result.mission)
     crossed = figures["min_clearance_m"] is not None and figures["min_clearance_m"] < 0.0
     return DOCKED if figures["docked"] and not crossed and whole else NOT_DOCKED
@@ -152,15 +154,22 @@ def _animate(
         animate_run(result, observed, file, frames=frames, progress=progress)
 
 
-def simulated(
-    scenario: Scenario, arguments: argparse.Namespace
-) -> tuple[RunResult, Sequence[ObservedCycle], Sequence[Frame]]:
-    """The run, recorded and looked at if that is asked for, and what was seen of it, and by its camera."""
+class Simulated(NamedTuple):
+    """A run, what was seen of its cycles, and by its camera; why its recording is not whole, or ""."""
+
+    result: RunResult
+    observed: Sequence[ObservedCycle]
+    frames: Sequence[Frame]
+    problem: str
+
+
+def simulated(scenario: Scenario, arguments: argparse.Namespace) -> Simulated:
+    """The run, recorded and looked at if that is asked for."""
     source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
     with ExitStack() as stack:
         core = driver_of(scenario, preset=arguments.preset, method=arguments.method, goal_source=source)
         controller: Controller = core
-        observer = camera = None
+        observer = camera = recorder = None
         if arguments.record is not None:
             arguments.record.parent.mkdir(parents=True, exist_ok=True)
             recorder = Recorder(core, arguments.record, dump_failed=arguments.dump_failed)
@@ -181,4 +190,9 @@ def simulated(
             goal_source=source,
             seen=camera,
         )
-    return result, observer.observed if observer else (), camera.frames if camera else ()
+    return Simulated(
+        result=result,
+        observed=observer.observed if observer else (),
+        frames=camera.frames if camera else (),
+        problem=recorder.problem if recorder else "",
+    )

@@ -25,5 +25,7 @@ def add_to(commands: Commands) -> None:
 def _warm(arguments: argparse.Namespace) -> int:
     compiled_now = make_ready()
     said = f"compiled {compiled_now} kernels" if compiled_now else "all kernels are ready"
-    Console(highlight=False).print(f"{said}: {compiled.directory()}", markup=False, soft_wrap=True)
+    problem = compiled.not_kept()
+    where = f", but they are not kept: {problem}" if problem else f", kept in {compiled.directory()}"
+    Console(highlight=False).print(f"{said}{where}", markup=False, soft_wrap=True)
     return DOCKED

@@ -60,5 +60,5 @@ def _film(arguments: argparse.Namespace) -> Film:
             return film_of_recording(file, progress=progress)
     arguments.method = arguments.method or "dynamic"
     arguments.preset, arguments.seed = arguments.preset or PRESETS[0], arguments.seed or 0
-    result, observed, _ = simulated(load_scenario(arguments.what), arguments)
-    return film_of_run(result, observed)
+    run = simulated(load_scenario(arguments.what), arguments)
+    return film_of_run(run.result, run.observed)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from geometry.settings import NonNegative, Positive, Settings, Tolerance
+from geometry.settings import NonNegative, Positive, Settings, Short, Tolerance
 
 Share = Annotated[float, Field(ge=0.0, lt=1.0)]
 Bend = Annotated[float, Field(ge=-1.0, le=1.0)]
@@ -35,7 +35,7 @@ class MissionSettings(Settings):
     settled: NonNegative = 0.5
     body_moved: Tolerance = (0.1, 0.1, 0.05)
     straight_end: Positive = 0.03
-    back_off: Positive = 3.0
+    back_off: Annotated[Short, Field(gt=0.0)] = 3.0
     out_tolerance: Tolerance = (0.2, 0.2, 0.1)
     out_straights: tuple[Share, ...] = (0.75, 0.5, 0.25, 0.0)
     out_bends: tuple[Bend, ...] = (0.5, -0.5, 1.0, -1.0)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
-from geometry.settings import NonNegative, Positive, Settings, Tolerance
+from geometry.settings import NonNegative, Positive, Settings, Short, Tolerance
 
 
 class RoutePlanner(Settings):
@@ -55,7 +55,7 @@ class RoutePlanner(Settings):
     steering_slope: Positive = 0.6
     search_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     reserve: NonNegative = 0.03
-    final_straight: NonNegative = 0.0
+    final_straight: Short = 0.0
     final_direction: Literal[-1, 0, 1] = 0
     reverse_cost: Annotated[float, Field(ge=1.0, le=100.0)] = 1.2
     cusp_cost: NonNegative = 2.0

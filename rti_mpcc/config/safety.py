@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from geometry.settings import NonNegative, Positive, Settings
+from geometry.settings import NonNegative, Positive, Settings, Short
 
 Shares = Annotated[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...], Field(min_length=1)]
 
@@ -100,7 +100,7 @@ class Escape(Settings):
     """
 
     spacing: Annotated[float, Field(ge=0.001, le=1.0)] = 0.04
-    reach: Positive = 2.0
+    reach: Annotated[Short, Field(gt=0.0)] = 2.0
     steering_shares: Shares = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)
     steering_tolerance: Positive = 0.02
     rise_time: Positive = 0.3

@@ -102,8 +102,7 @@ def _room(path: ReferencePath, area: Area | None, config: ControllerConfig) -> f
     if area is None:
         return None
     (part,), mission = path.parts, config.mission
-    marks = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / mission.spacing)) + 1)
-    on_path = part.reference(marks)
+    on_path = part.reference(part.places(mission.spacing))
     poses = np.column_stack([on_path.x, on_path.y, on_path.phi])
     room = area.grid.signed_distances(body_of(config.vehicle), poses, mission.beside)[:, 0]
     least = float(room.min())

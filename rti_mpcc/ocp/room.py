@@ -91,8 +91,7 @@ class Room:
 
 def room_along(part: PathPart, corridor: Corridor, index: int, config: ControllerConfig) -> Room:
     """The room on a part, which is the route's `index`-th, and the speeds that it allows."""
-    count = max(int(np.ceil((part.end - part.start) / config.narrow_passage.spacing)), 1)
-    theta = np.linspace(part.start, part.end, count + 1)
+    theta = part.places(config.narrow_passage.spacing)
     walls = _room(part, corridor.with_obstacles(()), index, theta, config)
     found = Room(theta=theta, walls=walls, speed=walls)
     return with_obstacles(found, part, corridor, index, config)

@@ -52,8 +52,8 @@ class Pace:
 def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) -> Pace:
     """The pace of a part, Eq. (P1), and where its room is known (P2)."""
     comfort, wheelbase, timing = config.comfort, config.vehicle.wheelbase, config.arrival_timing
-    count = max(int(np.ceil((part.end - part.start) / timing.path_spacing)), 2)
-    theta = np.linspace(part.start, part.end, count + 1)
+    theta = part.places(timing.path_spacing, least=2)
+    count = theta.size - 1
     width = 2 * round(0.5 * timing.steering_distance / timing.path_spacing) + 1
     asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")
     steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")

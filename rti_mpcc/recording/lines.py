@@ -7,12 +7,13 @@ and numbers come back to the last bit. The last entry "crc" is the CRC-32, in he
 
 from __future__ import annotations
 
-import json
 from typing import Any
 from zlib import crc32
 
 import numpy as np
 from pydantic_core import to_json, to_jsonable_python
+
+from geometry.files import from_json
 
 Data = Any
 """What `json` reads: dicts, lists, strings, numbers, booleans, None."""
@@ -53,7 +54,7 @@ def to_line(value: object) -> bytes:
 def from_line(line: bytes) -> tuple[dict[str, Data], bool]:
     """What a line says, and whether its checksum fits; nothing if it is no JSON object."""
     try:
-        data = json.loads(line.decode("utf-8"))
+        data = from_json(line.decode("utf-8"))
     except ValueError:
         data = None
     if not isinstance(data, dict):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import zlib
 from os import PathLike
 from pathlib import Path
-from typing import Any
-from zipfile import BadZipFile
+from typing import Any, BinaryIO
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from geometry.files import TABLE, opened
 from rti_mpcc.config import SolverSettings
 from rti_mpcc.docking import DockingController
 from rti_mpcc.errors import RecordingError
@@ -56,15 +57,24 @@ def load_problem(file: str | PathLike[str]) -> QpProblem:
         RecordingError: the file cannot be read or is no such archive.
     """
     try:
-        with open(file, "rb") as stream:
+        with opened(file, TABLE) as stream:
+            _refuse_large(stream)
             content = np.load(stream, allow_pickle=False)
             found: dict[str, Any] = {field: content[name] for name, field in _VECTORS.items()}
             found |= {field: _matrix(content, name) for name, field in _MATRICES.items()}
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read, {error.strerror or error}") from error
-    except (KeyError, ValueError, IndexError, EOFError, BadZipFile, zlib.error) as error:
+    except (KeyError, ValueError, IndexError, EOFError, MemoryError, BadZipFile, zlib.error) as error:
         raise RecordingError(f"{file}: is not a QP of rti-mpcc ({error})") from error
     return QpProblem(**found)
+
+
+def _refuse_large(stream: BinaryIO) -> None:
+    """Raise ValueError for an archive that is far larger unpacked. Raises BadZipFile for none."""
+    with ZipFile(stream) as archive:
+        if sum(each.file_size for each in archive.infolist()) > TABLE:
+            raise ValueError(f"it has more than {TABLE / 1e6:g} MB")
+    stream.seek(0)
 
 
 def _matrix(content: Any, name: str) -> csc_matrix:

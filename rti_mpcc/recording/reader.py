@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 from typing import TypeVar
 
+from geometry.files import RECORDING, content
 from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording.codec import structured
 from rti_mpcc.recording.contents import Cycle, Header, Recording
@@ -65,16 +66,18 @@ def read_recording(file: str | PathLike[str], *, allow_truncated: bool = False) 
 def read_entries(file: str | PathLike[str], *, allow_truncated: bool = False) -> Entries:
     """Read a recording of which lines of cycles may have been changed; see `read_recording`."""
     try:
-        return _entries(_lines(Path(file).read_bytes()), allow_truncated)
+        return _entries(_lines(content(file, RECORDING)), allow_truncated)
     except OSError as error:
         raise RecordingError(f"{file}: cannot be read, {error.strerror or error}") from error
     except RecordingError as error:
         raise RecordingError(f"{file}: {error}") from None
+    except RecursionError:
+        raise RecordingError(f"{file}: is nested too deep") from None
 
 
-def _lines(content: bytes) -> list[bytes]:
+def _lines(whole: bytes) -> list[bytes]:
     """Cut at line feeds only: one bit makes a minus a carriage return, and that line is still one."""
-    return [line.removesuffix(b"\r") for line in content.rstrip().split(b"\n")]
+    return [line.removesuffix(b"\r") for line in whole.removeprefix(BOM_UTF8).rstrip().split(b"\n")]
 
 
 def _first_changed(cycles: Sequence[Entry]) -> str:

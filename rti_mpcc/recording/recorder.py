@@ -39,6 +39,9 @@ class Recorder:
         file: to write; what it holds is replaced.
         dump_failed: folder for the QPs of failed cycles, see `dump_problem`; None: they are not kept.
 
+    Attributes:
+        problem: why the file does not hold all cycles, or "".
+
     Raises:
         InputError: the controller has stepped before.
         OSError: the file or the folder cannot be made.
@@ -59,6 +62,7 @@ class Recorder:
         self._dumps = dump_failed
         self._number = 0
         self._goal_cleared = False
+        self.problem = ""
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
         self._write(header)
 
@@ -113,9 +117,12 @@ class Recorder:
     def close(self) -> None:
         """Write the end mark. Cycles after that are not recorded."""
         self._write({END: self._number})
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        file, self._file = self._file, None
+        if file is not None:
+            try:
+                file.close()
+            except OSError as error:  # some systems say it only now
+                self._ended(error)
 
     def __enter__(self) -> Self:
         return self
@@ -133,7 +140,11 @@ class Recorder:
             self._file.write(to_line(content))
             self._file.flush()
         except (OSError, ValueError) as error:  # the latter of text that UTF-8 cannot write
-            _log.error("recording has ended, its file cannot be written: %s", error)
+            self._ended(error)
             file, self._file = self._file, None
             with suppress(OSError):  # what was left to write cannot be
                 file.close()
+
+    def _ended(self, error: Exception) -> None:
+        self.problem = str(error)
+        _log.error("recording has ended, its file cannot be written: %s", error)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, isfinite
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +54,8 @@ class PlannedWay:
 def way_of(manoeuvre: Manoeuvre, spacing: float = SPACING) -> PlannedWay:
     """The way that was found, in rows at most `spacing` apart [m]; none where none was found."""
     parts = [segment.part for segment in manoeuvre.segments]
-    counts = [ceil((part.end - part.start) / spacing) + 1 for part in parts]
-    places = [np.linspace(part.start, part.end, n) for part, n in zip(parts, counts, strict=True)]
+    places = [part.places(spacing) for part in parts]
+    counts = [theta.size for theta in places]
     poses, curvature = [np.zeros((0, 3))], [np.zeros(0)]
     for part, theta in zip(parts, places, strict=True):
         at = part.reference(theta)

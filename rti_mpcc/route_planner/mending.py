@@ -144,7 +144,7 @@ def _bends(part: PathPart, config: ControllerConfig) -> Places:
 
 def _tight(part: PathPart, area: Area, config: ControllerConfig) -> Places:
     """Where the body on the part comes too near to something."""
-    theta = np.linspace(part.start, part.end, int(np.ceil((part.end - part.start) / _SPACING)) + 1)
+    theta = part.places(_SPACING)
     near = _room(part, theta, area, config) < config.route.hard_minimum
     return _runs(near[1:] | near[:-1], theta)
 

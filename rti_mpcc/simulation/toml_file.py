@@ -10,12 +10,15 @@ from typing import Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from geometry import files
+from geometry.files import shown
 from geometry.settings import did_you_mean
 from rti_mpcc.errors import ConfigError, ScenarioError
 
 Model = TypeVar("Model", bound=BaseModel)
 Location = tuple[int | str, ...]
 """Of a value: keys of tables and places in lists, from the top of the file."""
+_KEY = 120  # characters of a key that are shown
 
 
 class Problem(NamedTuple):
@@ -26,15 +29,16 @@ class Problem(NamedTuple):
     allowed: str
 
     def __str__(self) -> str:
+        key = self.key if self.key.isprintable() and len(self.key) <= _KEY else shown(self.key, _KEY)
         if self.value is None:
-            return f"{self.key}: {self.allowed}"
-        return f"{self.key} = {_shown(self.value)}: {self.allowed}"
+            return f"{key}: {self.allowed}"
+        return f"{key} = {shown(self.value)}: {self.allowed}"
 
 
 def read_text(file: Path) -> str:
     """The text of a file. Raises ScenarioError."""
     try:
-        return file.read_text(encoding="utf-8")
+        return files.text(file)
     except OSError as error:
         raise ScenarioError(f"{file}: cannot be read, {error.strerror or error}") from error
     except UnicodeDecodeError as error:
@@ -44,9 +48,11 @@ def read_text(file: Path) -> str:
 def parsed(text: str, source: str) -> dict[str, Any]:
     """What a TOML text says. Raises ScenarioError."""
     try:
-        return tomllib.loads(text)
+        return files.from_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{source}: is not TOML, {error}") from error
+    except ValueError as error:
+        raise ScenarioError(f"{source}: is not TOML that is read here, it {error}") from error
 
 
 def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folder: Path | None) -> Model:
@@ -66,11 +72,6 @@ def settings_problems(error: ConfigError, key: str, model: type[BaseModel]) -> l
     """What is wrong with settings that are made of the table `key` of a file with this model."""
     inner = _of_settings(error)
     return [Problem(key, None, str(error))] if inner is None else problems_in(inner, model, (key,))
-
-
-def _shown(value: object) -> str:
-    text = value if isinstance(value, str) and " " in value else repr(value)
-    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def problems_in(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[Problem]:

@@ -29,7 +29,7 @@ WORDS = ["dock", "wait", "straight", "undock", "drive_to"]
 THREE = "must be three numbers > 0: [m], [m], [rad]"
 TWO = "must be two numbers > 0: lateral [m], heading [rad]"
 COUNT = "must be a whole number >= 0"
-NO_WAY = "must be finite, and not 0"
+NO_WAY = "must not be 0, and at most 100 m either way"
 POSITIVE = "must be > 0, and finite"
 WITH_POSE = "only of a dock with a pose, to which a way is planned"
 
@@ -77,8 +77,8 @@ def test_what_all_steps_have_is_checked(
 
 BAD: list[tuple[Callable[[], Any], str]] = [
     *(
-        (lambda x=x: Approach(x, 1), _said("Approach.length", x, POSITIVE))
-        for x in (0.0, -1.0, inf, nan, "2")
+        (lambda x=x: Approach(x, 1), _said("Approach.length", x, "must be > 0 and at most 100 m"))
+        for x in (0.0, -1.0, inf, nan, "2", 100.1)
     ),
     *(
         (

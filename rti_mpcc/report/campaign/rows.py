@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from geometry.files import RECORDING, content
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.campaign import (
     CampaignSettings,
@@ -127,7 +128,7 @@ def read_campaign(folder: Path) -> Campaign:
         rows=_completed(rows),
         statuses=statuses,
         hard_braking=hard_braking,
-        torn=not file.read_bytes().endswith(b"\n"),
+        torn=not content(file, RECORDING).endswith(b"\n"),
         repeated=int(repeated.sum()),
     )
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO, Self
 
+from geometry.files import RECORDING, from_json, opened
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.campaign.row import CaseOutcome, Lines
 
@@ -153,13 +154,17 @@ def _tables(file: Path) -> Iterator[tuple[int, Table, int]]:
     if not file.exists():
         return
     end = 0
-    with file.open("rb") as stream:
+    try:
+        lines = opened(file, RECORDING)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read, {error}") from error
+    with lines as stream:
         for number, line in enumerate(stream, start=1):
             if not line.endswith(b"\n"):
                 return
             end += len(line)
             try:
-                row = json.loads(line)
+                row = from_json(line)
             except ValueError:
                 raise InputError(f"{file}: line {number}: is no row of a campaign") from None
             yield number, row, end

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import geometry
+from geometry.files import from_json, text
 from rti_mpcc.baselines import METHODS
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.errors import InputError
@@ -125,7 +126,7 @@ def read_settings(folder: Path) -> dict[str, Any]:
     """What campaign.json says. Raises InputError where it is missing or none."""
     file = folder / FILE
     try:
-        table = json.loads(file.read_text(encoding="utf-8"))
+        table = from_json(text(file))
     except FileNotFoundError:
         raise InputError(f"{folder}: is no campaign, it has no {FILE}") from None
     except (ValueError, OSError) as error:

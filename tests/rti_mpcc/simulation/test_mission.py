@@ -134,7 +134,10 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"kind": "drive_to"}, ".pose: required for kind = 'drive_to'"),
     ({"kind": "wait", "seconds": -1.0}, ": Wait.seconds = -1.0: must be >= 0, and finite"),
     ({"kind": "wait", "seconds": nan}, ".seconds = nan: must be a finite number"),
-    ({"kind": "straight", "distance": 0.0}, ": Straight.distance = 0.0: must be finite, and not 0"),
+    (
+        {"kind": "straight", "distance": 0.0},
+        ": Straight.distance = 0.0: must not be 0, and at most 100 m either way",
+    ),
     ({"kind": "straight", "distance": 1.0, "speed": 0.0}, ": Straight.speed = 0.0: must be > 0, and finite"),
     (
         {"kind": "straight", "distance": 1.0, "tolerance": [0.1, 0.1, 0.1]},

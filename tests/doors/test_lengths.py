@@ -1,0 +1,191 @@
+"""Long paths take memory by their rows, and a length that asks for far too many places is refused."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from geometry import (
+    Corridor,
+    CorridorError,
+    InputError,
+    Narrowing,
+    PathError,
+    Pose2,
+    ReferencePath,
+)
+from geometry.arrays import Array
+from geometry.counts import MOST, spread, steps
+from rti_mpcc import Approach, ControllerConfig, DockingController, Straight, Undock
+from rti_mpcc.config import MissionSettings, RoutePlanner
+
+ROWS = 100_000
+MEGABYTES = 100
+
+
+def recorded(rows: int) -> Array:
+    """Poses (n, 3) of a track in bends, 5 cm apart."""
+    x = 0.05 * np.arange(rows)
+    return np.column_stack([x, 2.0 * np.sin(x / 15.0), np.arctan(2.0 / 15.0 * np.cos(x / 15.0))])
+
+
+def from_csv(poses: Array, folder: Path) -> ReferencePath:
+    file = folder / "track.csv"
+    rows = np.column_stack([poses, np.ones(len(poses))])
+    np.savetxt(file, rows, delimiter=",", header="x,y,heading,direction", comments="")
+    return ReferencePath.from_csv(file)
+
+
+@pytest.mark.parametrize(
+    "built",
+    [
+        lambda poses, folder: ReferencePath.from_poses(poses, 1),
+        lambda poses, folder: ReferencePath.from_poses(
+            [Pose2(*row) for row in poses.tolist()], [1] * len(poses)
+        ),
+        lambda poses, folder: ReferencePath.from_waypoints(poses[:, :2]),
+        from_csv,
+    ],
+    ids=["poses", "Pose2s", "waypoints", "csv"],
+)
+def test_a_track_of_many_rows_takes_little_memory_and_leads_through_them(
+    built: Callable[[Array, Path], ReferencePath], tmp_path: Path
+) -> None:
+    poses = recorded(ROWS)
+    built(poses[:100], tmp_path)  # what is imported with the first one doesn't count
+    tracemalloc.start()
+    path = built(poses, tmp_path)
+    taken = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert taken < MEGABYTES * 1e6
+    part = path.parts[0]
+    for row in (0, 1, 4_321, ROWS // 2, ROWS - 1):
+        x, y, _ = poses[row]
+        at = part.pose(part.project(x, y))
+        assert np.hypot(at.x - x, at.y - y) < 1e-5
+
+
+def test_directions_of_many_rows_are_checked_each() -> None:
+    directions = np.ones(1_000, dtype=np.int64)
+    directions[700] = 0
+    with pytest.raises(PathError, match=r"^directions\[700\]: direction = 0 must be 1"):
+        ReferencePath.from_poses(recorded(1_000), directions)
+
+
+LINE = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
+BENT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 10.0), (1, 0.2, 5.0), (1, -0.2, 5.0)])
+ENDLESS = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 1e9)])
+BOX = [(-1.0, -3.0), (1.1e9, -3.0), (1.1e9, 3.0), (-1.0, 3.0)]
+
+
+@pytest.mark.parametrize(
+    ("refused", "error"),
+    [
+        (lambda: ReferencePath.from_waypoints([(0.0, 0.0), (1e9, 0.0)]), PathError),
+        (lambda: ReferencePath.from_waypoints([(0.0, 0.0), (1.0, 0.0), (1e300, 1.0)]), PathError),
+        (lambda: LINE.sample(1e-12), PathError),
+        (lambda: Corridor.from_offsets(ENDLESS, left=2.0, right=-2.0), CorridorError),
+        (lambda: Corridor.from_polygon(ENDLESS, BOX), PathError),
+        (lambda: Corridor.from_offsets(BENT, left=1e5, right=-1e5), CorridorError),
+        (
+            lambda: Corridor.from_offsets(
+                LINE, left=1e9, right=-1.0, narrowings=[Narrowing(5.0, 6.0, left=1.0)]
+            ),
+            CorridorError,
+        ),
+        (
+            lambda: DockingController(
+                ENDLESS, Corridor.from_lines(Corridor.from_offsets(LINE, left=2.0, right=-2.0).to_lines())
+            ),
+            PathError,
+        ),
+    ],
+    ids=[
+        "waypoints",
+        "the last waypoint",
+        "sample",
+        "a path",
+        "in a polygon",
+        "bends far off",
+        "a step",
+        "a controller",
+    ],
+)
+def test_what_asks_for_far_too_many_places_is_refused_in_one_line(
+    refused: Callable[[], object], error: type[InputError]
+) -> None:
+    with pytest.raises(
+        error, match=r"^(a|the) [^\n]* is [0-9.e+]+ m long: at most [-0-9.e+]+ m are allowed[^\n]*$"
+    ):
+        refused()
+
+
+def test_offsets_far_off_a_straight_path_are_built() -> None:
+    walls = Corridor.from_offsets(LINE, left=1e5, right=-1e5).walls[0]
+    assert walls.narrowest[0] == 2e5
+
+
+def test_steps_are_as_few_as_keep_the_spacing_and_never_more_than_the_bound() -> None:
+    assert steps([0.0, 1.0, 2.5], 0.5, "it").tolist() == [1, 2, 5]
+    assert steps(float(MOST), 1.0, "it").tolist() == [MOST]
+    with pytest.raises(InputError):
+        steps(MOST + 0.5, 1.0, "it")
+    owner, number = spread(np.array([2, 1, 3]))
+    assert owner.tolist() == [0, 0, 1, 2, 2, 2]
+    assert number.tolist() == [0, 1, 0, 0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("refused", "said"),
+    [
+        (lambda: Undock(1e5), "Undock.distance = 100000.0: must not be 0, and at most 100 m either way"),
+        (lambda: Undock(-100.5), "Undock.distance = -100.5: must not be 0, and at most 100 m either way"),
+        (lambda: Straight(1e6), "Straight.distance = 1000000.0: must not be 0, and at most 100 m either way"),
+        (lambda: Approach(1e6, -1), "Approach.length = 1000000.0: must be > 0 and at most 100 m"),
+        (lambda: RoutePlanner(final_straight=1e6), "RoutePlanner.final_straight = 1000000.0: "),
+        (lambda: MissionSettings(back_off=1e5), "MissionSettings.back_off = 100000.0: "),
+    ],
+)
+def test_what_is_looked_at_in_one_cycle_is_short(refused: Callable[[], Any], said: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        refused()
+    assert str(refusal.value).startswith(said)
+
+
+def test_the_longest_steps_are_taken() -> None:
+    assert (Undock(-100.0).distance, Straight(100).distance, Approach(100.0, 1).length) == (
+        -100.0,
+        100.0,
+        100.0,
+    )
+
+
+def test_the_area_of_a_corridor_is_made_once_for_a_controller_and_of_few_shapes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    united: list[int] = []
+    union_all = shapely.union_all
+
+    def counted(shapes: Any, *given: Any, **options: Any) -> Any:
+        united.append(len(shapes))
+        return union_all(shapes, *given, **options)
+
+    monkeypatch.setattr(shapely, "union_all", counted)
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.3), [(1, 0.0, 1000.0)])
+    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
+    controller = DockingController(path, corridor, ControllerConfig(cycle=0.05))
+    assert sum(united) < 1_000  # 20,000 quadrangles, 10 cm long each, before
+    area = controller.area
+    assert area is not None
+    assert area.boundary is not None
+    lane = shapely.Polygon(area.boundary)
+    for across, free in ((4.99, True), (5.01, False)):
+        for along in (1.0, 333.3, 999.0):
+            beside = Pose2(0.0, 0.0, 0.3).compose(Pose2(along, across, 0.0))
+            assert lane.contains(shapely.Point(beside.x, beside.y)) == free
