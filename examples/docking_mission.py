@@ -42,7 +42,7 @@ def main() -> None:
     contact = rm.Straight(-1.22, tolerance=(0.02, 0.01), until=touches, retries=1, retry_from=0)
     controller = rm.DockingController.in_area(rm.Area(obstacles=WALLS), config)
     mission = rm.DockingMission(controller, [dock, rm.Wait(10.0), contact, rm.Undock(6.0)])
-    while mission.result is rm.MissionResult.RUNNING:
+    while not mission.over:  # no step is left, and the vehicle stands
         command = mission.step(plant.measured, now=plant.time, measurements=detections(plant, random))
         a, rate = command.acceleration, command.steering_rate
         plant = issue(plant, vehicle, acceleration=a, steering_rate=rate)

@@ -43,7 +43,7 @@ from rti_mpcc.route_planner.mending import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.types import Array, Command, Reason, Status, VehicleState
+from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState
 
 _log = logging.getLogger(__name__)
 
@@ -51,7 +51,7 @@ _log = logging.getLogger(__name__)
 class DockingController:
     """Drives a vehicle along a route and into its goal pose.
 
-    The first one on a machine compiles the kernels, in some seconds (`rti-mpcc warm` does it before).
+    The first one on a machine compiles the kernels, in about a minute (`rti-mpcc warm` does it before).
 
     Args:
         path: the route; corridor: its boundaries and obstacles; config: settings, all with defaults.
@@ -160,7 +160,8 @@ class DockingController:
         """Forget the goal and its detections: the path's last pose is the goal again."""
         known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
         end = self.state.route.end if self.state.on_planned_way and self.state.route else None
-        self.state = self._made_for(replace(self.state, goal=known), end)
+        s = self._made_for(replace(self.state, goal=known), end)
+        self.state = replace(s, goal=replace(s.goal, origin=GoalOrigin.PATH_END))
 
     def assign(self, order: Order) -> None:
         """Give it something else to do, from the next step on.
@@ -198,7 +199,9 @@ class DockingController:
             state: measured at `now`.
             now: on any clock that runs on [s].
             goal: pose to end in; None keeps the last one. Without any it is the path's last pose. One that is
-                out of reach is not taken (`planning.goals`): the last one stays, and the reason says so. With
+                out of reach is not taken (`planning.goals`): the reason says why, and the command is not
+                `docked` until that goal is reached, or another one or none is asked for. The vehicle drives
+                on to the last one that was taken; without one it stands (`Status.GOAL_REJECTED`). With
                 detections it is the planned goal, made for until they say better; one that is beside the
                 first by more than the tolerance is another dock, whose detections begin anew.
             measurements: detections of the goal that arrived since the last step, in any order.
@@ -289,7 +292,8 @@ class DockingController:
         if measurements and self._filter is None:
             self._filter = GoalPoseFilter(settings)
         if self._filter is None:
-            return s, (), unfit
+            refused = aim.undetected(s.goal, (), unfit)
+            return replace(s, goal=replace(s.goal, undetected=refused)), (), unfit
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
@@ -302,6 +306,7 @@ class DockingController:
             fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, s.path, s.area, self.config)
         end = None if s.on_planned_way else s.path.end
         goal = aim.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
+        goal = replace(goal, undetected=aim.undetected(goal, judgements, unfit))
         return replace(s, goal=goal), tuple(judgements), unfit
 
     # -- the segment --------------------------------------------------------------------------------
@@ -423,10 +428,12 @@ def _looking_again(
 
     A vehicle that stands blocked begins afresh, unless it only waits a while.
     """
-    waiting = status is Status.GOAL_LOST
+    waiting, halt = status is Status.GOAL_LOST, s.task.halt
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
-    blocked = status is Status.BLOCKED and s.task.stop is None and not s.task.looks_past
-    if blocked and reason is not Reason.WAITS_UNTIL_CLEAR and may_look_again(s, config):
+    held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
+    blocked = held and s.task.stop is None and not s.task.looks_past
+    waits = halt is not None and halt.clear_since is not None
+    if blocked and not waits and may_look_again(s, config):
         return moves.looking_again(s)
     return s

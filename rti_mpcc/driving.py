@@ -11,14 +11,14 @@ from rti_mpcc.behaviour.conditions import replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import SegmentEnd
+from rti_mpcc.manoeuvre import PlannedStop, SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import authority, contact, escape, fallback, lookout
+from rti_mpcc.safety import authority, causes, contact, escape, fallback, lookout
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
@@ -55,6 +55,10 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     beyond = authority.exceeded(s.vehicle.disturbance, w.config)
     if beyond:
         return _give_up(s, context, w, beyond)
+    if s.goal.rejected and s.task.phase is not Phase.WAITING:
+        s = transition_on(s, Event.GOAL_REJECTED) if s.is_stationary else s
+        rejected = Verdict(Reason.GOAL_REJECTED, aim.none_accepted(s))
+        return _stop(s, context, w, rejected, along=s.plans.driven)
     s = transition_by_condition(_watching(s, context, w), context, w.config)
     s = schedule.rescheduled(s, context, w.config)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
@@ -147,7 +151,9 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     Behind a goal that was passed it brakes in comfort, but stands within reach of it.
     """
     if not conditions.passes_target(s, context, w.config):
-        return _stop(s, context, w, Verdict(Reason.STALLED), along=s.plans.driven)
+        why = causes.of_stall(s, context, w.config, w.mpcc.room)
+        stalled = Verdict(Reason.STALLED, why and f": {why}")
+        return _stop(s, context, w, stalled, along=s.plans.driven)
     in_reach = w.config.goal_limits.reach + context.along
     wanted = fallback.braking_over(in_reach, context.speed, w.config.firm_deceleration, w.config)
     behind = context.speed**2 / (2.0 * wanted) - context.along
@@ -176,10 +182,31 @@ def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    reason = _STANDS_AT[s.task.segment.end]
-    if reason is Reason.DOCKED and aim.never_seen(s.goal, w.config):
-        reason = Reason.NOT_DETECTED
-    return _stop(s, context, w, Verdict(reason))
+    reason, stop = _STANDS_AT[s.task.segment.end], s.task.stop
+    if reason is Reason.DOCKED:
+        verdict = _at_goal(s, context, w)
+    elif reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
+        verdict = Verdict(reason, _before_stop(stop, context, w))
+    else:
+        verdict = Verdict(reason)
+    return _stop(s, context, w, verdict)
+
+
+def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
+    """Whether the goal that a vehicle stands at is the one that was asked for, and was detected."""
+    goal = s.goal
+    if aim.never_seen(goal, w.config):
+        return Verdict(Reason.NOT_DETECTED, goal.undetected and f", the last detection: {goal.undetected}")
+    here = context.target.pose.compose(context.standing_error)
+    if aim.stands_elsewhere(goal, here, w.config):
+        return Verdict(Reason.GOAL_REJECTED, aim.NOT_THE_ONE)
+    return Verdict(Reason.DOCKED)
+
+
+def _before_stop(stop: PlannedStop, context: PlanningContext, w: Workspace) -> str:
+    """What fills the way behind a stop, and how far ahead that is."""
+    ahead = stop.at + contact.stop_clearance(w.config) - float(context.state[THETA])
+    return f"{stop.met}, {max(ahead, 0.0):.2f} m ahead"
 
 
 _STANDS_AT = {
@@ -364,32 +391,59 @@ def _follow_plan(
         distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))
     s = _halting(s, w, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
-        verdict = Verdict(Reason.WAITS_UNTIL_CLEAR)
         if distance < inf:
-            verdict = Verdict(Reason.CONTACT_AHEAD, f"{distance:.2f}")
-        return _stop(s, context, w, verdict, attempt=attempt, along=s.plans.driven)
+            s = _meeting(s, plan, distance, context, w, problem if attempt and attempt.out_of_time else "")
+        return _stop(s, context, w, _held(s, distance), attempt=attempt, along=s.plans.driven)
     waiting = aim.must_wait(s, context, config)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
         return _stop(s, context, w, uncertain, attempt=attempt, along=plan)
     decision = ControlDecision(
         control=fallback.follow(plan.controls[0], source),
-        verdict=Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context),
+        verdict=Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context, w),
         trajectory=plan,
         attempt=attempt,
     )
     return Driven(s, decision)
 
 
-def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
+def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
     """What there is to say of a plan of this cycle that is driven."""
     unseen = aim.remark(s.goal)
-    if not context.free:
-        return Verdict(Reason.DRIVES_TO_STOP)
+    if s.task.stop is not None:
+        return Verdict(Reason.DRIVES_TO_STOP, _before_stop(s.task.stop, context, w))
     return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
 
 
 # -- what is in the way -----------------------------------------------------------------------------------
+
+
+def _meeting(
+    s: ControllerState, plan: Trajectory, distance: float, context: PlanningContext, w: Workspace, late: str
+) -> ControllerState:
+    """With what the plan of a halting vehicle meets after so far [m].
+
+    `late`: why there was no time for another plan, or ""; it holds the vehicle where a stop before what the
+    last plan meets is not needed yet.
+    """
+    assert s.task.halt is not None
+    met = f"{distance:.2f} m with {lookout.met_on(s, plan, distance, w.config)}"
+    needed = contact.stopping_distance(float(context.state[V]), w.config) + w.config.caution.clear_distance
+    halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
+    return replace(s, task=replace(s.task, halt=halt))
+
+
+def _held(s: ControllerState, distance: float) -> Verdict:
+    """What holds a halting vehicle, whose plan is not clear after so far [m]; inf: it is now."""
+    halt = s.task.halt
+    assert halt is not None
+    if halt.no_time:
+        return Verdict(
+            Reason.OUT_OF_TIME, f"{halt.no_time}; the last plan is no way on: contact in {halt.met}"
+        )
+    if distance < inf:
+        return Verdict(Reason.CONTACT_AHEAD, halt.met)
+    return Verdict(Reason.WAITS_UNTIL_CLEAR, halt.met and f" (last: contact in {halt.met})")
 
 
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
