@@ -470,8 +470,11 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     plan, area = s.plans.driven, s.area
     if plan is None or s.is_stationary or (s.plans.clear_of == area.changes and not area.moving):
         return s
-    distance = lookout.clear_distance_on(s, lookout.slowing(context, plan, w.config), w.config)
-    return _halting(s, w, distance, inf) if distance < inf else s
+    slowing = lookout.slowing(context, plan, w.config)
+    distance = lookout.clear_distance_on(s, slowing, w.config)
+    if distance == inf:
+        return s
+    return _meeting(_halting(s, w, distance, inf), slowing, distance, context, w, "")
 
 
 def _halting(s: ControllerState, w: Workspace, distance: float, need: float) -> ControllerState:
