@@ -24,7 +24,7 @@ def make_ready() -> int:
     where = ""
     with suppress(RuntimeError):
         where = f"; they are kept in {compiled.directory()}"
-    _log.warning("compiling %d kernels, once on this machine, some seconds%s", missing, where)
+    _log.warning("compiling %d kernels, once on this machine, in about a minute%s", missing, where)
     names: Iterable[str] = compiled.build()
     if sys.stderr.isatty():
         from rich.console import Console  # here: seldom needed, and not at once imported
