@@ -1,4 +1,4 @@
-"""The goal's pose in a camera picture of a ChArUco board. Needs OpenCV: pip install '.[vision]' in rti-mpcc's folder.
+"""The goal's pose in a camera picture of a ChArUco board. Needs OpenCV: pip install '.[vision]' in the clone.
 
 OpenCV's `CharucoDetector` finds the corners between the squares, `solvePnPGeneric` (IPPE) gives the two poses
 that a flat board can be seen in, and `fit_board` makes of them the goal's pose with its covariance.
@@ -42,7 +42,9 @@ def opencv() -> ModuleType:
     except ImportError as error:
         raise MissingExtraError(f"{needs}: pip install '.[vision]' in rti-mpcc's folder") from error
     if tuple(map(int, cv2.__version__.split(".")[:2])) < OLDEST:
-        raise MissingExtraError(f"{needs}, not {cv2.__version__}: pip install '.[vision]' in rti-mpcc's folder")
+        raise MissingExtraError(
+            f"{needs}, not {cv2.__version__}: pip install '.[vision]' in rti-mpcc's folder"
+        )
     return cv2
 
 

@@ -11,7 +11,7 @@ from rti_mpcc.behaviour.conditions import replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import PlannedStop, SegmentEnd
+from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
@@ -186,7 +186,7 @@ def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     if reason is Reason.DOCKED:
         verdict = _at_goal(s, context, w)
     elif reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
-        verdict = Verdict(reason, _before_stop(stop, context, w))
+        verdict = Verdict(reason, causes.before_stop(stop, context, w.config))
     else:
         verdict = Verdict(reason)
     return _stop(s, context, w, verdict)
@@ -201,12 +201,6 @@ def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verd
     if aim.stands_elsewhere(goal, here, w.config):
         return Verdict(Reason.GOAL_REJECTED, aim.NOT_THE_ONE)
     return Verdict(Reason.DOCKED)
-
-
-def _before_stop(stop: PlannedStop, context: PlanningContext, w: Workspace) -> str:
-    """What fills the way behind a stop, and how far ahead that is."""
-    ahead = stop.at + contact.stop_clearance(w.config) - float(context.state[THETA])
-    return f"{stop.met}, {max(ahead, 0.0):.2f} m ahead"
 
 
 _STANDS_AT = {
@@ -392,8 +386,9 @@ def _follow_plan(
     s = _halting(s, w, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         if distance < inf:
-            s = _meeting(s, plan, distance, context, w, problem if attempt and attempt.out_of_time else "")
-        return _stop(s, context, w, _held(s, distance), attempt=attempt, along=s.plans.driven)
+            late = problem if attempt is not None and attempt.out_of_time else ""
+            s = causes.meeting(s, plan, distance, late, w.config)
+        return _stop(s, context, w, causes.held(s, distance), attempt=attempt, along=s.plans.driven)
     waiting = aim.must_wait(s, context, config)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
@@ -411,39 +406,11 @@ def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -
     """What there is to say of a plan of this cycle that is driven."""
     unseen = aim.remark(s.goal)
     if s.task.stop is not None:
-        return Verdict(Reason.DRIVES_TO_STOP, _before_stop(s.task.stop, context, w))
+        return Verdict(Reason.DRIVES_TO_STOP, causes.before_stop(s.task.stop, context, w.config))
     return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
 
 
 # -- what is in the way -----------------------------------------------------------------------------------
-
-
-def _meeting(
-    s: ControllerState, plan: Trajectory, distance: float, context: PlanningContext, w: Workspace, late: str
-) -> ControllerState:
-    """With what the plan of a halting vehicle meets after so far [m].
-
-    `late`: why there was no time for another plan, or ""; it holds the vehicle where a stop before what the
-    last plan meets is not needed yet.
-    """
-    assert s.task.halt is not None
-    met = f"{distance:.2f} m with {lookout.met_on(s, plan, distance, w.config)}"
-    needed = contact.stopping_distance(float(context.state[V]), w.config) + w.config.caution.clear_distance
-    halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
-    return replace(s, task=replace(s.task, halt=halt))
-
-
-def _held(s: ControllerState, distance: float) -> Verdict:
-    """What holds a halting vehicle, whose plan is not clear after so far [m]; inf: it is now."""
-    halt = s.task.halt
-    assert halt is not None
-    if halt.no_time:
-        return Verdict(
-            Reason.OUT_OF_TIME, f"{halt.no_time}; the last plan is no way on: contact in {halt.met}"
-        )
-    if distance < inf:
-        return Verdict(Reason.CONTACT_AHEAD, halt.met)
-    return Verdict(Reason.WAITS_UNTIL_CLEAR, halt.met and f" (last: contact in {halt.met})")
 
 
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
@@ -474,7 +441,7 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     distance = lookout.clear_distance_on(s, slowing, w.config)
     if distance == inf:
         return s
-    return _meeting(_halting(s, w, distance, inf), slowing, distance, context, w, "")
+    return causes.meeting(_halting(s, w, distance, inf), slowing, distance, "", w.config)
 
 
 def _halting(s: ControllerState, w: Workspace, distance: float, need: float) -> ControllerState:

@@ -1,18 +1,24 @@
-"""Why a vehicle that stands has no plan that ends inside its tolerance: the deepest cause that is known."""
+"""What holds a vehicle, for the reasons of its commands: the deepest cause that is known."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
 
 import numpy as np
 
 from geometry import Pose2
+from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.footprint import clearances
-from rti_mpcc.model.layout import PHI, THETA, X, Y
+from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.safety import contact, lookout
 from rti_mpcc.safety.naming import met_by
-from rti_mpcc.types import GoalOrigin
+from rti_mpcc.types import GoalOrigin, Reason, Trajectory
 
 
 def of_stall(
@@ -68,3 +74,39 @@ def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConf
         f"the boundaries leave {left:.3f} m on either side of the body at ({pose.x:.2f}, {pose.y:.2f}), "
         f"{at - theta:.2f} m ahead, less than the margin of {config.footprint.margin:g} m"
     )
+
+
+# -- what is in the way -----------------------------------------------------------------------------------
+
+
+def before_stop(stop: PlannedStop, context: PlanningContext, config: ControllerConfig) -> str:
+    """What fills the way behind a stop, and how far ahead that is."""
+    ahead = stop.at + contact.stop_clearance(config) - float(context.state[THETA])
+    return f"{stop.met}, {max(ahead, 0.0):.2f} m ahead"
+
+
+def meeting(
+    s: ControllerState, plan: Trajectory, distance: float, late: str, config: ControllerConfig
+) -> ControllerState:
+    """With what the plan of a halting vehicle meets after so far [m].
+
+    `late`: why there was no time for another plan, or ""; it holds the vehicle where a stop before what the
+    last plan meets is not needed yet.
+    """
+    assert s.task.halt is not None
+    met = f"{distance:.2f} m with {lookout.met_on(s, plan, distance, config)}"
+    needed = contact.stopping_distance(float(plan.states[0, V]), config) + config.caution.clear_distance
+    halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
+    return replace(s, task=replace(s.task, halt=halt))
+
+
+def held(s: ControllerState, distance: float) -> Verdict:
+    """What holds a halting vehicle, whose plan is not clear after so far [m]; inf: it is now."""
+    halt = s.task.halt
+    assert halt is not None
+    if halt.no_time:
+        why = f"{halt.no_time}; the last plan is no way on: contact in {halt.met}"
+        return Verdict(Reason.OUT_OF_TIME, why)
+    if distance < inf:
+        return Verdict(Reason.CONTACT_AHEAD, halt.met)
+    return Verdict(Reason.WAITS_UNTIL_CLEAR, halt.met and f" (last: contact in {halt.met})")
