@@ -3,7 +3,7 @@
     python -m benchmarks.measure_missions [--count 100] [--undockings 50] [--seeds 20] [--seed 777] [--jobs K]
 
 The built-in mission at several seeds, drawn missions (`rti_mpcc.simulation.missions`), and drawn undockings.
-Needs OpenCV: pip install 'rti-mpcc[vision]'.
+Needs OpenCV: pip install '.[vision]' in rti-mpcc's folder.
 """
 
 from __future__ import annotations

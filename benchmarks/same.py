@@ -57,6 +57,7 @@ STATUSES: Mapping[Status, int] = {
     Status.FAILED: 12,
     Status.PLANNING: 13,
     Status.GOAL_BEHIND: 14,
+    Status.GOAL_REJECTED: 15,
 }
 SOURCES: Mapping[Source, int] = {
     Source.SOLUTION: 1,

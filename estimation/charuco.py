@@ -1,4 +1,4 @@
-"""The goal's pose in a camera picture of a ChArUco board. Needs OpenCV: pip install 'rti-mpcc[vision]'.
+"""The goal's pose in a camera picture of a ChArUco board. Needs OpenCV: pip install '.[vision]' in the clone.
 
 OpenCV's `CharucoDetector` finds the corners between the squares, `solvePnPGeneric` (IPPE) gives the two poses
 that a flat board can be seen in, and `fit_board` makes of them the goal's pose with its covariance.
@@ -41,9 +41,11 @@ def opencv() -> ModuleType:
     try:
         import cv2
     except ImportError as error:
-        raise MissingExtraError(f"{needs}: pip install 'rti-mpcc[vision]'") from error
+        raise MissingExtraError(f"{needs}: pip install '.[vision]' in rti-mpcc's folder") from error
     if tuple(map(int, cv2.__version__.split(".")[:2])) < OLDEST:
-        raise MissingExtraError(f"{needs}, not {cv2.__version__}: pip install 'rti-mpcc[vision]'")
+        raise MissingExtraError(
+            f"{needs}, not {cv2.__version__}: pip install '.[vision]' in rti-mpcc's folder"
+        )
     return cv2
 
 

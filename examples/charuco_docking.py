@@ -1,4 +1,4 @@
-"""Dock by camera: a rear camera looks for a ChArUco board at the dock. Needs pip install 'rti-mpcc[vision]'.
+"""Dock by camera: a rear camera looks for a ChArUco board at the dock. Needs pip install '.[vision]'.
 
 The controller is told nothing of the dock but a rough place to begin with. The pictures here are drawn; with
 pictures of your own it is `detector.detect(picture, stamp)` and `controller.step(..., measurements=[...])`.

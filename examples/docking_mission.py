@@ -43,7 +43,7 @@ def main() -> None:
     controller = rm.DockingController.in_area(rm.Area(obstacles=WALLS), config)
     mission = rm.DockingMission(controller, [dock, rm.Wait(10.0), contact, rm.Undock(6.0)])
     rm.prepare_process()  # no pause for garbage in the first cycles
-    while mission.result is rm.MissionResult.RUNNING:
+    while not mission.over:  # no step is left, and the vehicle stands
         command = mission.step(plant.measured, now=plant.time, measurements=detections(plant, random))
         a, rate = command.acceleration, command.steering_rate
         plant = issue(plant, vehicle, acceleration=a, steering_rate=rate)

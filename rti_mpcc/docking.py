@@ -45,7 +45,7 @@ from rti_mpcc.route_planner.mending import PathChange, mended_path
 from rti_mpcc.safety import fallback, limiter
 from rti_mpcc.safety.decision import command, emergency
 from rti_mpcc.safety.fallback import ControlInput
-from rti_mpcc.types import Array, Command, Reason, Status, VehicleState
+from rti_mpcc.types import Array, Command, GoalOrigin, Reason, Status, VehicleState
 
 _log = logging.getLogger(__name__)
 
@@ -53,7 +53,7 @@ _log = logging.getLogger(__name__)
 class DockingController:
     """Drives a vehicle along a route and into its goal pose.
 
-    The first one on a machine compiles the kernels, in some seconds (`rti-mpcc warm` does it before).
+    The first one on a machine compiles the kernels, in about a minute (`rti-mpcc warm` does it before).
 
     A controller loads all that its cycles need when it is made. Call `prepare_process` after that, before the
     first cycle.
@@ -171,7 +171,8 @@ class DockingController:
         """Forget the goal and its detections: the path's last pose is the goal again."""
         known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
         end = self.state.route.end if self.state.on_planned_way and self.state.route else None
-        self.state = self._made_for(replace(self.state, goal=known), end)
+        s = self._made_for(replace(self.state, goal=known), end)
+        self.state = replace(s, goal=replace(s.goal, origin=GoalOrigin.PATH_END))
 
     @door()
     def assign(self, order: Order) -> None:
@@ -210,7 +211,9 @@ class DockingController:
             state: measured at `now`.
             now: on any clock that runs on [s].
             goal: pose to end in; None keeps the last one. Without any it is the path's last pose. One that is
-                out of reach is not taken (`planning.goals`): the last one stays, and the reason says so. With
+                out of reach is not taken (`planning.goals`): the reason says why, and the command is not
+                `docked` until that goal is reached, or another one or none is asked for. The vehicle drives
+                on to the last one that was taken; without one it stands (`Status.GOAL_REJECTED`). With
                 detections it is the planned goal, made for until they say better; one that is beside the
                 first by more than the tolerance is another dock, whose detections begin anew.
             measurements: detections of the goal that arrived since the last step, in any order.
@@ -303,7 +306,8 @@ class DockingController:
         settings = self.config.goal_tracking.filter
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
-            return s, (), unfit
+            refused = aim.undetected(s.goal, (), unfit)
+            return replace(s, goal=replace(s.goal, undetected=refused)), (), unfit
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
@@ -316,6 +320,7 @@ class DockingController:
             fit = goals.checked_again(s.goal.estimate_fit, estimate.pose, s.path, s.area, self.config)
         end = None if s.on_planned_way else s.path.end
         goal = aim.rate_limited_goal(s.goal, estimate, end, s.now, self.config, fit)
+        goal = replace(goal, undetected=aim.undetected(goal, judgements, unfit))
         return replace(s, goal=goal), tuple(judgements), unfit
 
     # -- the segment --------------------------------------------------------------------------------
@@ -436,10 +441,12 @@ def _looking_again(
 
     A vehicle that stands blocked begins afresh, unless it only waits a while.
     """
-    waiting = status is Status.GOAL_LOST
+    waiting, halt = status is Status.GOAL_LOST, s.task.halt
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))
-    blocked = status is Status.BLOCKED and s.task.stop is None and not s.task.looks_past
-    if blocked and reason is not Reason.WAITS_UNTIL_CLEAR and may_look_again(s, config):
+    held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
+    blocked = held and s.task.stop is None and not s.task.looks_past
+    waits = halt is not None and halt.clear_since is not None
+    if blocked and not waits and may_look_again(s, config):
         return moves.looking_again(s)
     return s

@@ -18,7 +18,7 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import authority, contact, escape, fallback, lookout
+from rti_mpcc.safety import authority, causes, contact, escape, fallback, lookout
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
@@ -55,6 +55,10 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
     beyond = authority.exceeded(s.vehicle.disturbance, w.config)
     if beyond:
         return _give_up(s, context, w, beyond)
+    if s.goal.rejected and s.task.phase is not Phase.WAITING:
+        s = transition_on(s, Event.GOAL_REJECTED) if s.is_stationary else s
+        rejected = Verdict(Reason.GOAL_REJECTED, aim.none_accepted(s))
+        return _stop(s, context, w, rejected, along=s.plans.driven)
     s = transition_by_condition(_watching(s, context, w), context, w.config)
     s = schedule.rescheduled(s, context, w.config)
     stays = s.task.phase in (Phase.HOLDING, Phase.WAITING)
@@ -147,7 +151,9 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     Behind a goal that was passed it brakes in comfort, but stands within reach of it.
     """
     if not conditions.passes_target(s, context, w.config):
-        return _stop(s, context, w, Verdict(Reason.STALLED), along=s.plans.driven)
+        why = causes.of_stall(s, context, w.config, w.mpcc.room)
+        stalled = Verdict(Reason.STALLED, why and f": {why}")
+        return _stop(s, context, w, stalled, along=s.plans.driven)
     in_reach = w.config.goal_limits.reach + context.along
     wanted = fallback.braking_over(in_reach, context.speed, w.config.firm_deceleration, w.config)
     behind = context.speed**2 / (2.0 * wanted) - context.along
@@ -176,10 +182,25 @@ def _wait(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
 
 
 def _hold(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
-    reason = _STANDS_AT[s.task.segment.end]
-    if reason is Reason.DOCKED and aim.never_seen(s.goal, w.config):
-        reason = Reason.NOT_DETECTED
-    return _stop(s, context, w, Verdict(reason))
+    reason, stop = _STANDS_AT[s.task.segment.end], s.task.stop
+    if reason is Reason.DOCKED:
+        verdict = _at_goal(s, context, w)
+    elif reason is Reason.STANDS_BEFORE_SOMETHING and stop is not None:
+        verdict = Verdict(reason, causes.before_stop(stop, context, w.config))
+    else:
+        verdict = Verdict(reason)
+    return _stop(s, context, w, verdict)
+
+
+def _at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
+    """Whether the goal that a vehicle stands at is the one that was asked for, and was detected."""
+    goal = s.goal
+    if aim.never_seen(goal, w.config):
+        return Verdict(Reason.NOT_DETECTED, goal.undetected and f", the last detection: {goal.undetected}")
+    here = context.target.pose.compose(context.standing_error)
+    if aim.stands_elsewhere(goal, here, w.config):
+        return Verdict(Reason.GOAL_REJECTED, aim.NOT_THE_ONE)
+    return Verdict(Reason.DOCKED)
 
 
 _STANDS_AT = {
@@ -364,28 +385,28 @@ def _follow_plan(
         distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))
     s = _halting(s, w, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
-        verdict = Verdict(Reason.WAITS_UNTIL_CLEAR)
         if distance < inf:
-            verdict = Verdict(Reason.CONTACT_AHEAD, f"{distance:.2f}")
-        return _stop(s, context, w, verdict, attempt=attempt, along=s.plans.driven)
+            late = problem if attempt is not None and attempt.out_of_time else ""
+            s = causes.meeting(s, plan, distance, late, w.config)
+        return _stop(s, context, w, causes.held(s, distance), attempt=attempt, along=s.plans.driven)
     waiting = aim.must_wait(s, context, config)
     if waiting:
         uncertain = Verdict(Reason.GOAL_UNCERTAIN, waiting)
         return _stop(s, context, w, uncertain, attempt=attempt, along=plan)
     decision = ControlDecision(
         control=fallback.follow(plan.controls[0], source),
-        verdict=Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context),
+        verdict=Verdict(Reason.DRIVES_ON, problem) if problem else _how_it_drives(s, context, w),
         trajectory=plan,
         attempt=attempt,
     )
     return Driven(s, decision)
 
 
-def _how_it_drives(s: ControllerState, context: PlanningContext) -> Verdict:
+def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -> Verdict:
     """What there is to say of a plan of this cycle that is driven."""
     unseen = aim.remark(s.goal)
-    if not context.free:
-        return Verdict(Reason.DRIVES_TO_STOP)
+    if s.task.stop is not None:
+        return Verdict(Reason.DRIVES_TO_STOP, causes.before_stop(s.task.stop, context, w.config))
     return Verdict(Reason.DRIVES_UNSEEN, unseen) if unseen else Verdict(Reason.DRIVES)
 
 
@@ -416,8 +437,11 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
     plan, area = s.plans.driven, s.area
     if plan is None or s.is_stationary or (s.plans.clear_of == area.changes and not area.moving):
         return s
-    distance = lookout.clear_distance_on(s, lookout.slowing(context, plan, w.config), w.config)
-    return _halting(s, w, distance, inf) if distance < inf else s
+    slowing = lookout.slowing(context, plan, w.config)
+    distance = lookout.clear_distance_on(s, slowing, w.config)
+    if distance == inf:
+        return s
+    return causes.meeting(_halting(s, w, distance, inf), slowing, distance, "", w.config)
 
 
 def _halting(s: ControllerState, w: Workspace, distance: float, need: float) -> ControllerState:

@@ -8,7 +8,7 @@ that is driven on afterwards.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import groupby, pairwise
 from math import inf, nan
@@ -61,12 +61,14 @@ class PlannedStop:
         obstacles: number of obstacle changes known then; None: there may be a way past them, for which there
             was no time yet.
         since: when that was, or when a way past was last looked for in vain [s].
+        met: what fills the way, and where, for the reasons of commands; no other stop for that.
     """
 
     at: float
     goal: Pose2 | None
     obstacles: int | None
     since: float
+    met: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -15,6 +15,7 @@ from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.planning.state import ControllerState, GoalState
 from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
 from rti_mpcc.rerouting import Rerouter
+from rti_mpcc.types import GoalOrigin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,4 +87,5 @@ def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> 
 def _with_goal(s: ControllerState, goal: Pose2, terms: GoalTerms) -> ControllerState:
     """With another goal, of which nothing else is known."""
     s = moves.with_goal(s, goal)
-    return replace(s, goal=GoalState(planned=goal, dock=goal, pose=goal, terms=terms))
+    known = GoalState(planned=goal, dock=goal, pose=goal, origin=GoalOrigin.GIVEN, terms=terms)
+    return replace(s, goal=known)

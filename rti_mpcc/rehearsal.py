@@ -27,7 +27,7 @@ def is_due(s: ControllerState, config: ControllerConfig) -> bool:
     route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
     if route is None or goal is None or measured is None:
         return False
-    if s.on_planned_way or route.why:
+    if s.on_planned_way or route.why or s.goal.rejected:
         return False
     stands = abs(float(measured[V])) <= config.behaviour.standstill_speed
     begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1

@@ -165,6 +165,8 @@ class Rerouter:
         """Why another way is needed, or ""."""
         route, task, settings = s.route, s.task, self._config.route
         assert route is not None
+        if s.goal.rejected:
+            return ""
         if route.wanted and task.phase is Phase.STARTING and s.is_stationary:
             return route.wanted
         goal, planned = s.goal_pose, route.manoeuvre if s.on_planned_way else None
@@ -191,6 +193,8 @@ class Rerouter:
         """What is to be planned for now; None: nothing."""
         goal, monitor, route = s.goal_pose, s.vehicle.monitor, s.route
         if goal is None or monitor.state is None or monitor.why or route is None or _as_it_is(s):
+            return None
+        if s.goal.rejected:
             return None
         # Plans may come and go: what was begun is planned on while it stands, and driven if it asks again.
         begun = self._planning is not None and s.task.phase is not Phase.HOLDING

@@ -92,15 +92,16 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
     plan is not free and there was no time for that, a stop comes first: it is found soon, and a way past can
     be looked for while it is made for.
     """
-    begun, left, config, driven = s.plans.suspended, inf, w.config, s.plans.driven
+    begun, filled, left, config, driven = s.plans.suspended, inf, inf, w.config, s.plans.driven
     if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
         trial = replace(s, task=replace(s.task, arrival=begun.arrival))
         guess = search.first_guess(w.mpcc, trial, context)
         on_guess = lookout.distance_to_contact(s, guess, config)
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
-        left = _left_before(lookout.progress_of_contact(s, plan, way, config), context, w)
+        filled = lookout.progress_of_contact(s, plan, way, config)
+        left = _left_before(filled, context, w)
     if config.behaviour.near_stop < left < inf:
-        s = moves.stop_before(s, context, config, left, None)
+        s = moves.stop_before(s, context, config, left, None, str(lookout.met_at(s, filled, config)))
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
     elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s, config)):
@@ -178,8 +179,8 @@ def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
     filled, found = scouting.filled, scouting.found
     if filled is None or found is None:
         return scouting
-    left = _left_before(filled, scouting.context, w)
-    s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes)
+    left, met = _left_before(filled, scouting.context, w), lookout.met_at(found.s, filled, w.config)
+    s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes, str(met))
     context = w.context(s)
     if s.task.phase is Phase.HOLDING:
         return replace(scouting, found=Found(s, found.attempt, context))
@@ -251,7 +252,8 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
     distance = lookout.distance_to_contact(s, attempt.plan, w.config)
     if distance == inf:
         return attempt
-    return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m")
+    met = lookout.met_on(s, attempt.plan, distance, w.config)
+    return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m with {met}")
 
 
 def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: Workspace) -> bool:

@@ -49,7 +49,7 @@ class Status(Enum):
     SETTLING = "settling"
     """Inside the goal tolerance (or at the cusp), braking to a standstill."""
     DOCKED = "docked"
-    """Standing inside the goal tolerance."""
+    """Standing inside the tolerance of the goal that was asked for last, as far as that is known."""
     CHANGING_DIRECTION = "changing direction"
     """Standing at a cusp or staging pose until the queued commands are drained and its dwell is over; then
     the next segment begins."""
@@ -60,27 +60,30 @@ class Status(Enum):
     standing before something that fills the way."""
     GOAL_LOST = "goal lost"
     """The goal has not been seen for long and is not certain enough to dock at: stopping before it."""
+    GOAL_REJECTED = "goal rejected"
+    """The goal that was asked for last was not accepted: standing, or braking to a standstill, where no other
+    goal was accepted; or standing at the last one that was."""
     SEARCHING = "searching"
-    """Standing at the planned goal, which has not been detected yet."""
+    """Standing at the planned goal, which no accepted detection has shown yet."""
     WAITING = "waiting"
     """Standing, or braking to a standstill, as it was told: in a mission that waits, or is cancelled."""
     PLANNING = "planning"
     """Standing until a way to the goal is planned, or until there is a goal."""
     STALLED = "stalled"
-    """Standing outside the goal tolerance with no plan that would end inside it."""
+    """Standing outside the goal tolerance with no plan that would end inside it; `reason` says why."""
     GOAL_BEHIND = "goal behind"
     """The goal (or cusp) is behind the vehicle: braking, then standing until a route back to it is planned,
     if there is one."""
     FAILED = "failed"
-    """No plan was accepted, what is measured cannot be relied on, or the drive (or the steering) is too weak
-    for what acts beside it: a substitute is driven, `reason` says why."""
+    """No plan was accepted, or there was no time to find one; what is measured cannot be relied on; or the
+    drive (or the steering) is too weak for what acts beside it: a substitute is driven, `reason` says why."""
 
 
 class Reason(Enum):
     """Why a cycle did what it did, and the message that says so, with a place for what there is to tell."""
 
     DRIVES = "drives", ""
-    DRIVES_TO_STOP = "drives to stop", "making for a stop before something in the way"
+    DRIVES_TO_STOP = "drives to stop", "making for a stop before what is in the way: {}"
     DRIVES_UNSEEN = "drives unseen", "{}"
     """On to a goal that has not been seen for a while."""
     DRIVES_ON = "drives on", "{}"
@@ -97,18 +100,23 @@ class Reason(Enum):
     OVERLAP = "overlap", "{}"
     """The body overlaps something."""
     CREEPS_OUT = "creeps out", "{}: creeps out of it"
-    CONTACT_AHEAD = "contact ahead", "contact in {} m"
-    WAITS_UNTIL_CLEAR = "waits until clear", "waits until its way has been clear for a while"
+    CONTACT_AHEAD = "contact ahead", "contact in {}"
+    """After how many metres, with which obstacle or wall, and where."""
+    OUT_OF_TIME = "out of time", "{}"
+    """The deadline left no time for a plan, and the last one is not clear to its end."""
+    WAITS_UNTIL_CLEAR = "waits until clear", "waits until its way has been clear for a while{}"
     GOAL_UNCERTAIN = "goal uncertain", "{}"
     """The goal is not known well enough to dock at."""
     SETTLES = "settles", "braking to rest at the target"
-    STANDS_BEFORE_SOMETHING = "stands before something", "standing before something that fills the way"
+    STANDS_BEFORE_SOMETHING = "stands before something", "standing before what fills the way: {}"
     STANDS_AT_CUSP = "stands at cusp", "standing at the cusp"
     STANDS_AT_STAGING_POSE = "stands at staging pose", "standing at the staging pose"
-    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet"
+    GOAL_REJECTED = "goal rejected", "{}"
+    """The goal that was asked for last was not accepted."""
+    NOT_DETECTED = "not detected", "standing at the planned goal, not detected yet{}"
     DOCKED = "docked", "standing inside the tolerance"
     TOLD_TO_STAND = "told to stand", "standing as it was told"
-    STALLED = "stalled", "no plan from here ends inside the tolerance"
+    STALLED = "stalled", "no plan from here ends inside the tolerance{}"
     GOAL_BEHIND = "goal behind", "the goal is {} m behind where the vehicle stops: a new route is needed"
     PLANS_WAY = "plans way", "planning a way: {}"
     NO_WAY = "no way", "{}"
@@ -148,6 +156,29 @@ class Source(Enum):
     STANDSTILL = "standstill"
     ESCAPE = "escape"
     """Creeping out of what the body overlaps, see `ControllerConfig.escape_speed`."""
+
+
+class GoalOrigin(Enum):
+    """Where the goal is known from."""
+
+    PATH_END = "path end"
+    """No goal was given: it is the last pose of the path that was given."""
+    GIVEN = "given"
+    """By the `goal` of a step, or by a mission."""
+    DETECTED = "detected"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalSetpoint:
+    """The goal that the controller makes for.
+
+    Attributes:
+        pose: of the rear axle, world frame; one that is detected follows the detections at a bounded rate.
+        source: where it is known from.
+    """
+
+    pose: Pose2
+    source: GoalOrigin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -238,13 +269,16 @@ class MissionReport:
     Attributes:
         step: place of the step that is under way, or was the last one; kind: of it, as in scenario files.
         attempt: so often that step was tried before.
-        result: of the step; of the whole mission once that is over.
-        reason: why it failed, or is tried once more, or "".
+        result: of that step alone; a step that succeeded is followed by the next one.
+        mission_result: of the whole mission; RUNNING until no step is left. The vehicle may still brake then,
+            see `DockingMission.over`.
+        reason: why the step failed, or is tried once more, or "".
     """
 
     step: int
     kind: str
     result: MissionResult
+    mission_result: MissionResult = MissionResult.RUNNING
     attempt: int = 0
     reason: str = ""
 
@@ -259,10 +293,11 @@ class Command:
         speed, steering: planned values [m/s], [rad] at now + dead time + cycle, as they will be measured.
         status: what the controller is doing, and why.
         source: where the command comes from.
-        docked: standing inside the goal tolerance.
+        docked: standing inside the tolerance of the goal that was asked for last.
         trajectory: the plan that the command belongs to, its accelerations as they have to be commanded and
             its steering as it will be measured.
         diagnostics: how it came about.
+        goal: that is made for; None where there is none, or none was accepted.
         mission: how the mission goes on; None without one.
     """
 
@@ -275,4 +310,5 @@ class Command:
     docked: bool
     trajectory: Trajectory
     diagnostics: Diagnostics
+    goal: GoalSetpoint | None = None
     mission: MissionReport | None = None

@@ -60,7 +60,7 @@ def target_moved(s: ControllerState, context: PlanningContext, config: Controlle
     stall = s.task.stall
     if passes_target(s, context, config):
         return False
-    return stall is None or not context.inside(
+    return stall is None or not context.within(
         context.target.pose.relative_to(stall.target.pose), config.behaviour.settle_share
     )
 

@@ -11,7 +11,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
-from rti_mpcc.types import Trajectory
+from rti_mpcc.types import GoalOrigin, Trajectory
 
 # -- plans ----------------------------------------------------------------------------------------------
 
@@ -65,10 +65,12 @@ def stop_before(
     config: ControllerConfig,
     distance: float,
     obstacle_changes: int | None,
+    met: str = "",
 ) -> ControllerState:
     """Something fills the way: make for a stop `distance` [m] ahead, or stay where that is near.
 
-    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
+    `obstacle_changes`: after which no way past was found; None: there was no time to find one. `met`: what
+    fills the way, and where.
     """
     stays = distance <= config.behaviour.near_stop
     stop = PlannedStop(
@@ -76,6 +78,7 @@ def stop_before(
         goal=s.goal.pose,
         obstacles=obstacle_changes,
         since=s.now,
+        met=met,
     )
     s = transition_on(s, Event.WAY_FILLED)
     if stays:
@@ -114,6 +117,8 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
         estimated_at=None,
         estimate_fit=None,
         followed=None,
+        undetected="",
+        origin=GoalOrigin.PATH_END if goal is None else GoalOrigin.GIVEN,
     )
     return replace(s, goal=known)
 
@@ -121,7 +126,7 @@ def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
 def with_goal_corrected(s: ControllerState, goal: Pose2) -> ControllerState:
     """The planned goal of the same dock is known better; what was detected counts on."""
     pose = goal if s.goal.followed is None else s.goal.pose
-    return replace(s, goal=replace(s.goal, planned=goal, pose=pose))
+    return replace(s, goal=replace(s.goal, planned=goal, pose=pose, origin=GoalOrigin.GIVEN))
 
 
 def next_segment(s: ControllerState) -> ControllerState:

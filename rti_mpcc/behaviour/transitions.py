@@ -43,6 +43,7 @@ class Event(Enum):
     OVERLAP = "the body overlaps something"
     PLAN_LOST = "there is no plan that may be driven: it brakes"
     GOAL_LOST = "it stands before a goal that is not known well enough"
+    GOAL_REJECTED = "it stands, for no goal that was asked for was accepted"
     GOAL_CHANGED = "the goal of another dock is given, and the stop made for is not meant any more"
     FOUND_ELSEWHERE = "the vehicle is not where it was believed to be"
     SEGMENT_ENDED = "it stands at a cusp or a staging pose"
@@ -106,6 +107,7 @@ TRANSITIONS = (
     Transition(SEEKING, Event.STANDS_BLOCKED, STARTING),
     Transition((*SEEKING, SETTLING), Event.PLAN_LOST, STARTING),
     Transition((*SEEKING, SETTLING, STALLED), Event.GOAL_LOST, STARTING),
+    Transition((*SEEKING, SETTLING, STALLED), Event.GOAL_REJECTED, STARTING),
     Transition((*SEEKING, STALLED), Event.FOUND_ELSEWHERE, STARTING),
     Transition(ON_ITS_WAY, Event.OVERLAP, STARTING),
     Transition(ON_ITS_WAY, Event.GOAL_CHANGED, STARTING),

@@ -77,8 +77,17 @@ class DockingMission:
 
     @property
     def result(self) -> MissionResult:
-        """What the mission has come to; RUNNING until it is over."""
+        """What the mission has come to; RUNNING while a step is left. See `over` for whether it stands."""
         return MissionResult.RUNNING if self.agenda.due else self.agenda.result
+
+    @property
+    def over(self) -> bool:
+        """Whether no step is left and the vehicle stands, with no command under way that was sent before.
+
+        `result` alone does not say so: a mission that is cancelled, or out of time, still brakes.
+        """
+        s = self.controller.state
+        return not self.agenda.due and s.vehicle.is_stationary(s.now, self.controller.config.dead_time)
 
     @property
     def log(self) -> tuple[StepRecord, ...]:
@@ -251,17 +260,24 @@ class DockingMission:
         return replace(berth, body_at=None)
 
     def _report(self, due: Due | None) -> MissionReport:
-        """How it goes on; `due` was under way in this cycle, or is to begin; None: the mission was over."""
+        """How it goes on; `due` was under way in this cycle, or is to begin; None: no step was left."""
         agenda = self.agenda
         last = agenda.log[-1] if agenda.log else None
-        if due is None:
-            place = len(self.steps) - 1 if last is None else last.place
-            kind = self.steps[place].word if last is None else last.kind
-            return MissionReport(step=place, kind=kind, result=agenda.result, reason=agenda.reason)
-        ended = agenda.begun is None and last is not None and last.end == self.controller.state.now
-        result = last.result if ended and last is not None else MissionResult.RUNNING
+        if due is not None:
+            ended = agenda.begun is None and last is not None and last.end == self.controller.state.now
+            place, kind, attempt = due.place, due.step.word, due.attempt
+            result = last.result if ended and last is not None else MissionResult.RUNNING
+        elif last is not None:
+            place, kind, attempt, result = last.place, last.kind, last.attempt, last.result
+        else:  # it was cancelled before any step was begun
+            place, kind, attempt, result = 0, self.steps[0].word, 0, agenda.result
         return MissionReport(
-            step=due.place, kind=due.step.word, result=result, attempt=due.attempt, reason=agenda.reason
+            step=place,
+            kind=kind,
+            result=result,
+            mission_result=self.result,
+            attempt=attempt,
+            reason=agenda.reason,
         )
 
 

@@ -14,6 +14,7 @@ TROUBLE = {
     Status.STALLED: MissionResult.NOT_REACHED,
     Status.GOAL_BEHIND: MissionResult.NOT_REACHED,
     Status.FAILED: MissionResult.NOT_REACHED,
+    Status.GOAL_REJECTED: MissionResult.NOT_REACHED,
     Status.BLOCKED: MissionResult.BLOCKED,
     Status.SEARCHING: MissionResult.NOT_DETECTED,
     Status.GOAL_LOST: MissionResult.NOT_DETECTED,

@@ -60,8 +60,10 @@ def goal_on(part: PathPart, goal: Pose2, last: Target | None = None, *, reach: f
     elif last.goal == goal:
         return last
     else:
-        near = last.theta if hypot(goal.x - last.pose.x, goal.y - last.pose.y) < reach else None
+        near = last.theta if _apart(goal, last.pose) < reach else None
     theta = part.project(goal.x, goal.y, heading=goal.phi, near=near)
+    if theta <= 0.5 * (part.start + part.end) and _apart(goal, part.last) <= _apart(goal, part.pose(theta)):
+        theta = part.end  # of a path that comes back to where it began
     return Target(
         pose=replace(goal, phi=lift(goal.phi, part.pose(theta).phi)),
         theta=part.progress(goal, theta),
@@ -69,6 +71,11 @@ def goal_on(part: PathPart, goal: Pose2, last: Target | None = None, *, reach: f
         kind=TargetKind.POSE,
         goal=goal,
     )
+
+
+def _apart(one: Pose2, other: Pose2) -> float:
+    """Distance of two poses [m]."""
+    return hypot(one.x - other.x, one.y - other.y)
 
 
 def path_end(part: PathPart) -> Target:

@@ -6,12 +6,13 @@ the pose that the objective is given follows it at a bounded rate, so that comma
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import degrees, hypot
 
 import numpy as np
 
-from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus, stds_in
+from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus, Judgement, stds_in
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
@@ -65,18 +66,32 @@ def rate_limited_goal(
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 
 
+STAYS = ": the last one stays"
+"""End of what is said of a goal that is not taken, while another one is made for."""
+NOT_THE_ONE = "standing at the last goal that was accepted, not at the one asked for"
+
+
 def remarks(goal: GoalState) -> tuple[str, ...]:
     """What there is to say of the goal told, of the one detected, and of the one made for."""
     fit, found = goal.estimate_fit, []
     if goal.refusal:
-        found.append(goal.refusal)
+        found.append(goal.refusal + STAYS * goal.accepted)
     if fit is not None and fit.problem:
         where = f"({fit.pose.x:.6g}, {fit.pose.y:.6g}, {fit.pose.phi:.6g})"
-        found.append(f"goal detected at {where} out of reach, {fit.problem}: the last one stays")
+        found.append(f"goal detected at {where} out of reach, {fit.problem}{STAYS}")
+    if goal.rejected:
+        return tuple(found)
     made_for = goal.fit if goal.followed is None else fit
     if made_for is not None and made_for.remark:
         found.append(made_for.remark)
     return tuple(found)
+
+
+def none_accepted(s: ControllerState) -> str:
+    """What to do where a goal was asked for and none was accepted."""
+    has_end = not s.on_planned_way or (s.route is not None and s.route.end is not None)
+    or_the_end = ", or call `clear_goal` to drive to the path's end" if has_end else ""
+    return f"no goal was accepted: give another one{or_the_end}"
 
 
 def doubt(s: ControllerState, config: ControllerConfig) -> str:
@@ -119,11 +134,33 @@ def must_wait(s: ControllerState, context: PlanningContext, config: ControllerCo
 
 
 def never_seen(goal: GoalState, config: ControllerConfig) -> bool:
-    """Whether the goal has to be seen and was not."""
+    """Whether the goal has to be seen, or detections of it came, and none was accepted."""
     seen = goal.estimate is not None and goal.estimate.status is not GoalStatus.SEARCHING
-    if goal.estimate_fit is not None and goal.followed is None:
-        seen = False  # it was detected where it cannot be
-    return goal.terms.on(config).goal_tracking.required and not seen
+    elsewhere = goal.estimate_fit is not None and goal.followed is None  # detected where it cannot be
+    told = goal.terms.on(config).goal_tracking.required or goal.undetected != "" or elsewhere
+    return told and (elsewhere or not seen)
+
+
+def undetected(goal: GoalState, judgements: Sequence[Judgement], unfit: str) -> str:
+    """Why the last detection was not accepted, while none was.
+
+    Args:
+        judgements: of the detections of this cycle; unfit: what was given in their place, or "".
+    """
+    if goal.estimate is not None and goal.estimate.pose is not None:
+        return ""
+    refused = [each.reason for each in judgements if not each.accepted]
+    return (refused[-1] if refused else unfit) or goal.undetected
+
+
+def stands_elsewhere(goal: GoalState, here: Pose2, config: ControllerConfig) -> bool:
+    """Whether the goal that was asked for last, or detected last, was refused, and a vehicle that stands
+    `here` is not inside its tolerance."""
+    tolerance, fit = goal.terms.on(config).goal_tolerance, goal.estimate_fit
+    refused = [goal.given] if goal.refusal else []
+    if fit is not None and fit.problem:
+        refused.append(fit.pose)
+    return not all(pose is not None and here.relative_to(pose).within(tolerance) for pose in refused)
 
 
 def _towards(before: Pose2, wanted: Pose2, distance: float, angle: float) -> Pose2:

@@ -33,6 +33,7 @@ class PlanningContext:
         standing_error: the same; of a vehicle that stands the mean of the last moments: noise moves it less.
         stop_error: the same where the vehicle would stop if it braked at the comfort acceleration now.
         tolerance: (longitudinal, lateral, heading) of the target.
+        half_turn: length of the tightest half circle that the vehicle can drive [m].
     """
 
     now: float
@@ -53,6 +54,7 @@ class PlanningContext:
     standing_error: Pose2
     stop_error: Pose2
     tolerance: tuple[float, float, float]
+    half_turn: float
 
     @property
     def deceleration(self) -> float:
@@ -65,6 +67,14 @@ class PlanningContext:
         return abs(float(self.state[V]))
 
     def inside(self, error: Pose2, share: float = 1.0) -> bool:
+        """Whether a vehicle with this `error` is within `share` of the tolerance, with its way driven.
+
+        A way that comes back to where it was has turned right round; half of that is still to be driven by a
+        vehicle that stands at its begin.
+        """
+        return self.along < self.half_turn and self.within(error, share)
+
+    def within(self, error: Pose2, share: float = 1.0) -> bool:
         """Whether `error` lies within `share` of the tolerance."""
         return error.within(self.tolerance, share)
 
@@ -76,4 +86,4 @@ class PlanningContext:
     def reached_by(self, plan: Trajectory, share: float = 1.0) -> bool:
         """Whether a plan ends within `share` of the tolerance."""
         end = Pose2(*plan.states[-1, [X, Y, PHI]].tolist())
-        return self.inside(end.relative_to(self.target.pose), share)
+        return self.within(end.relative_to(self.target.pose), share)

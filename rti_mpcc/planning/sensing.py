@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign, hypot
+from math import copysign, hypot, pi
 
 import numpy as np
 
@@ -71,6 +71,7 @@ def context_of(
         standing_error=stands.relative_to(target.pose),
         stop_error=_stopped(state, config).relative_to(target.pose),
         tolerance=segment.tolerance,
+        half_turn=pi / config.max_curvature,
     )
 
 

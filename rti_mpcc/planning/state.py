@@ -24,7 +24,7 @@ from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
-from rti_mpcc.types import Array, Trajectory
+from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
 
 
 class Phase(Enum):
@@ -61,9 +61,13 @@ class Halt:
 
     Attributes:
         clear_since: since when its way is clear [s], or None.
+        met: what its plan met last, and where, or ""; no_time: why there was no time for another plan, where
+            a stop would not yet be needed for that, or "".
     """
 
     clear_since: float | None = None
+    met: str = ""
+    no_time: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,10 +187,11 @@ class GoalState:
             given: the user's goal as it came last, see `goals.steadied`.
         fit: what was found of it when it was new; given_fit: of the goal given last, taken or not; None: not
             looked yet.
-        refusal: why the goal given last was not taken, or "".
+        origin: where the planned goal is from; refusal: why the goal given last was not taken, or "".
         pose: made for: `planned`, or what detections make of it; None for the path's last pose.
         estimate: what detections say about the goal, or None if there never was one; estimated_at: when [s].
         estimate_fit: whether that can be the goal, or None; followed: the last one that could, or None.
+        undetected: why the last detection was not accepted, while none was; "" where none came.
         waiting: the vehicle stops, or stands, before a goal that is not known well enough.
         terms: what is asked of it beside its pose.
     """
@@ -196,14 +201,26 @@ class GoalState:
     given: Pose2 | None = None
     fit: GoalFit | None = None
     given_fit: GoalFit | None = None
+    origin: GoalOrigin = GoalOrigin.PATH_END
     refusal: str = ""
     pose: Pose2 | None = None
     estimate: GoalEstimate | None = None
     estimated_at: float | None = None
     estimate_fit: GoalFit | None = None
     followed: Pose2 | None = None
+    undetected: str = ""
     waiting: bool = False
     terms: GoalTerms = NO_TERMS
+
+    @property
+    def accepted(self) -> bool:
+        """Whether a goal was given, or detected, and taken."""
+        return self.origin is GoalOrigin.GIVEN or self.followed is not None
+
+    @property
+    def rejected(self) -> bool:
+        """Whether a goal was asked for and refused, and none other was taken."""
+        return self.refusal != "" and not self.accepted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -390,6 +407,15 @@ class ControllerState:
         if self.goal.pose is not None:
             return self.goal.pose
         return None if self.route is None else self.route.end
+
+    @property
+    def goal_setpoint(self) -> GoalSetpoint | None:
+        """The goal that is made for, and where it is from; None where there is none, or none was accepted."""
+        pose = self.goal_pose or (None if self.on_planned_way else self.path.end)
+        if pose is None or self.goal.rejected:
+            return None
+        source = self.goal.origin if self.goal.followed is None else GoalOrigin.DETECTED
+        return GoalSetpoint(pose=pose, source=source)
 
     @property
     def is_stationary(self) -> bool:

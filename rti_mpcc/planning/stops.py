@@ -25,7 +25,7 @@ def halted(halt: Halt | None, distance: float, needed: float, now: float, cautio
     if distance <= needed + caution.clear_distance:
         return Halt()
     since = now if halt.clear_since is None else halt.clear_since
-    return None if now - since >= caution.clear_time else Halt(clear_since=since)
+    return None if now - since >= caution.clear_time else replace(halt, clear_since=since)
 
 
 def is_old(s: ControllerState, config: ControllerConfig) -> bool:

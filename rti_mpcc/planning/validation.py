@@ -22,9 +22,6 @@ from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
 
-STAYS = "the last one stays"
-"""End of what is said of a goal that is not taken: without one before it, that is the path's last pose."""
-
 
 def goal_in(
     given: Pose2 | None,
@@ -42,14 +39,14 @@ def goal_in(
     if given is not None:
         came, refusal = _pose(given, config.plausibility)
         goal = None if came is None else goals.steadied(came, known.given, known.planned, config.cycle)
-        if came is not None and came != known.given:
+        if came != known.given:
             known = replace(known, given=came)
         if goal is not None and goal != known.planned:
             given_fit = goals.checked_again(given_fit, goal, path, surroundings, config)
             taken = None if given_fit.problem else goal
             refusal = ""
             if given_fit.problem:
-                refusal = f"goal {_text(goal)} out of reach, {given_fit.problem}: {STAYS}"
+                refusal = f"goal {_text(goal)} out of reach, {given_fit.problem}"
     fit = known.fit if taken is None else given_fit
     if fit is None and surroundings.corridor.area is None:
         fit = goals.end_checked(path, surroundings, config)
@@ -68,16 +65,16 @@ def _pose(given: Pose2, checks: Plausibility) -> tuple[Pose2 | None, str]:
     try:
         x, y, phi = given.x, given.y, given.phi
     except AttributeError:
-        return None, f"goal is no Pose2 but a {type(given).__name__}, {STAYS}"
+        return None, f"goal is no Pose2 but a {type(given).__name__}"
     if not _all_finite(x, y, phi):
-        return None, f"goal ({x}, {y}, {phi}) not finite, {STAYS}"
+        return None, f"goal ({x}, {y}, {phi}) not finite"
     goal = given if isinstance(given, Pose2) else Pose2(float(x), float(y), float(phi))
     if max(abs(x), abs(y)) > checks.farthest:
         most = checks.farthest
-        return None, f"goal {_text(goal)} out of reach, coordinates at most {most:g} m: {STAYS}"
+        return None, f"goal {_text(goal)} out of reach, coordinates at most {most:g} m"
     if abs(phi) > checks.largest_heading:
         most = checks.largest_heading
-        return None, f"goal {_text(goal)} out of reach, heading at most {most:g} rad: {STAYS}"
+        return None, f"goal {_text(goal)} out of reach, heading at most {most:g} rad"
     return goal, ""
 
 

@@ -19,7 +19,7 @@ Data = Any
 """What `json` reads: dicts, lists, strings, numbers, booleans, None."""
 
 FORMAT = "rti-mpcc recording"
-VERSION = 3
+VERSION = 4
 """Of the format; grows with every change that older or newer programs could not read."""
 
 END = "end"

@@ -1,4 +1,4 @@
-"""The files of a run: summary.json, trajectory.csv, overview.png, timeline.png (contract 3.2)."""
+"""The files of a run: summary.json, trajectory.csv, overview.png, timeline.png."""
 
 from __future__ import annotations
 

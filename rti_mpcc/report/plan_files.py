@@ -1,4 +1,4 @@
-"""The files of a planned way: route.csv, plan.json, plan.png (contract 3.4)."""
+"""The files of a planned way: route.csv, plan.json, plan.png."""
 
 from __future__ import annotations
 

@@ -20,7 +20,6 @@ from math import ceil, cos, hypot, inf, sin
 from typing import NamedTuple
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from geometry import Corridor
@@ -29,11 +28,12 @@ from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Segment
-from rti_mpcc.model.footprint import body_of, body_polygons, box_of, clearances
+from rti_mpcc.model.footprint import body_of, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at, step_length
 from rti_mpcc.planning.obstacles import Obstacle
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.types import Array, Trajectory
 
 MOST_BODIES = 5_000
@@ -66,22 +66,8 @@ def overlap(states: Array, surroundings: Surroundings, part: int, config: Contro
     deepest = int(np.argmax(depth))
     if depth[deepest] <= 0.0:
         return None
-    body = body_polygons(states[deepest : deepest + 1], config.vehicle)[0]
-    return Overlap(float(depth[deepest]), *_met(shapely.Polygon(body), surroundings, part))
-
-
-def _met(body: shapely.Polygon, surroundings: Surroundings, part: int) -> tuple[str, tuple[float, float]]:
-    """The name of what a body meets, and where."""
-    for obstacle in surroundings.obstacles:
-        if body.intersects(obstacle.shape):
-            at = body.intersection(obstacle.shape).centroid
-            return f"obstacles[{obstacle.index}]", (at.x, at.y)
-    for name, lines in zip(("left", "right"), surroundings.known.lines(part), strict=True):
-        for line in lines:
-            met = body.intersection(shapely.LineString(line))
-            if not met.is_empty:
-                return f"the {name} boundary", (met.centroid.x, met.centroid.y)
-    return "what lies beyond a boundary", (body.centroid.x, body.centroid.y)
+    met = met_by(states[deepest, :POSE], surroundings, part, config, within=0.0)
+    return Overlap(float(depth[deepest]), *met)
 
 
 def distance_to_contact(
@@ -223,6 +209,21 @@ def progress_of_contact(
         return end
     clear = np.flatnonzero(~meets[: np.flatnonzero(meets)[-1]])
     return float(theta[clear[-1] + 1]) if len(clear) else end
+
+
+def met_on(
+    plan: Trajectory,
+    distance: float,
+    surroundings: Surroundings,
+    part: int,
+    age: float,
+    config: ControllerConfig,
+) -> Met:
+    """What a plan meets after so far [m]; `age`: how long ago the obstacles were given [s]."""
+    times = _times(plan, np.array([distance]))
+    (state,) = states_at(plan, times, config.vehicle.wheelbase)
+    ahead = age + config.dead_time + float(times[0] - plan.times[0])
+    return met_by(state, surroundings, part, config, ahead)
 
 
 def length(plan: Trajectory) -> float:

@@ -54,12 +54,11 @@ def command(
     return _command(
         decision.control,
         context.state,
-        s.vehicle.monitor.state,
         status,
         plan,
         diagnostics,
         config,
-        s.vehicle.disturbance,
+        s,
     )
 
 
@@ -101,22 +100,21 @@ def emergency(
         disturbance=s.vehicle.disturbance.acceleration,
         steering_offset=s.vehicle.disturbance.steering,
     )
-    believed, known = s.vehicle.monitor.state, s.vehicle.disturbance
     status = status_of(verdict, s.task)
-    return _command(control, state, believed, status, motion, diagnostics, config, known)
+    return _command(control, state, status, motion, diagnostics, config, s)
 
 
 def _command(
     control: ControlInput,
     state: Array,
-    believed: Array | None,
     status: Status,
     plan: Trajectory,
     diagnostics: Diagnostics,
     config: ControllerConfig,
-    disturbance: Disturbance,
+    s: ControllerState,
 ) -> Command:
-    """`control`, as it is sent, from the state (6,) that it begins to act in; now `believed` (6,)."""
+    """`control`, as it is sent, from the state (6,) that it begins to act in."""
+    believed, disturbance = s.vehicle.monitor.state, s.vehicle.disturbance
     now = state if believed is None else believed
     speed = float(state[V]) + config.cycle * disturbance.acting(control.acceleration)
     steering = disturbance.measured_steering(float(state[DELTA])) + config.cycle * control.steering_rate
@@ -130,6 +128,7 @@ def _command(
         docked=status is Status.DOCKED,
         trajectory=_as_sent(plan, disturbance),
         diagnostics=diagnostics,
+        goal=s.goal_setpoint,
     )
 
 

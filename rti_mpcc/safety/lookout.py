@@ -16,6 +16,7 @@ from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.safety import contact, fallback
 from rti_mpcc.safety.contact import Overlap
+from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.safety.stopping import stopping_along, stopping_motion
 from rti_mpcc.types import Trajectory
 
@@ -52,6 +53,17 @@ def progress_of_contact(
 ) -> float:
     """Progress [m] at which a body on the path meets what a plan meets after so far [m]."""
     return contact.progress_of_contact(plan, distance, s.area.corridor, s.task.segment, config)
+
+
+def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
+    """What a plan meets after so far [m]."""
+    return contact.met_on(plan, distance, s.area, s.task.segment.index, s.now - s.area.given_at, config)
+
+
+def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
+    """What a body on the path meets at this progress [m]."""
+    pose = s.task.segment.part.pose(theta)
+    return met_by(np.array([pose.x, pose.y, pose.phi]), s.area, s.task.segment.index, config)
 
 
 def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:

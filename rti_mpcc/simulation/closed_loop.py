@@ -28,7 +28,7 @@ from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_camera import ScenarioCamera, Seen
 from rti_mpcc.simulation.scenery import Obstacles, Scenery
 from rti_mpcc.simulation.site import Changes, Site
-from rti_mpcc.types import Command, MissionResult, VehicleState
+from rti_mpcc.types import Command, VehicleState
 
 
 class Controller(Protocol):
@@ -241,7 +241,7 @@ def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] 
         if loop.mission is None:
             ending = ending.after(time, docked=_docked(loop), stopped=_stopped(loop), said=_said(loop))
         else:
-            ending = ending.after_mission(time, over=loop.mission.result is not MissionResult.RUNNING)
+            ending = ending.after_mission(time, over=loop.mission.over)
         if (reason := ending.reason(time, loop.scenario.faults)) is not None:
             return reason
     return "duration"

@@ -19,14 +19,14 @@ WORD = 5.0
 """So long [s] a docked vehicle is watched for the controller to say so."""
 AFTER_STOP = 5.0
 """The run goes on so long after a latched stop [s]."""
-LATCHED = (Status.STALLED, Status.GOAL_BEHIND, Status.FAILED)
+LATCHED = (Status.STALLED, Status.GOAL_BEHIND, Status.GOAL_REJECTED, Status.FAILED)
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
     """Since when the vehicle has been docked in truth, and stopped for good by its own word [s].
 
-    `said`: the controller says that it has docked; `over_since`: since when a mission is over [s].
+    `said`: the controller says that it has docked; `over_since`: since when a mission is over, at rest [s].
     """
 
     docked_since: float | None = None

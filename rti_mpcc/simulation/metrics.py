@@ -1,4 +1,4 @@
-"""The figures of a run, as summary.json has them (contract 3.2)."""
+"""The figures of a run, as summary.json has them."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _as_error(error: Array) -> dict[str, float]:
 
 
 def _mission(result: RunResult) -> dict[str, Any]:
-    """What became of the mission, and of each step that was begun (contract 3.5); nothing without one."""
+    """What became of the mission, and of each step that was begun; nothing without one."""
     if result.mission_result is None:
         return {}
     steps = [_step(each, result.truth) for each in result.mission]

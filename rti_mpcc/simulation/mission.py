@@ -149,12 +149,15 @@ class Mission(Protocol):
     """What a mission tells of itself.
 
     Attributes:
-        result: RUNNING until it is over; log: all steps that were begun.
+        result: RUNNING while a step is left; over: none is, and the vehicle stands.
+        log: all steps that were begun.
         docks: the step under way makes for a dock.
     """
 
     @property
     def result(self) -> MissionResult: ...  # noqa: D102
+    @property
+    def over(self) -> bool: ...  # noqa: D102
     @property
     def log(self) -> tuple[StepRecord, ...]: ...  # noqa: D102
     @property

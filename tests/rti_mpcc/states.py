@@ -174,6 +174,7 @@ class Contexts:
             "error": Pose2(-10.0, 0.0, 0.0),
             "stop_error": Pose2(-8.75, 0.0, 0.0),
             "tolerance": (0.05, 0.05, 0.035),
+            "half_turn": 13.0,
         }
         values = {**usual, **changes}
         return PlanningContext(**{"standing_error": values["error"], **values})

@@ -237,7 +237,7 @@ def test_animation_of_a_run_with_a_camera_has_its_view(capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     ("dictionary", "opencv", "message"),
     [
-        ("DICT_4X4_50", False, "needs OpenCV 4.14 or later: pip install 'rti-mpcc[vision]'"),
+        ("DICT_4X4_50", False, "needs OpenCV 4.14 or later: pip install '.[vision]' in rti-mpcc's folder"),
         ("DICT_9", True, "CharucoBoard.dictionary = 'DICT_9': not one of OpenCV's"),
     ],
 )

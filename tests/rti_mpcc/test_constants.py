@@ -53,6 +53,7 @@ MODULES: dict[str, dict[str, str]] = {
     "planning/schedule.py": {UNSET: "SOON"},
     "planning/pace.py": {"keeps a division by a curvature of 0 finite, far below any path's": "FLAT"},
     "safety/contact.py": {UNSET: "MOST_BODIES"},
+    "safety/naming.py": {"for the words of reasons alone": "NEAR MOST_NAMED"},
     "model/layout.py": {
         TABLE: "X Y PHI POSE V DELTA THETA STATES A DELTA_DOT THETA_DOT CONTROLS",
     },

@@ -177,8 +177,8 @@ def test_a_state_that_is_not_finite_brakes_and_says_so(field: str, value: float)
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        ({"goal": (1, 2, 3)}, "goal is no Pose2 but a tuple, the last one stays"),
-        ({"goal": "x"}, "goal is no Pose2 but a str, the last one stays"),
+        ({"goal": (1, 2, 3)}, "goal is no Pose2 but a tuple"),
+        ({"goal": "x"}, "goal is no Pose2 but a str"),
         ({"measurements": [(1, 2, 3)]}, "measurements[0] is no GoalMeasurement but a tuple, left out"),
         ({"measurements": 5}, "measurements are no sequence but int, left out"),
         ({"measurements": None}, ""),
@@ -191,8 +191,9 @@ def test_what_is_of_another_type_is_left_out_and_said(told: dict[str, Any], said
     state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)
     arguments: dict[str, Any] = {"state": state, "now": 0.0} | told
     command = docking_controller(short()).step(arguments.pop("state"), **arguments)
-    assert command.diagnostics.reason == said
-    if "state" not in told:
+    assert command.diagnostics.reason.endswith(said)
+    assert ("goal" in told) == (command.status is Status.GOAL_REJECTED)
+    if "measurements" in told:
         assert command.source is Source.SOLUTION
 
 

@@ -168,7 +168,7 @@ NAN: Any = SimpleNamespace(x=float("nan"), y=4.0, phi=0.0)
     [
         (
             IN_THE_WALL,
-            {Status.PLANNING},
+            {Status.GOAL_REJECTED},
             "goal (5, 4, 0) out of reach, the body there crosses a boundary or obstacle by 1.68 m",
         ),
         (
@@ -176,10 +176,10 @@ NAN: Any = SimpleNamespace(x=float("nan"), y=4.0, phi=0.0)
             {Status.PLANNING, Status.STALLED},
             "the body at the goal (3.30, 4.00, 0.00) leaves 0.022 m, at least 0.05 m are kept",
         ),
-        (NAN, {Status.PLANNING}, "goal (nan, 4.0, 0.0) not finite"),
+        (NAN, {Status.GOAL_REJECTED}, "goal (nan, 4.0, 0.0) not finite"),
         (
             Pose2(500.0, 0.0, 0.0),
-            {Status.PLANNING},
+            {Status.GOAL_REJECTED},
             "goal (500, 0, 0) out of reach, it is beyond the boundary of the area",
         ),
     ],

@@ -37,7 +37,8 @@ def test_a_wall_that_comes_into_view_on_a_long_path_is_stopped_before_on_the_pat
     scenario = straight(1, 90.0, speed=3.0, duration=32.0)
     outline = wall(scenario.build_path(), 50.0, 3.2)
     result = simulate(scenario, obstacles_at=present(outline, 0.0, 99.0))
-    assert "making for a stop before something in the way" in result.cycles.reason
+    makes_for_stop = "making for a stop before what is in the way: obstacles[0] at (49."
+    assert any(reason.startswith(makes_for_stop) for reason in result.cycles.reason)
     assert result.cycles.status[-1] is Status.BLOCKED
     assert abs(result.truth.v[-1]) <= 0.02
     assert 50.0 - result.truth.poses[-1, 0] < scenario.vehicle.front + 2.0

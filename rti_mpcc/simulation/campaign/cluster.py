@@ -148,6 +148,6 @@ def _distributed() -> ModuleType:
         import distributed
     except ImportError as error:
         raise MissingExtraError(
-            "a Dask cluster needs the library distributed: pip install 'rti-mpcc[cluster]'"
+            "a Dask cluster needs the library distributed: pip install '.[cluster]' in rti-mpcc's folder"
         ) from error
     return distributed

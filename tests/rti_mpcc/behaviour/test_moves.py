@@ -24,6 +24,7 @@ from rti_mpcc.planning.state import (
     Phase,
     Plans,
 )
+from rti_mpcc.types import GoalOrigin
 from tests.rti_mpcc.states import (
     BEFORE,
     PATH,
@@ -206,7 +207,7 @@ def test_another_goal_is_known_by_nothing_of_the_last_one() -> None:
     before = arriving(**known, refusal="why", waiting=True, suspended=begun_for(None))
     after = moves.with_goal(before, new)
     forgotten = {"estimate": None, "estimated_at": None, "followed": None}
-    assert after == put(before, planned=new, dock=new, pose=new, **forgotten)
+    assert after == put(before, planned=new, dock=new, pose=new, origin=GoalOrigin.GIVEN, **forgotten)
 
 
 @pytest.mark.parametrize("phase", ON_ITS_WAY)
@@ -222,9 +223,10 @@ def test_a_dock_known_a_little_better_stays_the_same_dock() -> None:
     old, new, seen = Pose2(1.0, 2.0, 0.3), Pose2(1.001, 2.0, 0.3), Pose2(1.1, 2.1, 0.3)
     known = {"estimate": GoalEstimate(status=GoalStatus.SEARCHING), "estimated_at": 9.0}
     before = arriving(planned=old, pose=old, suspended=begun_for(None), **known)
-    assert moves.with_goal_corrected(before, new) == put(before, planned=new, pose=new)
+    given = GoalOrigin.GIVEN
+    assert moves.with_goal_corrected(before, new) == put(before, planned=new, pose=new, origin=given)
     followed = put(before, followed=seen, pose=seen)
-    assert moves.with_goal_corrected(followed, new) == put(followed, planned=new)
+    assert moves.with_goal_corrected(followed, new) == put(followed, planned=new, origin=given)
 
 
 def test_the_next_segment_knows_the_goal_where_the_vehicle_is_and_the_queue_and_nothing_else() -> None:

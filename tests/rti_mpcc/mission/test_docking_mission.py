@@ -186,7 +186,9 @@ def test_a_cancelled_mission_ends_in_a_standstill_and_another_one_can_be_driven(
     assert mission.log[-1].result is CANCELLED or mission.log[-1].result is SUCCEEDED
     cancelled = drive.between(at, inf)
     assert {command.status for command in drive.commands[cancelled]} == {Status.WAITING}
-    assert {command.mission.result for command in drive.commands[cancelled] if command.mission} == {CANCELLED}
+    told = [command.mission for command in drive.commands[cancelled] if command.mission]
+    assert {each.mission_result for each in told} == {CANCELLED}
+    assert {each.result for each in told} == {mission.log[-1].result}
     speed = abs(float(drive.states[drive.between(at, at + CYCLE), 3][0]))
     assert_stays(drive, at + stop_time(speed))
     # Another one on the same controller, from where that stands.

@@ -15,6 +15,7 @@ from rti_mpcc.planning import aim
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
+from rti_mpcc.types import GoalOrigin
 from tests.rti_mpcc.states import arrival_at, contexts, put, state
 
 CONFIG = ControllerConfig(cycle=0.05, goal_tracking=GoalTracking(speed=0.5, turn_rate=0.3))
@@ -99,7 +100,9 @@ def test_an_estimate_that_is_forgotten_leaves_the_planned_goal() -> None:
 def test_what_there_is_to_say_is_of_the_goal_that_is_made_for() -> None:
     tight, wide = (GoalFit(pose=END, beside=END, remark=said) for said in ("tight", ""))
     assert aim.remarks(GoalState()) == ()
-    assert aim.remarks(GoalState(fit=tight, refusal="refused")) == ("refused", "tight")
+    assert aim.remarks(GoalState(fit=tight, refusal="refused")) == ("refused",)
+    kept = GoalState(fit=tight, refusal="refused", origin=GoalOrigin.GIVEN)
+    assert aim.remarks(kept) == ("refused: the last one stays", "tight")
     assert aim.remarks(GoalState(fit=tight, estimate_fit=wide, followed=END)) == ()
     assert aim.remarks(GoalState(fit=wide, estimate_fit=tight, followed=END)) == ("tight",)
 

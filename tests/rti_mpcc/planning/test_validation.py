@@ -87,12 +87,12 @@ def test_a_goal_that_cannot_be_one_is_not_used(field: int, value: Any) -> None:
     used, remark = goal_in(goal)
     assert used is None
     assert remark.startswith("goal (")
-    assert remark.endswith("the last one stays")
+    assert any(word in remark for word in ("not finite", "out of reach"))
 
 
 @pytest.mark.parametrize("goal", [(1, 2, 3), "x", 5.0])
 def test_a_goal_of_another_type_is_not_used(goal: Any) -> None:
-    remark = f"goal is no Pose2 but a {type(goal).__name__}, the last one stays"
+    remark = f"goal is no Pose2 but a {type(goal).__name__}"
     assert goal_in(goal) == (None, remark)
 
 

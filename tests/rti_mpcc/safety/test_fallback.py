@@ -41,6 +41,7 @@ def before_the_goal(
         standing_error=Pose2(-direction * left, 0.0, 0.0),
         stop_error=Pose2(0.0, 0.0, 0.0),
         tolerance=(0.05, 0.05, 0.035),
+        half_turn=13.0,
         **values,
     )
 

@@ -91,7 +91,7 @@ def test_what_is_no_address_is_refused(tmp_path: Path, address: str) -> None:
 
 def test_without_the_library_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'rti-mpcc\[cluster\]'"):
+    with pytest.raises(MissingExtraError, match=r"pip install '.\[cluster\]'"):
         DaskEngine("tcp://127.0.0.1:1")
 
 

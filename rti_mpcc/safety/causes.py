@@ -1,0 +1,112 @@
+"""What holds a vehicle, for the reasons of its commands: the deepest cause that is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+
+from geometry import Pose2
+from rti_mpcc.behaviour.status import Verdict
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import PlannedStop
+from rti_mpcc.model.footprint import clearances
+from rti_mpcc.model.layout import PHI, THETA, V, X, Y
+from rti_mpcc.ocp.room import Room
+from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.safety import contact, lookout
+from rti_mpcc.safety.naming import met_by
+from rti_mpcc.types import GoalOrigin, Reason, Trajectory
+
+
+def of_stall(
+    s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room | None
+) -> str:
+    """Why no plan ends inside the tolerance, or "" where that is not known.
+
+    In this order: the body is too near to something where it stands, or where it is to stand; the way between
+    is too narrow; no other way was found.
+
+    Args:
+        room: beside the body along the segment, or None where that does not count.
+    """
+    here = Pose2(*context.state[[X, Y, PHI]].tolist())
+    setpoint = s.goal_setpoint
+    at_end = setpoint is None or setpoint.source is GoalOrigin.PATH_END
+    what = ("the path's end" if at_end else "the goal") if context.ends_at_goal else "the end of this segment"
+    why = _too_near(here, "here", s, config) or _too_near(context.target.pose, f"at {what}", s, config)
+    if why:
+        return why
+    if room is not None and (narrow := _narrow(s, context, config, room)):
+        return narrow
+    manoeuvre = None if s.route is None else s.route.manoeuvre
+    return "" if manoeuvre is None or manoeuvre.found else manoeuvre.reason
+
+
+def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerConfig) -> str:
+    """What is too near to the body at a pose, or ""."""
+    state, part = np.array([pose.x, pose.y, pose.phi]), s.task.segment.index
+    apart = clearances(state[None], s.area.known, part, config.vehicle, config.caution.hard_minimum)[0]
+    apart[0] += config.caution.contact_tolerance  # of boundaries, which count later
+    if apart.min() >= config.caution.hard_minimum:
+        return ""
+    apart[0] -= config.caution.contact_tolerance
+    room, met = float(apart.min()), met_by(state, s.area, part, config)
+    if room < 0.0:
+        return f"the body {where} overlaps {met} by {-room:.3f} m"
+    return f"the body {where} is {room:.3f} m from {met}, at least {config.caution.hard_minimum:g} m are kept"
+
+
+def _narrow(s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room) -> str:
+    """Where the way that is left is narrower than the margin, or ""."""
+    theta = float(context.state[THETA])
+    ahead = (room.theta >= theta) & (room.theta <= context.target.theta)
+    if not ahead.any():
+        return ""
+    least = int(np.flatnonzero(ahead)[np.argmin(room.walls[ahead])])
+    left, at = float(room.walls[least]), float(room.theta[least])
+    if left >= config.footprint.margin:
+        return ""
+    pose = s.task.segment.part.pose(at)
+    return (
+        f"the boundaries leave {left:.3f} m on either side of the body at ({pose.x:.2f}, {pose.y:.2f}), "
+        f"{at - theta:.2f} m ahead, less than the margin of {config.footprint.margin:g} m"
+    )
+
+
+# -- what is in the way -----------------------------------------------------------------------------------
+
+
+def before_stop(stop: PlannedStop, context: PlanningContext, config: ControllerConfig) -> str:
+    """What fills the way behind a stop, and how far ahead that is."""
+    ahead = stop.at + contact.stop_clearance(config) - float(context.state[THETA])
+    return f"{stop.met}, {max(ahead, 0.0):.2f} m ahead"
+
+
+def meeting(
+    s: ControllerState, plan: Trajectory, distance: float, late: str, config: ControllerConfig
+) -> ControllerState:
+    """With what the plan of a halting vehicle meets after so far [m].
+
+    `late`: why there was no time for another plan, or ""; it holds the vehicle where a stop before what the
+    last plan meets is not needed yet.
+    """
+    assert s.task.halt is not None
+    met = f"{distance:.2f} m with {lookout.met_on(s, plan, distance, config)}"
+    needed = contact.stopping_distance(float(plan.states[0, V]), config) + config.caution.clear_distance
+    halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
+    return replace(s, task=replace(s.task, halt=halt))
+
+
+def held(s: ControllerState, distance: float) -> Verdict:
+    """What holds a halting vehicle, whose plan is not clear after so far [m]; inf: it is now."""
+    halt = s.task.halt
+    assert halt is not None
+    if halt.no_time:
+        why = f"{halt.no_time}; the last plan is no way on: contact in {halt.met}"
+        return Verdict(Reason.OUT_OF_TIME, why)
+    if distance < inf:
+        return Verdict(Reason.CONTACT_AHEAD, halt.met)
+    return Verdict(Reason.WAITS_UNTIL_CLEAR, halt.met and f" (last: contact in {halt.met})")

@@ -1,0 +1,427 @@
+"""The words of a command promise no more than is true: docked, the goal, what holds, and a mission's end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import hypot, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from estimation import Frame, GoalMeasurement
+from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
+from rti_mpcc import (
+    Command,
+    ControllerConfig,
+    Dock,
+    DockingController,
+    DockingMission,
+    DriveTo,
+    GoalOrigin,
+    MissionResult,
+    Reason,
+    Status,
+    Wait,
+)
+from rti_mpcc.planning.clock import Decisions, PlayedBack
+from rti_mpcc.simulation import scenario_from_dict, simulate
+from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+
+START = Pose2(0.0, 0.0, 0.0)
+END = Pose2(15.0, 0.0, 0.0)
+HALL = Area(boundary=[(-10.0, -10.0), (40.0, -10.0), (40.0, 10.0), (-10.0, 10.0)])
+FAR = Pose2(900.0, 0.0, 0.0)
+BESIDE = Pose2(15.0, 6.0, 0.0)
+CONFIG = ControllerConfig()
+HALF = 0.5 * CONFIG.vehicle.width
+FRONT = CONFIG.vehicle.front
+
+
+def on_path(
+    length: float = 15.0, *, curvature: float = 0.0, narrowings: Sequence[Narrowing] = ()
+) -> DockingController:
+    path = ReferencePath.from_segments(START, [(1, curvature, length)])
+    corridor = Corridor.from_offsets(path, left=4.0, right=-4.0, narrowings=list(narrowings))
+    return DockingController(path, corridor, CONFIG)
+
+
+@dataclass(slots=True)
+class Ride:
+    """A vehicle that obeys; what is given may depend on the plant."""
+
+    driver: Any
+    plant: PlantState = field(default_factory=lambda: PlantState(x=0.0, y=0.0, phi=0.0))
+    commands: list[Command] = field(default_factory=list)
+    travelled: float = 0.0
+
+    def drive(
+        self, seconds: float, until: Callable[[Command], bool] = lambda _: False, **given: Any
+    ) -> Command:
+        parameters = PlantParameters.of(CONFIG.vehicle, CONFIG.limits)
+        end = self.plant.time + seconds
+        while self.plant.time < end and not (self.commands and until(self.commands[-1])):
+            told = {name: value(self.plant) if callable(value) else value for name, value in given.items()}
+            command: Command = self.driver.step(self.plant.measured, now=self.plant.time, **told)
+            self.commands.append(command)
+            here = self.plant
+            self.plant = issue(
+                here, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
+            )
+            self.plant = advance(self.plant, parameters, here.time + CONFIG.cycle)
+            self.travelled += hypot(self.plant.x - here.x, self.plant.y - here.y)
+        return self.commands[-1]
+
+
+def docked(command: Command) -> bool:
+    return command.docked
+
+
+def box(x: float, y: float, length: float = 1.0, width: float = 1.0) -> Any:
+    return np.array([(x, y), (x + length, y), (x + length, y + width), (x, y + width)])
+
+
+# -- docked: at the goal that was asked for --------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("goal", "says"),
+    [
+        (FAR, "885 m from the path's last part, at most 20 m"),
+        ((15.0, 0.0, 0.0), "no Pose2 but a tuple"),
+        (Pose2(15.0, 0.0, 3.0), "turned by 3 rad from the path"),
+        (BESIDE, "a boundary lies between it and the path"),
+        (Pose2(15.0, 3.5, 0.0), "crosses a boundary or obstacle by 0.534 m"),
+    ],
+)
+@pytest.mark.parametrize("given", ["once", "always"])
+def test_a_first_goal_that_is_refused_is_not_replaced_by_the_paths_end(
+    goal: Any, says: str, given: str
+) -> None:
+    ride = Ride(on_path())
+    ride.drive(0.05, goal=goal)
+    last = ride.drive(5.0, goal=goal if given == "always" else None)
+    assert {each.status for each in ride.commands} == {Status.GOAL_REJECTED}
+    assert not any(each.docked for each in ride.commands)
+    assert (ride.travelled, last.goal) == (0.0, None)
+    assert says in last.diagnostics.reason
+    assert "give another one, or call `clear_goal`" in last.diagnostics.reason
+
+
+@pytest.mark.parametrize("goal", [FAR, Pose2(25.0, 9.5, 0.0), "there"])
+def test_in_an_area_a_refused_goal_is_named_and_not_called_missing(goal: Any) -> None:
+    ride = Ride(DockingController.in_area(HALL, CONFIG))
+    last = ride.drive(1.0, goal=goal)
+    assert (last.status, last.docked, last.goal) == (Status.GOAL_REJECTED, False, None)
+    assert "no goal was accepted: give another one; goal " in last.diagnostics.reason
+    assert "clear_goal" not in last.diagnostics.reason
+
+
+@pytest.mark.parametrize("better", [Pose2(14.0, 0.5, 0.0), None])
+def test_after_a_refused_goal_another_one_or_none_is_driven_to(better: Pose2 | None) -> None:
+    ride = Ride(on_path())
+    ride.drive(1.0, goal=FAR)
+    if better is None:
+        ride.driver.clear_goal()
+    last = ride.drive(30.0, docked, goal=better)
+    assert last.docked
+    assert last.goal is not None
+    assert last.goal.pose == (better or END)
+    assert last.goal.source is (GoalOrigin.GIVEN if better else GoalOrigin.PATH_END)
+
+
+def test_a_goal_that_is_refused_on_the_way_to_the_paths_end_brakes_the_vehicle() -> None:
+    ride = Ride(on_path())
+    ride.drive(3.0)
+    assert ride.plant.v > 0.5
+    last = ride.drive(6.0, goal=FAR)
+    assert (last.status, last.docked) == (Status.GOAL_REJECTED, False)
+    assert ride.plant.v == pytest.approx(0.0, abs=0.02)
+    assert ride.plant.x < 7.0
+    assert min(each.acceleration for each in ride.commands) > -2.0 * CONFIG.comfort_acceleration
+
+
+def test_a_later_goal_that_is_refused_leaves_the_older_one_but_that_is_not_docked() -> None:
+    ride, older = Ride(on_path()), Pose2(14.0, 0.5, 0.0)
+    ride.drive(3.0, goal=older)
+    last = ride.drive(22.0, goal=BESIDE)
+    assert (ride.plant.x, ride.plant.y) == pytest.approx((14.0, 0.5), abs=0.05)
+    assert (last.status, last.docked) == (Status.GOAL_REJECTED, False)
+    assert not any(each.docked for each in ride.commands)
+    assert last.goal is not None
+    assert (last.goal.pose, last.goal.source) == (older, GoalOrigin.GIVEN)
+    assert "goal (15, 6, 0) out of reach, a boundary lies between it" in last.diagnostics.reason
+    assert ride.drive(1.0, goal=older).docked  # asked for once more
+
+
+def test_a_docked_vehicle_is_not_docked_any_more_once_another_goal_was_refused() -> None:
+    ride = Ride(on_path())
+    assert ride.drive(30.0, docked, goal=END).docked
+    assert not ride.drive(0.05, goal=FAR).docked
+    assert not ride.drive(1.0).docked
+
+
+def test_a_refused_goal_inside_whose_tolerance_the_vehicle_stands_is_reached() -> None:
+    """Noise of a goal beside something makes it cross that by a millimetre now and then."""
+    ride, wall = Ride(on_path()), [box(12.0, HALF + 0.03, 5.0)]
+    assert ride.drive(60.0, docked, goal=Pose2(14.0, 0.0, 0.0)).docked
+    last = ride.drive(0.1, goal=Pose2(14.0, 0.3, 0.0), obstacles=wall)
+    assert (last.status, last.docked) == (Status.GOAL_REJECTED, False)
+    last = ride.drive(0.1, goal=Pose2(14.0, 0.04, 0.0), obstacles=wall)
+    assert "goal (14, 0.04, 0) out of reach" in last.diagnostics.reason
+    assert last.docked
+
+
+@pytest.mark.parametrize(
+    ("detection", "says"),
+    [
+        ({"late": 1.5}, "is too old"),
+        ({"unit": 1e3}, "is ahead of the clock"),
+        ({"x": 15.0, "y": 6.0}, "a boundary lies between it and the path"),
+        ({"x": float("nan")}, "not finite"),
+    ],
+    ids=["1.5 s old", "stamps in ms", "elsewhere", "not finite"],
+)
+def test_detections_of_which_none_is_accepted_are_no_dock(detection: dict[str, float], says: str) -> None:
+    def seen(plant: PlantState) -> list[GoalMeasurement]:
+        stamp = detection.get("unit", 1.0) * plant.time - detection.get("late", 0.0)
+        x, y = detection.get("x", 15.5), detection.get("y", 0.0)
+        return [GoalMeasurement(stamp=stamp, x=x, y=y, phi=0.0, frame=Frame.WORLD)]
+
+    ride = Ride(on_path())
+    last = ride.drive(20.0, measurements=seen)
+    assert ride.plant.x == pytest.approx(15.0, abs=0.05)
+    assert (last.status, last.docked) == (Status.SEARCHING, False)
+    assert says in last.diagnostics.reason
+    assert not any(each.docked for each in ride.commands)
+
+
+def test_what_is_no_detection_at_all_is_no_dock_either() -> None:
+    last = Ride(on_path()).drive(20.0, measurements=[(15.5, 0.0, 0.0)])
+    assert (last.status, last.docked) == (Status.SEARCHING, False)
+    assert "no GoalMeasurement but a tuple" in last.diagnostics.reason
+
+
+def test_a_dock_that_is_tracked_elsewhere_after_it_was_accepted_is_not_docked_at() -> None:
+    def seen(plant: PlantState) -> list[GoalMeasurement]:
+        y = 0.3 if plant.time < 8.0 else 4.8
+        return [GoalMeasurement(stamp=plant.time, x=15.0, y=y, phi=0.0, frame=Frame.WORLD)]
+
+    ride = Ride(on_path())
+    last = ride.drive(25.0, measurements=seen)
+    assert last.diagnostics.goal is not None
+    assert last.diagnostics.goal.pose is not None
+    assert last.diagnostics.goal.pose.y == pytest.approx(4.8, abs=0.1)
+    assert (last.status, last.docked) == (Status.GOAL_REJECTED, False)
+    assert "goal detected at (15, 4.8" in last.diagnostics.reason
+
+
+def test_the_goal_says_where_it_is_from() -> None:
+    def source(**given: Any) -> GoalOrigin | None:
+        goal = Ride(on_path()).drive(0.5, **given).goal
+        return None if goal is None else goal.source
+
+    def seen(plant: PlantState) -> list[GoalMeasurement]:
+        return [GoalMeasurement(stamp=plant.time, x=15.0, y=0.3, phi=0.0, frame=Frame.WORLD)]
+
+    assert source() is GoalOrigin.PATH_END
+    assert source(goal=END) is GoalOrigin.GIVEN
+    assert source(measurements=seen) is GoalOrigin.DETECTED
+    assert source(goal=END, measurements=seen) is GoalOrigin.DETECTED
+    in_area = Ride(DockingController.in_area(HALL, CONFIG))
+    assert in_area.drive(0.1).goal is None
+    goal = in_area.drive(0.1, goal=END).goal
+    assert goal is not None
+    assert (goal.pose, goal.source) == (END, GoalOrigin.GIVEN)
+
+
+# -- a route is driven by its progress -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("given", [False, True], ids=["path end", "given"])
+def test_a_path_that_ends_where_it_starts_is_driven(given: bool) -> None:
+    ride = Ride(on_path(20.0 * pi, curvature=0.1))
+    last = ride.drive(60.0, docked, goal=ride.driver.path.end if given else None)
+    assert last.docked
+    assert ride.travelled > 2.0 * pi * (10.0 - 4.0)  # it may cut the bend, as far as the corridor lets it
+
+
+def test_a_run_on_a_path_that_ends_where_it_starts_does_not_end_before_it_is_driven() -> None:
+    circle = {
+        "name": "circle",
+        "path": {
+            "start": [0.0, 0.0, 0.0],
+            "segments": [{"direction": 1, "curvature": 0.1, "length": 20.0 * pi}],
+        },
+        "corridor": {"left": 4.0, "right": -4.0},
+    }
+    result = simulate(scenario_from_dict(circle))
+    assert result.ended == "docked"
+    assert result.truth.times[-1] > 20.0
+
+
+# -- a mission that is over stands -----------------------------------------------------------------------
+
+
+def in_motion(**step: Any) -> tuple[Ride, DockingMission]:
+    controller = DockingController.in_area(HALL, CONFIG)
+    mission = DockingMission(controller, [Dock(Pose2(25.0, 0.0, 0.0), **step), Wait(1.0)])
+    return Ride(mission), mission
+
+
+@pytest.mark.parametrize("ends", [MissionResult.CANCELLED, MissionResult.TIMED_OUT])
+def test_a_mission_is_over_once_the_vehicle_stands(ends: MissionResult) -> None:
+    ride, mission = in_motion(timeout=6.0 if ends is MissionResult.TIMED_OUT else 1e6)
+    ride.drive(6.0 if ends is MissionResult.TIMED_OUT else 5.0)
+    if ends is MissionResult.CANCELLED:
+        mission.cancel()
+    seen = []
+    while not mission.over:
+        assert ride.plant.time < 20.0
+        command = ride.drive(0.05)
+        assert command.mission is not None
+        seen.append((command.mission.mission_result, abs(ride.plant.v) > 0.5))
+    assert (ends, True) in seen
+    assert abs(ride.plant.v) < 0.02
+    assert mission.result is ends
+
+
+def test_the_loop_of_the_docs_ends_with_the_mission_and_at_rest() -> None:
+    ride, mission = in_motion()
+    while not mission.over:
+        assert ride.plant.time < 60.0
+        ride.drive(0.05)
+    assert mission.result is MissionResult.SUCCEEDED
+    assert ride.plant.v == pytest.approx(0.0, abs=0.02)
+
+
+def test_the_result_of_a_step_is_not_that_of_the_mission() -> None:
+    """A loop on the first one's success ends after the first step."""
+    steps = [Wait(0.3), Wait(0.3)]
+    ride = Ride(DockingMission(DockingController.in_area(HALL, CONFIG), steps))
+    ride.drive(1.0)
+    told = [each.mission for each in ride.commands if each.mission is not None]
+    succeeded = MissionResult.SUCCEEDED
+    first = next(each for each in told if each.result is succeeded)
+    assert (first.step, first.mission_result) == (0, MissionResult.RUNNING)
+    whole = next(each for each in told if each.mission_result is succeeded)
+    assert (whole.step, whole.result) == (1, succeeded)
+    last = told[-1]
+    assert (last.step, last.result, last.mission_result) == (1, succeeded, succeeded)
+
+
+def test_after_a_step_that_failed_the_way_home_ends_with_its_own_result() -> None:
+    home = Pose2(3.0, 0.0, 0.0)
+    lost = Dock(Pose2(25.0, 9.5, 0.0), patience=1.0, then="home")
+    mission = DockingMission(DockingController.in_area(HALL, CONFIG), [lost], home=DriveTo(home))
+    ride = Ride(mission)
+    while not mission.over:
+        assert ride.plant.time < 60.0
+        command = ride.drive(0.05)
+    assert command.mission is not None
+    assert command.mission.result is MissionResult.SUCCEEDED
+    assert command.mission.mission_result is MissionResult.NOT_REACHED
+
+
+# -- the deepest cause -----------------------------------------------------------------------------------
+
+
+def test_a_stalled_vehicle_names_the_narrowing() -> None:
+    narrow = Narrowing(12.0, 18.0, left=HALF + 0.055, right=-HALF - 0.055)
+    last = Ride(on_path(25.0, narrowings=[narrow])).drive(40.0, lambda each: each.status is Status.STALLED)
+    assert last.status is Status.STALLED
+    assert "the boundaries leave 0.055 m on either side of the body" in last.diagnostics.reason
+
+
+def test_a_stalled_vehicle_names_what_stands_at_the_paths_end() -> None:
+    beside = box(13.0, HALF - 0.29, 5.5, 0.8)
+    last = Ride(on_path()).drive(
+        40.0, lambda each: each.status is Status.STALLED, obstacles=lambda _: [beside]
+    )
+    assert last.status is Status.STALLED
+    assert "the body at the path's end overlaps obstacles[0] at (16." in last.diagnostics.reason
+    assert "by 0.290 m" in last.diagnostics.reason
+
+
+def test_a_boundary_across_the_paths_end_is_named_by_how_much() -> None:
+    narrow = Narrowing(13.0, 15.0, left=HALF - 0.29)
+    last = Ride(on_path(narrowings=[narrow])).drive(0.05)
+    assert "the body at the path's end crosses a boundary or obstacle by 0.29 m" in last.diagnostics.reason
+
+
+@pytest.mark.parametrize(
+    ("driver", "obstacles", "says"),
+    [
+        (lambda: on_path(), [box(FRONT - 0.27, -1.0, 2.0, 2.0)], "obstacles[0] by 0.27 m at (3.54, "),
+        (
+            lambda: on_path(narrowings=[Narrowing(0.0, 3.0, left=HALF - 0.27)]),
+            [],
+            "the left boundary by 0.27 m at (",
+        ),
+        (
+            lambda: DockingController.in_area(
+                Area(boundary=HALL.boundary, obstacles=[box(FRONT - 0.27, -1.0, 2.0, 2.0)]), CONFIG
+            ),
+            [],
+            "area.obstacles[0] by 0.27 m at (3.54, ",
+        ),
+    ],
+    ids=["an obstacle", "a boundary", "an obstacle of the area"],
+)
+def test_a_start_that_overlaps_something_says_what_where_and_how_deep(
+    driver: Callable[[], DockingController], obstacles: list[Any], says: str
+) -> None:
+    last = Ride(driver()).drive(1.0, goal=END, obstacles=lambda _: obstacles)
+    assert last.status is Status.BLOCKED
+    assert f"the body overlaps {says}" in last.diagnostics.reason
+
+
+# -- what holds the vehicle ------------------------------------------------------------------------------
+
+
+def test_a_blocked_vehicle_names_what_fills_its_way_and_where_and_how_far() -> None:
+    across = box(12.0, -4.0, 1.0, 8.0)
+    last = Ride(on_path(25.0)).drive(
+        30.0, lambda each: each.status is Status.BLOCKED, obstacles=lambda _: [across]
+    )
+    assert last.status is Status.BLOCKED
+    assert "what fills the way: obstacles[0] at (12." in last.diagnostics.reason
+    assert last.diagnostics.reason.endswith(" m ahead")
+
+
+def test_a_contact_with_something_that_moves_is_named() -> None:
+    def walker(plant: PlantState) -> list[Any]:
+        return [box(9.0, -6.0 + 0.8 * plant.time, 0.5, 0.5)]
+
+    ride = Ride(on_path(25.0))
+    first = ride.drive(10.0, lambda each: each.status is Status.BLOCKED, obstacles=walker)
+    assert first.diagnostics.cause is Reason.CONTACT_AHEAD
+    assert "m with obstacles[0] at (9.00, " in first.diagnostics.reason
+
+
+def test_a_vehicle_that_waits_until_its_way_is_clear_says_what_was_in_it() -> None:
+    ride = Ride(on_path(25.0))
+    ride.drive(5.0)
+    ahead = [box(ride.plant.x + FRONT + 1.5, -1.0, 1.0, 2.0)]
+    ride.drive(0.05, obstacles=ahead)
+    waits = ride.drive(0.05, obstacles=[])
+    assert waits.diagnostics.cause is Reason.WAITS_UNTIL_CLEAR
+    assert "(last: contact in " in waits.diagnostics.reason
+    assert "m with obstacles[0] at (" in waits.diagnostics.reason
+
+
+def test_where_the_deadline_holds_the_vehicle_it_does_not_say_blocked() -> None:
+    """What is beside the way 10 m ahead needs no stop yet: only the time for a plan past it was missing."""
+    path = ReferencePath.from_segments(START, [(1, 0.0, 25.0)])
+    corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
+    controller = DockingController(path, corridor, CONFIG)
+    ride, near = Ride(controller), [box(12.0, HALF + 0.02)]
+    assert ride.drive(0.05).diagnostics.cause is Reason.DRIVES
+    last = ride.drive(0.05, obstacles=near, clock=PlayedBack(Decisions(granted=())))
+    assert (last.status, last.diagnostics.cause) == (Status.FAILED, Reason.OUT_OF_TIME)
+    assert last.diagnostics.reason.startswith("the deadline left no time for an iteration")
+    assert "m with obstacles[0] at (1" in last.diagnostics.reason
+    waits = ride.drive(0.05, obstacles=[])
+    assert waits.diagnostics.cause is Reason.OUT_OF_TIME
+    assert ride.drive(2.0, obstacles=[]).diagnostics.cause is Reason.DRIVES
