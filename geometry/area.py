@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite
 from os import PathLike
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -15,7 +16,11 @@ from numpy.typing import ArrayLike
 from geometry.arrays import Array
 from geometry.errors import AreaError, CorridorError
 from geometry.outline import checked_polygon, convex_pieces
+from geometry.pose import Pose2
 from geometry.shape_grid import Body, ShapeGrid
+
+if TYPE_CHECKING:
+    from geometry.map_file import OccupancyMap
 
 _FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid
 _DRAWN = 1e-6  # [m] to which what is only drawn is rounded
@@ -68,11 +73,35 @@ class Area:
         """
         from geometry.map_file import read_map  # what reads pictures is loaded with the first map
 
-        found = read_map(file, unknown_is_free=unknown_is_free)
-        rectangles = list(found.rectangles)
-        area = cls.__new__(cls)
-        area._hold(found.outline, rectangles, [*_outside(found.outline), *rectangles])
-        return area
+        return cls._of_map(read_map(file, unknown_is_free=unknown_is_free))
+
+    @classmethod
+    def from_grid(
+        cls,
+        array: ArrayLike,
+        resolution: float,
+        origin: Pose2 | Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        unknown_is_free: bool = False,
+    ) -> Area:
+        """Build from an occupancy grid (rows, columns), laid out as the data of a ROS OccupancyGrid.
+
+        The first row is the lowest one, at the origin. So a picture, whose first row is its top, is given as
+        `array[::-1]`. Boundary and obstacles are as of `from_map`.
+
+        Args:
+            array: bools, True is occupied; or numbers from 0, free, to 1, occupied, or to 100 where any is
+                larger than 1. -1 and NaN are unknown, as is all between 25 and 65 %.
+            resolution: length of a cell [m].
+            origin: pose x, y [m] and, if given, yaw [rad] of the lower left corner of the first cell.
+            unknown_is_free: whether unknown cells count as free.
+
+        Raises:
+            AreaError: another shape, a value, resolution or origin out of range, or no free cell.
+        """
+        from geometry.grid import grid_map  # with what reads maps
+
+        return cls._of_map(grid_map(array, resolution, origin, unknown_is_free=unknown_is_free))
 
     def bounded(self, points: ArrayLike, beyond: float) -> Area:
         """Return the same area with a boundary: a box so far beyond its obstacles and points (n, 2) [m].
@@ -128,6 +157,13 @@ class Area:
         )
         drawn = [piece for part in shapely.get_parts(whole) for piece in _without_holes(part)]
         return tuple(_read_only(_corners(piece) + origin) for piece in drawn)
+
+    @classmethod
+    def _of_map(cls, found: OccupancyMap) -> Area:
+        rectangles = list(found.rectangles)
+        area = cls.__new__(cls)
+        area._hold(found.outline, rectangles, [*_outside(found.outline), *rectangles])
+        return area
 
     def _with(self, boundary: Array | None, obstacles: Sequence[Array], more: Sequence[Array]) -> Area:
         """An area with more that is solid: convex pieces (m_i, 2)."""

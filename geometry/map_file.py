@@ -28,8 +28,8 @@ from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
-_FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
-_FARTHEST = 1e12  # [m] that the origin may be from (0, 0)
+FINEST, COARSEST = 1e-6, 1e6  # [m] of a cell
+FARTHEST = 1e12  # [m] that the origin may be from (0, 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -73,9 +73,14 @@ def read_map(file: str | PathLike[str], *, unknown_is_free: bool = False) -> Occ
     cells = np.where(opaque, solid[levels], unknown_is_solid)
     if cells.all():
         raise AreaError(f"{file}: no cell of the map is free, at least one must be.")
+    return map_of(cells[::-1], entries.resolution, entries.origin)
+
+
+def map_of(cells: Mask, resolution: float, origin: tuple[float, float, float]) -> OccupancyMap:
+    """Return the map of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
     rows, columns = cells.shape
-    outline = _corners(np.array([[0, 0, columns, rows]]), entries)[0]
-    rectangles = _corners(merged_cells(cells[::-1]), entries)
+    outline = _corners(np.array([[0, 0, columns, rows]]), resolution, origin)[0]
+    rectangles = _corners(merged_cells(cells), resolution, origin)
     for each in (outline, rectangles):
         each.setflags(write=False)
     return OccupancyMap(outline=outline, rectangles=rectangles)
@@ -101,10 +106,10 @@ def merged_cells(cells: Mask) -> Index:
     return np.column_stack([left[first], row[first], right[first], row[last] + 1])
 
 
-def _corners(rectangles: Index, entries: _Entries) -> Array:
+def _corners(rectangles: Index, resolution: float, origin: tuple[float, float, float]) -> Array:
     """Corners (n, 4, 2) [m], counter-clockwise, of rectangles (n, 4) of cells: left, bottom, right, top."""
-    corners = entries.resolution * rectangles[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
-    x, y, yaw = entries.origin
+    corners = resolution * rectangles[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
+    x, y, yaw = origin
     c, s = cos(yaw), sin(yaw)
     return np.asarray(corners @ np.array([[c, s], [-s, c]]) + np.array([x, y]))
 
@@ -137,7 +142,7 @@ def _read_entries(file: str | PathLike[str]) -> _Entries:
         raise AreaError(f"{file}: negate = {found['negate']!r}: must be 0 or 1.")
     return _Entries(
         image=_image(file, found["image"]),
-        resolution=_number(file, found, "resolution", _FINEST, _COARSEST),
+        resolution=_number(file, found, "resolution", FINEST, COARSEST),
         origin=_origin(file, found["origin"]),
         occupied_thresh=occupied,
         free_thresh=free,
@@ -155,8 +160,8 @@ def _origin(file: str | PathLike[str], value: Any) -> tuple[float, float, float]
     x, y, yaw = (
         (_float(each) for each in value) if isinstance(value, list) and len(value) == 3 else (None,) * 3
     )
-    if x is None or y is None or yaw is None or max(abs(x), abs(y), abs(yaw)) > _FARTHEST:
-        raise AreaError(f"{file}: origin = {value!r}: must be [x, y, yaw], numbers of at most {_FARTHEST:g}.")
+    if x is None or y is None or yaw is None or max(abs(x), abs(y), abs(yaw)) > FARTHEST:
+        raise AreaError(f"{file}: origin = {value!r}: must be [x, y, yaw], numbers of at most {FARTHEST:g}.")
     return x, y, yaw
 
 

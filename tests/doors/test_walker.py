@@ -12,8 +12,9 @@ from rti_mpcc import DockingController
 from rti_mpcc.types import Array
 from tests.rti_mpcc.yards import BRISK, START, Drive, Driver, block
 
+OUTLINE = [(-8.0, -8.5), (22.0, -8.5), (22.0, 8.0), (-8.0, 8.0)]
 BAY = Area(
-    boundary=[(-8.0, -8.5), (22.0, -8.5), (22.0, 8.0), (-8.0, 8.0)],
+    boundary=OUTLINE,
     obstacles=[block(8.0, -8.0, 10.2, -2.8), block(13.6, -8.0, 15.8, -2.8)],
 )
 """A bay 3.4 m wide between two parked vehicles, with a wall behind it."""
@@ -46,7 +47,7 @@ def ride(walk: Walk | None, *, path: ReferencePath | None = None) -> Drive:
     """Into the bay, on a path or on a planned route, with a person who walks or with none."""
     controller = None
     if path is not None:
-        corridor = Corridor.from_polygon(path, BAY.boundary, obstacles=BAY.obstacles)
+        corridor = Corridor.from_polygon(path, OUTLINE, obstacles=BAY.obstacles)
         controller = DockingController(path, corridor, BRISK)
     stand = list(BAY.obstacles) if path is not None else []
     driver = Driver(
