@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite
@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
 from geometry.errors import AreaError, CorridorError
-from geometry.outline import checked_polygon, convex_pieces
+from geometry.outline import (
+    Shape,
+    checked_polygon,
+    checked_shape,
+    convex_pieces,
+    corners_of,
+    drawn_shape,
+    shape_of,
+)
 from geometry.pose import Pose2
 from geometry.shape_grid import Body, ShapeGrid
 
@@ -35,7 +43,7 @@ class Area:
 
     Attributes:
         boundary: corners (m, 2) of the outline, counter-clockwise [m]; None: there is none.
-        obstacles: corners (m, 2) of each, counter-clockwise [m].
+        obstacles: corners (m, 2) of each, counter-clockwise [m]; two of a line, one of a point.
         grid: all that is solid, as convex shapes of one owner.
     """
 
@@ -48,11 +56,12 @@ class Area:
 
         Args:
             boundary: corners (m, 2) of the outline [m].
-            obstacles: polygons (m, 2) to keep out of [m]; they may overlap, and cross the boundary.
+            obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) to keep out of [m]; they may overlap,
+                and cross the boundary. A polygon without area is a line.
 
         Raises:
-            AreaError: a polygon of fewer than 3 corners, of another shape, with numbers that are not finite,
-                or with an outline that crosses itself.
+            AreaError: a boundary of fewer than 3 corners, an obstacle of none, another shape, numbers that
+                are not finite, or an outline that crosses itself.
         """
         outline = None if boundary is None else _checked(boundary, "boundary")
         rings = _all_checked(obstacles, "obstacles")
@@ -124,7 +133,7 @@ class Area:
         return self._with(outline, self.obstacles, _outside(outline))
 
     def with_obstacles(self, polygons: Sequence[ArrayLike]) -> Area:
-        """Return the same area with more obstacles, polygons (m, 2) [m].
+        """Return the same area with more obstacles: polygons (m, 2), lines (2, 2), points (1, 2) [m].
 
         Raises:
             AreaError: as the constructor does.
@@ -147,13 +156,13 @@ class Area:
     def polygons(self) -> tuple[Array, ...]:
         """Corners (m, 2) of what is to be drawn as solid [m]: the obstacles, those that meet put together.
 
-        Cut where they enclose anything; rounded to 1e-6 m.
+        Cut where they enclose anything; rounded to 1e-6 m. Lines and points are 4 cm wide.
         """
         if not self.obstacles:
             return ()
         origin = _near(self.obstacles[0])
         whole = shapely.union_all(
-            [shapely.Polygon(ring - origin) for ring in self.obstacles], grid_size=_DRAWN
+            [drawn_shape(shape_of(ring - origin)) for ring in self.obstacles], grid_size=_DRAWN
         )
         drawn = [piece for part in shapely.get_parts(whole) for piece in _without_holes(part)]
         return tuple(_read_only(_corners(piece) + origin) for piece in drawn)
@@ -180,10 +189,12 @@ class Area:
         object.__setattr__(self, "grid", ShapeGrid.of_shapes(solid, np.zeros(len(solid)), 1))
 
 
-def _checked(corners: ArrayLike, name: str) -> Array:
-    """Corners (m, 2) of a polygon, counter-clockwise."""
+def _checked(
+    corners: ArrayLike, name: str, check: Callable[[ArrayLike, str], Shape] = checked_polygon
+) -> Array:
+    """Corners (m, 2) of a shape, counter-clockwise."""
     try:
-        return _read_only(_corners(checked_polygon(corners, name)))
+        return _read_only(_corners(check(corners, name)))
     except CorridorError as error:
         raise AreaError(str(error)) from error
 
@@ -193,7 +204,7 @@ def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
         given = list(polygons)
     except TypeError as error:
         raise AreaError(f"{name} must be a sequence of polygons (m, 2).") from error
-    return [_checked(polygon, f"{name}[{i}]") for i, polygon in enumerate(given)]
+    return [_checked(polygon, f"{name}[{i}]", checked_shape) for i, polygon in enumerate(given)]
 
 
 def _checked_points(points: ArrayLike) -> Array:
@@ -211,11 +222,11 @@ def _checked_points(points: ArrayLike) -> Array:
 
 
 def _pieces(rings: Sequence[Array]) -> list[Array]:
-    """Convex pieces (m_i, 2) of polygons, all corners of which are corners of these."""
+    """Convex pieces (m_i, 2) of obstacles, all corners of which are corners of these."""
     found = []
     for ring in rings:
         origin = _near(ring)  # shapely works on small numbers; whole metres make both ways exact
-        found += [piece + origin for piece in convex_pieces(shapely.Polygon(ring - origin))]
+        found += [piece + origin for piece in convex_pieces(shape_of(ring - origin))]
     return found
 
 
@@ -257,10 +268,9 @@ def _without_holes(shape: shapely.Polygon) -> list[shapely.Polygon]:
     return [piece for part in parts if part.geom_type == "Polygon" for piece in _without_holes(part)]
 
 
-def _corners(shape: shapely.Polygon) -> Array:
+def _corners(shape: Shape) -> Array:
     """Corners (m, 2) of the outline, counter-clockwise."""
-    found: Array = shapely.get_coordinates(shapely.orient_polygons(shape).exterior)[:-1]
-    return found
+    return corners_of(shapely.orient_polygons(shape))
 
 
 def _near(ring: Array) -> Array:

@@ -202,7 +202,8 @@ class DockingController:
                 detections it is the planned goal, made for until they say better; one that is beside the
                 first by more than the tolerance is another dock, whose detections begin anew.
             measurements: detections of the goal that arrived since the last step, in any order.
-            obstacles: polygons (m, 2) [m] to keep out of; None keeps the last ones.
+            obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) [m] to keep out of; None keeps the last
+                ones.
             clock: decides what depends on time in this cycle; None: the wall clock and `config.deadline`. For
                 recordings and tests.
         """
