@@ -152,6 +152,19 @@ class Area:
         """
         return self.grid.signed_distances(body, poses, within)[:, 0]
 
+    def solid_beside(self, other: Area, least: float) -> list[Array]:
+        """Return the convex shapes (m_i, 2) that are solid here and not in the other area [m].
+
+        Where both areas have as many shapes, one whose corners are within `least` [m] is the same.
+        """
+        known = {shape.tobytes() for shape in other._solid()}
+        shapes = self._solid()
+        found = np.array([shape.tobytes() not in known for shape in shapes], dtype=np.bool_)
+        if found.any() and np.array_equal(self.grid.starts, other.grid.starts):
+            apart = np.abs(self.grid.corners - other.grid.corners).max(axis=1)
+            found &= np.maximum.reduceat(apart, self.grid.starts[:-1]) > least
+        return [shapes[k] for k in np.flatnonzero(found)]
+
     @cached_property
     def polygons(self) -> tuple[Array, ...]:
         """Corners (m, 2) of what is to be drawn as solid [m]: the obstacles, those that meet put together.
@@ -176,11 +189,13 @@ class Area:
 
     def _with(self, boundary: Array | None, obstacles: Sequence[Array], more: Sequence[Array]) -> Area:
         """An area with more that is solid: convex pieces (m_i, 2)."""
-        first, stop = self.grid.starts[:-1], self.grid.starts[1:]
-        solid = [self.grid.corners[i:j] for i, j in zip(first, stop, strict=True)]
         area = Area.__new__(Area)
-        area._hold(boundary, obstacles, [*solid, *more])
+        area._hold(boundary, obstacles, [*self._solid(), *more])
         return area
+
+    def _solid(self) -> list[Array]:
+        """All that is solid, as convex shapes (m_i, 2)."""
+        return np.split(self.grid.corners, self.grid.starts[1:-1]) if len(self.grid.owner) else []
 
     def _hold(self, boundary: Array | None, obstacles: Sequence[Array], solid: Sequence[Array]) -> None:
         """Set all attributes, once; `solid` are convex pieces (m_i, 2)."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
-from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
+from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from rti_mpcc import orders, rehearsal, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
@@ -99,7 +99,7 @@ class DockingController:
         is when it cannot get on, or its goal is elsewhere.
 
         Args:
-            area: where the vehicle may be; obstacles given to `step` come on top of it.
+            area: where the vehicle may be, until `set_area`; obstacles given to `step` come on top of it.
             config: settings, all with defaults; of the way `ControllerConfig.route`.
         """
         self = cls.__new__(cls)
@@ -161,6 +161,33 @@ class DockingController:
         known = replace(self.state.goal, fit=None, given_fit=None, refusal="")
         end = self.state.route.end if self.state.on_planned_way and self.state.route else None
         self.state = self._made_for(replace(self.state, goal=known), end)
+
+    def set_area(self, area: Area) -> None:
+        """Replace the area, as a map that is updated; it counts from the next step on.
+
+        The route is driven on where it stays clear, and a search goes on where nothing has changed near it.
+        Obstacles given to `step` stay.
+
+        Args:
+            area: all of it; what differs by `Caution.moved` at most is no change.
+
+        Raises:
+            InputError: the controller drives a path in a corridor, or `area` is no Area.
+        """
+        self.check_area(area)
+        assert self._rerouter is not None
+        self.state = self._rerouter.in_another(self.state, area)
+
+    def check_area(self, area: Area) -> None:
+        """Raise the InputError of `set_area`, if there is a reason to."""
+        route = self.state.route
+        if self._rerouter is None or route is None or route.end is not None:
+            raise InputError(
+                "set_area: this controller drives a path in a corridor. Give what has changed to step as "
+                "obstacles, or make the controller by DockingController.in_area(area)."
+            )
+        if not isinstance(area, Area):
+            raise InputError(f"area must be an Area, got {type(area).__name__}.")
 
     def assign(self, order: Order) -> None:
         """Give it something else to do, from the next step on.
