@@ -13,11 +13,6 @@ from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
-_SPACING = 0.1
-"""Way between two bodies on a route that are checked [m]."""
-_ROUNDING = 1e-3
-"""So much less clearance counts as the same [m]."""
-
 
 def here(s: ControllerState, config: ControllerConfig) -> Pose2:
     """Where the vehicle is; of one that stands the mean of the last moments, for noise must not begin a
@@ -56,7 +51,9 @@ def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig
     parts = s.path.parts[s.task.segment.index :]
     near = np.zeros(len(shapes), dtype=np.bool_)
     for part in parts:
-        near |= (grid.signed_distances(body_of(config.vehicle), _poses(part), within) < within).any(axis=0)
+        near |= (grid.signed_distances(body_of(config.vehicle), _poses(part, config), within) < within).any(
+            axis=0
+        )
     return [shapes[k] for k in np.flatnonzero(near)]
 
 
@@ -70,13 +67,15 @@ def are_between(start: Pose2, goal: Pose2, shapes: list[Array], config: Controll
 
 
 def is_clear(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) -> bool:
-    """Whether the body keeps the clearance on a manoeuvre that it was planned with, or the hard minimum."""
-    poses = np.concatenate([_poses(segment.part) for segment in manoeuvre.segments])
-    least = min(config.route.hard_minimum, manoeuvre.clearance) - _ROUNDING
+    """Whether the body keeps the clearance on a manoeuvre that it was planned with, or the hard minimum, to
+    within what is measured."""
+    poses = np.concatenate([_poses(segment.part, config) for segment in manoeuvre.segments])
+    least = min(config.route.hard_minimum, manoeuvre.clearance) - config.caution.contact_tolerance
     return bool((area.signed_distances(body_of(config.vehicle), poses, config.route.margin) >= least).all())
 
 
-def _poses(part: PathPart) -> Array:
-    """Poses (n, 3) on a part."""
-    at = part.reference(np.linspace(part.start, part.end, int((part.end - part.start) / _SPACING) + 2))
+def _poses(part: PathPart, config: ControllerConfig) -> Array:
+    """Poses (n, 3) on a part at which the body is checked."""
+    count = int((part.end - part.start) / config.caution.check_spacing) + 2
+    at = part.reference(np.linspace(part.start, part.end, count))
     return np.column_stack([at.x, at.y, at.phi])
