@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite
 from os import PathLike
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -15,8 +16,20 @@ from numpy.typing import ArrayLike
 from geometry.arrays import Array
 from geometry.doors import door
 from geometry.errors import AreaError, CorridorError
-from geometry.outline import checked_polygon, convex_pieces
+from geometry.outline import (
+    Shape,
+    checked_polygon,
+    checked_shape,
+    convex_pieces,
+    corners_of,
+    drawn_shape,
+    shape_of,
+)
+from geometry.pose import Pose2
 from geometry.shape_grid import Body, ShapeGrid
+
+if TYPE_CHECKING:
+    from geometry.map_file import OccupancyMap
 
 _FRAME = 100.0  # [m] so far around the bounding box of its boundary an area is solid
 _DRAWN = 1e-6  # [m] to which what is only drawn is rounded
@@ -31,7 +44,7 @@ class Area:
 
     Attributes:
         boundary: corners (m, 2) of the outline, counter-clockwise [m]; None: there is none.
-        obstacles: corners (m, 2) of each, counter-clockwise [m].
+        obstacles: corners (m, 2) of each, counter-clockwise [m]; two of a line, one of a point.
         grid: all that is solid, as convex shapes of one owner.
     """
 
@@ -45,11 +58,12 @@ class Area:
 
         Args:
             boundary: corners (m, 2) of the outline [m].
-            obstacles: polygons (m, 2) to keep out of [m]; they may overlap, and cross the boundary.
+            obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) to keep out of [m]; they may overlap,
+                and cross the boundary. A polygon without area is a line.
 
         Raises:
-            AreaError: a polygon of fewer than 3 corners, of another shape, with numbers that are not finite,
-                or with an outline that crosses itself.
+            AreaError: a boundary of fewer than 3 corners, an obstacle of none, another shape, numbers that
+                are not finite, or an outline that crosses itself.
         """
         outline = None if boundary is None else _checked(boundary, "boundary")
         rings = _all_checked(obstacles, "obstacles")
@@ -71,12 +85,36 @@ class Area:
         """
         from geometry.map_file import read_map  # what reads pictures is loaded with the first map
 
-        found = read_map(file, unknown_is_free=unknown_is_free)
-        area = cls.__new__(cls)
-        area._hold(
-            found.outline, list(found.rectangles), _grid_of([*_outside(found.outline), found.rectangles])
-        )
-        return area
+        return cls._of_map(read_map(file, unknown_is_free=unknown_is_free))
+
+    @classmethod
+    @door(AreaError)
+    def from_grid(
+        cls,
+        array: ArrayLike,
+        resolution: float,
+        origin: Pose2 | Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        unknown_is_free: bool = False,
+    ) -> Area:
+        """Build from an occupancy grid (rows, columns), laid out as the data of a ROS OccupancyGrid.
+
+        The first row is the lowest one, at the origin. So a picture, whose first row is its top, is given as
+        `array[::-1]`. Boundary and obstacles are as of `from_map`.
+
+        Args:
+            array: bools, True is occupied; or numbers from 0, free, to 1, occupied, or to 100 where any is
+                larger than 1. -1 and NaN are unknown, as is all between 25 and 65 %.
+            resolution: length of a cell [m].
+            origin: pose x, y [m] and, if given, yaw [rad] of the lower left corner of the first cell.
+            unknown_is_free: whether unknown cells count as free.
+
+        Raises:
+            AreaError: another shape, a value, resolution or origin out of range, or no free cell.
+        """
+        from geometry.grid import grid_map  # with what reads maps
+
+        return cls._of_map(grid_map(array, resolution, origin, unknown_is_free=unknown_is_free))
 
     @door(AreaError)
     def bounded(self, points: ArrayLike, beyond: float) -> Area:
@@ -101,7 +139,7 @@ class Area:
 
     @door(AreaError)
     def with_obstacles(self, polygons: Sequence[ArrayLike]) -> Area:
-        """Return the same area with more obstacles, polygons (m, 2) [m].
+        """Return the same area with more obstacles: polygons (m, 2), lines (2, 2), points (1, 2) [m].
 
         Raises:
             AreaError: as the constructor does.
@@ -121,26 +159,50 @@ class Area:
         """
         return self.grid.signed_distances(body, poses, within)[:, 0]
 
+    def solid_beside(self, other: Area, least: float) -> list[Array]:
+        """Return the convex shapes (m_i, 2) that are solid here and not in the other area [m].
+
+        Where both areas have as many shapes, one whose corners are within `least` [m] is the same.
+        """
+        known = {shape.tobytes() for shape in other._solid()}
+        shapes = self._solid()
+        found = np.array([shape.tobytes() not in known for shape in shapes], dtype=np.bool_)
+        if found.any() and np.array_equal(self.grid.starts, other.grid.starts):
+            apart = np.abs(self.grid.corners - other.grid.corners).max(axis=1)
+            found &= np.maximum.reduceat(apart, self.grid.starts[:-1]) > least
+        return [shapes[k] for k in np.flatnonzero(found)]
+
     @cached_property
     def polygons(self) -> tuple[Array, ...]:
         """Corners (m, 2) of what is to be drawn as solid [m]: the obstacles, those that meet put together.
 
-        Cut where they enclose anything; rounded to 1e-6 m.
+        Cut where they enclose anything; rounded to 1e-6 m. Lines and points are 4 cm wide.
         """
         if not self.obstacles:
             return ()
         origin = _near(self.obstacles[0])
         whole = shapely.union_all(
-            [shapely.Polygon(ring - origin) for ring in self.obstacles], grid_size=_DRAWN
+            [drawn_shape(shape_of(ring - origin)) for ring in self.obstacles], grid_size=_DRAWN
         )
         drawn = [piece for part in shapely.get_parts(whole) for piece in _without_holes(part)]
         return tuple(_read_only(_corners(piece) + origin) for piece in drawn)
+
+    @classmethod
+    def _of_map(cls, found: OccupancyMap) -> Area:
+        area = cls.__new__(cls)
+        grid = _grid_of([*_outside(found.outline), found.rectangles])
+        area._hold(found.outline, list(found.rectangles), grid)
+        return area
 
     def _with(self, boundary: Array | None, obstacles: Sequence[Array], more: Sequence[Array]) -> Area:
         """An area with more that is solid: convex pieces (m_i, 2)."""
         area = Area.__new__(Area)
         area._hold(boundary, obstacles, self.grid.with_shapes(more))
         return area
+
+    def _solid(self) -> list[Array]:
+        """All that is solid, as convex shapes (m_i, 2)."""
+        return np.split(self.grid.corners, self.grid.starts[1:-1]) if len(self.grid.owner) else []
 
     def _hold(self, boundary: Array | None, obstacles: Sequence[Array], grid: ShapeGrid) -> None:
         """Set all attributes, once."""
@@ -154,16 +216,18 @@ def _grid_of(solid: Sequence[Array]) -> ShapeGrid:
     return ShapeGrid.of_shapes(solid, 0, 1)
 
 
-def _checked(corners: ArrayLike, name: str) -> Array:
-    """Corners (m, 2) of a polygon, counter-clockwise."""
+def _checked(
+    corners: ArrayLike, name: str, check: Callable[[ArrayLike, str], Shape] = checked_polygon
+) -> Array:
+    """Corners (m, 2) of a shape, counter-clockwise."""
     try:
-        return _read_only(_corners(checked_polygon(corners, name)))
+        return _read_only(_corners(check(corners, name)))
     except CorridorError as error:
         raise AreaError(str(error)) from error
 
 
 def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
-    return [_checked(polygon, f"{name}[{i}]") for i, polygon in enumerate(polygons)]
+    return [_checked(polygon, f"{name}[{i}]", checked_shape) for i, polygon in enumerate(polygons)]
 
 
 def _checked_points(points: ArrayLike) -> Array:
@@ -178,11 +242,11 @@ def _checked_points(points: ArrayLike) -> Array:
 
 
 def _pieces(rings: Sequence[Array]) -> list[Array]:
-    """Convex pieces (m_i, 2) of polygons, all corners of which are corners of these."""
+    """Convex pieces (m_i, 2) of obstacles, all corners of which are corners of these."""
     found = []
     for ring in rings:
         origin = _near(ring)  # shapely works on small numbers; whole metres make both ways exact
-        found += [piece + origin for piece in convex_pieces(shapely.Polygon(ring - origin))]
+        found += [piece + origin for piece in convex_pieces(shape_of(ring - origin))]
     return found
 
 
@@ -224,10 +288,9 @@ def _without_holes(shape: shapely.Polygon) -> list[shapely.Polygon]:
     return [piece for part in parts if part.geom_type == "Polygon" for piece in _without_holes(part)]
 
 
-def _corners(shape: shapely.Polygon) -> Array:
+def _corners(shape: Shape) -> Array:
     """Corners (m, 2) of the outline, counter-clockwise."""
-    found: Array = shapely.get_coordinates(shapely.orient_polygons(shape).exterior)[:-1]
-    return found
+    return corners_of(shapely.orient_polygons(shape))
 
 
 def _near(ring: Array) -> Array:

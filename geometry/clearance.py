@@ -126,12 +126,13 @@ def _beyond(walls: Segments, corners: Array) -> Array:
     return walls.beyond(corners.reshape(-1, 2)).reshape(corners.shape[:2])
 
 
-def _overlap(body: shapely.Polygon, obstacle: shapely.Polygon) -> float:
+def _overlap(body: shapely.Polygon, obstacle: shapely.Geometry) -> float:
     """How deep a corner of the body is in an obstacle, or the obstacle's outline in the body [m]."""
     corners = shapely.points(shapely.get_coordinates(body))
     inside = corners[shapely.covers(obstacle, corners)]
-    deepest = float(shapely.distance(inside, obstacle.exterior).max(initial=0.0))
-    return max(deepest, _deepest(body, shapely.intersection(obstacle.exterior, body)))
+    outline = getattr(obstacle, "exterior", obstacle)
+    deepest = float(shapely.distance(inside, outline).max(initial=0.0))
+    return max(deepest, _deepest(body, shapely.intersection(outline, body)))
 
 
 def _deepest(shape: shapely.Polygon, within: ArrayLike) -> float:

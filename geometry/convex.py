@@ -50,7 +50,9 @@ def distance_between(
     found[VALUE] = -inf
     _separate(a, a_first, a_stop, b, b_first, b_stop, -1.0, found)
     _separate(b, b_first, b_stop, a, a_first, a_stop, 1.0, found)
-    if -inf < found[VALUE] <= 0.0 or found[VALUE] >= most:
+    # No normal of theirs tells whether lines and points on one line are apart.
+    thin = a_stop - a_first <= 2 and b_stop - b_first <= 2
+    if -inf < found[VALUE] <= (-_TOUCHING if thin else 0.0) or found[VALUE] >= most:
         return
     found[VALUE] = inf
     _approach(a, a_first, a_stop, b, b_first, b_stop, 1.0, found)
@@ -125,11 +127,13 @@ def _approach(
 
 @inner
 def swept(corners: Array, dx: float, dy: float, found: Array) -> int:
-    """Find the corners of what a convex polygon (n, 2) covers as it moves by (dx, dy): `found` (n + 2, 2).
+    """Find the corners of what a convex shape (n, 2) covers as it moves by (dx, dy): `found` (n + 2, 2).
 
     Returns how many these are.
     """
     count, n = 0, len(corners)
+    if n <= 2:
+        return _swept_line(corners, dx, dy, found)
     for i in range(n):
         # Whether the edges before and behind this corner go along, or are left behind.
         before = _leads(corners, (i - 1) % n, i, dx, dy)
@@ -142,6 +146,23 @@ def swept(corners: Array, dx: float, dy: float, found: Array) -> int:
             found[count, 1] = corners[i, 1] + (dy if behind else 0.0)
             count += 1
     return count
+
+
+@inner
+def _swept_line(corners: Array, dx: float, dy: float, found: Array) -> int:
+    """The same of a line or a point: a parallelogram, or a line."""
+    last = len(corners) - 1
+    edge_x, edge_y = corners[last, 0] - corners[0, 0], corners[last, 1] - corners[0, 1]
+    turn, along = edge_x * dy - edge_y * dx, edge_x * dx + edge_y * dy
+    begin, end = (0, last) if turn > 0.0 or (turn == 0.0 and along >= 0.0) else (last, 0)
+    found[0, 0], found[0, 1] = corners[begin, 0], corners[begin, 1]
+    if turn == 0.0:
+        found[1, 0], found[1, 1] = corners[end, 0] + dx, corners[end, 1] + dy
+        return 2
+    found[1, 0], found[1, 1] = corners[end, 0], corners[end, 1]
+    found[2, 0], found[2, 1] = corners[end, 0] + dx, corners[end, 1] + dy
+    found[3, 0], found[3, 1] = corners[begin, 0] + dx, corners[begin, 1] + dy
+    return 4
 
 
 @inner

@@ -20,7 +20,7 @@ from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
 from geometry.lines import AreaLines, CorridorLines
 from geometry.offsets import sections_of, trimmed
-from geometry.outline import checked_polygon, narrowest_in, path_line, split
+from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of, split
 from geometry.part import PathPart
 from geometry.path import ReferencePath
 from geometry.shape_grid import Body, checked_poses
@@ -51,7 +51,7 @@ class Narrowing:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Corridor:
-    """Boundaries for each part of a route, left and right of the vehicle's heading, and obstacle polygons.
+    """Boundaries for each part of a route, left and right of the vehicle's heading, and obstacles.
 
     The boundaries of a part act on that part only. Built by `from_offsets` or `from_polygon`; pickles. Of one
     `in_area` no part has boundaries: there is an area instead, the same for all of them.
@@ -89,7 +89,7 @@ class Corridor:
             path: the route.
             left, right: offsets, left > 0 > right [m].
             narrowings: where they differ.
-            obstacles: polygons (m, 2) to keep out of [m].
+            obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) to keep out of [m].
 
         Raises:
             CorridorError: an offset that is not finite or leaves the path out of the corridor; a narrowing
@@ -169,7 +169,7 @@ class Corridor:
 
     @door(CorridorError)
     def with_obstacles(self, obstacles: Sequence[ArrayLike]) -> Corridor:
-        """Return the same boundaries with other obstacle polygons (m, 2) [m].
+        """Return the same boundaries with other obstacles: polygons (m, 2), lines (2, 2), points (1, 2) [m].
 
         Raises:
             CorridorError: a bad obstacle.
@@ -185,7 +185,7 @@ class Corridor:
 
     @property
     def obstacles(self) -> tuple[Array, ...]:
-        """Corners (m, 2) of the obstacle polygons, counter-clockwise [m]."""
+        """Corners (m, 2) of the obstacles, counter-clockwise [m]; two of a line, one of a point."""
         return self.kept_out.corners
 
     @door(late=True)
@@ -319,7 +319,7 @@ class Corridor:
             return self._part(part).segments, self.kept_out.shapes
         outline = self.area.boundary
         around = () if outline is None else (np.concatenate((outline, outline[:1])),)
-        solid = np.array([shapely.Polygon(ring) for ring in self.area.obstacles], dtype=np.object_)
+        solid = np.array([shape_of(ring) for ring in self.area.obstacles], dtype=np.object_)
         return Segments.of(around), np.concatenate((solid, self.kept_out.shapes))
 
     def _part(self, part: int) -> PartWalls:

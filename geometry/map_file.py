@@ -28,10 +28,10 @@ from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
-_FINEST, _COARSEST = 1e-6, 1e6  # [m] of a cell
+FINEST, COARSEST = 1e-6, 1e6  # [m] of a cell
+FARTHEST = 1e12  # [m] that the origin may be from (0, 0)
 _RECTANGLES = 500_000  # each takes some 300 bytes
 _RUNS = 2_000_000  # of occupied cells in the rows, that rectangles are put together of
-_FARTHEST = 1e12  # [m] that the origin may be from (0, 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,12 +77,17 @@ def read_map(file: files.File, *, unknown_is_free: bool = False) -> OccupancyMap
         cells[~opaque] = unknown_is_solid
     if cells.all():
         raise AreaError(f"{file}: no cell of the map is free, at least one must be.")
-    rows, columns = cells.shape
-    outline = _corners(np.array([[0, 0, columns, rows]]), entries)[0]
     try:
-        rectangles = _corners(merged_cells(cells[::-1]), entries)
+        return map_of(cells[::-1], entries.resolution, entries.origin)
     except AreaError as error:
         raise AreaError(f"{file}: {error}") from None
+
+
+def map_of(cells: Mask, resolution: float, origin: tuple[float, float, float]) -> OccupancyMap:
+    """Return the map of solid cells (rows, columns), the first row at the origin x, y, yaw [m, m, rad]."""
+    rows, columns = cells.shape
+    outline = _corners(np.array([[0, 0, columns, rows]]), resolution, origin)[0]
+    rectangles = _corners(merged_cells(cells), resolution, origin)
     for each in (outline, rectangles):
         each.setflags(write=False)
     return OccupancyMap(outline=outline, rectangles=rectangles)
@@ -120,10 +125,10 @@ def _refuse_more(of: str, count: int, most: int) -> None:
         )
 
 
-def _corners(rectangles: Index, entries: _Entries) -> Array:
+def _corners(rectangles: Index, resolution: float, origin: tuple[float, float, float]) -> Array:
     """Corners (n, 4, 2) [m], counter-clockwise, of rectangles (n, 4) of cells: left, bottom, right, top."""
-    corners = entries.resolution * rectangles[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
-    x, y, yaw = entries.origin
+    corners = resolution * rectangles[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
+    x, y, yaw = origin
     c, s = cos(yaw), sin(yaw)
     return np.asarray(corners @ np.array([[c, s], [-s, c]]) + np.array([x, y]))
 
@@ -158,7 +163,7 @@ def _read_entries(file: files.File) -> _Entries:
         raise AreaError(f"{file}: negate = {files.shown(found['negate'])}: must be 0 or 1.")
     return _Entries(
         image=_image(file, found["image"]),
-        resolution=_number(file, found, "resolution", _FINEST, _COARSEST),
+        resolution=_number(file, found, "resolution", FINEST, COARSEST),
         origin=_origin(file, found["origin"]),
         occupied_thresh=occupied,
         free_thresh=free,
@@ -176,9 +181,9 @@ def _origin(file: files.File, value: Any) -> tuple[float, float, float]:
     x, y, yaw = (
         (_float(each) for each in value) if isinstance(value, list) and len(value) == 3 else (None,) * 3
     )
-    if x is None or y is None or yaw is None or max(abs(x), abs(y), abs(yaw)) > _FARTHEST:
+    if x is None or y is None or yaw is None or max(abs(x), abs(y), abs(yaw)) > FARTHEST:
         raise AreaError(
-            f"{file}: origin = {files.shown(value)}: must be [x, y, yaw], numbers of at most {_FARTHEST:g}."
+            f"{file}: origin = {files.shown(value)}: must be [x, y, yaw], numbers of at most {FARTHEST:g}."
         )
     return x, y, yaw
 

@@ -1,10 +1,14 @@
-"""Polygons: checked, split into the left and the right boundary of a part, and how wide they are along it."""
+"""Polygons, lines and points, checked; and a polygon as the boundaries of a part.
+
+It is split into the left and the right one, and it is told how wide it is along the part.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
 from math import cos, sin
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -16,7 +20,10 @@ from geometry.errors import CorridorError, PathError
 from geometry.part import PathPart
 from geometry.pose import Pose2
 
-_ROUNDING = 1e-9  # of an area
+Shape: TypeAlias = shapely.Point | shapely.LineString | shapely.Polygon
+"""What an obstacle may be."""
+_ROUNDING = 1e-9  # of an area, or of a length
+_DRAWN = 0.04  # [m] width at which a line or a point is drawn
 _SPACING = 0.25  # [m] between the path points at which the width is measured
 
 
@@ -26,6 +33,53 @@ def checked_polygon(corners: ArrayLike, name: str) -> shapely.Polygon:
     Raises:
         CorridorError: fewer than 3 corners, numbers that are not finite, or an outline that crosses itself.
     """
+    return _polygon(_points(corners, name), name)
+
+
+def checked_shape(corners: ArrayLike, name: str) -> Shape:
+    """Return corners (m, 2) [m] of an obstacle as a shape: of one a point, of two a line, of more a polygon.
+
+    A polygon without area, all corners of which are on one line, is that line or point.
+
+    Raises:
+        CorridorError: no corner, numbers that are not finite, or an outline that crosses itself.
+    """
+    points = _points(corners, name)
+    if len(points) == 0:
+        raise CorridorError(f"{name} has no corner, an obstacle needs at least 1.")
+    off = points - points[0]
+    far = off[int(np.argmax((off**2).sum(axis=1)))]
+    length = float(np.hypot(*far))
+    if length == 0.0:
+        return shape_of(points[:1])
+    along, across = off @ far / length, off @ np.array([-far[1], far[0]]) / length
+    if np.abs(across).max() > _ROUNDING * length:
+        return _polygon(points, name)
+    return shape_of(points[[int(np.argmin(along)), int(np.argmax(along))]])
+
+
+def shape_of(corners: Array) -> Shape:
+    """Return checked corners (m, 2) as a point, a line or a polygon [m]."""
+    if len(corners) > 2:
+        return shapely.Polygon(corners)
+    return shapely.LineString(corners) if len(corners) == 2 else shapely.Point(corners)
+
+
+def corners_of(shape: Shape) -> Array:
+    """Return the corners (m, 2) of a point, a line, or the outline of a polygon, each of them once [m]."""
+    corners: Array = shapely.get_coordinates(getattr(shape, "exterior", shape))
+    return corners[:-1] if isinstance(shape, shapely.Polygon) else corners
+
+
+def drawn_shape(shape: Shape) -> shapely.Polygon:
+    """Return a polygon, or a line or a point widened to one, so that it is seen."""
+    if isinstance(shape, shapely.Polygon):
+        return shape
+    return shape.buffer(0.5 * _DRAWN, cap_style="square")
+
+
+def _points(corners: ArrayLike, name: str) -> Array:
+    """Corners (m, 2), the first one not once more at the end."""
     try:
         points = np.array(corners, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -36,6 +90,10 @@ def checked_polygon(corners: ArrayLike, name: str) -> shapely.Polygon:
         raise CorridorError(f"{name} must be finite numbers.")
     if len(points) > 1 and (points[0] == points[-1]).all():
         points = points[:-1]
+    return points
+
+
+def _polygon(points: Array, name: str) -> shapely.Polygon:
     if len(points) < 3:
         raise CorridorError(f"{name} has {len(points)} corner(s), a polygon needs at least 3.")
     x, y = (points - points[0]).T
@@ -54,8 +112,10 @@ def placed(corners: ArrayLike, frame: Pose2) -> Array:
     return np.asarray(turned + np.array([frame.x, frame.y]))
 
 
-def convex_pieces(shape: shapely.Polygon) -> list[Array]:
-    """Return convex pieces (m_i, 2), counter-clockwise, that make up a polygon [m]: itself, or triangles."""
+def convex_pieces(shape: Shape) -> list[Array]:
+    """Return convex pieces (m_i, 2), counter-clockwise, that make up a shape [m]: itself, or triangles."""
+    if not isinstance(shape, shapely.Polygon):
+        return [corners_of(shape)]
     ring: Array = shapely.get_coordinates(shape)[:-1]
     # A corner that is given twice would hide which way it turns.
     ring = ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry.arrays import Array
 from geometry.clearance import Segments
 from geometry.lines import PartLines
-from geometry.outline import checked_polygon, convex_pieces
+from geometry.outline import checked_shape, convex_pieces, corners_of
 from geometry.sampling import as_complex, as_pairs, merged
 from geometry.shape_grid import ShapeGrid
 
@@ -106,8 +106,8 @@ class PartWalls:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Obstacles:
-    """Polygons to be kept out of: corners (m, 2) each [m], their shapes, and a grid of the convex pieces of
-    each."""
+    """Polygons, lines and points to be kept out of: corners (m, 2) each [m], their shapes, and a grid of the
+    convex pieces of each."""
 
     corners: tuple[Array, ...]
     shapes: NDArray[np.object_]
@@ -118,11 +118,10 @@ class Obstacles:
         """Check polygons and build.
 
         Raises:
-            CorridorError: fewer than 3 corners, numbers that are not finite, or an outline that crosses
-                itself.
+            CorridorError: no corner, numbers that are not finite, or an outline that crosses itself.
         """
-        shapes = [checked_polygon(polygon, f"obstacles[{i}]") for i, polygon in enumerate(polygons)]
-        corners = tuple(shapely.get_coordinates(shape)[1:] for shape in shapes)
+        shapes = [checked_shape(polygon, f"obstacles[{i}]") for i, polygon in enumerate(polygons)]
+        corners = tuple(_later(corners_of(shape)) for shape in shapes)
         for ring in corners:
             ring.setflags(write=False)
         pieces = [convex_pieces(shape) for shape in shapes]
@@ -138,7 +137,12 @@ class Obstacles:
 
     def to_polygons(self) -> tuple[Array, ...]:
         """Return what `from_polygons` builds the same from; `corners` begin one corner later."""
-        return tuple(shapely.get_coordinates(shape)[:-1] for shape in self.shapes)
+        return tuple(corners_of(shape) for shape in self.shapes)
+
+
+def _later(corners: Array) -> Array:
+    """Corners (m, 2) of an outline from the second one on; of a line or a point as they are."""
+    return np.roll(corners, -1, axis=0) if len(corners) > 2 else corners
 
 
 def _simple(lines: Sequence[Array], most: float) -> list[Array]:

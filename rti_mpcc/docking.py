@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement, GoalPoseFilter, Judgement
-from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
+from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
 from rti_mpcc import orders, rehearsal, scouting
@@ -109,7 +109,7 @@ class DockingController:
         is when it cannot get on, or its goal is elsewhere.
 
         Args:
-            area: where the vehicle may be; obstacles given to `step` come on top of it.
+            area: where the vehicle may be, until `set_area`; obstacles given to `step` come on top of it.
             config: settings, all with defaults; of the way `ControllerConfig.route`.
         """
         self = cls.__new__(cls)
@@ -175,6 +175,33 @@ class DockingController:
         self.state = replace(s, goal=replace(s.goal, origin=GoalOrigin.PATH_END))
 
     @door()
+    def set_area(self, area: Area) -> None:
+        """Replace the area, as a map that is updated; it counts from the next step on.
+
+        The route is driven on where it stays clear, and a search goes on where nothing has changed near it.
+        Obstacles given to `step` stay.
+
+        Args:
+            area: all of it; what differs by `Caution.moved` at most is no change.
+
+        Raises:
+            InputError: the controller drives a path in a corridor, or `area` is no Area.
+        """
+        self.check_area(area)
+        assert self._rerouter is not None
+        self.state = self._rerouter.in_another(self.state, area)
+
+    @door()
+    def check_area(self, area: Area) -> None:
+        """Raise the InputError of `set_area`, if there is a reason to."""
+        route = self.state.route
+        if self._rerouter is None or route is None or route.end is not None:
+            raise InputError(
+                "set_area: this controller drives a path in a corridor. Give what has changed to step as "
+                "obstacles, or make the controller by DockingController.in_area(area)."
+            )
+
+    @door()
     def assign(self, order: Order) -> None:
         """Give it something else to do, from the next step on.
 
@@ -217,7 +244,8 @@ class DockingController:
                 detections it is the planned goal, made for until they say better; one that is beside the
                 first by more than the tolerance is another dock, whose detections begin anew.
             measurements: detections of the goal that arrived since the last step, in any order.
-            obstacles: polygons (m, 2) [m] to keep out of; None keeps the last ones.
+            obstacles: polygons (m, 2), lines (2, 2) and points (1, 2) [m] to keep out of; None keeps the last
+                ones.
             clock: decides what depends on time in this cycle; None: the wall clock and `config.deadline`. For
                 recordings and tests.
         """

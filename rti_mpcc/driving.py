@@ -18,7 +18,7 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import authority, causes, contact, escape, fallback, lookout
+from rti_mpcc.safety import authority, causes, contact, escape, fallback, lookout, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
@@ -433,12 +433,18 @@ def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, over
 
 
 def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> ControllerState:
-    """Halt where the way of the plan that is being driven is no longer clear."""
+    """Halt where the way of the plan that is being driven is no longer clear of what has changed or moves."""
     plan, area = s.plans.driven, s.area
-    if plan is None or s.is_stationary or (s.plans.clear_of == area.changes and not area.moving):
+    changed = s.plans.clear_of != area.changes
+    if plan is None or s.is_stationary or not (changed or area.moving):
         return s
     slowing = lookout.slowing(context, plan, w.config)
-    distance = lookout.clear_distance_on(s, slowing, w.config)
+    distance = lookout.distance_to_moving(s, slowing, w.config)
+    if changed:
+        # What stands behind the plan's end is no reason to stop: nothing is driven there.
+        end = stopping.way_left(plan, context.state)
+        least = w.config.caution.hard_minimum
+        distance = min(distance, lookout.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
     return causes.meeting(_halting(s, w, distance, inf), slowing, distance, "", w.config)

@@ -83,12 +83,35 @@ class Rerouter:
 
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
+        self._driven_in = area  # when the route was planned
         self._asked: _Asked | None = None
         self._planning: RoutePlanning | None = None
+        self._outdated = False  # it was begun in another area
 
     def forget(self) -> None:
         """Keep nothing of a search that is under way."""
         self._asked = self._planning = None
+        self._outdated = False
+
+    def in_another(self, s: ControllerState, area: Area) -> ControllerState:
+        """The state in another area; what differs by `Caution.moved` at most is no change.
+
+        A search goes on where nothing has changed near the straight line from its start to its goal: what it
+        finds has to be clear in the area that is there then. So a map that flickers elsewhere ends no search.
+        """
+        least, before = self._config.caution.moved, self._area
+        changes = area.solid_beside(before, least) + before.solid_beside(area, least)
+        if not changes:
+            return s
+        self._area = area
+        asked = self._asked
+        if asked is not None and (
+            self._in_vain or ways.are_between(asked.start, asked.goal, changes, self._config)
+        ):
+            self.forget()
+        self._outdated = self._planning is not None
+        added = area.solid_beside(self._driven_in, least)
+        return replace(s, area=s.area.in_another(area, ways.beside_way(s, added, self._config)))
 
     def routed(self, s: ControllerState) -> ControllerState:
         """The state with another way, where one is needed and found, or without any, where one is needed."""
@@ -227,10 +250,27 @@ class Rerouter:
         start = part.pose(min(stop.at, part.end))
         return _Asked(start=start, goal=goal, area=s.area)
 
+    @property
+    def _in_vain(self) -> bool:
+        """Whether the search has ended without a way."""
+        found = None if self._planning is None else self._planning.manoeuvre
+        return found is not None and not found.found
+
+    def _found(self) -> Manoeuvre | None:
+        """What the search came to; None: nothing yet, or nothing in the area that is there now."""
+        found = None if self._planning is None else self._planning.manoeuvre
+        if found is None or not self._outdated:
+            return found
+        self._outdated = False
+        if not self._in_vain and ways.is_clear(found, self._area, self._config):
+            return found
+        self.forget()
+        return None
+
     def _answered(self, s: ControllerState) -> ControllerState:
         """Drive a way that was found for where the vehicle is; say why there is none."""
         asked, route, config = self._needed(s), s.route, self._config
-        found = None if self._planning is None else self._planning.manoeuvre
+        found = self._found()
         if asked is None or route is None or found is None or self._asked is None:
             return s
         if not self._asked.answers(asked, config.route.near, config.footprint.margin):
@@ -254,6 +294,7 @@ class Rerouter:
             self.forget()
             return replace(s, route=replace(route, why="", wanted=""))
         self.forget()
+        self._driven_in = self._area
         s = replace(s, area=s.area.without_path(self._area))
         told = replace(told, ways=route.ways + 1, why="", wanted="", since=s.now)
         return moves.onto_way(s, found, told)

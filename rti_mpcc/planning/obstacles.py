@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from geometry.outline import checked_polygon
+from geometry.outline import Shape, checked_shape, corners_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array, Index
 
@@ -39,7 +39,7 @@ class Obstacle:
 
     index: int
     outline: Array
-    shape: shapely.Polygon
+    shape: Shape
     seen: tuple[tuple[float, float, float], ...]
     velocity: Array
     moves: bool = False
@@ -88,12 +88,12 @@ class Obstacle:
     def hull(self) -> Array:
         """The corners (m, 2) of its convex hull, counter-clockwise [m]."""
         hull = shapely.orient_polygons(shapely.convex_hull(self.shape))
-        return np.ascontiguousarray(shapely.get_coordinates(hull)[:-1])
+        return np.ascontiguousarray(corners_of(hull))
 
 
 def first_seen(index: int, outline: ArrayLike, now: float) -> Obstacle:
     """An obstacle that was not known before. Raises CorridorError if it is no simple polygon."""
-    shape = checked_polygon(outline, f"obstacles[{index}]")
+    shape = checked_shape(outline, f"obstacles[{index}]")
     middle = shape.centroid
     corners = np.array(outline, dtype=np.float64)
     corners.setflags(write=False)

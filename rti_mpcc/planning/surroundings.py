@@ -14,6 +14,7 @@ from geometry.corridor_area import area_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
+from rti_mpcc.types import Array
 
 _log = logging.getLogger(__name__)
 
@@ -25,6 +26,7 @@ class Surroundings:
     Attributes:
         corridor: with the obstacles that stand, which plans go round; known: with all of them.
         obstacles: all of them; given_at: when they were given last [s].
+        added: outlines of what stands in the area since the route was planned, see `in_another`.
         changes: how often those that stand have changed.
         unreadable: what is wrong with those given last, which are not used then, or "".
     """
@@ -32,6 +34,7 @@ class Surroundings:
     corridor: Corridor
     known: Corridor
     obstacles: tuple[Obstacle, ...]
+    added: tuple[Array, ...] = ()
     given_at: float = 0.0
     changes: int = 0
     unreadable: str = ""
@@ -62,12 +65,24 @@ class Surroundings:
 
     def without_path(self, area: Area) -> Surroundings:
         """The same obstacles in an area, in place of a corridor along a path."""
-        if self.corridor.area is not None:
+        if self.corridor.area is area and not self.added:
             return self
-        corridor = Corridor.in_area(area)
-        stand = corridor.with_obstacles([each.outline for each in self.standing])
-        known = corridor.with_obstacles([each.outline for each in self.obstacles]) if self.moving else stand
-        return replace(self, corridor=stand, known=known)
+        return self._on(Corridor.in_area(area), ())
+
+    def in_another(self, area: Area, added: Sequence[Array]) -> Surroundings:
+        """The same obstacles in another area.
+
+        `added`: shapes (m_i, 2) near the route that were not solid when it was planned [m]. The vehicle stops
+        before them and replans, as before obstacles; it does not for a boundary.
+        """
+        return replace(self._on(Corridor.in_area(area), tuple(added)), changes=self.changes + 1)
+
+    def _on(self, corridor: Corridor, added: tuple[Array, ...]) -> Surroundings:
+        stand = corridor.with_obstacles([*(each.outline for each in self.standing), *added])
+        known = stand
+        if self.moving:
+            known = corridor.with_obstacles([*(each.outline for each in self.obstacles), *added])
+        return replace(self, corridor=stand, known=known, added=added)
 
     @property
     def standing(self) -> tuple[Obstacle, ...]:
@@ -90,15 +105,16 @@ class Surroundings:
             return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in standing(obstacles)]
         changed = {id(each) for each in stand} != {id(each.outline) for each in self.standing}
-        corridor = self.corridor.with_obstacles(stand) if changed else self.corridor
-        moving = len(stand) < len(obstacles)
-        everything = (
-            self.corridor.with_obstacles([each.outline for each in obstacles]) if moving else corridor
-        )
+        corridor = self.corridor.with_obstacles([*stand, *self.added]) if changed else self.corridor
+        everything = corridor
+        if len(stand) < len(obstacles):
+            known = [each.outline for each in obstacles]
+            everything = self.corridor.with_obstacles([*known, *self.added])
         return Surroundings(
             corridor=corridor,
             known=everything,
             obstacles=obstacles,
+            added=self.added,
             given_at=now,
             changes=self.changes + changed,
         )

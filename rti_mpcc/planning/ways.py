@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from geometry import Pose2
+import numpy as np
+
+from geometry import Area, PathPart, Pose2
+from geometry.shape_grid import Body, ShapeGrid
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.model.footprint import body_of
 from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.types import Array
 
 
 def here(s: ControllerState, config: ControllerConfig) -> Pose2:
@@ -34,3 +40,42 @@ def on_the_move(s: ControllerState) -> bool:
     """Whether another way may be begun without a stop: none was, since the obstacles have changed."""
     route = s.route
     return route is not None and (route.manoeuvre is None or route.changes != s.area.changes)
+
+
+def beside_way(s: ControllerState, shapes: list[Array], config: ControllerConfig) -> list[Array]:
+    """Those of convex shapes (m_i, 2) that are near the body on what is left of the route [m]."""
+    if not shapes:
+        return []
+    within = config.caution.hard_minimum + config.narrow_passage.reaction_time * config.limits.speed
+    grid = ShapeGrid.of_shapes(shapes, np.arange(len(shapes)), len(shapes))
+    parts = s.path.parts[s.task.segment.index :]
+    near = np.zeros(len(shapes), dtype=np.bool_)
+    for part in parts:
+        near |= (grid.signed_distances(body_of(config.vehicle), _poses(part, config), within) < within).any(
+            axis=0
+        )
+    return [shapes[k] for k in np.flatnonzero(near)]
+
+
+def are_between(start: Pose2, goal: Pose2, shapes: list[Array], config: ControllerConfig) -> bool:
+    """Whether any of convex shapes (m_i, 2) [m] is within a body's length of the straight line between two
+    poses."""
+    line = Body.of([(0.0, 0.0), (goal.x - start.x, goal.y - start.y)])
+    grid = ShapeGrid.of_shapes(shapes, np.zeros(len(shapes)), 1)
+    within = config.vehicle.front + config.vehicle.rear
+    return bool(grid.signed_distances(line, np.array([(start.x, start.y, 0.0)]), within)[0, 0] < within)
+
+
+def is_clear(manoeuvre: Manoeuvre, area: Area, config: ControllerConfig) -> bool:
+    """Whether the body keeps the clearance on a manoeuvre that it was planned with, or the hard minimum, to
+    within what is measured."""
+    poses = np.concatenate([_poses(segment.part, config) for segment in manoeuvre.segments])
+    least = min(config.route.hard_minimum, manoeuvre.clearance) - config.caution.contact_tolerance
+    return bool((area.signed_distances(body_of(config.vehicle), poses, config.route.margin) >= least).all())
+
+
+def _poses(part: PathPart, config: ControllerConfig) -> Array:
+    """Poses (n, 3) on a part at which the body is checked."""
+    count = int((part.end - part.start) / config.caution.check_spacing) + 2
+    at = part.reference(np.linspace(part.start, part.end, count))
+    return np.column_stack([at.x, at.y, at.phi])

@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
-from geometry import Corridor, CorridorLines, Pose2, ReferencePath
+from geometry import Area, AreaLines, Corridor, CorridorLines, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
 from rti_mpcc.mission import DockingMission
@@ -31,6 +31,7 @@ class Inputs:
 
     Attributes:
         goal_cleared: `clear_goal` was called since the last step; cancelled: so was `cancel` of the mission.
+        area: so was `set_area`, with this one; None: it was not.
         signal: what told that the mission's step under way was over said so.
         state, now, goal, measurements, obstacles: as in `DockingController.step`; any of their numbers may
             be not finite.
@@ -44,6 +45,7 @@ class Inputs:
     goal: Pose2 | None
     measurements: tuple[GoalMeasurement, ...]
     obstacles: tuple[Array, ...] | None
+    area: AreaLines | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,6 +147,7 @@ def inputs_of(
     goal: Pose2 | None,
     measurements: Sequence[GoalMeasurement],
     obstacles: Sequence[ArrayLike] | None,
+    area: Area | None = None,
 ) -> Inputs:
     """The inputs as they come back from a file: numbers, all of them float64; see `given`. Never raises."""
     return Inputs(
@@ -156,6 +159,7 @@ def inputs_of(
         goal=None if goal is None else given.numbers(goal, Pose2),
         measurements=given.measurements(measurements),
         obstacles=given.outlines(obstacles),
+        area=None if area is None else AreaLines(boundary=area.boundary, obstacles=area.obstacles),
     )
 
 
@@ -170,6 +174,8 @@ def run_cycle(
     try:
         if inputs.goal_cleared:
             core_of(driver).clear_goal()
+        if inputs.area is not None:
+            core_of(driver).set_area(Area(boundary=inputs.area.boundary, obstacles=inputs.area.obstacles))
         if isinstance(driver, DockingMission):
             if inputs.cancelled:
                 driver.cancel()

@@ -13,7 +13,7 @@ from typing import BinaryIO, Self
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
-from geometry import Pose2
+from geometry import Area, Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import CycleClock
@@ -63,6 +63,7 @@ class Recorder:
         self._number = 0
         self._goal_cleared = False
         self.problem = ""
+        self._area: Area | None = None
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
         self._write(header)
 
@@ -90,8 +91,9 @@ class Recorder:
             signal=mission is not None and mission.told(signal),
             measurements=measurements,
             obstacles=obstacles,
+            area=self._area,
         )
-        self._goal_cleared = False
+        self._goal_cleared, self._area = False, None
         cycle, error = run_cycle(driver, self._number, inputs, clock)
         self._number += 1
         self._write(cycle)
@@ -108,6 +110,15 @@ class Recorder:
     def clear_goal(self) -> None:
         """Forget the goal and its detections; takes effect, and is recorded, with the next step."""
         self._goal_cleared = True
+
+    def set_area(self, area: Area) -> None:
+        """Replace the area; takes effect, and is recorded, with the next step.
+
+        Raises:
+            InputError: as `DockingController.set_area`.
+        """
+        core_of(self.controller).check_area(area)
+        self._area = area
 
     def cancel(self) -> None:
         """Cancel the mission, if it has one; takes effect, and is recorded, with the next step."""

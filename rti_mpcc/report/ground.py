@@ -12,6 +12,7 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
 from geometry import Area, Corridor, ReferencePath
+from geometry.outline import corners_of, drawn_shape, shape_of
 from rti_mpcc.report import style
 from rti_mpcc.types import Array
 
@@ -65,7 +66,7 @@ def _solid_outlines(area: Area) -> list[Array]:
     if not rings:
         return []
     origin = np.round(rings[0][0])  # maps may be far from (0, 0)
-    shapes = [shapely.Polygon(ring - origin) for ring in area.obstacles]
+    shapes = [drawn_shape(shape_of(ring - origin)) for ring in area.obstacles]
     if area.boundary is not None:
         inside = shapely.Polygon(area.boundary - origin)
         shapes.append(shapely.box(*inside.buffer(_FAR).bounds).difference(inside))
@@ -75,10 +76,17 @@ def _solid_outlines(area: Area) -> list[Array]:
 
 
 def draw_obstacles(axes: Axes, outlines: Sequence[Array]) -> None:
-    """Polygons (k, 2) [m], if there are any."""
+    """Polygons, lines and points (k, 2) [m], if there are any."""
     if outlines:
-        shapes = PolyCollection(outlines, facecolors=style.GREY, edgecolors=style.BLACK, label="obstacle")
+        shapes = PolyCollection(
+            drawn_outlines(outlines), facecolors=style.GREY, edgecolors=style.BLACK, label="obstacle"
+        )
         axes.add_collection(shapes)
+
+
+def drawn_outlines(outlines: Sequence[Array]) -> list[Array]:
+    """Polygons (k, 2) [m], with lines and points widened so that they are seen."""
+    return [each if len(each) > 2 else corners_of(drawn_shape(shape_of(each))) for each in outlines]
 
 
 def show_driven(axes: Axes, points: Array, area: Area) -> None:

@@ -13,7 +13,14 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
 from rti_mpcc.report.film import Film
-from rti_mpcc.report.ground import boundaries_of, draw_area, draw_boundaries, draw_path, path_lines
+from rti_mpcc.report.ground import (
+    boundaries_of,
+    draw_area,
+    draw_boundaries,
+    draw_path,
+    drawn_outlines,
+    path_lines,
+)
 from rti_mpcc.report.views import ActivePlanes, CycleView
 from rti_mpcc.types import Array
 
@@ -115,7 +122,7 @@ class Scene:
         view, vehicle = self.film.views[index], self.film.config.vehicle
         states = view.observed.command.trajectory.states
         self._show_course(view)
-        self.obstacles.set_verts(list(view.obstacles))
+        self.obstacles.set_verts(drawn_outlines(view.obstacles))
         self.aim.set_verts(list(body_polygons(view.aim[None], vehicle)))
         goals = np.zeros((0, 3)) if view.goal is None else view.goal[None]
         self.goal.set_verts(list(body_polygons(goals, vehicle)))

@@ -200,7 +200,8 @@ class HybridAStar:
 
     Args:
         body, solid: the vehicle, and all that is solid; terms: see there.
-        start: (3,); came: (2,) signed length [m] and curvature [1/m] of a piece that leads to it, or zeros.
+        starts: (m, 3); came: (m, 2) signed length [m] and curvature [1/m] of a piece that leads to each, or
+            zeros; costs: (m,) of these [m].
         goals: (n, 3); last: (n, 2) signed length [m] and curvature [1/m] of a piece that leads
             on from each of the goals.
         grids: estimates of the cost to the goal and, against time, to the start.
@@ -211,8 +212,9 @@ class HybridAStar:
         body: BodyShape,
         solid: SolidShapes,
         terms: Terms,
-        start: Array,
+        starts: Array,
         came: Array,
+        costs: Array,
         goals: Array,
         last: Array,
         grids: tuple[CostToGo, CostToGo],
@@ -220,7 +222,8 @@ class HybridAStar:
         self._around, self._grids, self._last = around_of(body, solid), grids, last
         # Against time forward is reverse.
         self._terms = terms, terms._replace(ahead=terms.back, back=terms.ahead)
-        self._trees = [rooted(start[None], came[None]), rooted(goals, last * (-1.0, 1.0))]
+        self._trees = [rooted(starts, came), rooted(goals, last * (-1.0, 1.0))]
+        self._trees[0].cost[: len(costs)] = costs
         self._whole, self._shots, self._curves = none_found(), room_for_shots(), room_for_curves()
         self.state = SEARCHING
 
@@ -249,15 +252,15 @@ class HybridAStar:
         """How near to its other end a tree came [m]."""
         return 0.0 if self.cost < inf else float(self._whole.best[NEAREST])
 
-    def way(self) -> tuple[Array, Array]:
-        """The best way, (n, 2) signed lengths [m] and curvatures [1/m] of its pieces, and the last piece that
-        comes after it (1, 2), or none (0, 2)."""
+    def way(self) -> tuple[int, Array, Array]:
+        """From which start the best way leads, (n, 2) signed lengths [m] and curvatures [1/m] of its pieces,
+        and the last piece that comes after it (1, 2), or none (0, 2)."""
         whole = self._whole
         curve = whole.curve[whole.curve[:, 0] != 0.0]
         here, there = int(whole.nodes[HERE]), int(whole.nodes[THERE])
         if whole.nodes[FROM] == 1:
             here, there, curve = there, here, curve[::-1] * (-1.0, 1.0)
-        to_here, _ = branch_to(self._trees[0], here)
+        to_here, start = branch_to(self._trees[0], here)
         to_there, root = branch_to(self._trees[1], there)
         last = self._last[root : root + 1]
-        return np.vstack([to_here, curve, to_there[::-1] * (-1.0, 1.0)]), last[last[:, 0] != 0.0]
+        return start, np.vstack([to_here, curve, to_there[::-1] * (-1.0, 1.0)]), last[last[:, 0] != 0.0]

@@ -25,6 +25,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.route_planner.arcs import joined
 from rti_mpcc.route_planner.costs import Terms
 from rti_mpcc.route_planner.drivable import Kept, drivable
+from rti_mpcc.route_planner.leaving import Begins, arcs_out
 from rti_mpcc.route_planner.problem import Problem
 from rti_mpcc.route_planner.results import failed, found, is_there, standing
 from rti_mpcc.route_planner.searches import Ends, Searches
@@ -119,44 +120,57 @@ def _planned(problem: Problem, there: float, spent: Callable[[], float]) -> Gene
     if is_there(problem, there):
         return standing(problem, min(room))
     yield
-    terms = problem.terms(min(room))
+    near = room[0] < settings.hard_minimum
+    terms = problem.terms(room[1] if near else min(room))
+    begins = (yield from arcs_out(problem, room[0], terms)) if near else Begins.at_start(problem)
+    if len(begins.poses) == 0:
+        return _too_near(problem, PlanOutcome.START_IN_COLLISION, room[0], ", and no arc leads away from it")
     lasts = problem.lasts(terms)
     if len(lasts) == 0:
         reason = f"there is no straight way of {settings.final_straight} m into the goal"
         return failed(problem, PlanOutcome.NO_WAY, reason)
     ends = yield from Ends.of(problem, lasts, terms)
-    searches = Searches(problem, ends, terms, spent)
-    while (way_and_last := (yield from searches.next_way())) is not None:
-        way, last = way_and_last
+    searches = Searches(problem, begins, ends, terms, spent)
+    while (next_way := (yield from searches.next_way())) is not None:
+        at, way, last = next_way
         yield
-        way = yield from _shortened(problem, searches.terms, way)
-        driven = yield from drivable(problem, way, last, Kept(clearance=searches.terms.margin))
+        left = begins.problem_from(problem, at)
+        way = yield from _shortened(left, begins.pieces[at], searches.terms, way)
+        driven = yield from drivable(left, way, last, Kept(clearance=searches.terms.margin))
         if driven.clearance >= settings.hard_minimum:
-            return found(problem, driven, searches.nodes)
+            return found(problem, begins.whole(driven, at), searches.nodes)
         searches.reject(driven.clearance)
     return failed(problem, *searches.failure, searches.nodes, searches.nearest)
 
 
 def _refused(problem: Problem, room: tuple[float, float]) -> Manoeuvre | None:
-    """Why nothing is searched for, from the clearances at the start and at the goal [m], or None."""
-    settings = problem.config.route
-    outcomes = PlanOutcome.START_IN_COLLISION, PlanOutcome.GOAL_IN_COLLISION
-    for place, outcome, pose, what in zip(room, outcomes, problem.given, ("start", "goal"), strict=True):
-        if place < settings.hard_minimum:
-            said = f"overlaps something by {-place:.3f} m" if place < 0.0 else f"leaves {place:.3f} m"
-            reason = (
-                f"the body at the {what} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {said}, "
-                f"at least {settings.hard_minimum} m are kept"
-            )
-            return failed(problem, outcome, reason)
+    """Why nothing is searched for, from the clearances at the start and at the goal [m], or None.
+
+    A vehicle that stands nearer to something than the hard minimum may leave, see `leaving`; one that drives
+    there may not.
+    """
+    settings, stands = problem.config.route, not problem.came.any()
+    if room[0] < (0.0 if stands else settings.hard_minimum):
+        return _too_near(problem, PlanOutcome.START_IN_COLLISION, room[0])
+    if room[1] < settings.hard_minimum:
+        return _too_near(problem, PlanOutcome.GOAL_IN_COLLISION, room[1])
     if problem.distance > settings.farthest:
         reason = f"the goal is {problem.distance:.0f} m away, ways are planned up to {settings.farthest:g} m"
         return failed(problem, PlanOutcome.GOAL_TOO_FAR, reason)
     return None
 
 
-def _shortened(problem: Problem, terms: Terms, way: Array) -> Generator[None, None, Array]:
-    body, solid, places = problem.body.shape, problem.grid.solid, problem.config.route.places
-    return (
-        yield from shortened(problem.start, joined(way), body, solid, terms, places=places, came=problem.came)
+def _too_near(problem: Problem, outcome: PlanOutcome, room: float, more: str = "") -> Manoeuvre:
+    at_start = outcome is PlanOutcome.START_IN_COLLISION
+    pose, what = (problem.given[0], "start") if at_start else (problem.given[1], "goal")
+    said = f"overlaps something by {-room:.3f} m" if room < 0.0 else f"leaves {room:.3f} m"
+    reason = (
+        f"the body at the {what} ({pose.x:.2f}, {pose.y:.2f}, {pose.phi:.2f}) {said}, "
+        f"at least {problem.config.route.hard_minimum} m are kept{more}"
     )
+    return failed(problem, outcome, reason)
+
+
+def _shortened(problem: Problem, came: Array, terms: Terms, way: Array) -> Generator[None, None, Array]:
+    body, solid, places = problem.body.shape, problem.grid.solid, problem.config.route.places
+    return (yield from shortened(problem.start, joined(way), body, solid, terms, places=places, came=came))

@@ -19,6 +19,7 @@ from rti_mpcc.manoeuvre import PlanOutcome
 from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to_go, disc_of
 from rti_mpcc.route_planner.costs import Terms
 from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar
+from rti_mpcc.route_planner.leaving import Begins
 from rti_mpcc.route_planner.problem import Problem
 
 _SLICE = 8  # nodes of each tree between two questions whether there is time
@@ -58,22 +59,24 @@ class Searches:
     """All searches for one problem.
 
     Args:
-        problem, ends: see there; terms: of the first search.
+        problem, begins, ends: see there; terms: of the first search.
         spent: the time that the planning took so far [s].
 
     Attributes:
         nodes: poses expanded in all; nearest: how near to the goal they came [m].
     """
 
-    def __init__(self, problem: Problem, ends: Ends, terms: Terms, spent: Callable[[], float]) -> None:
-        self._problem, self._ends, self._spent = problem, ends, spent
+    def __init__(
+        self, problem: Problem, begins: Begins, ends: Ends, terms: Terms, spent: Callable[[], float]
+    ) -> None:
+        self._problem, self._begins, self._ends, self._spent = problem, begins, ends, spent
         self._left = list(problem.config.route.searches)
         self.terms = terms
         self.nodes, self.nearest = 0, inf
         self._budget_spent, self._rejected = False, ""
 
-    def next_way(self) -> Generator[None, None, tuple[Array, Array] | None]:
-        """The way (n, 2) of the next search that finds one, and the straight piece that comes after it.
+    def next_way(self) -> Generator[None, None, tuple[int, Array, Array] | None]:
+        """Where the next search that finds a way begins, the way (n, 2), and the straight piece after it.
 
         The piece is (1, 2), or (0, 2) without one. None: no search is left, or no budget.
         """
@@ -111,13 +114,14 @@ class Searches:
 
     def _searched(self, terms: Terms, most: int) -> Generator[None, None, HybridAStar]:
         """A search that has come to its end, or to as many nodes or as late as it may."""
-        problem, ends = self._problem, self._ends
+        problem, begins, ends = self._problem, self._begins, self._ends
         search = HybridAStar(
             problem.body.shape,
             problem.grid.solid,
             terms,
-            problem.start,
-            problem.came,
+            begins.poses,
+            begins.pieces,
+            begins.costs,
             ends.goals,
             ends.lasts,
             ends.grids,

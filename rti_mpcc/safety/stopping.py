@@ -41,9 +41,7 @@ def stopping_along(
     The vehicle keeps what it is beside that way. None where it is not as `near` it [m], [rad], or the plan
     goes the other way.
     """
-    steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
-    driven = np.append(True, steps > 1e-9)
-    travelled, states = np.append(0.0, np.cumsum(steps))[driven], plan.states[driven]
+    travelled, states = _way_of(plan)
     speed, here = abs(float(state[V])), _distance_to(state, states, travelled)
     at_here = _states_at(states, travelled, np.array([here]))[0]
     off = state - at_here
@@ -59,6 +57,19 @@ def stopping_along(
     found[:, THETA] = state[THETA] + (left - here)
     found[0] = state
     return _with_controls(times, found)
+
+
+def way_left(plan: Trajectory, state: Array) -> float:
+    """Way from the place on a plan that is nearest to `state` (6,) to the plan's end [m]."""
+    travelled, states = _way_of(plan)
+    return float(travelled[-1]) - _distance_to(state, states, travelled)
+
+
+def _way_of(plan: Trajectory) -> tuple[Array, Array]:
+    """The ways (n,) [m] that a plan has driven at its states (n, 6), without those where it stands."""
+    steps = np.hypot(np.diff(plan.states[:, X]), np.diff(plan.states[:, Y]))
+    driven = np.append(True, steps > 1e-9)
+    return np.append(0.0, np.cumsum(steps))[driven], plan.states[driven]
 
 
 def _distance_to(state: Array, states: Array, travelled: Array) -> float:

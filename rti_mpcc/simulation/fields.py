@@ -5,14 +5,14 @@ Scenarios (`scenario`) and files of docks (`docks_file`) have them; it imports n
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from geometry import Area
-from geometry.outline import checked_polygon
+from geometry.outline import Shape, checked_polygon, checked_shape
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.section import Section
@@ -22,6 +22,8 @@ from rti_mpcc.simulation.toml_file import Problem
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Triple = Annotated[tuple[float, float, float], Field(strict=False)]
 Polygon = Annotated[tuple[Pair, ...], Field(strict=False, min_length=3)]
+Obstacle = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]
+"""A polygon, a line, or a point."""
 Positive = Annotated[float, Field(gt=0.0)]
 Length = Annotated[float, Field(gt=0.0, le=100.0)]
 Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
@@ -40,7 +42,7 @@ class AreaSection(Section):
     """
 
     boundary: Polygon | None = None
-    obstacles: Annotated[tuple[Polygon, ...], Field(strict=False)] = ()
+    obstacles: Annotated[tuple[Obstacle, ...], Field(strict=False)] = ()
     map: str | None = None
 
     _beside = field_validator("map")(beside_the_file)
@@ -73,8 +75,8 @@ def area_problems(section: AreaSection) -> Iterator[Problem]:
         yield Problem(key="area.map", value=section.map, allowed=allowed)
     if section.boundary is not None:
         yield from polygon_problems("area.boundary", section.boundary)
-    for index, polygon in enumerate(section.obstacles):
-        yield from polygon_problems(f"area.obstacles[{index}]", polygon)
+    for index, obstacle in enumerate(section.obstacles):
+        yield from polygon_problems(f"area.obstacles[{index}]", obstacle, checked_shape)
 
 
 def map_problem(section: AreaSection, error: InputError) -> Problem:
@@ -82,10 +84,12 @@ def map_problem(section: AreaSection, error: InputError) -> Problem:
     return Problem("area" if section.map is None else "area.map", section.map, str(error))
 
 
-def polygon_problems(key: str, polygon: Polygon) -> Iterator[Problem]:
-    """That an outline crosses itself, or has no area."""
+def polygon_problems(
+    key: str, polygon: Polygon, check: Callable[[Polygon, str], Shape] = checked_polygon
+) -> Iterator[Problem]:
+    """That an outline crosses itself, or has no area where it needs one."""
     try:
-        checked_polygon(polygon, "it")
+        check(polygon, "it")
     except InputError as error:
         allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
         yield Problem(key=key, value=[list(corner) for corner in polygon], allowed=allowed)

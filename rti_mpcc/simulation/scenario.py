@@ -20,6 +20,7 @@ from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.fields import (
     AreaSection,
+    Obstacle,
     Polygon,
     Positive,
     Tolerance,
@@ -76,7 +77,7 @@ class CorridorSection(Section):
     right: float | None = None
     narrowings: Annotated[tuple[NarrowingSection, ...], Field(strict=False)] = ()
     polygon: Polygon | None = None
-    obstacles: Annotated[tuple[Polygon, ...], Field(strict=False)] = ()
+    obstacles: Annotated[tuple[Obstacle, ...], Field(strict=False)] = ()
 
 
 class StartSection(Section):

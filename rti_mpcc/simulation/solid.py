@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from geometry import Area
 from geometry.clearance import Segments, clearance
+from geometry.outline import shape_of
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.types import Array
@@ -40,7 +41,7 @@ class SolidThings:
         around = (
             [] if area.boundary is None else [np.concatenate((area.boundary, area.boundary[:1])) - origin]
         )
-        shapes = np.array([shapely.Polygon(ring - origin) for ring in area.obstacles], dtype=np.object_)
+        shapes = np.array([shape_of(ring - origin) for ring in area.obstacles], dtype=np.object_)
         return cls(origin=origin, walls=Segments.of(around), shapes=shapes, tree=shapely.STRtree(shapes))
 
     def clearance(self, poses: Array, vehicle: Vehicle) -> Array:

@@ -51,16 +51,24 @@ def test_bad_narrowings_are_refused(narrowing: Narrowing, message: str) -> None:
         )
 
 
-BAD_POLYGONS = [
+WITHOUT_AREA = [
     ([(0.0, 0.0), (1.0, 0.0)], "2 corner"),
     ([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], "2 corner"),
+    ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], "not a simple polygon"),
+]
+BAD_POLYGONS = [
     ([], "shape"),
     ([(0.0, 0.0, 0.0)] * 3, "shape"),
     ([("a", "b")] * 3, "must be an array of numbers"),
     ([(0.0, 0.0), (1.0, nan), (1.0, 1.0)], "finite"),
-    ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], "not a simple polygon"),
     ([(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)], "not a simple polygon"),
 ]
+
+
+@pytest.mark.parametrize(("corners", "message"), WITHOUT_AREA)
+def test_boundaries_need_an_area(corners: list[tuple[float, ...]], message: str) -> None:
+    with pytest.raises(CorridorError, match=message):
+        Corridor.from_polygon(PATH, corners)
 
 
 @pytest.mark.parametrize(("corners", "message"), BAD_POLYGONS)

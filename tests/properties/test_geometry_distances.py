@@ -208,9 +208,9 @@ def test_the_distance_to_an_obstacle_is_right_whatever_its_size(size: float, off
 
 
 @pytest.mark.parametrize("ring", [[(0, 0), (1, 0), (2, 0)], [(1, 1)] * 4, [(0, 0), (1, 0), (0, 0)]])
-def test_a_polygon_without_area_is_refused(ring: Ring) -> None:
+def test_a_boundary_without_area_is_refused(ring: Ring) -> None:
     with pytest.raises(AreaError):
-        Area(obstacles=[ring])
+        Area(boundary=ring)
 
 
 def test_a_map_of_one_cell_is_an_area_of_that_cell(tmp_path: Path) -> None:

@@ -125,9 +125,9 @@ def test_a_goal_that_is_not_finite_cannot_be_made(field: str, value: float) -> N
 
 
 @pytest.mark.parametrize(
-    "outline", [[[5.0, 1.0], [6.0, 1.0]], [[5.0, nan], [6.0, 1.0], [6.0, 2.0]], [[5.0, 1.0, 0.0]] * 3]
+    "outline", [np.zeros((0, 2)), [[5.0, nan], [6.0, 1.0], [6.0, 2.0]], [[5.0, 1.0, 0.0]] * 3]
 )
-def test_an_obstacle_that_is_no_polygon_stops_the_vehicle_and_says_why(outline: Any) -> None:
+def test_an_obstacle_that_cannot_be_one_stops_the_vehicle_and_says_why(outline: Any) -> None:
     controller = docking_controller(short())
     start = short().build_path().start
     state = VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0)

@@ -164,12 +164,17 @@ class Driver:
 
     def _clearance(self, plant: PlantState, told: Outlines) -> float:
         body = body_at(plant.x, plant.y, plant.phi, self.config.vehicle)
-        shapes = [shapely.Polygon(outline) for outline in (*self.area.obstacles, *told)]
+        shapes = [_shape(outline) for outline in (*self.area.obstacles, *told)]
         room = min((body.distance(shape) for shape in shapes), default=np.inf)
         if self.area.boundary is None:
             return float(room)
         inside = shapely.Polygon(self.area.boundary)
         return float(min(room, inside.exterior.distance(body) if inside.covers(body) else 0.0))
+
+
+def _shape(outline: Array) -> Any:
+    """A polygon, or a line or a point."""
+    return shapely.Polygon(outline) if len(outline) > 2 else shapely.MultiPoint(outline).convex_hull
 
 
 def put_down(plant: PlantState, pose: Pose2) -> PlantState:

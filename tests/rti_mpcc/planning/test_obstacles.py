@@ -94,9 +94,9 @@ def test_nothing_new_is_the_same_again() -> None:
     assert observed(known, outlines, 0.6, 0.5, CONFIG) is known
 
 
-def test_what_is_no_polygon_is_refused_by_its_index() -> None:
+def test_what_is_no_obstacle_is_refused_by_its_index() -> None:
     with pytest.raises(CorridorError, match=r"obstacles\[1\]"):
-        observed((), [square(0.0, 0.0, 1.0), np.zeros((2, 2))], 0.0, 0.0, CONFIG)
+        observed((), [square(0.0, 0.0, 1.0), np.zeros((0, 2))], 0.0, 0.0, CONFIG)
 
 
 def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:

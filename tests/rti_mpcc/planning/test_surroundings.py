@@ -80,7 +80,7 @@ def test_obstacles_are_known_again_in_the_area() -> None:
 
 def test_in_an_area_already_it_is_in_the_same_one() -> None:
     around = Surroundings.in_area(HALL)
-    assert around.without_path(Area(boundary=[(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)])) is around
+    assert around.without_path(HALL) is around
 
 
 # -- the area along a path -----------------------------------------------------------------------------------

@@ -165,7 +165,7 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
         ([SQUARE, SQUARE, [[5.0, 1.0], [6.0, nan], [6.0, 2.0]]], "obstacles[2] not finite: nan in corner 1"),
         ([[[5.0, inf], [6.0, 1.0], [6.0, 2.0]]], "obstacles[0] not finite: inf in corner 0"),
         ([SQUARE, [[5.0, 1.0], [6.0, 1.0], [6.0, 1e300]]], "obstacles[1] not near, at most 1e+10 m: 1e+300"),
-        ([[[5.0, 1.0], [6.0, 1.0]]], "obstacles not readable: obstacles[0] has 2 corner(s)"),
+        ([np.zeros((0, 2))], "obstacles not readable: obstacles[0] has no corner"),
         ([[5.0, 1.0, 6.0]], "obstacles not readable: obstacles[0] has shape (3,)"),
         ([SQUARE, [[0.0]]], "obstacles not readable: obstacles[1] has shape (1, 1)"),
         ([SQUARE, []], "obstacles not readable: obstacles[1] has shape (0,)"),

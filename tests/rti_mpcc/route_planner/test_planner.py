@@ -197,7 +197,7 @@ def test_who_stands_in_the_goal_but_too_near_to_something_is_told_so() -> None:
     bumper = CONFIG.vehicle.front
     box = [(bumper + 0.02, -2.0), (bumper + 1.0, -2.0), (bumper + 1.0, 2.0), (bumper + 0.02, 2.0)]
     area = Area(obstacles=[box])
-    assert plan_manoeuvre(START, START, area, CONFIG).outcome is PlanOutcome.START_IN_COLLISION
+    assert plan_manoeuvre(START, START, area, CONFIG).outcome is PlanOutcome.GOAL_IN_COLLISION
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 1e-12])

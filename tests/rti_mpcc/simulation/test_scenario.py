@@ -265,8 +265,8 @@ WRONG: list[tuple[str, Any, str]] = [
     ("corridor.polygon", BOX, "corridor.left = 3.0: either polygon, or left and right, not both"),
     (
         "corridor.obstacles",
-        [TRIANGLE[:2]],
-        "corridor.obstacles[0] = [[6.0, 1.0], [7.0, 1.0]]: number of entries must be >= 3",
+        [TRIANGLE[:0]],
+        "corridor.obstacles[0] = []: number of entries must be >= 1",
     ),
     (
         "corridor.obstacles",

@@ -256,9 +256,9 @@ WRONG: list[tuple[dict[str, Any], list[str]]] = [
         ],
     ),
     (
-        {"area": {"obstacles": [[[0, 0], [9, 0], [0, 0]]]}},
+        {"area": {"boundary": [[0, 0], [9, 0], [0, 0]]}},
         [
-            "area.obstacles[0] = [[0.0, 0.0], [9.0, 0.0], [0.0, 0.0]]: must be a polygon whose outline does "
+            "area.boundary = [[0.0, 0.0], [9.0, 0.0], [0.0, 0.0]]: must be a polygon whose outline does "
             "not cross itself, it has 2 corner(s), a polygon needs at least 3"
         ],
     ),

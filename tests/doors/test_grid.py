@@ -1,0 +1,128 @@
+"""Areas from occupancy grids that are arrays: which cells are solid, and where they are."""
+
+from __future__ import annotations
+
+from math import nan, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+from PIL import Image
+
+from geometry import Area, AreaError, Pose2
+from geometry.shape_grid import Body
+from rti_mpcc import plan_manoeuvre
+
+POINT = Body.of([(0.0, 0.0)])
+
+
+def solid(area: Area, shape: tuple[int, int], resolution: float) -> list[list[int]]:
+    """Which cells of a grid at (0, 0) are solid, as points in their middles tell."""
+    row, column = np.indices(shape)
+    middles = np.column_stack([resolution * (column.ravel() + 0.5), resolution * (row.ravel() + 0.5)])
+    found = area.signed_distances(POINT, np.column_stack([middles, np.zeros(len(middles))]))
+    return (found < 0.0).astype(int).reshape(shape).tolist()
+
+
+def test_the_first_row_is_at_the_origin_and_columns_run_along_x() -> None:
+    area = Area.from_grid(np.array([[False, True, False], [False, False, False]]), 0.5, (10.0, -3.0, 0.0))
+    assert area.boundary is not None
+    np.testing.assert_allclose(area.boundary, [(10.0, -3.0), (11.5, -3.0), (11.5, -2.0), (10.0, -2.0)])
+    np.testing.assert_allclose(area.obstacles, [[(10.5, -3.0), (11.0, -3.0), (11.0, -2.5), (10.5, -2.5)]])
+
+
+@pytest.mark.parametrize("origin", [(1.0, 2.0, 0.5 * pi), [1, 2, 0.5 * pi], Pose2(1.0, 2.0, 0.5 * pi)])
+def test_the_origin_may_be_turned(origin: Any) -> None:
+    area = Area.from_grid([[1, 0]], resolution=1, origin=origin)
+    np.testing.assert_allclose(area.obstacles, [[(1.0, 2.0), (1.0, 3.0), (0.0, 3.0), (0.0, 2.0)]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("array", "expected"),
+    [
+        ([[True, False]], [[1, 0]]),
+        (np.array([[1, 0]], dtype=np.uint8), [[1, 0]]),
+        (np.array([[1, 0, -1]], dtype=np.int8), [[1, 0, 1]]),
+        (np.array([[100, 0, -1, 65, 64, 26, 25, 1]], dtype=np.int8), [[1, 0, 1, 1, 1, 1, 0, 0]]),
+        (np.array([[0.65, 0.25, nan, 0.5]], dtype=np.float32), [[1, 0, 1, 1]]),
+    ],
+)
+def test_values(array: Any, expected: list[list[int]]) -> None:
+    area = Area.from_grid(array, 0.2)
+    assert solid(area, np.shape(array), 0.2) == expected
+
+
+def test_unknown_cells_may_count_as_free() -> None:
+    area = Area.from_grid([[100.0, 65.0, 64.0, 26.0, 0.0, -1.0, nan]], 0.2, unknown_is_free=True)
+    assert solid(area, (1, 7), 0.2) == [[1, 1, 0, 0, 0, 0, 0]]
+
+
+def test_it_is_the_same_as_the_map_with_these_cells(tmp_path: Path) -> None:
+    cells = np.random.default_rng(0).random((20, 30)) < 0.3
+    Image.fromarray(np.where(cells[::-1], 0, 255).astype(np.uint8)).save(tmp_path / "yard.png")
+    entries = {
+        "image": "yard.png",
+        "resolution": 0.1,
+        "origin": [3.0, -4.0, 0.7],
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
+        "negate": 0,
+    }
+    (tmp_path / "yard.yaml").write_text(yaml.safe_dump(entries), encoding="utf-8")
+    read, built = Area.from_map(tmp_path / "yard.yaml"), Area.from_grid(cells, 0.1, (3.0, -4.0, 0.7))
+    np.testing.assert_array_equal(built.boundary, read.boundary)
+    np.testing.assert_array_equal(built.obstacles, read.obstacles)
+
+
+def test_views_and_read_only_arrays_are_taken_and_left_alone() -> None:
+    picture = np.zeros((4, 6), dtype=bool)
+    picture[0, 1] = True
+    picture.setflags(write=False)
+    area = Area.from_grid(picture[::-1, ::2], 1.0)
+    assert solid(area, (4, 3), 1.0) == np.zeros((4, 3)).tolist()
+    assert solid(Area.from_grid(picture[::-1], 1.0), (4, 6), 1.0) == picture[::-1].astype(int).tolist()
+
+
+def test_a_manoeuvre_in_a_grid() -> None:
+    cells = np.zeros((160, 300), dtype=np.int8)
+    cells[:, 150:152] = 100
+    cells[60:100, 150:152] = 0
+    area = Area.from_grid(cells, 0.1, (-8.0, -8.0, 0.0))
+    found = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), Pose2(12.0, 0.0, 0.0), area)
+    assert found.found, found.reason
+    assert found.clearance >= 0.05
+
+
+EMPTY: NDArray[np.bool_] = np.zeros((2, 2), dtype=bool)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (([True, False], 0.1), r"shape \(2,\), it must be \(rows, columns\)"),
+        ((np.zeros((0, 3)), 0.1), r"shape \(0, 3\)"),
+        ((np.zeros((2, 2, 3)), 0.1), r"shape \(2, 2, 3\)"),
+        (([["free"]], 0.1), "numbers or bools"),
+        (([[1.0], [1.0, 2.0]], 0.1), "numbers or bools"),
+        (([[None]], 0.1), "numbers or bools"),
+        (([[1j]], 0.1), "numbers or bools"),
+        (([[0, 255]], 0.1), r"array\[0, 1\] = 255: must be 0 to 1, or 0 to 100, or -1 for unknown"),
+        (([[0, -2]], 0.1), r"array\[0, 1\] = -2"),
+        (([[0.0, np.inf]], 0.1), r"array\[0, 1\] = inf"),
+        (([[1, -1]], 0.1), "no cell is free"),
+        ((EMPTY, 0.0), "resolution = 0.0: must be a number from 1e-06 to 1e"),
+        ((EMPTY, nan), "resolution = nan"),
+        ((EMPTY, "0.1"), "resolution = '0.1'"),
+        ((EMPTY, 0.1, (0.0,)), r"origin = \(0.0,\): must be \(x, y\) or \(x, y, yaw\)"),
+        ((EMPTY, 0.1, (0.0, 0.0, 0.0, 0.0)), "origin"),
+        ((EMPTY, 0.1, (0.0, nan, 0.0)), "origin"),
+        ((EMPTY, 0.1, "abc"), "origin"),
+        ((EMPTY, 0.1, None), "origin"),
+    ],
+)
+def test_what_is_no_grid_is_refused(arguments: Any, said: str) -> None:
+    with pytest.raises(AreaError, match=said):
+        Area.from_grid(*arguments)
