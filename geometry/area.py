@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf, isfinite
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -91,7 +91,7 @@ class Area:
     @door(AreaError)
     def from_grid(
         cls,
-        array: ArrayLike,
+        array: Any,
         resolution: float,
         origin: Pose2 | Sequence[float] = (0.0, 0.0, 0.0),
         *,
@@ -159,6 +159,7 @@ class Area:
         """
         return self.grid.signed_distances(body, poses, within)[:, 0]
 
+    @door(AreaError)
     def solid_beside(self, other: Area, least: float) -> list[Array]:
         """Return the convex shapes (m_i, 2) that are solid here and not in the other area [m].
 

@@ -15,7 +15,7 @@ from geometry.area import Area
 from geometry.arrays import Array, Index
 from geometry.clearance import Segments
 from geometry.contacts import Contacts, contacts
-from geometry.doors import admit, door, rows
+from geometry.doors import Admitted, admit, door, rows
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
 from geometry.lines import AreaLines, CorridorLines
@@ -32,7 +32,7 @@ _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
 
 @dataclass(frozen=True, slots=True)
-class Narrowing:
+class Narrowing(Admitted):
     """A stretch on which the offsets of a corridor differ; of several at one place the tightest holds.
 
     Attributes:
@@ -50,7 +50,7 @@ class Narrowing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Corridor:
+class Corridor(Admitted):
     """Boundaries for each part of a route, left and right of the vehicle's heading, and obstacles.
 
     The boundaries of a part act on that part only. Built by `from_offsets` or `from_polygon`; pickles. Of one

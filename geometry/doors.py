@@ -11,8 +11,8 @@ import reprlib
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
-from dataclasses import fields
-from functools import cache, wraps
+from dataclasses import fields, is_dataclass
+from functools import cache, partial, wraps
 from inspect import Parameter, signature
 from numbers import Integral, Real
 from os import PathLike
@@ -32,6 +32,27 @@ Turn = Callable[[Any], Any]
 SHOWN: Final = 60
 """Longest text of a refused value in a message."""
 _NUMBERS: Final = "iuf"
+
+
+_PENDING: list[Callable[..., Any]] = []
+"""Doors whose annotations nobody has read yet."""
+
+
+class Admitted:
+    """Base of dataclasses whose fields are turned by `admit`, so that `prepare` knows them."""
+
+    __slots__ = ()
+
+    def __init_subclass__(cls) -> None:
+        """Keep the class for `prepare`."""
+        kept: Any = cls
+        _PENDING.append(partial(_turns_of_fields, kept))
+
+
+def prepare() -> None:
+    """Read the annotations of all doors, in some milliseconds: the first call of each would do it."""
+    while _PENDING:
+        _PENDING.pop()()
 
 
 class _Unfit(Exception):
@@ -69,13 +90,14 @@ def door(
                 turned, named = _turned(function, args, kwargs, error)
                 return function(*turned, **named)
 
+        _PENDING.append(partial(_turns, function))
         return explained if late else checked
 
     return decorated
 
 
-def admit(given: Any, error: type[InputError] = InputError) -> None:
-    """Turn the fields of a frozen dataclass into what their annotations say; for its `__post_init__`."""
+def admit(given: Admitted, error: type[InputError] = InputError) -> None:
+    """Turn the fields of an `Admitted` dataclass into what their annotations say; for its `__post_init__`."""
     kind: Any = type(given)
     for name, turn in _turns_of_fields(kind):
         value = getattr(given, name)
@@ -182,6 +204,8 @@ def _turns(function: Callable[..., Any]) -> tuple[tuple[str, ...], dict[str, Tur
 
 @cache
 def _turns_of_fields(cls: Any) -> tuple[tuple[str, Turn], ...]:
+    if not is_dataclass(cls):  # one that another with slots has taken the place of
+        return ()
     hints = typing.get_type_hints(cls)
     return tuple((each.name, _turn_to(hints[each.name])) for each in fields(cls) if each.init)
 

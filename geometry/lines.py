@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from geometry.arrays import Array
-from geometry.doors import admit
+from geometry.doors import Admitted, admit
 from geometry.errors import CorridorError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PartLines:
+class PartLines(Admitted):
     """The boundaries of one part of a route.
 
     Attributes:
@@ -33,7 +33,7 @@ class PartLines:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class AreaLines:
+class AreaLines(Admitted):
     """What defines an area.
 
     Attributes:
@@ -48,7 +48,7 @@ class AreaLines:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CorridorLines:
+class CorridorLines(Admitted):
     """The boundaries of every part of a route, and the obstacles.
 
     Attributes:

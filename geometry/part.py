@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
 from geometry.counts import steps
-from geometry.doors import admit, door, number, numbers
+from geometry.doors import Admitted, admit, door, number, numbers
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
 from geometry.projection import closest, piece_at
@@ -49,7 +49,7 @@ class PathReference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PathPart:
+class PathPart(Admitted):
     """A part of a route that is driven in one direction.
 
     Attributes:

@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry import csv_path, interpolation
 from geometry.arrays import Array
-from geometry.doors import admit, door
+from geometry.doors import Admitted, admit, door
 from geometry.errors import PathError
 from geometry.part import PathPart, PathReference
 from geometry.pose import Pose2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ReferencePath:
+class ReferencePath(Admitted):
     """A route, cut at its cusps into parts of one direction.
 
     Theta [m] counts along the whole route and grows over cusps. Position and vehicle heading are continuous.

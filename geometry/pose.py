@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from math import cos, isfinite, sin
 
 from geometry.angles import wrap
-from geometry.doors import admit, door
+from geometry.doors import Admitted, admit, door
 from geometry.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)
-class Pose2:
+class Pose2(Admitted):
     """Position and heading in the world frame (or in the frame of another pose).
 
     Attributes:

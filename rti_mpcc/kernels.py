@@ -6,7 +6,7 @@ import logging
 import sys
 from collections.abc import Iterable
 
-from geometry import compiled
+from geometry import compiled, doors
 
 _log = logging.getLogger(__name__)
 
@@ -17,6 +17,7 @@ def make_ready() -> int:
     Compiling is told once, in a warning and with a bar on a terminal. After it the log says where the kernels
     are kept, or why they are not. Loading takes a fraction of a second, a second call nothing.
     """
+    doors.prepare()
     missing = compiled.load()
     if not missing:
         return 0

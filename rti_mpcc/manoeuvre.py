@@ -14,7 +14,7 @@ from itertools import groupby, pairwise
 from math import inf, nan
 
 from geometry import InputError, PathError, PathPart, Pose2, ReferencePath
-from geometry.doors import admit, door
+from geometry.doors import Admitted, admit, door
 from geometry.settings import replaced
 from rti_mpcc.config import Behaviour, ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
@@ -72,7 +72,7 @@ class PlannedStop:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Segment:
+class Segment(Admitted):
     """A piece of a manoeuvre in one direction. One is equal to itself only: driven twice, it begins twice.
 
     Attributes:

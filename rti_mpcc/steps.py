@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from estimation import CharucoBoard
 from geometry import InputError, Pose2
-from geometry.doors import admit, door
+from geometry.doors import Admitted, admit, door
 from geometry.outline import checked_polygon, placed
 from rti_mpcc.types import Array
 
@@ -46,7 +46,7 @@ class DockKind(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class Step(Admitted):
     """What all steps have.
 
     Attributes:
@@ -83,7 +83,7 @@ COMMON = tuple(each.name for each in fields(Step))
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
+class Approach(Admitted):
     """The straight last piece of the way into a dock.
 
     Attributes:

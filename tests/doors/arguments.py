@@ -50,6 +50,7 @@ MADE_BY_US = frozenset(
         "DisturbanceEstimate",
         "EffectiveWeights",
         "GoalEstimate",
+        "GoalSetpoint",
         "Judgement",
         "Manoeuvre",
         "MeasurementNoise",
@@ -114,6 +115,19 @@ def _filter() -> GoalPoseFilter:
 DOORS: dict[str, Door] = {
     # -- geometry --------------------------------------------------------------------------------
     "Area": Door(call=Area, valid={"boundary": SQUARE, "obstacles": [SQUARE]}),
+    "Area.from_grid": Door(
+        call=Area.from_grid,
+        valid={
+            "array": np.eye(3),
+            "resolution": 0.5,
+            "origin": (0.0, 0.0, 0.0),
+            "unknown_is_free": False,
+        },
+    ),
+    "Area.solid_beside": Door(call=AREA.solid_beside, valid={"other": Area(), "least": 0.1}),
+    "AreaLines": Door(
+        call=geometry.AreaLines, valid={"boundary": np.array(SQUARE), "obstacles": (np.array(SQUARE),)}
+    ),
     "Area.bounded": Door(call=Area().bounded, valid={"points": POINTS, "beyond": 2.0}),
     "Area.with_obstacles": Door(call=AREA.with_obstacles, valid={"polygons": [SQUARE]}),
     "Area.signed_distances": Door(
@@ -188,6 +202,7 @@ DOORS: dict[str, Door] = {
         },
     ),
     "PathPart.reference": Door(call=PART.reference, valid={"theta": [1.0, 2.0]}),
+    "PathPart.places": Door(call=PART.places, valid={"spacing": 1.0, "least": 2}),
     "PathPart.curvature": Door(call=PART.curvature, valid={"theta": [1.0, 2.0]}),
     "PathPart.pose": Door(call=PART.pose, valid={"theta": 2.0}),
     "PathPart.progress": Door(call=PART.progress, valid={"pose": ORIGIN, "theta": 0.0}),
@@ -254,6 +269,12 @@ DOORS: dict[str, Door] = {
         valid={"path": PATH, "corridor": CORRIDOR, "config": CONFIG, "segments": None},
     ),
     "DockingController.in_area": Door(call=DockingController.in_area, valid={"area": AREA, "config": CONFIG}),
+    "DockingController.set_area": Door(
+        call=DockingController.in_area(AREA, CONFIG).set_area, valid={"area": AREA}
+    ),
+    "DockingController.check_area": Door(
+        call=DockingController.in_area(AREA, CONFIG).check_area, valid={"area": AREA}
+    ),
     "DockingController.assign": Door(
         call=DockingController.in_area(AREA, CONFIG).assign, valid={"order": Stand()}
     ),

@@ -128,7 +128,7 @@ def along(heading: float) -> ReferencePath:
 @pytest.mark.parametrize("degrees", [30, 45, 60, 90, 135, 180, 225, 270, 315, 360, -90, -180])
 def test_a_heading_in_degrees_is_found_out(degrees: int) -> None:
     part = along(radians(degrees)).parts[0]
-    hint = goals.degrees_hint("heading", Pose2(part.last.x, part.last.y, float(degrees)), part, LIMITS)
+    hint = goals.degrees_beside("heading", Pose2(part.last.x, part.last.y, float(degrees)), part, LIMITS)
     assert hint == f"heading {degrees}: in degrees? radians are expected"
 
 
@@ -139,13 +139,13 @@ def test_a_heading_near_the_paths_is_not_suspected_on_any_branch(
 ) -> None:
     part = along(heading).parts[0]
     assert (
-        goals.degrees_hint("heading", Pose2(0.0, 0.0, heading + off + 2.0 * pi * turns), part, LIMITS) == ""
+        goals.degrees_beside("heading", Pose2(0.0, 0.0, heading + off + 2.0 * pi * turns), part, LIMITS) == ""
     )
 
 
 def test_a_vehicle_that_is_turned_is_not_suspected_where_it_is_told_within_a_turn() -> None:
     for phi in (-pi, -2.0, 2.0, pi, 4.0, 6.0):
-        assert goals.degrees_hint("heading", Pose2(0.0, 0.0, phi), along(0.0).parts[0], LIMITS) == ""
+        assert goals.degrees_beside("heading", Pose2(0.0, 0.0, phi), along(0.0).parts[0], LIMITS) == ""
 
 
 def test_the_hint_is_part_of_a_refusal_and_of_the_remark_on_an_odd_goal() -> None:

@@ -38,7 +38,7 @@ def check(goal: Pose2, area: Area = YARD, path: ReferencePath = PATH) -> GoalFit
         Pose2(30.0, 0.0, 0.0),  # farther from the path than a goal of a path may be
         Pose2(-10.0, 5.0, pi),
         Pose2(0.0, 0.0, 2.0),
-        Pose2(20.0, -7.0, 0.1 + 14.0 * pi),  # a heading on some branch
+        Pose2(20.0, -7.0, 0.1 - 2.0 * pi),  # a heading on another branch
     ],
 )
 def test_a_goal_may_be_anywhere_and_turned_anyhow(goal: Pose2) -> None:
