@@ -94,8 +94,10 @@ def stds_in(goals: Array, covariances: Array) -> Array:
         covariances: (n, 3, 3) of x, y, heading in world axes.
     """
     goals = rows(goals, 3, "goals")
-    if covariances.shape != (len(goals), 3, 3):
-        raise InputError(f"covariances has shape {covariances.shape}, it must be ({len(goals)}, 3, 3).")
+    if covariances.shape != (len(goals), 3, 3) or not np.isfinite(covariances).all():
+        raise InputError(
+            f"covariances has shape {covariances.shape}, it must be ({len(goals)}, 3, 3), and finite."
+        )
     turn = np.zeros((len(goals), 3, 3))
     turn[:, 0, 0] = turn[:, 1, 1] = np.cos(goals[:, 2])
     turn[:, 0, 1] = np.sin(goals[:, 2])

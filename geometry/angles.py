@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.doors import door
+from geometry.errors import InputError
 
 
 @overload
@@ -17,10 +18,20 @@ def wrap(angle: float) -> float: ...
 def wrap(angle: NDArray[np.float64]) -> NDArray[np.float64]: ...
 @door(late=True)
 def wrap(angle: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
-    """Return the same angle in (-pi, pi] [rad]; scalars give a float, arrays keep their shape."""
+    """Return the same angle in (-pi, pi] [rad]; scalars give a float, arrays keep their shape.
+
+    In an array what is not finite becomes NaN.
+
+    Raises:
+        InputError: a scalar that is not finite.
+    """
     if isinstance(angle, np.ndarray):
-        return np.asarray(angle - 2.0 * pi * np.ceil((angle - pi) / (2.0 * pi)), dtype=np.float64)
-    return float(angle - 2.0 * pi * ceil((angle - pi) / (2.0 * pi)))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(angle - 2.0 * pi * np.ceil((angle - pi) / (2.0 * pi)), dtype=np.float64)
+    try:
+        return float(angle - 2.0 * pi * ceil((angle - pi) / (2.0 * pi)))
+    except (ValueError, OverflowError):
+        raise InputError(f"angle = {angle}: must be finite") from None
 
 
 def degrees_hint(what: str, heading: float) -> str:

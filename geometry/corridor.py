@@ -290,9 +290,10 @@ class Corridor(Admitted):
         without ends everything is outside, and `clearance` tells.
 
         Raises:
-            InputError: a part that does not exist.
+            InputError: a part that does not exist, or points that are not finite.
         """
         walls = self._part(part)
+        one, other = rows((one, other), 2, "one, other").tolist()
         if not walls.is_open:
             return False
         way = Body.of([(0.0, 0.0), (other[0] - one[0], other[1] - one[1])])

@@ -19,8 +19,10 @@ def steps(lengths: ArrayLike, spacing: float, what: str, refuse: type[InputError
         lengths, spacing: see above; what: is as long as that, for the message; refuse: the error to raise.
 
     Raises:
-        InputError: of the class `refuse`, if they are more than MOST together.
+        InputError: of the class `refuse`, if they are more than MOST together, or the spacing is not > 0.
     """
+    if not spacing > 0.0:
+        raise refuse(f"spacing = {spacing}: must be > 0 m.")
     wanted = np.ceil(np.atleast_1d(np.asarray(lengths, dtype=np.float64)) / spacing)
     wanted = np.maximum(wanted, 1.0)
     total = float(wanted.sum())

@@ -128,7 +128,7 @@ def rows(values: Any, width: int, name: str) -> Array:
     """Turn anything that holds numbers into a contiguous array (n, width) of floats.
 
     Raises:
-        InputError: it holds something else, or has another shape.
+        InputError: it holds something else, has another shape, or is not finite.
     """
     try:
         found = numbers(values)
@@ -136,6 +136,8 @@ def rows(values: Any, width: int, name: str) -> Array:
         raise InputError(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
     if found.ndim != 2 or found.shape[1] != width:
         raise InputError(f"{name} has shape {found.shape}, it must be (n, {width}).")
+    if not np.isfinite(found).all():
+        raise InputError(f"{name} must be finite numbers.")
     return found
 
 

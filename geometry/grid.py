@@ -59,9 +59,10 @@ def _solid(array: ArrayLike, unknown_is_free: bool) -> Mask:
         raise AreaError("array must be numbers or bools of shape (rows, columns).") from error
     if given.dtype.kind not in "biuf":
         raise AreaError(f"array has values of type {given.dtype}, they must be numbers or bools.")
-    values = given.astype(np.float32)
-    if values.ndim != 2 or values.size == 0:
-        raise AreaError(f"array has shape {values.shape}, it must be (rows, columns), one cell at least.")
+    if given.ndim != 2 or given.size == 0:
+        raise AreaError(f"array has shape {given.shape}, it must be (rows, columns), one cell at least.")
+    with np.errstate(over="ignore"):
+        values = given.astype(np.float32)
     unknown = np.isnan(values) | (values == -1.0)
     most = _PERCENT if (values > 1.0).any() else 1.0
     odd = ~unknown & ~((values >= 0.0) & (values <= most))

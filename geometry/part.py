@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry.arrays import Array
 from geometry.compiled import Array1, Out2, inner, kernel
-from geometry.counts import steps
+from geometry.counts import MOST, steps
 from geometry.doors import Admitted, admit, door, number, numbers
 from geometry.errors import InputError, PathError
 from geometry.pose import Pose2
@@ -97,8 +97,10 @@ class PathPart(Admitted):
         """Return theta (n,) from start to end [m], even, at most `spacing` [m] apart, with `least` steps.
 
         Raises:
-            PathError: they are too many, see geometry.counts.
+            PathError: they are too many, see geometry.counts, or the spacing is not > 0.
         """
+        if not 1 <= least <= MOST:
+            raise PathError(f"least = {least}: must be 1 to {MOST}.")
         count = max(int(steps(self.end - self.start, spacing, "a part of the path", PathError)[0]), least)
         return np.linspace(self.start, self.end, count + 1)
 
