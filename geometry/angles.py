@@ -52,4 +52,10 @@ def lift(
     angle: float | NDArray[np.float64], near: float | NDArray[np.float64]
 ) -> float | NDArray[np.float64]:
     """Return the same angle on the branch nearest to `near`, i.e. within pi of it [rad]."""
-    return near + wrap(angle - near)
+    try:
+        return near + wrap(angle - near)
+    except InputError:
+        raise
+    except ValueError:
+        shapes = np.shape(angle), np.shape(near)
+        raise InputError(f"angle, near: their shapes {shapes} do not go together") from None

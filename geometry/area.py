@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf, isfinite
+from math import inf
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from geometry.arrays import Array
 from geometry.doors import door
 from geometry.errors import AreaError, CorridorError
 from geometry.outline import (
+    FARTHEST,
     Shape,
     checked_polygon,
     checked_shape,
@@ -128,8 +129,8 @@ class Area:
         """
         if self.boundary is not None:
             return self
-        if not (isfinite(beyond) and beyond > 0.0):
-            raise AreaError(f"beyond = {beyond}: must be > 0 m and finite.")
+        if not 0.0 < beyond <= FARTHEST:
+            raise AreaError(f"beyond = {beyond}: must be > 0 m and finite, at most {FARTHEST:g} m.")
         around = np.concatenate([_checked_points(points), *self.obstacles])
         if len(around) == 0:
             raise AreaError("points is empty and there are no obstacles: there is nothing to be bounded.")
@@ -239,6 +240,8 @@ def _checked_points(points: ArrayLike) -> Array:
         raise AreaError(f"points has shape {found.shape}, it must be (n, 2).")
     if not np.isfinite(found).all():
         raise AreaError("points must be finite numbers.")
+    if np.abs(found).max() > FARTHEST:
+        raise AreaError(f"points must have coordinates of at most {FARTHEST:g} m.")
     return found
 
 

@@ -27,6 +27,7 @@ from geometry.shape_grid import Body, checked_poses
 from geometry.walls import Obstacles, PartWalls
 
 _CHECKED = 0.05  # [m] between the path points that are checked against boundaries
+_WIDEST = 1e6  # [m] that an offset may be
 _POINT = Body.of([(0.0, 0.0)])
 _LOOKED = 0.5  # [m] between those at which it is looked whether any is near
 
@@ -363,8 +364,8 @@ def _crosses(walls: PartWalls, part: PathPart) -> bool:
 
 def _check_offsets(where: str, left: float, right: float) -> None:
     for name, value in (("left", left), ("right", right)):
-        if not isfinite(value):
-            raise CorridorError(f"{where}{name} = {value}: an offset must be a finite number.")
+        if not abs(value) <= _WIDEST:
+            raise CorridorError(f"{where}{name} = {value}: must be a number of at most {_WIDEST:g} m.")
     if left <= right:
         raise CorridorError(f"{where}left = {left}: must be more than right = {right}.")
     if left <= 0.0:

@@ -21,7 +21,8 @@ from numpy.typing import ArrayLike
 
 from geometry.arrays import Mask
 from geometry.errors import AreaError
-from geometry.map_file import COARSEST, FARTHEST, FINEST, OccupancyMap, map_of
+from geometry.map_file import COARSEST, FINEST, OccupancyMap, map_of
+from geometry.outline import FARTHEST
 from geometry.pose import Pose2
 
 _OCCUPIED, _FREE = 0.65, 0.25

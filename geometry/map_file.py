@@ -26,10 +26,10 @@ from PIL import Image, UnidentifiedImageError
 from geometry import files
 from geometry.arrays import Array, Index, Mask
 from geometry.errors import AreaError
+from geometry.outline import FARTHEST
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
 FINEST, COARSEST = 1e-6, 1e6  # [m] of a cell
-FARTHEST = 1e12  # [m] that the origin may be from (0, 0)
 _RECTANGLES = 500_000  # each takes some 300 bytes
 _RUNS = 2_000_000  # of occupied cells in the rows, that rectangles are put together of
 

@@ -22,6 +22,7 @@ from geometry.pose import Pose2
 
 Shape: TypeAlias = shapely.Point | shapely.LineString | shapely.Polygon
 """What an obstacle may be."""
+FARTHEST = 1e12  # [m] that anything may be from (0, 0)
 _ROUNDING = 1e-9  # of an area, or of a length
 _DRAWN = 0.04  # [m] width at which a line or a point is drawn
 _SPACING = 0.25  # [m] between the path points at which the width is measured
@@ -88,6 +89,8 @@ def _points(corners: ArrayLike, name: str) -> Array:
         raise CorridorError(f"{name} has shape {points.shape}, it must be (m, 2).")
     if not np.isfinite(points).all():
         raise CorridorError(f"{name} must be finite numbers.")
+    if points.size and np.abs(points).max() > FARTHEST:
+        raise CorridorError(f"{name} must have coordinates of at most {FARTHEST:g} m.")
     if len(points) > 1 and (points[0] == points[-1]).all():
         points = points[:-1]
     return points

@@ -95,7 +95,7 @@ BOX = [(-1.0, -3.0), (1.1e9, -3.0), (1.1e9, 3.0), (-1.0, 3.0)]
         (lambda: Corridor.from_offsets(BENT, left=1e5, right=-1e5), CorridorError),
         (
             lambda: Corridor.from_offsets(
-                LINE, left=1e9, right=-1.0, narrowings=[Narrowing(5.0, 6.0, left=1.0)]
+                LINE, left=1e6, right=-1.0, narrowings=[Narrowing(5.0, 6.0, left=1.0)]
             ),
             CorridorError,
         ),
