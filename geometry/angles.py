@@ -52,8 +52,11 @@ def lift(
     angle: float | NDArray[np.float64], near: float | NDArray[np.float64]
 ) -> float | NDArray[np.float64]:
     """Return the same angle on the branch nearest to `near`, i.e. within pi of it [rad]."""
-    try:
+    if isinstance(angle, float) and isinstance(near, float):
         return near + wrap(angle - near)
+    try:
+        with np.errstate(invalid="ignore"):
+            return near + wrap(angle - near)
     except InputError:
         raise
     except ValueError:
