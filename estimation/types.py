@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry import Pose2
 from geometry.arrays import Array as Array
-from geometry.doors import door, rows
+from geometry.doors import door
 from geometry.errors import InputError
 
 
@@ -91,13 +91,16 @@ def stds_in(goals: Array, covariances: Array) -> Array:
     """(n, 3) standard deviations along, across [m] and of the heading [rad], in the frames of goals (n, 3).
 
     Args:
-        covariances: (n, 3, 3) of x, y, heading in world axes.
+        covariances: (n, 3, 3) of x, y, heading in world axes; what is not finite gives NaN.
     """
-    goals = rows(goals, 3, "goals")
-    if covariances.shape != (len(goals), 3, 3) or not np.isfinite(covariances).all():
-        raise InputError(
-            f"covariances has shape {covariances.shape}, it must be ({len(goals)}, 3, 3), and finite."
-        )
+    if goals.ndim != 2 or covariances.shape != (len(goals), 3, 3) or goals.shape[1] != 3:
+        shapes = goals.shape, covariances.shape
+        raise InputError(f"goals, covariances have the shapes {shapes}, they must be (n, 3), (n, 3, 3).")
+    with np.errstate(invalid="ignore"):
+        return _stds_in(goals, covariances)
+
+
+def _stds_in(goals: Array, covariances: Array) -> Array:
     turn = np.zeros((len(goals), 3, 3))
     turn[:, 0, 0] = turn[:, 1, 1] = np.cos(goals[:, 2])
     turn[:, 0, 1] = np.sin(goals[:, 2])
