@@ -89,7 +89,7 @@ class RtiMpcc:
         rows, columns = self._pattern.constraints.shape
         self._guess = (np.zeros(columns), np.zeros(rows))
 
-    @door(late=True)
+    @door()
     def set_goal(self, goal: Pose2 | None) -> None:
         """The pose to end in; None for the part's own end. Its heading may be on any branch."""
         if goal is None:
@@ -98,7 +98,7 @@ class RtiMpcc:
             reach = self.config.progress.projection_reach
             self.target = goal_on(self.part, goal, self.target, reach=reach)
 
-    @door(late=True)
+    @door()
     def set_obstacles(self, corridor: Corridor) -> None:
         """The same boundaries with other obstacles. The first ones cost a new pattern, which then stays."""
         self._corridor = corridor
