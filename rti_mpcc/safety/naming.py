@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from geometry import Area
+from geometry.outline import shape_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import V
@@ -87,22 +88,23 @@ def _obstacle(obstacle: Obstacle, body: shapely.Polygon, ahead: float, stop: flo
 
 def _solid_near(body: shapely.Polygon, area: Area) -> Iterator[_Near]:
     """What is solid of an area near a body, by its convex pieces."""
-    middle, corners = body.centroid, shapely.get_coordinates(body)
-    reach = NEAR + float(np.hypot(*(corners - (middle.x, middle.y)).T).max())
+    middle, around = body.centroid, shapely.get_coordinates(body)
+    reach = NEAR + float(np.hypot(*(around - (middle.x, middle.y)).T).max())
     circles, starts = area.grid.circles, area.grid.starts
     apart = np.hypot(circles[:, 0] - middle.x, circles[:, 1] - middle.y) - circles[:, 2]
     for k in np.flatnonzero(apart <= reach).tolist():
-        piece = shapely.Polygon(area.grid.corners[starts[k] : starts[k + 1]])
+        corners = area.grid.corners[starts[k] : starts[k + 1]]
+        piece = shape_of(corners)
         if (far := body.distance(piece)) <= NEAR:
-            yield _Near(far, _name_in(area, piece), piece)
+            yield _Near(far, _name_in(area, corners), piece)
 
 
-def _name_in(area: Area, piece: shapely.Polygon) -> str:
-    """The name of what a convex piece belongs to."""
-    inside = piece.centroid
+def _name_in(area: Area, corners: Array) -> str:
+    """The name of what a convex piece with these corners (m, 2) belongs to: they are corners of that."""
     if len(area.obstacles) <= MOST_NAMED:
         for k, ring in enumerate(area.obstacles):
-            if shapely.Polygon(ring).intersects(inside):
+            if (corners[:, None] == ring).all(axis=2).any(axis=1).all():
                 return f"area.obstacles[{k}]"
+    inside = shape_of(corners).centroid
     beyond = area.boundary is not None and not shapely.Polygon(area.boundary).intersects(inside)
     return "the area's boundary" if beyond else "an obstacle of the area"

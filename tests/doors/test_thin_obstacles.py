@@ -294,6 +294,18 @@ def test_scenario_files_have_them(data: dict[str, Any], tmp_path: Path) -> None:
     assert (tmp_path / "overview.png").stat().st_size > 1000
 
 
+@pytest.mark.parametrize("thing", [[(2.0, -1.0), (2.0, 1.0)], [(2.0, 0.0)]], ids=["a line", "a point"])
+def test_one_that_the_body_stands_on_is_named(thing: list[tuple[float, float]]) -> None:
+    apart = block(1.0, 2.0, 7.0, 8.0)
+    controller = DockingController.in_area(YARD.with_obstacles([apart, thing]))
+    for k in range(3):
+        command = controller.step(
+            VehicleState(0.0, 0.0, 0.0, 0.0, 0.0), now=0.05 * k, goal=Pose2(12.0, 0.0, 0.0)
+        )
+    assert command.status is Status.BLOCKED
+    assert "the body overlaps area.obstacles[1]" in command.diagnostics.reason
+
+
 def test_they_are_drawn_4_cm_wide() -> None:
     shapes = [
         shapely.Polygon(each) for each in drawn_outlines([np.array(each) for each in (POSTS[0], DOOR[0])])
