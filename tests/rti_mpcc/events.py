@@ -379,6 +379,12 @@ class Ride:
         if far > self._near[1] + FARTHER:
             self.broke("drives away", f"{far:.1f} m off, {self._near[1]:.1f} m before, {now}")
 
+    @property
+    def refused(self) -> bool:
+        """Whether it ended at rest because the goal that was asked for is out of reach, and says so."""
+        last = self.commands[-1]
+        return last.status is Status.GOAL_REJECTED and "out of reach" in last.diagnostics.reason
+
     def _judge_end(self, plant: PlantState, stood: float, docked: float) -> None:
         command, goal = self.commands[-1], self.asked
         told = f"{command.status.name}: {command.diagnostics.reason}"
