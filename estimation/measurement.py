@@ -20,7 +20,8 @@ from numpy.typing import ArrayLike
 from estimation.settings import GoalFilterConfig
 from estimation.types import Array
 from geometry import InputError, Pose2
-from geometry.doors import numbers, shown
+from geometry.doors import numbers
+from geometry.errors import shown
 
 FARTHEST = 1e6
 """Coordinates and standard deviations beyond this [m], [rad] are a mistake, not a detection."""

@@ -8,30 +8,28 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.doors import door
-from geometry.errors import InputError
+from geometry.errors import InputError, shown
 
 
 @overload
 def wrap(angle: float) -> float: ...
 @overload
 def wrap(angle: NDArray[np.float64]) -> NDArray[np.float64]: ...
-@door(late=True)
 def wrap(angle: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
     """Return the same angle in (-pi, pi] [rad]; scalars give a float, arrays keep their shape.
 
     In an array what is not finite becomes NaN.
 
     Raises:
-        InputError: a scalar that is not finite.
+        InputError: no number, or a scalar that is not finite.
     """
-    if isinstance(angle, np.ndarray):
-        with np.errstate(invalid="ignore"):
-            return np.asarray(angle - 2.0 * pi * np.ceil((angle - pi) / (2.0 * pi)), dtype=np.float64)
     try:
+        if isinstance(angle, np.ndarray):
+            with np.errstate(invalid="ignore"):
+                return np.asarray(angle - 2.0 * pi * np.ceil((angle - pi) / (2.0 * pi)), dtype=np.float64)
         return float(angle - 2.0 * pi * ceil((angle - pi) / (2.0 * pi)))
-    except (ValueError, OverflowError):
-        raise InputError(f"angle = {angle}: must be finite") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"angle = {shown(angle)}: must be a finite number, or an array of numbers") from None
 
 
 def degrees_hint(what: str, heading: float) -> str:
@@ -47,18 +45,19 @@ def lift(angle: float, near: float) -> float: ...
 def lift(angle: NDArray[np.float64], near: float | NDArray[np.float64]) -> NDArray[np.float64]: ...
 @overload
 def lift(angle: float, near: NDArray[np.float64]) -> NDArray[np.float64]: ...
-@door(late=True)
 def lift(
     angle: float | NDArray[np.float64], near: float | NDArray[np.float64]
 ) -> float | NDArray[np.float64]:
-    """Return the same angle on the branch nearest to `near`, i.e. within pi of it [rad]."""
+    """Return the same angle on the branch nearest to `near`, i.e. within pi of it [rad].
+
+    Raises:
+        InputError: no numbers, arrays whose shapes do not go together, or scalars that are not finite.
+    """
     if isinstance(angle, float) and isinstance(near, float):
         return near + wrap(angle - near)
     try:
         with np.errstate(invalid="ignore"):
-            return near + wrap(angle - near)
-    except InputError:
-        raise
-    except ValueError:
-        shapes = np.shape(angle), np.shape(near)
-        raise InputError(f"angle, near: their shapes {shapes} do not go together") from None
+            return near + wrap(np.subtract(angle, near, dtype=np.float64))
+    except (TypeError, ValueError, OverflowError):
+        given = f"angle, near = {shown(angle)}, {shown(near)}"
+        raise InputError(f"{given}: must be finite numbers, or arrays of them that go together") from None

@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.arrays import Array
-from geometry.doors import door
+from geometry.doors import door, rows
 from geometry.errors import AreaError, CorridorError
 from geometry.outline import (
     FARTHEST,
@@ -233,13 +233,9 @@ def _all_checked(polygons: Sequence[ArrayLike], name: str) -> list[Array]:
 
 
 def _checked_points(points: ArrayLike) -> Array:
-    found = np.array(points, dtype=np.float64)
-    if found.size == 0:
+    if np.size(points) == 0:
         return np.zeros((0, 2))
-    if found.ndim != 2 or found.shape[1] != 2:
-        raise AreaError(f"points has shape {found.shape}, it must be (n, 2).")
-    if not np.isfinite(found).all():
-        raise AreaError("points must be finite numbers.")
+    found = rows(points, 2, "points", AreaError)
     if np.abs(found).max() > FARTHEST:
         raise AreaError(f"points must have coordinates of at most {FARTHEST:g} m.")
     return found

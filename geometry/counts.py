@@ -23,7 +23,8 @@ def steps(lengths: ArrayLike, spacing: float, what: str, refuse: type[InputError
     """
     if not spacing > 0.0:
         raise refuse(f"spacing = {spacing}: must be > 0 m.")
-    wanted = np.ceil(np.atleast_1d(np.asarray(lengths, dtype=np.float64)) / spacing)
+    with np.errstate(over="ignore"):
+        wanted = np.ceil(np.atleast_1d(np.asarray(lengths, dtype=np.float64)) / spacing)
     wanted = np.maximum(wanted, 1.0)
     total = float(wanted.sum())
     if not total <= MOST:

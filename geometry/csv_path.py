@@ -10,8 +10,8 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.errors import PathError
-from geometry.files import TABLE, File, opened, shown
+from geometry.errors import PathError, shown
+from geometry.files import TABLE, File, opened
 
 _COLUMNS = ("x", "y", "heading", "direction")
 

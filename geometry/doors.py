@@ -7,7 +7,6 @@ none of it raises with its name, its value and what is wanted.
 
 from __future__ import annotations
 
-import reprlib
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
@@ -22,15 +21,13 @@ import numpy as np
 import numpy.typing
 
 from geometry.arrays import Array
-from geometry.errors import InputError
+from geometry.errors import InputError, shown
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 Turn = Callable[[Any], Any]
 """Turns a value into what is wanted; raises `_Unfit` where it cannot."""
 
-SHOWN: Final = 60
-"""Longest text of a refused value in a message."""
 _NUMBERS: Final = "iuf"
 
 
@@ -124,20 +121,20 @@ def numbers(values: Any) -> Array:
     return np.ascontiguousarray(found, dtype=np.float64)
 
 
-def rows(values: Any, width: int, name: str) -> Array:
+def rows(values: Any, width: int, name: str, error: type[InputError] = InputError) -> Array:
     """Turn anything that holds numbers into a contiguous array (n, width) of floats.
 
     Raises:
-        InputError: it holds something else, has another shape, or is not finite.
+        InputError: of the class `error`; it holds something else, has another shape, or is not finite.
     """
     try:
         found = numbers(values)
     except TypeError:
-        raise InputError(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
+        raise error(f"{name} = {shown(values)}: must be numbers of shape (n, {width}).") from None
     if found.ndim != 2 or found.shape[1] != width:
-        raise InputError(f"{name} has shape {found.shape}, it must be (n, {width}).")
+        raise error(f"{name} has shape {found.shape}, it must be (n, {width}).")
     if not np.isfinite(found).all():
-        raise InputError(f"{name} must be finite numbers.")
+        raise error(f"{name} must be finite numbers.")
     return found
 
 
@@ -154,12 +151,6 @@ def number(value: Any) -> float:
     if not _is_number(value):
         raise TypeError("no number")
     return _float(value)
-
-
-def shown(value: Any) -> str:
-    """A value as it is shown in a message: its beginning, where it is long."""
-    text = " ".join(reprlib.repr(value).split())
-    return text if len(text) <= SHOWN else f"{text[: SHOWN - 3]}..."
 
 
 def _is_number(value: Any) -> bool:

@@ -1,4 +1,4 @@
-"""Exceptions raised on purpose by this project, all with one base."""
+"""Exceptions raised on purpose by this project, all with one base, and values as their messages show them."""
 
 from __future__ import annotations
 
@@ -29,3 +29,15 @@ class ConfigError(InputError):
 
 class MissingExtraError(RtiMpccError, ImportError):
     """A library that only an optional extra brings is not installed; the message says how to get it."""
+
+
+def shown(value: object, most: int = 80) -> str:
+    """Return a value for a message: one line of at most so many characters."""
+    if isinstance(value, str) and " " in value and value.isprintable():
+        said = value
+    else:
+        try:
+            said = " ".join(repr(value).split())
+        except ValueError:  # a whole number of thousands of digits
+            said = f"a {type(value).__name__}"
+    return said if len(said) <= most else f"{said[: most - 3]}..."

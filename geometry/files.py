@@ -154,13 +154,6 @@ def picture(file: File) -> Image.Image:
     return found
 
 
-def shown(value: object, most: int = 80) -> str:
-    """Return a value in one line of at most so many characters."""
-    plain = isinstance(value, str) and " " in value and value.isprintable()
-    said = str(value) if plain else repr(value)
-    return said if len(said) <= most else f"{said[: most - 3]}..."
-
-
 _TOO_DEEP = f"is nested more than {DEPTH} deep"
 
 

@@ -25,7 +25,7 @@ from PIL import Image, UnidentifiedImageError
 
 from geometry import files
 from geometry.arrays import Array, Index, Mask
-from geometry.errors import AreaError
+from geometry.errors import AreaError, shown
 from geometry.outline import FARTHEST
 
 _KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh", "negate")
@@ -153,14 +153,12 @@ def _read_entries(file: files.File) -> _Entries:
             raise AreaError(f"{file}: {key} is missing, a map needs {', '.join(_KEYS)}.")
     mode = found.get("mode", "trinary")
     if str(mode).lower() != "trinary":
-        raise AreaError(
-            f"{file}: mode = {files.shown(mode)}: must be trinary, scale and raw are not supported."
-        )
+        raise AreaError(f"{file}: mode = {shown(mode)}: must be trinary, scale and raw are not supported.")
     free, occupied = (_number(file, found, key, 0.0, 1.0) for key in ("free_thresh", "occupied_thresh"))
     if free > occupied:
         raise AreaError(f"{file}: free_thresh = {free} must not be more than occupied_thresh = {occupied}.")
     if found["negate"] not in (0, 1):
-        raise AreaError(f"{file}: negate = {files.shown(found['negate'])}: must be 0 or 1.")
+        raise AreaError(f"{file}: negate = {shown(found['negate'])}: must be 0 or 1.")
     return _Entries(
         image=_image(file, found["image"]),
         resolution=_number(file, found, "resolution", FINEST, COARSEST),
@@ -173,7 +171,7 @@ def _read_entries(file: files.File) -> _Entries:
 
 def _image(file: files.File, value: Any) -> str:
     if not isinstance(value, str) or not value or "\0" in value:
-        raise AreaError(f"{file}: image = {files.shown(value)}: must be the name of a PGM or PNG file.")
+        raise AreaError(f"{file}: image = {shown(value)}: must be the name of a PGM or PNG file.")
     return value
 
 
@@ -183,7 +181,7 @@ def _origin(file: files.File, value: Any) -> tuple[float, float, float]:
     )
     if x is None or y is None or yaw is None or max(abs(x), abs(y), abs(yaw)) > FARTHEST:
         raise AreaError(
-            f"{file}: origin = {files.shown(value)}: must be [x, y, yaw], numbers of at most {FARTHEST:g}."
+            f"{file}: origin = {shown(value)}: must be [x, y, yaw], numbers of at most {FARTHEST:g}."
         )
     return x, y, yaw
 
@@ -191,9 +189,7 @@ def _origin(file: files.File, value: Any) -> tuple[float, float, float]:
 def _number(file: files.File, found: dict[str, Any], key: str, least: float, most: float) -> float:
     value = _float(found[key])
     if value is None or not least <= value <= most:
-        raise AreaError(
-            f"{file}: {key} = {files.shown(found[key])}: must be a number from {least:g} to {most:g}."
-        )
+        raise AreaError(f"{file}: {key} = {shown(found[key])}: must be a number from {least:g} to {most:g}.")
     return value
 
 

@@ -66,11 +66,11 @@ class Settings(BaseModel):
         """Turn numpy's values into Python's; refuse text and truth values in the place of numbers."""
         if isinstance(value, np.generic | np.ndarray):
             value = value.tolist()
-        kinds = set(_leaves(cls.model_fields[info.field_name or ""].annotation))
-        if kinds <= {float, int, NoneType} and any(isinstance(each, str | bool) for each in _flat(value)):
-            raise ValueError(
-                f"must be {'a number' if float in kinds else 'an integer'}, not text or a truth value"
-            )
+        if any(isinstance(each, str | bool) for each in _flat(value)):
+            kinds = set(_leaves(cls.model_fields[info.field_name or ""].annotation))
+            if kinds <= {float, int, NoneType}:
+                wanted = "a number" if float in kinds else "an integer"
+                raise ValueError(f"must be {wanted}, not text or a truth value")
         return value
 
 
@@ -122,7 +122,7 @@ def _problem(cls: type[BaseModel], item: ErrorDetails) -> str:
     if item["type"] == "extra_forbidden":
         name = str(item["loc"][-1])
         return f"{field} is not a setting{_elsewhere(name, cls) or did_you_mean(name, owner.model_fields)}"
-    unit = unit_of(owner, *names)
+    unit = _unit(owner, str(names[0]), names[1] if len(names) > 1 else None) if names else ""
     shown = "" if isinstance(item["input"], dict) else f" = {item['input']!r}"
     said = item["msg"].removeprefix("Value error, ")
     return f"{field}{shown}: {said}{f' [{unit}]' if unit and shown else ''}"
@@ -161,9 +161,7 @@ def _groups(cls: type[BaseModel], above: str = "") -> Iterator[tuple[str, type[B
             yield from _groups(inner, f"{above}{name}.")
 
 
-def unit_of(
-    cls: type[BaseModel], name: int | str = "", place: int | str | None = None, *_rest: object
-) -> str:
+def _unit(cls: type[BaseModel], name: str, place: int | str | None) -> str:
     """The unit of a setting as its class's docstring says it, or ""; `place`: of a value with several."""
     for entry in _ENTRY.split((getdoc(cls) or "").partition("Attributes:\n")[2]):
         listed, _colon, text = entry.strip().partition(": ")
@@ -171,10 +169,10 @@ def unit_of(
         if name not in names or not units:
             continue
         if len(names) > 1 and len(units) > 1:
-            return str(units[names.index(str(name))]) if len(units) == len(names) else ""
+            return str(units[names.index(name)]) if len(units) == len(names) else ""
         if isinstance(place, int):
             return str(units[min(place, len(units) - 1)])
-        several = "tuple" in str(cls.model_fields[str(name)].annotation)
+        several = "tuple" in str(cls.model_fields[name].annotation)
         return ", ".join(units) if several else str(units[0])
     beside = re.search(rf"\b{name} \[([^\]]+)\]", getdoc(cls) or "")
     return beside.group(1) if beside else ""

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from geometry import files
-from geometry.files import shown
+from geometry.errors import shown
 from geometry.settings import did_you_mean
 from rti_mpcc.errors import ConfigError, ScenarioError
 
