@@ -19,6 +19,9 @@ from geometry.settings import replaced
 from rti_mpcc.config import Behaviour, ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 
+WHOLE_TOLERANCE = 1.0
+"""Least length of a segment whose end has the whole tolerance of a cusp [m]; a shorter one has a share."""
+
 
 class SegmentEnd(Enum):
     """What a segment ends at."""

@@ -17,7 +17,10 @@ from rti_mpcc.model.layout import V
 from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.state import ControllerState, Phase, Plans, Task
 from rti_mpcc.planning.timing import expected_docking_time
+from rti_mpcc.planning.ways import GOAL_MOVED
 from rti_mpcc.types import Array
+
+_INSTEAD = 1.2  # a planned route replaces the path if it takes at most this many times as long
 
 OUT_OF_REACH = "the goal is out of reach from the path's last change of direction"
 
@@ -34,7 +37,7 @@ def is_due(s: ControllerState, config: ControllerConfig) -> bool:
     if not (stands and begins and config.arrival and config.method is Method.DYNAMIC):
         return False
     before = route.rehearsed
-    return before is None or apart(goal, before) > config.route.goal_moved[0]
+    return before is None or apart(goal, before) > GOAL_MOVED[0]
 
 
 def on_last(s: ControllerState) -> ControllerState:
@@ -62,4 +65,4 @@ def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfi
     if s.route is None or s.route.why != OUT_OF_REACH:
         return False
     given = expected_docking_time(s.path, config, s.goal_pose)
-    return expected_docking_time(found.path, config, found.goal) > config.route.instead * given
+    return expected_docking_time(found.path, config, found.goal) > _INSTEAD * given

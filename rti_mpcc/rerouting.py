@@ -29,6 +29,13 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.rehearsal import takes_too_long
 from rti_mpcc.route_planner.planner import RoutePlanning
 
+_REPLAN_AFTER = 1.0  # a vehicle that has stood so long where it cannot get on asks for another route [s]
+_UNMOVED = (0.03, 0.03, 0.03)
+"""Planning goes on while the vehicle and its goal are within this of where they were: longitudinal [m],
+lateral [m], heading [rad]."""
+_JOIN_AFTER = 1.0  # a route that is joined without a stop starts so far ahead of the vehicle [s]
+_SLICES = 2  # of planning in one cycle, at most
+_SLICES_AT_REST = 6  # of a vehicle that stands and waits for its route
 NO_MANOEUVRE = 1.0
 """Length of the straight route that a vehicle stands on while it has no manoeuvre [m]."""
 
@@ -155,8 +162,8 @@ class Rerouter:
         asked = self._needed(s)
         if asked is None:
             return s
-        settings, margin = self._config.route, self._config.footprint.margin
-        if self._asked is None or not self._asked.answers(asked, settings.unmoved, margin):
+        margin = self._config.footprint.margin
+        if self._asked is None or not self._asked.answers(asked, _UNMOVED, margin):
             known = self.area_known(s)
             self._asked = asked
             # One that has driven and asks does not stand well inside: it has to get there.
@@ -173,7 +180,7 @@ class Rerouter:
         assert s.route is not None
         wanted = s.route.wanted != "" and s.task.phase is Phase.STARTING and s.is_stationary
         waits = wanted or s.task.phase in (Phase.PLANNING, Phase.STALLED)
-        for _ in range(settings.slices_at_rest if waits else settings.slices):
+        for _ in range(_SLICES_AT_REST if waits else _SLICES):
             if planning.manoeuvre is not None:
                 break
             if not clock.grants(planning.longest):
@@ -186,7 +193,7 @@ class Rerouter:
 
     def _asks(self, s: ControllerState) -> str:
         """Why another way is needed, or ""."""
-        route, task, settings = s.route, s.task, self._config.route
+        route, task = s.route, s.task
         assert route is not None
         if s.goal.rejected:
             return ""
@@ -197,7 +204,7 @@ class Rerouter:
             return "the goal is elsewhere"
         if task.phase is Phase.HOLDING and task.stop is not None and not ways.was_asked(s, self._config):
             return "something fills the way"
-        if not s.vehicle.is_stationary(s.now, settings.replan_after) or ways.was_asked(s, self._config):
+        if not s.vehicle.is_stationary(s.now, _REPLAN_AFTER) or ways.was_asked(s, self._config):
             return ""
         if task.phase is Phase.STALLED:
             return "no plan from here ends inside the tolerance"
@@ -208,7 +215,7 @@ class Rerouter:
         return ""
 
     def _elsewhere(self, goal: Pose2, planned: Pose2) -> bool:
-        position, heading = self._config.route.goal_moved
+        position, heading = ways.GOAL_MOVED
         off = goal.relative_to(planned)
         return apart(goal, planned) > position or abs(off.phi) > heading
 
@@ -235,13 +242,13 @@ class Rerouter:
         """From where on the way that is driven another one is to begin: where the vehicle will be in a
         moment, or where it will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
-        if last is not None and last.is_for(goal, s.area, config.route.unmoved, config.footprint.margin):
+        if last is not None and last.is_for(goal, s.area, _UNMOVED, config.footprint.margin):
             if last.at is not None and s.now <= last.at:
                 return last
             # That came too late: once more with twice the time, as long as the vehicle drives by then.
             asked = None if last.at is None else _driving(s, goal, 2.0 * last.after, config)
         else:
-            asked = _driving(s, goal, config.route.join_after, config) if ways.on_the_move(s) else None
+            asked = _driving(s, goal, _JOIN_AFTER, config) if ways.on_the_move(s) else None
         if asked is not None:
             return asked
         if stop is None:
@@ -273,7 +280,7 @@ class Rerouter:
         found = self._found()
         if asked is None or route is None or found is None or self._asked is None:
             return s
-        if not self._asked.answers(asked, config.route.near, config.footprint.margin):
+        if not self._asked.answers(asked, ways.NEAR, config.footprint.margin):
             return s
         planning, told = (
             s.task.phase is Phase.PLANNING,

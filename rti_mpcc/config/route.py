@@ -6,54 +6,31 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
-from geometry.settings import NonNegative, Positive, Settings, Short, Tolerance
+from geometry.settings import NonNegative, Positive, Settings, Short
 
 
 class RoutePlanner(Settings):
     """How `plan_manoeuvre` looks for a way, and when a controller in an area looks for another one.
 
     Attributes:
-        margin: distance that the body keeps to all that stands where there is room [m];
-            hard_minimum: and everywhere [m].
-        curvature_share: of the vehicle's largest curvature that a way takes: the rest is for control.
-        steering_slope: change of the steering along the way, at most [rad/m].
-        search_share: as `curvature_share`, of the search: it knows no change of the steering, and less leaves
-            room to smoothing; reserve: kept on top of the hard minimum in the search and by smooth ways [m].
-        final_straight: length of the straight last piece of a way into the goal [m]; final_direction: +1:
+        margin: distance that the body keeps to all static obstacles where there is space [m];
+            hard_minimum: and everywhere [m]; reserve: kept on top of the hard minimum in the search and by
+            smooth routes [m].
+        steering_slope: change of the steering along the route, at most [rad/m].
+        final_straight: length of the straight last piece of a route into the goal [m]; final_direction: +1:
             it is driven forward, -1: in reverse, 0: either way.
         reverse_cost: of a metre in reverse, in metres forward; cusp_cost: of a change of direction [m];
             steering_cost: of a change of the steering [m/rad]; closeness_cost: of a metre at the hard
             minimum, on top of its own, falling to 0 at the margin.
-        arc: length of the arcs of the search; open: room beside the body from which on they are twice as
-            long, both in radii of the sharpest bend.
-        searches: one after the other until there is a way, each with the factor by which its lattice is
-            finer near the ends, and the weight of its estimate of what is left to the goal.
-        cells: of the grid of estimates, at most.
-        places: on a way that are tried to be joined directly.
-        knots: distance of the curvatures of a smoothed way, and window: length of way that is smoothed at a
-            time, at most, both in radii of the sharpest bend; smoothing_iterations: at most.
-        whole_tolerance: length of a stretch from which on its end has the whole of `Behaviour.cusp_tolerance`
-            [m]; a shorter one has a share of it; least_tolerance: of it, at least.
+        searches: one after the other until there is a route, each with the factor by which its lattice is
+            finer near the ends, and the weight of its estimate of the cost to the goal.
         farthest: distance of a goal, at most: one that is farther away is refused [m].
-        box: without a boundary the area reaches so far beyond all that is given [m].
-        replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s].
-        again_after: but not before so long [s] where it has not come away from where the last one begins.
-        goal_moved: so does one whose goal is farther than this from the one that its way leads to [m],
-            [rad].
-        unmoved: what is planned goes on while the vehicle and its goal are within this of where they were
-            (longitudinal [m], lateral [m], heading [rad]); near: and is driven from within this.
-        instead: another way is driven instead of a path whose goal is out of reach from its last change of
-            direction, if it takes at most so many times as long.
-        join_after: a way that a vehicle is to go on without a stop begins so far ahead of it [s].
-        slices: of planning in one cycle, at most; slices_at_rest: of a vehicle that stands and waits for it.
         nodes: poses expanded, at most; seconds: time of a search, at most [s].
     """
 
     margin: NonNegative = 0.2
     hard_minimum: NonNegative = 0.05
-    curvature_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
     steering_slope: Positive = 0.6
-    search_share: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     reserve: NonNegative = 0.03
     final_straight: Short = 0.0
     final_direction: Literal[-1, 0, 1] = 0
@@ -61,8 +38,6 @@ class RoutePlanner(Settings):
     cusp_cost: NonNegative = 2.0
     steering_cost: NonNegative = 0.2
     closeness_cost: NonNegative = 1.5
-    arc: Annotated[float, Field(gt=0.0, le=1.0)] = 0.16
-    open: Annotated[float, Field(gt=0.0, le=10.0)] = 0.25
     searches: tuple[tuple[Positive, Annotated[float, Field(ge=1.0, le=100.0)]], ...] = (
         (1.0, 3.0),
         (2.0, 3.0),
@@ -70,24 +45,7 @@ class RoutePlanner(Settings):
         (4.0, 1.5),
         (32.0, 3.0),
     )
-    cells: Annotated[int, Field(ge=100, le=10**8)] = 200_000
-    places: Annotated[int, Field(ge=1, le=10_000)] = 40
-    knots: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
-    window: Annotated[float, Field(ge=5.0, le=1000.0)] = 25.0
-    smoothing_iterations: Annotated[int, Field(ge=0, le=1000)] = 40
-    whole_tolerance: Positive = 1.0
-    least_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
     farthest: Positive = 2000.0
-    box: Positive = 15.0
-    replan_after: NonNegative = 1.0
-    again_after: NonNegative = 8.0
-    goal_moved: tuple[Positive, Positive] = (1.0, 0.35)
-    unmoved: Tolerance = (0.03, 0.03, 0.03)
-    near: Tolerance = (0.1, 0.05, 0.035)
-    instead: Positive = 1.2
-    join_after: Positive = 1.0
-    slices: Annotated[int, Field(ge=1, le=10_000)] = 2
-    slices_at_rest: Annotated[int, Field(ge=1, le=10_000)] = 6
     nodes: Annotated[int, Field(ge=1, le=10**9)] = 100_000
     seconds: Positive = 20.0
 

@@ -21,6 +21,8 @@ from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.terms import GoalTerms, Outline
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Straight, Undock, Wait
 
+_OUT_TOLERANCE = (0.2, 0.2, 0.1)  # at the end of a way out: longitudinal [m], lateral [m], heading [rad]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Around:
@@ -143,7 +145,7 @@ def _undocking(step: Undock, agenda: Agenda, around: Around) -> Begun:
 
 def out_to(end: Pose2, config: ControllerConfig) -> GoTo:
     """The order to drive to the end of a way out."""
-    return GoTo(goal=end, terms=GoalTerms(tolerance=config.mission.out_tolerance, detected=False))
+    return GoTo(goal=end, terms=GoalTerms(tolerance=_OUT_TOLERANCE, detected=False))
 
 
 def _driving(step: DriveTo, agenda: Agenda, around: Around) -> Begun:

@@ -26,6 +26,10 @@ from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.steps import AnyStep, Dock, DockKind, DriveTo, Step, Straight, Wait
 from rti_mpcc.types import Array, Command, MissionReport, MissionResult, VehicleState
 
+_BODY_MOVED = (0.1, 0.1, 0.05)
+"""A dock that is detected farther than this from where it was is given again: longitudinal [m], lateral [m],
+heading [rad]."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -249,7 +253,7 @@ class DockingMission:
 
         In between it is not told for a cycle: else it would be taken to move, and fast.
         """
-        estimate, moved = self.controller.state.goal.estimate, self.controller.config.mission.body_moved
+        estimate, moved = self.controller.state.goal.estimate, _BODY_MOVED
         if berth.body_at is None:
             return replace(berth, body_at=berth.pose if estimate is None else estimate.pose or berth.pose)
         if not self.docks or estimate is None or estimate.pose is None:

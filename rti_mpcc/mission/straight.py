@@ -18,10 +18,15 @@ import numpy as np
 from geometry import Area, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.mission.way_out import SPACING
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow
 from rti_mpcc.planning.terms import GoalTerms
 from rti_mpcc.steps import Straight
+
+STRAIGHT_END = 0.03
+"""Longitudinal tolerance of a straight move's end [m]: what is to be touched is no farther."""
+_BESIDE = 1.0  # what is farther from the body is not beside it [m]
 
 
 def straight_on(
@@ -39,9 +44,7 @@ def straight_on(
     if way * step.distance <= 0.0:
         return None, f"the vehicle stands {error.x:.3f} m along it, beyond its end"
     curvature = tan(min(step.steering, config.limits.steering)) / config.vehicle.wheelbase
-    if step.tolerance is not None and not mendable(
-        error, way, curvature, step.tolerance, config.mission.headings
-    ):
+    if step.tolerance is not None and not mendable(error, way, curvature, step.tolerance):
         return None, (
             f"the errors across it are too large to be mended on {abs(way):.2f} m: "
             f"{error.y:.3f} m and {degrees(error.phi):.2f} deg"
@@ -50,14 +53,14 @@ def straight_on(
 
 
 def mendable(
-    error: Pose2, way: float, curvature: float, tolerance: tuple[float, float], headings: int
+    error: Pose2, way: float, curvature: float, tolerance: tuple[float, float], headings: int = 21
 ) -> bool:
     """Whether an error across a straight move can come within a tolerance on the way, (L1).
 
     Args:
         error: lateral [m] and heading [rad] at its begin.
         way: [m], negative in reverse; curvature: at most [1/m]; tolerance: lateral [m], heading [rad].
-        headings: so many at its end are looked at.
+        headings: number of headings at its end that are tried.
     """
     lateral, heading = tolerance
     turn = curvature * abs(way)
@@ -80,7 +83,7 @@ def _order(
     pieces = [(direction, 0.0, abs(step.distance - begin))]
     path = ReferencePath.from_segments(start=line.compose(Pose2(begin, 0.0, 0.0)), segments=pieces)
     lateral, heading = step.tolerance or config.goal_tolerance[1:]
-    tolerance = (config.mission.straight_end, lateral, heading)
+    tolerance = (STRAIGHT_END, lateral, heading)
     segment = Segment(
         part=path.parts[0],
         index=0,
@@ -101,9 +104,9 @@ def _room(path: ReferencePath, area: Area | None, config: ControllerConfig) -> f
     """The least clearance of a body on the path [m]; None: more than enough, or not known."""
     if area is None:
         return None
-    (part,), mission = path.parts, config.mission
-    on_path = part.reference(part.places(mission.spacing))
+    (part,) = path.parts
+    on_path = part.reference(part.places(SPACING))
     poses = np.column_stack([on_path.x, on_path.y, on_path.phi])
-    room = area.grid.signed_distances(body_of(config.vehicle), poses, mission.beside)[:, 0]
+    room = area.grid.signed_distances(body_of(config.vehicle), poses, _BESIDE)[:, 0]
     least = float(room.min())
     return None if least >= config.footprint.margin else max(least, 0.0)

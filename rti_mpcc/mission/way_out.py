@@ -12,7 +12,17 @@ from geometry import Area, Pose2
 from rti_mpcc.config import ControllerConfig, RoutePlanner
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.route_planner.arcs import joined, poses_after, split
+from rti_mpcc.route_planner.drivable import CURVATURE_SHARE
 from rti_mpcc.types import Array
+
+SPACING = 0.05
+"""Distance of the poses on a straight move or a way out at which the clearance is checked [m]."""
+_MOST_ENDS = 8  # of ways out that are tried
+# In the order in which they are tried:
+_STRAIGHTS = (0.75, 0.5, 0.25, 0.0)  # shares of a way out before its bend, other than all of it
+_BENDS = (0.5, -0.5, 1.0, -1.0)  # as shares of the sharpest bend of routes, to the left or the right
+_UNDONE = (0.0, 0.5, 0.35)  # shares of a bend that go back to the other side
+_SIDES = (0.4, -0.4, 0.7, -0.7, 1.0, -1.0)  # how far off straight ahead an end may be [rad]
 
 
 def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig) -> tuple[Pose2, ...]:
@@ -33,9 +43,9 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
     def room(poses: Array) -> Array:
         return np.minimum(area.grid.signed_distances(body, poses, settings.margin)[:, 0], settings.margin)
 
-    direct, ends = [], [_beside(here, distance, *each) for each in _sides(config)]
+    direct, ends = [], [_beside(here, distance, *each) for each in _sides()]
     for way in _shapes(distance, config):
-        poses = poses_after(start, split(way, config.mission.spacing))
+        poses = poses_after(start, split(way, SPACING))
         kept = room(poses)
         end = Pose2(*poses[-1].tolist())
         # Beside a dock there may be little room: there must not get less of it.
@@ -45,7 +55,7 @@ def ways_out(here: Pose2, distance: float, area: Area, config: ControllerConfig)
             ends.append(end)
     kept = room(np.array([[end.x, end.y, end.phi] for end in ends]))
     found = [*_best_first(direct, settings), *_best_first(zip(kept.tolist(), ends, strict=True), settings)]
-    return tuple(found[: config.mission.out_ends])
+    return tuple(found[:_MOST_ENDS])
 
 
 def _best_first(found: Iterable[tuple[float, Pose2]], settings: RoutePlanner) -> list[Pose2]:
@@ -56,10 +66,9 @@ def _best_first(found: Iterable[tuple[float, Pose2]], settings: RoutePlanner) ->
 
 def _shapes(distance: float, config: ControllerConfig) -> list[Array]:
     """Ways (m, 2) of signed lengths [m] and curvatures [1/m], the straightest first."""
-    settings = config.mission
-    sharpest = config.route.curvature_share * config.max_curvature
+    sharpest = CURVATURE_SHARE * config.max_curvature
     ways = [np.array([(distance, 0.0)])]
-    for share, bend, undone in product(settings.out_straights, settings.out_bends, settings.out_undone):
+    for share, bend, undone in product(_STRAIGHTS, _BENDS, _UNDONE):
         straight, bent, curvature = share * distance, (1.0 - share) * distance, bend * sharpest
         pieces = (straight, 0.0), ((1.0 - undone) * bent, curvature), (undone * bent, -curvature)
         way = joined(np.array(pieces))
@@ -67,9 +76,9 @@ def _shapes(distance: float, config: ControllerConfig) -> list[Array]:
     return ways
 
 
-def _sides(config: ControllerConfig) -> list[tuple[float, float]]:
+def _sides() -> list[tuple[float, float]]:
     """Where ends may be beside the way straight on, and how the vehicle stands there [rad]."""
-    return [(side, turn * side) for side, turn in product(config.mission.out_sides, (0.0, 1.0))]
+    return [(side, turn * side) for side, turn in product(_SIDES, (0.0, 1.0))]
 
 
 def _beside(here: Pose2, distance: float, side: float, turn: float) -> Pose2:

@@ -13,6 +13,13 @@ from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
+AGAIN_AFTER = 8.0
+"""The same route is not planned again before this time [s], while the vehicle stays where it began."""
+NEAR = (0.1, 0.05, 0.035)
+"""A planned route is driven from within this of its start: longitudinal [m], lateral [m], heading [rad]."""
+GOAL_MOVED = (1.0, 0.35)
+"""A goal that moved farther than this from the one planned for is planned for again [m], [rad]."""
+
 
 def here(s: ControllerState, config: ControllerConfig) -> Pose2:
     """Where the vehicle is; of one that stands the mean of the last moments, for noise must not begin a
@@ -29,10 +36,10 @@ def here(s: ControllerState, config: ControllerConfig) -> Pose2:
 
 def was_asked(s: ControllerState, config: ControllerConfig) -> bool:
     """Whether a way was planned from right here a moment ago: the same again would come of it."""
-    route, settings = s.route, config.route
-    if route is None or route.manoeuvre is None or s.now - route.since >= settings.again_after:
+    route = s.route
+    if route is None or route.manoeuvre is None or s.now - route.since >= AGAIN_AFTER:
         return False
-    near = here(s, config).relative_to(route.manoeuvre.start).within(settings.near)
+    near = here(s, config).relative_to(route.manoeuvre.start).within(NEAR)
     return near and route.changes == s.area.changes
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from geometry import Corridor, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
-from rti_mpcc.manoeuvre import Segment, SegmentEnd
+from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Segment, SegmentEnd
 from rti_mpcc.ocp.room import room_along, with_obstacles
 from rti_mpcc.ocp.targets import Target, ended_at, goal_on, path_end, staging_on, stop_on
 from rti_mpcc.planning import sensing
@@ -138,7 +138,7 @@ class Workspaces:
             then = s.task.on_whole().segments[1]
             # To turn the wheels on the way costs heading at its end, and little way mends little of that.
             shorter = min(s.task.whole.length, then.length)
-            share = min(shorter / config.route.whole_tolerance, 1.0) ** 2
+            share = min(shorter / WHOLE_TOLERANCE, 1.0) ** 2
             return ended_at(part, self._cusp(s, part), then.wheels, share)
         return path_end(part)
 

@@ -20,6 +20,11 @@ from rti_mpcc.route_planner.smoothing import Smoothing
 from rti_mpcc.route_planner.smoothing_terms import SmoothingTerms
 from rti_mpcc.route_planner.windows import Window, windows_of
 
+CURVATURE_SHARE = 0.9
+"""Share of the vehicle's largest curvature that a smooth route uses: the rest is for control."""
+_KNOTS = 0.2  # distance of the curvatures of a smoothed route, in radii of the sharpest bend
+_WINDOW = 25.0  # longest piece of a route that is smoothed at a time, in radii of the sharpest bend
+_ITERATIONS = 40  # of a smoothing, at most
 _POSES = 2048  # that are checked at a time
 _NEAR_GOAL = 1e-2  # error at the end [m], [rad] of a window that is as good as smooth, ...
 _SETTLED = 0.03  # ... and change of its curvatures in the last iteration, as a share
@@ -79,7 +84,7 @@ def drivable(problem: Problem, way: Array, last: Array, kept: Kept) -> Generator
     if len(way) == 0:  # the vehicle stands where the last piece begins
         room = yield from _room_along(problem, problem.start, last, last=True)
         return Drivable(way=last, stops=np.zeros(len(last), np.bool_), room=room)
-    windows = windows_of(way, settings.window / problem.config.max_curvature)
+    windows = windows_of(way, _WINDOW / problem.config.max_curvature)
     at, whole = problem.start, []
     reached = at
     for window in windows:
@@ -123,9 +128,8 @@ def _smooth(
     problem: Problem, window: Window, start: Array, target: Array, last: Array, kept: Kept
 ) -> Generator[None, None, Drivable | None]:
     """The same made smooth, or None where it does not become smooth and clear."""
-    settings = problem.config.route
     smoothing, firmer = _smoothing(problem, window, start, target, last, kept.line), 0
-    for _ in range(settings.smoothing_iterations):
+    for _ in range(_ITERATIONS):
         smoothing.iterate()
         yield
         if smoothing.error > _NEAR_GOAL or smoothing.moved > _SETTLED:
@@ -152,13 +156,13 @@ def _smoothing(
     config, settings = problem.config, problem.config.route
     radius, way = 1.0 / config.max_curvature, window.way
     terms = SmoothingTerms(
-        curvature=settings.curvature_share * config.max_curvature,
+        curvature=CURVATURE_SHARE * config.max_curvature,
         slope=settings.steering_slope,
         wheelbase=config.vehicle.wheelbase,
         margin=max(settings.margin, settings.hard_minimum + settings.reserve, CHECK),
-        spacing=settings.knots * radius,
-        piece=settings.knots * radius / 4.0,
-        look=settings.knots * radius / 2.0,
+        spacing=_KNOTS * radius,
+        piece=_KNOTS * radius / 4.0,
+        look=_KNOTS * radius / 2.0,
     )
     before, after = window.joints
     goes_on = len(last) > 0 and float(last[0, 0]) * float(way[-1, 0]) > 0.0

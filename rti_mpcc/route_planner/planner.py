@@ -44,8 +44,8 @@ def plan_manoeuvre(
     ends in the goal, on the end of which the vehicle stands.
 
     Args:
-        start, goal: poses of the rear axle; area: without a boundary it reaches `RoutePlanner.box` beyond all
-            that is given.
+        start, goal: poses of the rear axle; area: without a boundary it reaches 15 m beyond all that is
+            given.
         config: of the vehicle, its limits, and `ControllerConfig.route`.
     """
     for hint in (degrees_hint("start.phi", start.phi), degrees_hint("goal.phi", goal.phi)):
@@ -59,6 +59,7 @@ def plan_manoeuvre(
 
 FIRST = 0.01
 """What a slice may take before any has been timed [s]."""
+_PLACES = 40  # on a route that are tried to be joined directly
 _FORGOTTEN = 0.9  # share of the longest slice that is counted on after a cycle without one
 
 
@@ -172,5 +173,5 @@ def _too_near(problem: Problem, outcome: PlanOutcome, room: float, more: str = "
 
 
 def _shortened(problem: Problem, came: Array, terms: Terms, way: Array) -> Generator[None, None, Array]:
-    body, solid, places = problem.body.shape, problem.grid.solid, problem.config.route.places
-    return (yield from shortened(problem.start, joined(way), body, solid, terms, places=places, came=came))
+    body, solid = problem.body.shape, problem.grid.solid
+    return (yield from shortened(problem.start, joined(way), body, solid, terms, places=_PLACES, came=came))

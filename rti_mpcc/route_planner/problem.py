@@ -20,6 +20,15 @@ from rti_mpcc.route_planner.costs import NO_LENGTH, Terms
 
 CHECK = 0.01
 """[m] between the poses that are checked in the end."""
+BOX = 15.0
+"""Without a boundary the area reaches so far beyond all that is given [m]."""
+SEARCH_SHARE = 0.85
+"""Share of the vehicle's largest curvature that the search uses. It knows no change of the steering, and less
+would leave more room to smoothing."""
+ARC = 0.16
+"""Length of the arcs of the search, in radii of the sharpest bend."""
+OPEN = 0.25
+"""Clearance of the body from which on arcs are twice as long, in radii of the sharpest bend."""
 _AROUND = 1.0  # [m] and twice the margin around the body clearances are told
 
 
@@ -59,7 +68,7 @@ class Problem:
         keep_out: Sequence[Array] = (),
     ) -> Problem:
         """Build from poses and an area in the world; `keep_out`: see `RoutePlanning`."""
-        around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), config.route.box)
+        around = area.bounded(np.array([(start.x, start.y), (goal.x, goal.y)]), BOX)
         origin = np.array([start.x, start.y])
         assert around.boundary is not None
         last = _moved(around.grid, -origin)
@@ -125,7 +134,7 @@ class Problem:
         """What a way costs, and how it is searched, where the ends have so much room [m]."""
         config, vehicle = self.config, self.config.vehicle
         settings = config.route
-        radius = 1.0 / (settings.search_share * config.max_curvature)
+        radius = 1.0 / (SEARCH_SHARE * config.max_curvature)
         length = vehicle.front + vehicle.rear
         least = min(settings.hard_minimum + settings.reserve, room - CHECK)
         margin = max(least, settings.hard_minimum)
@@ -133,10 +142,10 @@ class Problem:
         return Terms(
             radius=radius,
             wheelbase=vehicle.wheelbase,
-            arc=settings.arc * radius,
-            check=settings.arc * radius / 5.0,
-            cell=1.2 * settings.arc * radius,
-            open=max(settings.open * radius, near),
+            arc=ARC * radius,
+            check=ARC * radius / 5.0,
+            cell=1.2 * ARC * radius,
+            open=max(OPEN * radius, near),
             reach=hypot(max(vehicle.front, vehicle.rear), 0.5 * vehicle.width),
             margin=margin,
             near=near,

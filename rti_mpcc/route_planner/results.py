@@ -9,10 +9,12 @@ import numpy as np
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import WHOLE_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.route_planner.drivable import Drivable
 from rti_mpcc.route_planner.problem import Problem
 
+LEAST_TOLERANCE = 0.5
+"""Share of the tolerance at the end of the shortest stretch."""
 _STANDING = 1.0
 """Length of the straight way that a vehicle stands at the end of which is in its goal already [m]."""
 _SAME = 1e-6  # [m], [rad] poses that are nearer to one another are the same, whatever the tolerance
@@ -84,7 +86,7 @@ def found(problem: Problem, driven: Drivable, nodes: int) -> Manoeuvre:
 
 def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, float]:
     """At the end of a stretch [m], [m], [rad]: a short one must not be over where it begins."""
-    behaviour, settings = config.behaviour, config.route
-    share = min(max(length / settings.whole_tolerance, settings.least_tolerance), 1.0)
+    behaviour = config.behaviour
+    share = min(max(length / WHOLE_TOLERANCE, LEAST_TOLERANCE), 1.0)
     along, across, heading = behaviour.cusp_tolerance
     return share * along, share * across, share * heading

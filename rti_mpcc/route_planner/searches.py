@@ -20,8 +20,9 @@ from rti_mpcc.route_planner.cost_to_go import CostToGo, axle_clearances, cost_to
 from rti_mpcc.route_planner.costs import Terms
 from rti_mpcc.route_planner.hybrid_astar import EXHAUSTED, SEARCHING, HybridAStar
 from rti_mpcc.route_planner.leaving import Begins
-from rti_mpcc.route_planner.problem import Problem
+from rti_mpcc.route_planner.problem import ARC, Problem
 
+_CELLS = 200_000  # of the grid of estimates, at most
 _SLICE = 8  # nodes of each tree between two questions whether there is time
 _CLOSER = 1.0 / 3.0  # as far apart are the poses that are looked at once a way was nearer to something
 
@@ -43,7 +44,7 @@ class Ends:
     def of(cls, problem: Problem, lasts: Array, terms: Terms) -> Generator[None, None, Ends]:
         """Find the estimates, slice by slice."""
         config, settings, low, high = problem.config, problem.config.route, problem.low, problem.high
-        cell = max(settings.arc * terms.radius, sqrt(float(np.prod(high - low)) / settings.cells))
+        cell = max(ARC * terms.radius, sqrt(float(np.prod(high - low)) / _CELLS))
         radius = disc_of(config.vehicle)
         reach = radius + settings.margin + cell
         apart = yield from axle_clearances(problem.grid, low, high, cell, reach)

@@ -38,7 +38,7 @@ def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:
 class AreaSection(Section):
     """Where the vehicle may be: either `boundary` and `obstacles` [m], or an occupancy grid, the YAML `map`.
 
-    Without a boundary a scenario has a box around all that is given, see `RoutePlanner.box`.
+    Without a boundary a scenario has a box around all that is given, see `route_planner.problem.BOX`.
     """
 
     boundary: Polygon | None = None

@@ -14,9 +14,10 @@ from pydantic import Field, field_validator
 from estimation import DetectionNoise, GoalFilterConfig
 from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.baselines import with_method
-from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Ride, RoutePlanner, Vehicle
+from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Ride, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.timing import config_for_docking_time
+from rti_mpcc.route_planner.problem import BOX
 from rti_mpcc.simulation.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.fields import (
     AreaSection,
@@ -280,7 +281,7 @@ class Scenario(Section):
         """Where the vehicle may be. Raises AreaError, or InputError where none is given."""
         area = self._had(self.area, "area").build()
         ends = [(pose.x, pose.y) for pose in (self.start_pose(), self.goal_pose())]
-        return area.bounded(ends, RoutePlanner().box)
+        return area.bounded(ends, BOX)
 
     def goal_pose(self, path: ReferencePath | None = None) -> Pose2:
         """The true goal before any shift, world frame.

@@ -21,7 +21,7 @@ from rti_mpcc.route_planner.costs import closeness_of
 from rti_mpcc.route_planner.mending import mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.route_planner.problem import Problem
-from rti_mpcc.route_planner.results import _tolerance
+from rti_mpcc.route_planner.results import LEAST_TOLERANCE, _tolerance
 from rti_mpcc.route_planner.stretches import Stretches
 
 Result = TypeVar("Result")
@@ -291,7 +291,7 @@ def test_means_of_curvatures_are_among_them_and_stretches_are_as_long_as_their_w
 def test_the_end_of_a_longer_stretch_is_no_more_narrow(length: float, more: float) -> None:
     config = ControllerConfig()
     short, long = (_tolerance(each, config) for each in (length, length + more))
-    least = config.route.least_tolerance
+    least = LEAST_TOLERANCE
     for here, there, whole in zip(short, long, config.behaviour.cusp_tolerance, strict=True):
         assert least * whole <= here <= there <= whole
 
@@ -316,7 +316,7 @@ def test_a_repaired_path_keeps_the_ends_of_its_parts_however_short_they_are(
     segments: list[tuple[int, float, float]],
 ) -> None:
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
-    config = ControllerConfig(route=RoutePlanner(nodes=500, smoothing_iterations=10))
+    config = ControllerConfig(route=RoutePlanner(nodes=500))
     block = [(2.0, 1.0), (3.0, 1.0), (3.0, 2.0), (2.0, 2.0)]
     repaired = mended_path(path, yard(60.0).with_obstacles([block]), config).path
     lasting = [part for part in path.parts if part.end - part.start > 1e-8]

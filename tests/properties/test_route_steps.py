@@ -81,11 +81,11 @@ def test_a_straight_move_without_errors_is_as_long_as_its_distance_however_littl
 def test_who_may_steer_more_or_be_off_by_more_mends_whatever_others_mend(
     y: float, phi: float, way: float, curvature: float, tolerance: tuple[float, float], times: float
 ) -> None:
-    error, headings = Pose2(0.0, y, phi), CONFIG.mission.headings
-    if mendable(error, way, curvature, tolerance, headings):
-        assert mendable(error, way, times * curvature, tolerance, headings)
-        assert mendable(error, way, curvature, (times * tolerance[0], tolerance[1]), headings)
-        assert mendable(error, way, curvature, (tolerance[0], times * tolerance[1]), headings)
+    error = Pose2(0.0, y, phi)
+    if mendable(error, way, curvature, tolerance):
+        assert mendable(error, way, times * curvature, tolerance)
+        assert mendable(error, way, curvature, (times * tolerance[0], tolerance[1]))
+        assert mendable(error, way, curvature, (tolerance[0], times * tolerance[1]))
 
 
 @FEW

@@ -286,7 +286,7 @@ def test_before_an_obstacle_that_appears_it_stops_and_plans_meanwhile_and_drives
     begun = np.diff([*planned_while_driving, len(slices)])[: len(moving)]
     while_stopping = moving & (drive.times > appears) & (begun > 0)
     assert while_stopping.any()
-    assert begun[while_stopping].max() <= BRISK.route.slices
+    assert begun[while_stopping].max() <= 2
     stood = (drive.times > appears) & ~moving & (drive.states[:, 0] < 8.0 - BRISK.vehicle.front)
     assert 0.0 < stood.sum() * BRISK.cycle < 6.0  # it does not wait for the way
 
@@ -487,7 +487,7 @@ def test_planning_takes_only_the_slices_that_a_cycle_grants_and_loses_none(
     drive = hurried.drive(40.0)
     assert_docked(drive)
     assert len(slices) == 2 * needed
-    assert np.diff(taken).max() == min(granted, ROUTE.slices_at_rest)
+    assert np.diff(taken).max() == min(granted, 6)
     assert len({id(search) for search in slices}) == 2
     for one, other in ((unhurried.controller, hurried.controller),):
         assert isinstance(one, DockingController)

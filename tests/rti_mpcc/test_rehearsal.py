@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from rti_mpcc.docking import DockingController
 from rti_mpcc.rehearsal import OUT_OF_REACH
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, simulate, summary
 from rti_mpcc.types import Status
@@ -56,20 +55,6 @@ def test_a_goal_out_of_reach_is_come_to_by_another_way_from_the_start() -> None:
     assert controller.state.route is not None
     assert controller.state.route.ways == 2
     assert figures["min_clearance_m"] > 0.0
-
-
-def test_one_that_takes_too_long_is_not_driven() -> None:
-    """Then it is as it was without: one more change of direction at the end of the path."""
-    scenario = with_cusp(ASIDE)
-    config = scenario.controller_config()
-    config = config.model_copy(update={"route": config.route.model_copy(update={"instead": 0.1})})
-    path = scenario.build_path()
-    controller = DockingController(path, scenario.build_corridor(path), config)
-    result = simulate(scenario, controller=controller)
-    figures = summary(result)
-    assert planned(result)
-    assert figures["docked"]
-    assert figures["time_to_dock_s"] > 1.15 * figures["expected_time_s"]
 
 
 @pytest.mark.parametrize(("preset", "method"), [("paper", "dynamic"), ("default", "separated")])

@@ -194,7 +194,7 @@ def test_where_one_way_out_cannot_be_driven_the_next_one_is_tried(result: Missio
     assert (found.ways_out, found.trouble, found.begun) == (ends[1:], None, 10.0)
     assert isinstance(order, GoTo)
     assert order.goal == AT
-    assert order.terms.tolerance == CONFIG.mission.out_tolerance
+    assert order.terms.tolerance == (0.2, 0.2, 0.1)
     assert found.log[-1].goal == AT
     last = then(replace(found, ways_out=ends[2:]), result, step).agenda
     assert (last.due, last.result, last.ways_out) == ((), result, ())

@@ -115,7 +115,7 @@ def test_it_is_driven_along_the_axis_of_the_dock_and_ends_so_far_from_it(directi
     assert segment.part.direction == direction
     assert segment.part.end - segment.part.start == pytest.approx(1.2 - 0.03 * direction)
     assert (segment.end, segment.speed, segment.steering, segment.wheels) == (SegmentEnd.GOAL, 0.3, 0.04, 0.0)
-    assert segment.tolerance == (BRISK.mission.straight_end, 0.02, 0.01)
+    assert segment.tolerance == (0.03, 0.02, 0.01)
     assert order.terms.tolerance == segment.tolerance
     assert order.terms.detected is False
     assert order.manoeuvre.start == here
@@ -129,7 +129,7 @@ def test_without_a_dock_it_is_driven_along_the_heading_of_the_vehicle() -> None:
     assert end.relative_to(here).within((2.0 + 1e-9, 1e-9, 1e-9))
     assert (end.x, end.y) == pytest.approx((1.0 - 2.0 * cos(0.7), 2.0 - 2.0 * sin(0.7)))
     assert order.manoeuvre.segments[0].margin is None
-    assert order.manoeuvre.segments[0].tolerance == (BRISK.mission.straight_end, *BRISK.goal_tolerance[1:])
+    assert order.manoeuvre.segments[0].tolerance == (0.03, *BRISK.goal_tolerance[1:])
 
 
 @pytest.mark.parametrize(("distance", "x"), [(1.0, 1.0), (1.0, 1.5), (-1.0, -1.2)])
