@@ -23,14 +23,8 @@ from rti_mpcc.simulation.closed_loop import Controller
 
 COMMAND = "python -m benchmarks.measure_detections"
 SEEDS = range(10)
-AT_ONCE = 1e6
-"""Fast enough [m/s], [rad/s] for any correction within one cycle."""
-NEVER = 1.0 - 1e-15
-"""The chi-square quantile of 3 for this probability is 73: a shift of decimetres does not contradict."""
 PARTS: dict[str, dict[str, Any]] = {
     "as it is": {},
-    "aim follows at once": {"tracking": {"speed": AT_ONCE, "turn_rate": AT_ONCE}},
-    "(E5) above 73 only, no small moves seen": {"filter": {"moved": NEVER}},
     "first detection believed": {"filter": {"confirmations": 1}},
 }
 

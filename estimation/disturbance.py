@@ -14,7 +14,7 @@ not mistaken for d and o. Who counts on d has to count on g: at rest on a slope 
 known.
 
 A vehicle that is held at rest (by a brake of its own, say) although it is commanded to drive off tells
-nothing about d: for `held_time` nothing is learnt from that. Nor does one whose speed changes by more than
+nothing about d: for `_HELD_TIME` nothing is learnt from that. Nor does one whose speed changes by more than
 (O1) and any slope explain: somebody else brakes it.
 """
 
@@ -50,6 +50,25 @@ REST = 0.03
 """A vehicle measured slower than this [m/s] may be held at rest."""
 NOISE = 3.0
 """What noise may explain, in standard deviations."""
+_ACCELERATION_WALK = 0.005
+"""Random walk of d [m/s²/sqrt(s)]. From rest d is found within a second, as nothing is known of it then; a
+slope that starts on the way takes some 3 s. Four times as much follows twice as fast, and then a gain that is
+10 to 20 % off passes for a slope that changes with each braking: the last half second before the dock took up
+to a second longer."""
+_STEERING_WALK = 5e-4
+"""Random walk of o [rad/sqrt(s)]. At 1 m/s o follows within some 2 m, and knows 1 mrad."""
+_SPEED_WALK, _HEADING_WALK = 0.005, 5e-4
+"""What nobody models [m/s/sqrt(s)], [rad/sqrt(s)]: lag of the drive, slip."""
+_FIRST_STDS = (0.2, 0.1, 0.03, 0.03)
+"""Standard deviations of d [m/s²], g, o [rad], c before the first measurement: 2 % of slope, 10 % of the
+drive, 1.7 deg, 3 % of the curvature. A larger slope is found after some tenths of a second all the same; the
+more, the more the first cycles of a noisy speed make of it."""
+_MOST_ACCELERATION, _MOST_DRIVE_SHARE, _MOST_STEERING, _MOST_TURN_SHARE = 3.0, 0.3, 0.1, 0.2
+"""Largest |d| [m/s²] (a slope of 30 %), |g|, |o| [rad] (6 deg) and |c|."""
+_HELD_TIME = 1.0
+"""So long a vehicle may stand although it is commanded to drive off before that counts as a slope [s]: as a
+parking brake takes to open."""
+_GAP = 1.0  # after so long without a measurement [s] nothing is learnt of the time in between
 DRIVES_OFF = 0.05
 """What has to be commanded beyond the disturbance [m/s²] for a vehicle at rest to be held."""
 
@@ -107,7 +126,7 @@ class DisturbanceEstimate:
 
 def first_estimate(config: DisturbanceFilterConfig) -> DisturbanceEstimate:
     """What is known before the first measurement."""
-    d, g, o, c = _first_stds(config)
+    d, g, o, c = _FIRST_STDS
     stds = np.array((config.speed_std, d, g, config.heading_std, o, c))
     return _estimate(np.zeros(STATES), np.diag(stds**2))
 
@@ -132,7 +151,7 @@ def updated(
         wheelbase: L [m].
     """
     last = estimate.motion
-    if estimate.at is None or last is None or not 0.0 <= now - estimate.at <= config.gap:
+    if estimate.at is None or last is None or not 0.0 <= now - estimate.at <= _GAP:
         return _seated(estimate, motion, now, config)
     seconds = now - estimate.at
     if seconds == 0.0:
@@ -143,16 +162,16 @@ def updated(
         return _seated(estimate, motion, now, config)
     mean, covariance = estimate.mean.copy(), estimate.covariance.copy()
     steering = 0.5 * (last.delta + motion.delta)
-    walks = config.acceleration_walk, config.speed_walk, config.heading_walk, config.steering_walk
-    _predict(mean, covariance, steering, seconds, acceleration, wheelbase, *walks, *_first_stds(config))
+    walks = _ACCELERATION_WALK, _SPEED_WALK, _HEADING_WALK, _STEERING_WALK
+    _predict(mean, covariance, steering, seconds, acceleration, wheelbase, *walks, *_FIRST_STDS)
     held = _is_held(mean, motion, acceleration)
     since = (now if estimate.held_since is None else estimate.held_since) if held else None
-    if since is not None and now - since < config.held_time:
+    if since is not None and now - since < _HELD_TIME:
         # With the speed as it is measured, whatever the offsets would make of it.
         _measured(mean, covariance, V, motion.v, config.speed_std)
     _correct(
         mean, covariance, motion.v, lift(motion.phi, float(mean[PHI])), config.speed_std, config.heading_std,
-        config.most_acceleration, config.most_drive_share, config.most_steering, config.most_turn_share,
+        _MOST_ACCELERATION, _MOST_DRIVE_SHARE, _MOST_STEERING, _MOST_TURN_SHARE,
     )  # fmt: skip
     return _estimate(mean, covariance, now, motion, since)
 
@@ -236,7 +255,7 @@ def _is_braked(
     """Whether neither commands, slope nor noise explain that the speed went from `before` to `v` [m/s]."""
     explained = seconds * (acceleration * estimate.gain + estimate.acceleration)
     noise = NOISE * sqrt(2.0) * config.speed_std
-    return abs(v - before - explained) > seconds * config.most_acceleration + noise
+    return abs(v - before - explained) > seconds * _MOST_ACCELERATION + noise
 
 
 def _is_held(mean: Array, motion: Motion, acceleration: float) -> bool:
@@ -276,16 +295,6 @@ def _correct(
     for j in range(STATES):
         for k in range(j):
             covariance[j, k] = covariance[k, j] = 0.5 * (covariance[j, k] + covariance[k, j])
-
-
-def _first_stds(config: DisturbanceFilterConfig) -> tuple[float, float, float, float]:
-    """Standard deviations of d, g, o, c before the first measurement."""
-    return (
-        config.first_acceleration_std,
-        config.drive_share_std,
-        config.first_steering_std,
-        config.turn_share_std,
-    )
 
 
 def _estimate(

@@ -4,14 +4,14 @@ A Kalman filter on x, y, heading and, for a moving goal, their rates; equations 
 
 (E3)  covariance += drift² dt;  moving: rates walk too, and carry the pose along
 (E4)  NIS = y' S^-1 y <= chi-square quantile of 3 (`gate`),   y = z - H x,  S = H P H' + R
-(E5)  moved if  m' (H P H' + W)^-1 m > chi-square quantile of 3 (`moved`),
+(E5)  moved if  m' (H P H' + W)^-1 m > chi-square quantile of 3 (`_MOVED`),
       m = W sum R_i^-1 y_i,  W = (sum R_i^-1)^-1,  P of what was believed before these detections
 
 What a plain filter lacks:
 
 - A detection is set against the prediction before it may act, (E4).
 - The goal may have moved, by much or by less than the gate shows. The detections of the last
-  `reacquire_after` that agree with the newest of them (the same gate, between two detections), if they are
+  `_REACQUIRE_AFTER` that agree with the newest of them (the same gate, between two detections), if they are
   the most of them and span that time, are fused by themselves; where that contradicts what was believed
   before them, (E5), the estimate begins afresh from them. While SEARCHING there is nothing to contradict:
   then `confirmations` detections that agree are enough, if they are half of those seen meanwhile.
@@ -46,7 +46,17 @@ from geometry import Pose2, lift
 from geometry.doors import door
 
 KEPT = 5.0
-"""Detections farther apart than this [s] are not set against each other."""
+"""Detections farther apart than this [s] are not compared with each other."""
+CLOCK_SKEW = 0.05
+"""A stamp may lie so far ahead of the clock [s]."""
+_REACQUIRE_AFTER = 0.65
+"""Detections that agree with each other over this time [s], and contradict the estimate before them, are the
+goal's new place."""
+_MOVED = 0.9999
+"""Probability with which detections of a goal that has not moved do not count as contradicting."""
+_COAST_AFTER = 0.5  # time without an accepted detection until COASTING [s]
+_VELOCITY_DRIFT, _TURN_RATE_DRIFT = 0.02, 0.01  # of a moving goal [m/s/sqrt(s)], [rad/s/sqrt(s)]
+_VELOCITY_STD, _TURN_RATE_STD = 0.2, 0.05  # of a moving goal when it is first seen [m/s], [rad/s]
 
 
 class GoalPoseFilter:
@@ -67,7 +77,7 @@ class GoalPoseFilter:
         self._kalman.H = np.eye(3, size)
         self._still, self._carried = np.eye(size), np.eye(size, k=3)
         self._gate = float(chdtri(3, 1.0 - self.config.gate))
-        self._moved = float(chdtri(3, 1.0 - self.config.moved))
+        self._moved = float(chdtri(3, 1.0 - _MOVED))
         self.reset()
 
     def reset(self) -> None:
@@ -92,7 +102,7 @@ class GoalPoseFilter:
             self._now = now
         if self._now is None:
             # Nothing was too early as long as no time was told.
-            del self._past[bisect_right(self._past, now + self.config.clock_skew, key=_stamp) :]
+            del self._past[bisect_right(self._past, now + CLOCK_SKEW, key=_stamp) :]
         self._now = now if self._now is None else max(now, self._now)
         self._settle(self._now)
 
@@ -154,11 +164,11 @@ class GoalPoseFilter:
     def _status(self, age: float) -> GoalStatus:
         if age > self.config.lost_after:
             return GoalStatus.LOST
-        return GoalStatus.COASTING if age > self.config.coast_after else GoalStatus.TRACKING
+        return GoalStatus.COASTING if age > _COAST_AFTER else GoalStatus.TRACKING
 
     def _timing_problem(self, detection: Detection) -> str:
         """Why a detection's stamp is not usable, or ""."""
-        if self._now is not None and detection.stamp > self._now + self.config.clock_skew:
+        if self._now is not None and detection.stamp > self._now + CLOCK_SKEW:
             return f"stamp {detection.stamp:.3f} s is ahead of the clock, {self._now:.3f} s"
         if self._now is not None and detection.stamp < self._now - self.config.history:
             return f"stamp {detection.stamp:.3f} s is too old at {self._now:.3f} s"
@@ -197,11 +207,11 @@ class GoalPoseFilter:
         return replace(belief, judged=judged), judged
 
     def _window(self, belief: Belief, stamp: float) -> Sequence[Recent]:
-        """The recent detections that matter at `stamp` [s]: one more than `reacquire_after` goes back."""
+        """The recent detections that matter at `stamp` [s]: one more than `_REACQUIRE_AFTER` goes back."""
         stamps = [one.detection.stamp for one in belief.recent]
         first = bisect_right(stamps, stamp - KEPT)
         if belief.mean is not None:
-            first = max(first, bisect_right(stamps, stamp - self.config.reacquire_after) - 1)
+            first = max(first, bisect_right(stamps, stamp - _REACQUIRE_AFTER) - 1)
         return belief.recent[first:]
 
     def _acquired(self, belief: Belief, agreeing: Sequence[Recent]) -> Sequence[Recent]:
@@ -211,7 +221,7 @@ class GoalPoseFilter:
             return prevailing(belief.recent, agreeing, self.config.confirmations)
         before = agreeing[0].before
         # More than one more than the others: of two places seen in turn, one has both ends of the window.
-        if last - first < self.config.reacquire_after or 2 * len(agreeing) <= len(belief.recent) + 1:
+        if last - first < _REACQUIRE_AFTER or 2 * len(agreeing) <= len(belief.recent) + 1:
             return ()
         if before is None or before.mean is None:
             return ()
@@ -265,8 +275,7 @@ class GoalPoseFilter:
 
     def _first_rates(self) -> Array:
         """Variances (3,) of a goal's rates when it is first seen."""
-        config = self.config
-        return np.square([config.velocity_std, config.velocity_std, config.turn_rate_std])
+        return np.square([_VELOCITY_STD, _VELOCITY_STD, _TURN_RATE_STD])
 
     def _predicted(self, belief: Belief, time: float) -> tuple[Array, Array]:
         """Mean and covariance at `time` [s], which is not before the belief's."""
@@ -284,7 +293,7 @@ class GoalPoseFilter:
         pose = config.drift(seconds)
         if not config.moving:
             return pose
-        rates = np.diag(np.square([config.velocity_drift, config.velocity_drift, config.turn_rate_drift]))
+        rates = np.diag(np.square([_VELOCITY_DRIFT, _VELOCITY_DRIFT, _TURN_RATE_DRIFT]))
         return np.block(
             [
                 [pose + rates * seconds**3 / 3.0, rates * seconds**2 / 2.0],

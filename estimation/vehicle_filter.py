@@ -7,7 +7,7 @@ across the vehicle:
 (V2)  q = h walk² + (slip s)²,   s the way |v| h, of the heading the turn on it with the largest curvature,
                                   of the speed what the commands change it by
 (V3)  K = (sqrt(q² + 4 q r) - q) / (2 r),   at least 1/k with the k-th measurement
-(V4)  x_k = z_k + (1 - K) (f(x_k-1) - z_k),   no farther from z_k than `widest` sqrt(r)
+(V4)  x_k = z_k + (1 - K) (f(x_k-1) - z_k),   no farther from z_k than `_WIDEST` sqrt(r)
 
 White noise of variance r makes neighbouring differences (V1) pull against each other; a model that is off
 makes them alike, which leaves less r, and so more of what is measured. Without noise r is 0 and the state is
@@ -22,11 +22,17 @@ from math import cos, exp, sin, sqrt
 
 import numpy as np
 
-from estimation.settings import VehicleFilterConfig
 from estimation.types import Array
 from geometry import wrap
 from geometry.compiled import Array1, Out1, inner, kernel
 
+_MEMORY = 3.0
+"""Time over which the noise is learnt [s]."""
+_WALKS = (0.002, 5e-4, 0.02, 0.01)
+"""What nobody models: of position [m/sqrt(s)], heading [rad/sqrt(s)], speed [m/s/sqrt(s)] and steering
+[rad/sqrt(s)]: lag of drive and steering, slopes that start. The more, the more a measurement counts."""
+_SLIP = 0.05  # share of the distance driven, and of a change of speed, by which the model is off
+_WIDEST = 3.0  # the state is no farther from a measurement than so many standard deviations of the noise
 QUANTITIES = 5
 """Along [m], across [m], heading [rad], speed [m/s], steering [rad]."""
 
@@ -63,7 +69,6 @@ def filtered(
     seconds: float,
     gained: float,
     curvature: float,
-    config: VehicleFilterConfig,
 ) -> tuple[Array, MeasurementNoise]:
     """The state (6,) after one more measurement, and what is known of the noise then.
 
@@ -78,14 +83,13 @@ def filtered(
     run, pairs, variance = noise.run + 1, noise.pairs, noise.variance
     if noise.run > 0:  # else the last difference is of another run
         pairs += 1
-        share = max(1.0 - exp(-seconds / config.memory), 1.0 / pairs)
+        share = max(1.0 - exp(-seconds / _MEMORY), 1.0 / pairs)
         variance = variance + share * (-residual * noise.residual - variance)
     known = MeasurementNoise(residual=residual, variance=variance, pairs=pairs, run=run)
-    walks = config.position_walk, config.heading_walk, config.speed_walk, config.steering_walk
     state = measured.copy()
     _correct(
-        measured, expected, variance, seconds, gained, *walks, config.slip, config.slip * curvature,
-        1.0 / (run + 1), config.widest, state,
+        measured, expected, variance, seconds, gained, *_WALKS, _SLIP, _SLIP * curvature,
+        1.0 / (run + 1), _WIDEST, state,
     )  # fmt: skip
     return state, known
 

@@ -331,7 +331,6 @@ class DockingController:
         """Filter what was detected, and let the pose made for follow; says what became of the detections, and
         what was none."""
         measurements, unfit = validation.measurements_in(given)
-        settings = self.config.goal_tracking.filter
         self._filtering = self._filtering or bool(measurements)
         if not self._filtering:
             refused = aim.undetected(s.goal, (), unfit)
@@ -340,7 +339,7 @@ class DockingController:
         judgements = []
         for measurement in measurements:
             own = validation.measurement_in(measurement, s.clock.offset)
-            judgement = self._filter.update(aim.placed(own, s.vehicle, settings))
+            judgement = self._filter.update(aim.placed(own, s.vehicle))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(s.now)
         fit = None

@@ -12,7 +12,8 @@ from math import degrees, hypot
 
 import numpy as np
 
-from estimation import GoalEstimate, GoalFilterConfig, GoalMeasurement, GoalStatus, Judgement, stds_in
+from estimation import GoalEstimate, GoalMeasurement, GoalStatus, Judgement, stds_in
+from estimation.goal_filter import CLOCK_SKEW
 from geometry import Pose2, lift, wrap
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.layout import PHI, X, Y
@@ -20,6 +21,13 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.goals import GoalFit
 from rti_mpcc.planning.state import ControllerState, GoalState, VehicleEstimate
 from rti_mpcc.types import Array
+
+_SPEED, _TURN_RATE = 3.0, 1.5  # at most so fast the goal setpoint follows the estimate [m/s], [rad/s]
+_LONGEST_STEP = 0.5  # after a longer gap between two cycles [s] it moves no farther than in this time
+_CERTAINTY = 2.0
+"""A goal that is LOST may still be docked at while so many standard deviations of its estimate fit the goal
+tolerance."""
+_STANDOFF_TOLERANCE = 0.3  # a vehicle that stands so much farther off than the standoff waits there [m]
 
 
 def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimate:
@@ -31,13 +39,11 @@ def noted(vehicle: VehicleEstimate, now: float, length: float) -> VehicleEstimat
     return replace(vehicle, poses=vehicle.poses.noted(now, here, length=length))
 
 
-def placed(
-    measurement: GoalMeasurement, vehicle: VehicleEstimate, settings: GoalFilterConfig
-) -> GoalMeasurement:
+def placed(measurement: GoalMeasurement, vehicle: VehicleEstimate) -> GoalMeasurement:
     """A detection with the pose that the vehicle had at its stamp, where it doesn't bring one."""
     if measurement.vehicle is not None:
         return measurement
-    return replace(measurement, vehicle=vehicle.poses.at(measurement.stamp, ahead=settings.clock_skew))
+    return replace(measurement, vehicle=vehicle.poses.at(measurement.stamp, ahead=CLOCK_SKEW))
 
 
 def rate_limited_goal(
@@ -59,10 +65,9 @@ def rate_limited_goal(
     if estimate.pose is None or not (fit and fit.problem):
         followed = estimate.pose
     if followed is not None:
-        tracking = config.goal_tracking
-        seconds = config.cycle if last is None else min(max(now - last, 0.0), tracking.longest_step)
+        seconds = config.cycle if last is None else min(max(now - last, 0.0), _LONGEST_STEP)
         before = known.pose or end or followed
-        pose = _towards(before, followed, tracking.speed * seconds, tracking.turn_rate * seconds)
+        pose = _towards(before, followed, _SPEED * seconds, _TURN_RATE * seconds)
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 
 
@@ -105,7 +110,7 @@ def doubt(s: ControllerState, config: ControllerConfig) -> str:
     left = 0.0 if arrival is None else max(arrival.at - s.now, 0.0)
     stds = _stds(estimate, tracking.filter.drift(left))
     tolerance = s.goal.terms.on(config).goal_tolerance
-    if all(tracking.certainty * std <= most for std, most in zip(stds, tolerance, strict=True)):
+    if all(_CERTAINTY * std <= most for std, most in zip(stds, tolerance, strict=True)):
         return ""
     along, across, heading = stds
     return (
@@ -128,7 +133,7 @@ def must_wait(s: ControllerState, context: PlanningContext, config: ControllerCo
         return ""
     brake = context.speed**2 / (2.0 * config.comfort_acceleration)
     tracking = config.goal_tracking
-    if not s.goal.waiting and context.distance > tracking.standoff + max(brake, tracking.standoff_tolerance):
+    if not s.goal.waiting and context.distance > tracking.standoff + max(brake, _STANDOFF_TOLERANCE):
         return ""
     return doubt(s, config)
 

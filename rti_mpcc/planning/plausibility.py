@@ -129,8 +129,9 @@ def validate_measurement(
         state = _believed(measured, expected, reckoned if frozen else None, config)
     elif not (problem or last.why or same) and config.vehicle_filter.enabled:
         gained = seconds * mean_acceleration(queue, last.at, now)
-        settings, curvature = config.vehicle_filter, config.max_curvature
-        state, noise = filtered(last.noise, measured, follows, expected, seconds, gained, curvature, settings)
+        state, noise = filtered(
+            last.noise, measured, follows, expected, seconds, gained, config.max_curvature
+        )
     monitor = StateMonitor(
         at=now,
         state=state,

@@ -24,12 +24,6 @@ POSITIVE = {
     GoalFilterConfig: (
         "position_drift",
         "heading_drift",
-        "velocity_drift",
-        "turn_rate_drift",
-        "velocity_std",
-        "turn_rate_std",
-        "reacquire_after",
-        "coast_after",
         "lost_after",
         "history",
     ),
@@ -51,13 +45,12 @@ REFUSED: list[tuple[type[Any], str, Any, str]] = [
     ),
     *(
         (GoalFilterConfig, field, value, allowed)
-        for field in ("vehicle_position_std", "vehicle_heading_std", "clock_skew")
+        for field in ("vehicle_position_std", "vehicle_heading_std")
         for value, allowed in ((-0.1, "greater than or equal to 0"), (nan, "finite"), ("no", "number"))
     ),
-    (GoalFilterConfig, "clock_skew", 1.5, "less than or equal to 1"),
     *(
         (GoalFilterConfig, field, value, allowed)
-        for field in ("gate", "moved")
+        for field in ("gate",)
         for value, allowed in ((0.5, "greater than 0.5"), (1.0, "less than 1"), (nan, "finite"))
     ),
     (GoalFilterConfig, "confirmations", 0, "greater than or equal to 1"),

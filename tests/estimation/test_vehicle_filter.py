@@ -8,12 +8,11 @@ from math import cos, pi, sin, tan
 import numpy as np
 import pytest
 
-from estimation import MeasurementNoise, VehicleFilterConfig
+from estimation import MeasurementNoise
 from estimation.types import Array
 from estimation.vehicle_filter import filtered
 from geometry import wrap
 
-CONFIG = VehicleFilterConfig()
 CYCLE, WHEELBASE, CURVATURE = 0.05, 2.875, 0.24
 NOISE: Array = np.array((0.015, 0.015, 0.003, 0.01, 0.0025))
 
@@ -42,7 +41,6 @@ class Watch:
     true: Array
     noise: Array = field(default_factory=lambda: np.zeros(5))
     seed: int = 1
-    config: VehicleFilterConfig = CONFIG
     known: MeasurementNoise = field(default_factory=MeasurementNoise)
     off: Array = field(default_factory=lambda: np.zeros(6))
 
@@ -65,7 +63,7 @@ class Watch:
         self.measured = self.seen()
         gained = CYCLE * acceleration
         self.state, self.known = filtered(
-            self.known, self.measured, follows, expected, CYCLE, gained, CURVATURE, self.config
+            self.known, self.measured, follows, expected, CYCLE, gained, CURVATURE
         )
         self.errors.append((self.state - self.true)[:5])
         self.measured_errors.append((self.measured - self.true)[:5])
@@ -135,7 +133,7 @@ def test_a_turned_vehicle_is_filtered_alike(turn: float) -> None:
     random = np.random.default_rng(5)
     one.known = other.known = MeasurementNoise(variance=NOISE**2, pairs=100, run=100)
     follows, expected, measured = (start() + 0.01 * random.standard_normal(6) for _ in range(3))
-    given = CYCLE, 0.01, CURVATURE, CONFIG
+    given = CYCLE, 0.01, CURVATURE
     plain, known = filtered(one.known, measured, follows, expected, *given)
     rotated, also = filtered(other.known, turned(measured), turned(follows), turned(expected), *given)
     assert rotated[:2] == pytest.approx(rotation @ plain[:2], abs=1e-12)
@@ -147,7 +145,7 @@ def test_headings_may_be_on_any_branch() -> None:
     known = MeasurementNoise(variance=NOISE**2, pairs=100, run=100)
     measured = start(heading=pi - 0.001)
     expected = start(heading=-pi + 0.001)
-    state, after = filtered(known, measured, expected, expected, CYCLE, 0.0, CURVATURE, CONFIG)
+    state, after = filtered(known, measured, expected, expected, CYCLE, 0.0, CURVATURE)
     assert pi - 0.001 <= state[2] <= pi + 0.001
     assert after.residual[2] == pytest.approx(-0.002)
 
@@ -178,7 +176,7 @@ def test_a_break_counts_measurements_anew() -> None:
     broken = watch.known.broken()
     assert (broken.run, broken.pairs) == (0, 99)
     assert broken.variance is watch.known.variance
-    again, known = filtered(broken, watch.measured, watch.true, watch.true, CYCLE, 0.0, CURVATURE, CONFIG)
+    again, known = filtered(broken, watch.measured, watch.true, watch.true, CYCLE, 0.0, CURVATURE)
     # The first of the new run may be believed no more than half, and tells nothing of the noise.
     assert known.variance is watch.known.variance
     assert known.run == 1

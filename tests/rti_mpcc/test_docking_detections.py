@@ -12,7 +12,6 @@ import pytest
 
 from estimation import Frame, GoalMeasurement, GoalStatus, Outcome
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, GoalTracking
 from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import (
     GoalSource,
@@ -323,10 +322,7 @@ def test_detections_alone_are_enough() -> None:
     """No goal was ever given: from the path's last pose the aim goes to what is detected."""
     scenario = short()
     path = scenario.build_path()
-    tracking = GoalTracking(speed=1.0, turn_rate=1.0)
-    controller = DockingController(
-        path, scenario.build_corridor(path), ControllerConfig(goal_tracking=tracking)
-    )
+    controller = DockingController(path, scenario.build_corridor(path))
     goal = scenario.goal_pose(path)
     state = VehicleState(x=path.start.x, y=path.start.y, phi=path.start.phi, v=0.0, delta=0.0)
     command = None
