@@ -23,7 +23,8 @@ help:
 	@echo "make demo        set up $(VENV) and dock docking_behind: prints the result, writes pictures"
 	@echo "make test        set up $(VENV) and run lint, types and tests (lint, types, unit: one of them)"
 	@echo "make acceptance  run every acceptance list in full; figures go to runs/acceptance.json"
-	@echo "make same        drive the frozen runs again: whether each command and plan is as it was, to the bit"
+	@echo "make same        drive 330 runs here and at the commit before (BASE=COMMIT: another one): say whether"
+	@echo "                 each command and plan is the same to the bit"
 	@echo "make reproduce   drive the paper's experiments again beside the published figures: runs/reproduce"
 	@echo "make figures     measure what the pages of docs quote, but computing times, and write it there (about an hour)"
 	@echo "make soak        drive one controller for 100000 cycles: memory, failures, times; figures: runs/soak.json"
@@ -55,7 +56,7 @@ acceptance: $(TEST)
 	@echo "figures: runs/acceptance.json"
 
 same: $(TEST)
-	$(PY) -m benchmarks.same --jobs $(WORKERS)
+	$(PY) -m benchmarks.same $(or $(BASE),HEAD~1) --jobs $(WORKERS)
 
 reproduce: $(TEST)
 	$(PY) -m benchmarks.reproduction
