@@ -33,7 +33,7 @@ from rich.progress import track
 from benchmarks.tables import origin
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.clock import Decisions, PlayedBack
-from rti_mpcc.recording.machine import Machine
+from rti_mpcc.recording import Machine
 from rti_mpcc.simulation import Scenario, builtin_names, changed, docking_controller, load_scenario, simulate
 from rti_mpcc.simulation.batch import spread
 from rti_mpcc.simulation.campaign import CampaignCase, CampaignRow, CaseOutcome, Level, drive_case
