@@ -12,7 +12,6 @@ from zlib import crc32
 
 import numpy as np
 from cattrs import BaseValidationError, transform_error
-from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 from cattrs.preconf.json import make_converter
 from cattrs.strategies import configure_tagged_union
 from numpy.typing import ArrayLike
@@ -55,9 +54,10 @@ def from_line(line: bytes) -> tuple[dict[str, Data], bool]:
 def structured(data: Data, kind: type[T]) -> T:
     """The value of a kind that JSON data describe. Raises InputError, which names the place of each fault."""
     try:
-        return _converter.structure(data, kind)
+        value: T = _converter.structure(data, kind)
     except BaseValidationError as error:
         raise InputError("; ".join(transform_error(error))) from None
+    return value
 
 
 def as_recorded(value: object, kind: Any, instead: T) -> T:
@@ -71,7 +71,7 @@ def as_recorded(value: object, kind: Any, instead: T) -> T:
 def pose_of(x: float, y: float, phi: float) -> Pose2:
     """A pose of any numbers: the constructor refuses those that are not finite, a user may not."""
     pose = object.__new__(Pose2)
-    for name, value in zip(("x", "y", "phi"), (x, y, phi), strict=True):
+    for name, value in (("x", x), ("y", y), ("phi", phi)):
         object.__setattr__(pose, name, float(value))
     return pose
 
@@ -89,7 +89,7 @@ def _to_list(array: ArrayLike | None) -> Data:
 
 
 def _to_array(data: Data, _: object) -> Array | None:
-    if data is None:
+    if data is None:  # of a covariance or a body
         return None
     array = np.zeros(data["shape"]) if isinstance(data, dict) else np.array(data, dtype=np.float64)
     array.setflags(write=False)
@@ -105,10 +105,6 @@ def _is_array(kind: Any) -> bool:
     return kind is np.ndarray or get_origin(kind) is np.ndarray or kind == ArrayLike | None
 
 
-def _is_settings(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Settings)
-
-
 _converter = make_converter(forbid_extra_keys=True)
 for _kind in (bool, int, float):
     _converter.register_unstructure_hook(_kind, _kind)  # NumPy's are no JSON
@@ -117,17 +113,25 @@ _converter.register_structure_hook(Pose2, lambda data, _: pose_of(**data))
 _converter.register_structure_hook(Stop, lambda data, _: Stop(*_converter.structure(data, tuple[str, int])))
 for _fits, _to, _back in (
     (_is_array, _to_list, _to_array),
-    (_is_settings, lambda group: group.model_dump(mode="json"), lambda data, kind: kind(**data)),
+    (
+        lambda kind: isinstance(kind, type) and issubclass(kind, Settings),
+        lambda group: group.model_dump(mode="json"),
+        lambda data, kind: kind(**data),
+    ),
     (lambda kind: kind == Signal | None, lambda until: until is not None, _played_back),
     (
+        lambda kind: kind is Area,
+        lambda area: to_data({"boundary": area.boundary, "obstacles": area.obstacles}),
+        lambda data, _: Area(**data),
+    ),
+    (
         lambda kind: kind is Corridor,
-        lambda corridor: _converter.unstructure(corridor.to_lines()),
-        lambda data, _: Corridor.from_lines(_converter.structure(data, CorridorLines)),
+        lambda corridor: to_data(corridor.to_lines()),
+        lambda data, _: Corridor.from_lines(structured(data, CorridorLines)),
     ),
 ):
     _converter.register_unstructure_hook_func(_fits, _to)
     _converter.register_structure_hook_func(_fits, _back)
-_without = {"grid": override(omit=True)}  # it comes of the rest
-_converter.register_unstructure_hook(Area, make_dict_unstructure_fn(Area, _converter, **_without))
-_converter.register_structure_hook(Area, make_dict_structure_fn(Area, _converter, **_without))
-configure_tagged_union(AnyStep, _converter, tag_generator=lambda kind: kind.word, tag_name="step")
+configure_tagged_union(
+    AnyStep, _converter, tag_generator=lambda kind: str(vars(kind)["word"]), tag_name="step"
+)

@@ -90,38 +90,20 @@ class Header:
     steps: tuple[AnyStep, ...] | None = None
     home: DriveTo | None = None
 
-    @classmethod
-    def of(cls, driver: Driver) -> Header:
-        """Header of a recording of a controller or mission that has not stepped yet, made here and now."""
-        core, mission = core_of(driver), driver if isinstance(driver, DockingMission) else None
-        return cls(
-            machine=Machine.here(),
-            config=core.config,
-            path=core.state.path,
-            corridor=core.corridor,
-            steps=mission and mission.steps,
-            home=mission and mission.home,
-        )
-
     def driver(self) -> Driver:
         """A new controller like the recorded one, with its mission, if it had one."""
-        core = self.controller()
+        if self.corridor.area is None:
+            core = DockingController(self.path, self.corridor, self.config)
+        else:
+            core = DockingController.in_area(self.corridor.area, self.config)
         return core if self.steps is None else DockingMission(core, self.steps, home=self.home)
-
-    def controller(self) -> DockingController:
-        """A new controller like the recorded one, without its mission."""
-        if self.corridor.area is not None:
-            return DockingController.in_area(self.corridor.area, self.config)
-        return DockingController(self.path, self.corridor, self.config)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
     """A recording that was read.
 
-    Attributes:
-        complete: its end is there.
-        changed: numbers of the cycles whose lines were changed after they were recorded.
+    `complete`: its end is there; `changed`: numbers of the cycles whose lines were changed afterwards.
     """
 
     header: Header
@@ -140,8 +122,7 @@ def read_recording(
         allow_changed: take the cycles of lines that were changed and can still be read.
 
     Raises:
-        RecordingError: the file cannot be read, is no recording, is from another version or truncated, or
-            was changed.
+        RecordingError: the file cannot be read, or is no recording, of another version, cut off or changed.
     """
     try:
         recording = _recording(content(file, RECORDING), allow_truncated)

@@ -22,6 +22,7 @@ from rti_mpcc.qp.problem import dump_problem
 from rti_mpcc.recording.codec import as_recorded, pose_of, to_line
 from rti_mpcc.recording.contents import Cycle, Driver, Header, Inputs, core_of
 from rti_mpcc.types import Array, Command, VehicleState
+from rti_mpcc.version import Machine
 
 _log = logging.getLogger(__name__)
 
@@ -29,24 +30,18 @@ _NO_MEASUREMENT = GoalMeasurement(stamp=nan, x=nan, y=nan, phi=nan)
 
 
 class Recorder:
-    """Steps a controller and writes each cycle to a file, which `replay` drives again.
+    """Steps a controller, or a mission, and writes each cycle to a file, which `replay` drives again.
 
     The controller is given what the recording holds: numbers of other types reach it as float64, and NaN for
     whatever is none. Orders that it is given by others than its mission are not recorded. The command is
     returned after its line was written: a slow disk makes it late, which no deadline counts. Writing never
-    stops the controller: if it fails, that is logged and the vehicle is driven on without it.
+    stops the controller: if it fails, `problem` says why, and the vehicle is driven on without it.
 
     Args:
-        controller: or a mission, which has not stepped yet.
-        file: to write; its old content is replaced.
         dump_failed: folder for the QPs of failed cycles, see `dump_problem`; None: they are not kept.
 
-    Attributes:
-        problem: why the file does not hold all cycles, or "".
-
     Raises:
-        InputError: the controller has stepped before.
-        OSError: the file or the folder cannot be made.
+        InputError: the controller has stepped before. OSError: the file or the folder cannot be made.
     """
 
     def __init__(
@@ -57,16 +52,23 @@ class Recorder:
             raise InputError("controller: a recording does not know segments that were given to it")
         if core.has_stepped:
             raise InputError("controller: has stepped before, a recording must begin with its first cycle")
-        header = Header.of(controller)
         if dump_failed is not None:
             dump_failed.mkdir(parents=True, exist_ok=True)
-        self.controller = controller
-        self.problem = ""
-        self._dumps = dump_failed
-        self._number = 0
+        self.controller, self.problem = controller, ""
+        self._dumps, self._number = dump_failed, 0
         self._orders: dict[str, Any] = {}  # what is called between two steps
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
-        self._write(header)
+        mission = controller if isinstance(controller, DockingMission) else None
+        self._write(
+            Header(
+                machine=Machine.here(),
+                config=core.config,
+                path=core.state.path,
+                corridor=core.corridor,
+                steps=None if mission is None else mission.steps,
+                home=None if mission is None else mission.home,
+            )
+        )
 
     def step(
         self,
@@ -103,20 +105,16 @@ class Recorder:
         return cycle.command
 
     def clear_goal(self) -> None:
-        """Forget the goal and its detections; takes effect, and is recorded, with the next step."""
+        """As `DockingController.clear_goal`; takes effect, and is recorded, with the next step."""
         self._orders["goal_cleared"] = True
 
     def set_area(self, area: Area) -> None:
-        """Replace the area; takes effect, and is recorded, with the next step.
-
-        Raises:
-            InputError: as `DockingController.set_area`.
-        """
+        """As `DockingController.set_area`; takes effect, and is recorded, with the next step."""
         core_of(self.controller).check_area(area)
         self._orders["area"] = as_recorded(area, Area, area)
 
     def cancel(self) -> None:
-        """Cancel the mission, if it has one; takes effect, and is recorded, with the next step."""
+        """As `DockingMission.cancel`, of a controller without effect; it is recorded with the next step."""
         if isinstance(self.controller, DockingMission):
             self.controller.cancel()
 
@@ -164,9 +162,9 @@ def run_cycle(
         if inputs.area is not None:
             core.set_area(inputs.area)
         if isinstance(driver, DockingMission):
+            given["signal"] = inputs.signal
             if inputs.cancelled:
                 driver.cancel()
-            given["signal"] = inputs.signal
         command = driver.step(inputs.state, clock=clock, **given)
     except Exception as raised:  # whatever it is, it belongs to the recording
         error = raised

@@ -23,10 +23,7 @@ TIMES = frozenset({"prepare_ms", "feedback_ms", "solve_ms", "step_ms"})
 
 
 class FieldDifference(NamedTuple):
-    """One field that is not as it was recorded, such as command.trajectory.states[3][1], and its values.
-
-    Of a list it is the first entry that differs. A value that is not there is None.
-    """
+    """A field such as command.trajectory.states[3][1], of a list the first that differs; None: not there."""
 
     field: str
     recorded: object
@@ -94,9 +91,9 @@ def replay(
     if tolerance is not None and not tolerance >= 0.0:
         raise InputError(f"tolerance = {tolerance}: must be >= 0")
     recording = read_recording(file, allow_truncated=allow_truncated, allow_changed=True)
-    same_machine = recording.header.machine == Machine.here()
+    same = recording.header.machine == Machine.here()
     if tolerance is None:
-        tolerance = 0.0 if same_machine else ELSEWHERE
+        tolerance = 0.0 if same else ELSEWHERE
     if dump_failed is not None:
         dump_failed.mkdir(parents=True, exist_ok=True)
     driver, mismatch, done = recording.header.driver(), None, 0
@@ -110,26 +107,17 @@ def replay(
             mismatch = Mismatch(done - 1, cycle.inputs.now, changed, fields)
             break
     return ReplayReport(
-        cycles=done,
-        tolerance=tolerance,
-        same_machine=same_machine,
-        complete=recording.complete,
-        mismatch=mismatch,
+        cycles=done, tolerance=tolerance, same_machine=same, complete=recording.complete, mismatch=mismatch
     )
 
 
 def differences(recorded: Data, replayed: Data, tolerance: float) -> tuple[FieldDifference, ...]:
-    """The differences of JSON data, in the order of their fields; times are left out.
-
-    Args:
-        tolerance: of numbers, absolute up to 1 and relative above; 0: they must be the same bit for bit.
-            Numbers that are not finite must be the same.
-    """
+    """The differences of JSON data, in the order of their fields, but times; `tolerance` as of `replay`."""
     before, after = dict(_values(recorded)), dict(_values(replayed))
     found: dict[str, FieldDifference] = {}
     for field in before | after:
         one, other = before.get(field), after.get(field)
-        if repr(one) != repr(other) and not _near(one, other, tolerance):
+        if not _near(one, other, tolerance):
             found.setdefault(field.partition("[")[0], FieldDifference(field, one, other))
     return tuple(found.values())
 
@@ -148,5 +136,7 @@ def _values(data: Data, place: str = "") -> Iterator[tuple[str, Data]]:
 
 
 def _near(one: Data, other: Data, tolerance: float) -> bool:
+    if repr(one) == repr(other):  # of numbers: the same bits, or both are NaN
+        return True
     floats = isinstance(one, float) and isinstance(other, float)
     return tolerance > 0.0 and floats and isclose(one, other, rel_tol=tolerance, abs_tol=tolerance)

@@ -39,7 +39,8 @@ def _mismatch_lines(mismatch: Mismatch) -> list[str]:
 
 def _field_line(field: FieldDifference) -> str:
     one, other = field.recorded, field.replayed
-    numbers = isinstance(one, int | float) and isinstance(other, int | float)
-    size = f", difference {abs(other - one):.3g}" if numbers else ""
+    size = ""
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        size = f", difference {abs(other - one):.3g}"
     recorded, replayed = (shorten(repr(value), LONGEST) for value in (one, other))
     return f"  {field.field}: recorded {recorded}, replayed {replayed}{size}"

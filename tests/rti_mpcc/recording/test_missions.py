@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, DockingController
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.recording import Recorder, read_recording, replay
@@ -18,7 +18,7 @@ from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issu
 from rti_mpcc.steps import AnyStep, Approach, Dock, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.mission_runs import CANCELLED, RUNNING, SUCCEEDED, TIMED_OUT, results
-from tests.rti_mpcc.recording.recordings import change
+from tests.rti_mpcc.recording.recordings import box, change
 
 CONFIG = ControllerConfig(dead_time=0.1)
 START = PlantState(x=0.0, y=0.0, phi=0.0)
@@ -53,22 +53,6 @@ def after(count: int, asked: list[int]) -> bool:
     return len(asked) >= count
 
 
-def recorded(
-    file: Path, steps: Sequence[AnyStep], seconds: float, cancel_at: float | None = None
-) -> DockingMission:
-    """A mission that was recorded."""
-    mission = begun(steps)
-    with Recorder(mission, file) as recorder:
-        driven(recorder, seconds, cancel_at)
-    return mission
-
-
-DOCK, WAY_OUT = Pose2(3.0, 0.0, 0.0), -4.0
-CANCEL_AT = 14.0
-"""On the way out [s]."""
-STANDS = ((5.0, -1.0), (7.0, -1.0), (7.0, 1.0), (5.0, 1.0))
-
-
 @pytest.fixture(scope="module")
 def eventful(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DockingMission]:
     """All kinds of steps: a condition, one that is tried again, a contact, and the last one is cancelled."""
@@ -76,14 +60,14 @@ def eventful(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DockingMis
     steps: list[AnyStep] = [
         Wait(until=partial(after, 10, [])),
         DriveTo(Pose2(9.0, 3.0, 0.0), timeout=0.6, retries=1, then="continue"),
-        Dock(DOCK, body=STANDS, approach=Approach(0.5, 1), timeout=60.0),
+        Dock(Pose2(3.0, 0.0, 0.0), body=box(5.0, -0.2), approach=Approach(0.5, 1), timeout=60.0),
         Straight(0.6, speed=0.3, until=partial(after, 15, [])),
-        Undock(WAY_OUT),
+        Undock(-4.0),
     ]
-    return file, recorded(file, steps, 40.0, cancel_at=CANCEL_AT)
-
-
-# -- recorded and replayed ------------------------------------------------------------------------------
+    mission = begun(steps)
+    with Recorder(mission, file) as recorder:
+        driven(recorder, 40.0, cancel_at=14.0)
+    return file, mission
 
 
 def test_all_kinds_of_steps_are_replayed_to_the_bit(eventful: tuple[Path, DockingMission]) -> None:
@@ -107,21 +91,16 @@ def test_all_kinds_of_steps_are_replayed_to_the_bit(eventful: tuple[Path, Dockin
     ]
 
 
-def turned(field: str) -> Callable[[dict[str, Any]], object]:
-    """An edit of a recorded line that turns around what was told."""
-
-    def edit(data: dict[str, Any]) -> None:
-        data["inputs"][field] = not data["inputs"][field]
-
-    return edit
-
-
 @pytest.mark.parametrize("field", ["signal", "cancelled"])
 def test_a_changed_line_is_found(eventful: tuple[Path, DockingMission], field: str) -> None:
     file, _ = eventful
     cycles = read_recording(file).cycles
     place = next(cycle.number for cycle in cycles if getattr(cycle.inputs, field))
-    mismatch = replay(change(file, place, turned(field), checked=True)).mismatch
+
+    def turn(data: dict[str, Any]) -> None:
+        data["inputs"][field] = not data["inputs"][field]
+
+    mismatch = replay(change(file, place, turn, checked=True)).mismatch
     assert mismatch is not None
     assert (mismatch.cycle, mismatch.changed) == (place, "")
     assert "command.mission.result" in [difference.field for difference in mismatch.fields]
@@ -137,56 +116,12 @@ def test_the_mission_itself_may_be_cancelled(tmp_path: Path) -> None:
     assert replay(tmp_path / "run.jsonl").identical
 
 
-def test_a_controller_has_nothing_to_cancel(tmp_path: Path) -> None:
-    with Recorder(DockingController.in_area(Area(), CONFIG), tmp_path / "run.jsonl") as recorder:
-        recorder.cancel()
-        recorder.step(START.measured, now=0.0, goal=DOCK)
-    assert replay(tmp_path / "run.jsonl").identical
-
-
-def raises() -> bool:
-    raise KeyError("no such switch")
-
-
-@pytest.mark.parametrize(
-    ("until", "said"),
-    [
-        (raises, False),
-        (lambda: np.array([1.0, 2.0]), False),  # NumPy does not say whether that is true
-        (lambda: "yes", True),
-        (lambda: np.False_, False),
-    ],
-    ids=["raises", "array", "text", "numpy"],
-)
-def test_whatever_a_condition_says_stops_nothing(
-    until: Callable[[], Any], said: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    mission = recorded(tmp_path / "run.jsonl", [Wait(until=until, timeout=0.3)], 2.0)
-    assert mission.result is (SUCCEEDED if said else TIMED_OUT)
-    assert ("`until` of a step raised" in caplog.text) == (until is raises or isinstance(until(), np.ndarray))
-    caplog.clear()
-    assert replay(tmp_path / "run.jsonl").identical
-    assert not caplog.records
-    first, second, *later = [cycle.inputs.signal for cycle in read_recording(tmp_path / "run.jsonl").cycles]
-    assert (first, second, any(later)) == (False, said, False)
-
-
-@pytest.mark.parametrize("signal", [True, "x"])
-def test_a_signal_takes_the_place_of_the_condition(signal: Any, tmp_path: Path) -> None:
-    with Recorder(begun([Wait(until=raises)]), tmp_path / "run.jsonl") as recorder:
-        for cycle in range(3):
-            command = recorder.step(
-                START.measured, now=cycle * CONFIG.cycle, signal=signal if cycle else None
-            )
-    assert command.mission is not None
-    assert command.mission.result is SUCCEEDED
-    assert replay(tmp_path / "run.jsonl").identical
-
-
-def test_a_mission_on_a_given_path_is_replayed(tmp_path: Path) -> None:
-    path = ReferencePath.from_segments(start=Pose2(0.0, 0.0, 0.0), segments=[(1, 0.0, 4.0)])
-    controller = DockingController(path, Corridor.from_offsets(path, left=3.0, right=-3.0), CONFIG)
-    mission = DockingMission(controller, [Wait(0.2), Dock(), Wait(0.2)])
+@pytest.mark.parametrize("said", [np.array([1.0, 2.0]), "yes", np.False_], ids=["array", "text", "numpy"])
+def test_whatever_a_condition_says_is_recorded_as_true_or_false(said: Any, tmp_path: Path) -> None:
+    mission = begun([Wait(until=lambda: said, timeout=0.3)])
     with Recorder(mission, tmp_path / "run.jsonl") as recorder:
-        assert driven(recorder, 30.0) is SUCCEEDED
+        driven(recorder, 2.0)
+    assert mission.result is (SUCCEEDED if isinstance(said, str) else TIMED_OUT)
     assert replay(tmp_path / "run.jsonl").identical
+    cycles = read_recording(tmp_path / "run.jsonl").cycles
+    assert any(cycle.inputs.signal for cycle in cycles) == (mission.result is SUCCEEDED)

@@ -43,12 +43,9 @@ Edit = Callable[[dict[str, Any]], object]
 
 def assert_identical(report: ReplayReport, cycles: int) -> None:
     assert report.mismatch is None
-    assert (report.cycles, report.tolerance, report.same_machine, report.complete) == (
-        cycles,
-        0.0,
-        True,
-        True,
-    )
+    assert (report.cycles, report.tolerance) == (cycles, 0.0)
+    assert report.same_machine
+    assert report.complete
 
 
 def test_a_recording_with_everything_that_may_happen_replays_bit_for_bit(recording: Path) -> None:
@@ -59,67 +56,31 @@ def test_everything_did_happen(recording: Path) -> None:
     cycles = read_recording(recording).cycles
     given = [cycle.inputs for cycle in cycles]
     assert [i for i, inputs in enumerate(given) if inputs.goal_cleared] == [AWAY]
-    assert [i for i, inputs in enumerate(given) if inputs.obstacles] == [
-        BEFORE,
-        AWAY,
-        UNREADABLE,
-        UNREADABLE + 1,
-    ]
+    assert [i for i, inputs in enumerate(given) if inputs.obstacles] == [BEFORE, AWAY, UNREADABLE, LATE - 1]
     assert given[BLIND].state.x != given[BLIND].state.x
     assert given[BACK].now < given[BACK - 1].now
-    assert given[LATE].measurements[0].covariance is None
-    accepted = [
-        i
-        for i, cycle in enumerate(cycles)
-        if cycle.command and any(judgement.accepted for judgement in cycle.command.diagnostics.detections)
-    ]
-    assert DETECTED in accepted
-    failed = [cycles[i].command for i in FAILED]
-    assert all(command and command.diagnostics.failed for command in failed)
     assert cycles[FAILED[0]].decisions.stops[0] == ("forced to fail", 0)
 
 
-def test_a_docking_with_detections_replays_bit_for_bit(tmp_path: Path) -> None:
-    """By way of the closed loop."""
-    scenario = changed(load_scenario("docking_noisy"), {"simulation.duration": 2.0})
-    with Recorder(docking_controller(scenario), tmp_path / "noisy.jsonl") as recorder:
-        simulate(scenario, controller=recorder)
-    assert_identical(replay(tmp_path / "noisy.jsonl"), 41)
-
-
-@pytest.mark.parametrize("deadline", [0.006, pytest.param(None, marks=pytest.mark.acceptance)])
-def test_a_run_with_every_fault_replays_bit_for_bit(tmp_path: Path, deadline: float | None) -> None:
+def test_a_run_with_every_fault_and_a_deadline_replays_bit_for_bit(tmp_path: Path) -> None:
     kinds = get_args(Kind)
     begins = 1.0 + 0.3 * np.arange(len(kinds))
     faults = [
         {"kind": kind, "from": float(begin), "to": float(begin) + 0.2}
         for kind, begin in zip(kinds, begins, strict=True)
     ]
-    tables = {"faults": faults, "goal.measurement": {}, "simulation.duration": float(begins[-1]) + 1.0}
-    if deadline is not None:
-        tables["controller"] = {"deadline": deadline}
-    scenario = changed(SCENARIO, tables)
+    seconds = float(begins[-1]) + 1.0
+    tables = {"faults": faults, "goal.measurement": {}, "simulation.duration": seconds}
+    scenario = changed(SCENARIO, tables | {"controller.deadline": 0.006})
     with Recorder(docking_controller(scenario), tmp_path / "faults.jsonl") as recorder:
         simulate(scenario, controller=recorder)
     recorded = read_recording(tmp_path / "faults.jsonl")
-    assert recorded.header.config.deadline == deadline
     assert len({cycle.command.status for cycle in recorded.cycles if cycle.command}) > 1
     assert_identical(replay(tmp_path / "faults.jsonl"), len(recorded.cycles))
 
 
-@pytest.mark.acceptance
-def test_a_whole_docking_replays_bit_for_bit(tmp_path: Path) -> None:
-    with Recorder(docking_controller(SCENARIO), tmp_path / "whole.jsonl") as recorder:
-        simulate(SCENARIO, controller=recorder)
-    cycles = read_recording(tmp_path / "whole.jsonl").cycles
-    assert cycles[-1].command is not None
-    assert cycles[-1].command.status is Status.DOCKED
-    assert_identical(replay(tmp_path / "whole.jsonl"), len(cycles))
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_a_clock_of_any_mood_replays_bit_for_bit(tmp_path: Path, seed: int) -> None:
-    random = np.random.default_rng(seed)
+def test_a_clock_of_any_mood_replays_bit_for_bit(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
 
     def given(cycle: int, state: VehicleState) -> dict[str, Any]:
         return eventful(cycle, state) | {"clock": Moody(random)}
@@ -151,41 +112,28 @@ def test_a_controller_in_an_area_replays_bit_for_bit(tmp_path: Path) -> None:
         assert_identical(replay(tmp_path / name), len(cycles))
 
 
-# -- one input changed ----------------------------------------------------------------------------------
+def edited(change: Callable[[Any], Any], *place: str | int) -> Edit:
+    """Replace the value at a place in a line."""
+
+    def edit(data: Any) -> None:
+        for name in place[:-1]:
+            data = data[name]
+        data[place[-1]] = change(data[place[-1]])
+
+    return edit
 
 
 def put(value: Any, *place: str | int) -> Edit:
-    """Put a value at a place in a line."""
-
-    def edit(data: dict[str, Any]) -> None:
-        at(data, place[:-1])[place[-1]] = value
-
-    return edit
+    return edited(lambda _: value, *place)
 
 
 def add(amount: float, *place: str | int) -> Edit:
-    """Add to the number at a place in a line."""
-
-    def edit(data: dict[str, Any]) -> None:
-        at(data, place[:-1])[place[-1]] += amount
-
-    return edit
+    return edited(lambda value: value + amount, *place)
 
 
 def flip(*place: str | int) -> Edit:
-    """Flip the last bit of the number at a place in a line."""
-
-    def edit(data: dict[str, Any]) -> None:
-        holder = at(data, place[:-1])
-        holder[place[-1]] = float(np.nextafter(holder[place[-1]], np.inf))
-
-    return edit
-
-
-def at(data: Any, place: tuple[str | int, ...]) -> Any:
-    for name in place:
-        data = data[name]
-    return data
+    """Flip the last bit of a number."""
+    return edited(lambda value: float(np.nextafter(value, np.inf)), *place)
 
 
 COVARIANCE = ("inputs", "measurements", 0, "covariance", 0, 0)
@@ -199,7 +147,6 @@ COVARIANCE = ("inputs", "measurements", 0, "covariance", 0, 0)
         (BEFORE, flip("inputs", "obstacles", 1, 2, 0)),
         (AWAY, put(False, "inputs", "goal_cleared")),
         (9, put([False], "decisions", "granted")),
-        (9, put("braking", "command", "source")),
     ],
 )
 def test_one_changed_bit_is_found_at_its_cycle(recording: Path, cycle: int, edit: Edit) -> None:
@@ -216,17 +163,10 @@ def test_one_changed_bit_is_found_at_its_cycle(recording: Path, cycle: int, edit
     ("cycle", "edit", "field"),
     [
         (5, add(1e-3, "inputs", "state", "x"), "command.acceleration"),
-        (5, add(1e-3, "inputs", "state", "delta"), "command.acceleration"),
         (5, flip("inputs", "state", "x"), "command.trajectory.states[0][0]"),
         (6, add(1e-3, "inputs", "now"), "command.acceleration"),
         (7, add(0.5, "inputs", "goal", "y"), "command.acceleration"),
         (DETECTED, add(1e-3, "inputs", "measurements", 0, "x"), "command.diagnostics.goal.pose.x"),
-        (
-            DETECTED,
-            add(1e-3, "inputs", "measurements", 0, "stamp"),
-            "command.diagnostics.detections[0].stamp",
-        ),
-        (DETECTED, add(1e-3, "inputs", "measurements", 0, "vehicle", "y"), "command.diagnostics.goal.pose.y"),
         (DETECTED, add(1e-3, *COVARIANCE), "command.diagnostics.goal.covariance[0][0]"),
         (AWAY, put(False, "inputs", "goal_cleared"), "command.diagnostics.aim.x"),
         (9, put([False], "decisions", "granted"), "decisions.stops"),
@@ -263,9 +203,7 @@ def test_a_change_that_comes_to_the_same_is_found_by_its_checksum(recording: Pat
 
 
 def test_a_line_that_cannot_be_read_any_more_is_refused(recording: Path) -> None:
-    def edit(data: dict[str, Any]) -> None:
-        data["inputs"]["state"] = "a"
-
+    edit = put("a", "inputs", "state")
     with pytest.raises(RecordingError, match=f"cycle 9: {CHANGED}"):
         replay(change(recording, 9, edit, checked=False))
     with pytest.raises(RecordingError, match=r"cycle 9: was it written by another version .* @ \$\.inputs"):
@@ -309,18 +247,12 @@ NEXT = float(np.nextafter(1.0, 2.0))
         ([1.0, {"b": nan}], [1.0, {"b": nan}], [], []),
         (1.0, NEXT, ["a"], []),
         (0.0, -0.0, ["a"], []),
-        (1e12, 1e12 + 1.0, ["a"], []),
         (1.0, 1.0 + 1e-8, ["a"], ["a"]),
-        (0.0, 2e-9, ["a"], ["a"]),
         (1.0, nan, ["a"], ["a"]),
         (inf, 1e308, ["a"], ["a"]),
-        (inf, -inf, ["a"], ["a"]),
-        (3, 4, ["a"], ["a"]),
         (3.0, 3, ["a"], ["a"]),
-        (True, 1, ["a"], ["a"]),
         ("x", "y", ["a"], ["a"]),
         (None, 0.0, ["a"], ["a"]),
-        ([], [1.0], ["a"], ["a"]),
         ([1.0], [1.0, 2.0], ["a[1]"], ["a[1]"]),
         ([1.0, 2.0, 3.0], [1.0, 3.0, 4.0], ["a[1]"], ["a[1]"]),
         ([1.0, 2.0], [NEXT, 3.0], ["a[0]"], ["a[1]"]),
