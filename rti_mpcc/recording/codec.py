@@ -63,9 +63,10 @@ def structured(data: Data, kind: type[T]) -> T:
 def as_recorded(value: object, kind: Any, instead: T) -> T:
     """Any value as a recording gives it back, or `instead` if a recording cannot hold it. Never raises."""
     try:
-        return _converter.structure(_converter.unstructure(value, unstructure_as=kind), kind)
+        found: T = _converter.structure(_converter.unstructure(value, unstructure_as=kind), kind)
     except Exception:  # whatever comes of looking at an odd value: the cycle has to go on
         return instead
+    return found
 
 
 def pose_of(x: float, y: float, phi: float) -> Pose2:
