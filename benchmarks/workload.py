@@ -17,6 +17,7 @@ import numpy as np
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import Decisions, PlayedBack
 from rti_mpcc.recording import Cycle, Header, Inputs, Recorder, read_recording
+from rti_mpcc.recording.contents import core_of
 from rti_mpcc.simulation import docking_controller, load_scenario, simulate
 from rti_mpcc.types import Array, Command
 
@@ -44,7 +45,7 @@ class Drive:
 
     def controller(self) -> DockingController:
         """A fresh one like the one that was recorded."""
-        return self.header.controller()
+        return core_of(self.header.driver())
 
 
 def record(name: str, most: int | None = None) -> Drive:

@@ -6,7 +6,7 @@ from geometry.angles import lift, wrap
 from geometry.area import Area
 from geometry.corridor import Corridor, Narrowing
 from geometry.errors import AreaError, CorridorError, InputError, PathError, RtiMpccError
-from geometry.lines import AreaLines, CorridorLines, PartLines
+from geometry.lines import CorridorLines, PartLines
 from geometry.part import PathPart, PathReference
 from geometry.path import ReferencePath
 from geometry.pose import Pose2
@@ -14,7 +14,6 @@ from geometry.pose import Pose2
 __all__ = [
     "Area",
     "AreaError",
-    "AreaLines",
     "Corridor",
     "CorridorError",
     "CorridorLines",

@@ -18,7 +18,7 @@ from geometry.contacts import Contacts, contacts
 from geometry.doors import Admitted, admit, door, rows
 from geometry.errors import CorridorError, InputError
 from geometry.flanks import FLANKS, flank_contacts
-from geometry.lines import AreaLines, CorridorLines
+from geometry.lines import CorridorLines
 from geometry.offsets import sections_of, trimmed
 from geometry.outline import checked_polygon, narrowest_in, path_line, shape_of, split
 from geometry.part import PathPart
@@ -149,8 +149,7 @@ class Corridor(Admitted):
         """
         kept_out = Obstacles.from_polygons(lines.obstacles)
         if lines.area is not None:
-            area = Area(boundary=lines.area.boundary, obstacles=lines.area.obstacles)
-            return replace(cls.in_area(area), kept_out=kept_out)
+            return replace(cls.in_area(lines.area), kept_out=kept_out)
         walls = [
             PartWalls.from_lines(part.left, part.right, part.narrowest, joined=part.joined)
             for part in lines.parts
@@ -159,13 +158,10 @@ class Corridor(Admitted):
 
     def to_lines(self) -> CorridorLines:
         """Return all that defines this corridor, as plain arrays."""
-        area = None
-        if self.area is not None:
-            area = AreaLines(boundary=self.area.boundary, obstacles=self.area.obstacles)
         return CorridorLines(
-            parts=() if area else tuple(walls.to_lines() for walls in self.walls),
+            parts=() if self.area else tuple(walls.to_lines() for walls in self.walls),
             obstacles=self.kept_out.to_polygons(),
-            area=area,
+            area=self.area,
         )
 
     @door(CorridorError)

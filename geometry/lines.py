@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from geometry.area import Area
 from geometry.arrays import Array
 from geometry.doors import Admitted, admit
 from geometry.errors import CorridorError
@@ -33,21 +34,6 @@ class PartLines(Admitted):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class AreaLines(Admitted):
-    """What defines an area.
-
-    Attributes:
-        boundary: polygon (m, 2), counter-clockwise [m], or None; obstacles: the same of each.
-    """
-
-    boundary: Array | None
-    obstacles: tuple[Array, ...]
-
-    def __post_init__(self) -> None:
-        admit(self, CorridorError)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CorridorLines(Admitted):
     """The boundaries of every part of a route, and the obstacles.
 
@@ -59,7 +45,7 @@ class CorridorLines(Admitted):
 
     parts: tuple[PartLines, ...]
     obstacles: tuple[Array, ...]
-    area: AreaLines | None = None
+    area: Area | None = None
 
     def __post_init__(self) -> None:
         admit(self, CorridorError)

@@ -69,7 +69,7 @@ class ControllerConfig(Settings):
         cruise_horizon: horizon of the contouring objective [s].
         arrival_horizon: longest planned arrival [s].
         arrival: plan one arrival at rest once the goal is within reach; otherwise contour to the end.
-        corridor_rows: keep every disc of the body inside the corridor (soft, with an exact penalty).
+        corridor_rows: keep every box of the body inside the corridor (soft, with an exact penalty).
         speed_profile: bound on speed near the stop point, or None.
         method: see `Method`.
         staging: where `Method.SEPARATED` stops: so far before the goal's projection onto the path [m], or at

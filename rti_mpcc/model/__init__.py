@@ -1,1 +1,1 @@
-"""The vehicle: kinematic bicycle, its discretisation, the body's discs, queued commands."""
+"""The vehicle: kinematic bicycle, its discretisation, the body's boxes, queued commands."""

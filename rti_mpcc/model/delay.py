@@ -32,7 +32,7 @@ def roll_forward(
     steering: float,
     disturbance: Disturbance = UNDISTURBED,
 ) -> Array:
-    """The state (6,) at `until`, driven from `state` (6,) at `now` by the queued commands.
+    """The state (6,) at `until`, driven from `state` (6,) at `now` by the queued commands, (D1).
 
     Args:
         queue: ordered by `begins`; before the first one nothing acts.

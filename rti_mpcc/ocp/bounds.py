@@ -81,7 +81,7 @@ def stage_bounds(
         ends: whether the progress ends at the stop point; a cruise that turns to a planned arrival before
             it gets there goes on along the extrapolated path.
         most: (N,) speeds at stages 1..N that the room allows [m/s]; None: any.
-        disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O4).
+        disturbance: the limits are of what is commanded and measured, the bounds of what acts, (O5).
         change: with comfort, (J1) to (J3), the last where comfort has a weight; None: any.
     """
     limits, progress, profile = config.limits, config.progress, config.speed_profile

@@ -21,7 +21,7 @@ MOST_STEPS = 100
 
 
 def stage_lengths(duration: float, first: float, stages: int, fine: float) -> Array:
-    """Lengths (stages,) [s] that sum up to `duration` [s], the first of them `first` [s].
+    """Lengths (stages,) [s] of (G1) that sum up to `duration` [s], the first of them `first` [s].
 
     A duration shorter than three first stages is stretched to that. Stages are equal up to `fine` [s];
     where they grow it is the second one's.

@@ -1,6 +1,6 @@
 """What a QP asks for, and the weights of its stages: dynamic weight and dynamic objective allocation.
 
-sigma(eps) = 1 / (1 + exp(alpha (eps - beta)))                                          (paper Eq. 7)
+(W1)  sigma(eps) = 1 / (1 + exp(alpha (eps - beta)))                                    (paper Eq. 7)
 
 All objectives give weights of one type, so everything behind them is shared, and one more needs no line
 elsewhere. Stage weights already contain the stage's share h_k / stage_length.
@@ -21,7 +21,7 @@ from rti_mpcc.types import Array, Objective
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightSlopes:
-    """How the weights that are blended by sigma change with their stage's own progress [1/m], (N+1,) each.
+    """How the weights that sigma blends change with their stage's own progress [1/m], (N+1,) each: (W6).
 
     A plan that knows them knows that a reward ends: it does not hurry where hurrying gains nothing.
     """
@@ -47,7 +47,7 @@ class StageWeights:
     `comfort` is on what goes beyond `Comfort`.
 
     `by_progress` has their slopes where they are blended. `slack` is the linear weight of the corridor slack
-    [1/m], above the largest pull that could press the body against a boundary, so that the penalty is exact.
+    [1/m] of (H3), above the largest pull that could press the body against a boundary: the penalty is exact.
     `scale` brings the QP's cost to size.
     """
 
@@ -162,7 +162,7 @@ class ArrivalAtRest:
 
 
 def sigma(distance: Array | float, weights: Weights) -> Array:
-    """Paper Eq. 7: near 1 closer than beta [m], near 0 beyond."""
+    """Equation (W1): near 1 closer than beta [m], near 0 beyond."""
     return np.asarray(
         expit(-weights.transition_slope * (np.asarray(distance) - weights.transition_reach)), dtype=np.float64
     )
@@ -179,7 +179,7 @@ def contouring_weights(
     allocate: bool = True,
     effort: float | None = None,
 ) -> StageWeights:
-    """Contouring with dynamic weights: paper Eq. 8 where the path's end is the goal, else Eq. 9 to 11.
+    """Contouring with dynamic weights: (W2), paper Eq. 8, where the path's end is the goal, else (W3).
 
     Args:
         theta: (N+1,) progress of the plan that is linearised about [m].
@@ -255,7 +255,7 @@ def arrival_weights(
     lengths: Array,
     comfort: tuple[float, float, float] | None = None,
 ) -> StageWeights:
-    """One planned arrival at rest at the target at the horizon's end (docs/method.md).
+    """One planned arrival at rest at the target at the horizon's end: (W5), docs/method.md.
 
     Args as `contouring_weights`; comfort: weights on what goes beyond it, None: those of `weights`.
     """

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from rti_mpcc.recording.compare import FieldDifference
-from rti_mpcc.recording.contents import Cycle, Header, Inputs, Recording
-from rti_mpcc.recording.machine import Machine
-from rti_mpcc.recording.problem_file import dump_problem, load_problem
-from rti_mpcc.recording.reader import read_recording
+from rti_mpcc.qp.problem import dump_problem, load_problem
+from rti_mpcc.recording.contents import Cycle, Header, Inputs, Recording, read_recording
 from rti_mpcc.recording.recorder import Recorder
-from rti_mpcc.recording.replay import Mismatch, ReplayReport, replay
+from rti_mpcc.recording.replay import FieldDifference, Mismatch, ReplayReport, replay
+from rti_mpcc.version import Machine
 
 __all__ = [
     "Cycle",

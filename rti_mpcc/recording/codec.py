@@ -1,75 +1,138 @@
-"""From the JSON data of a line back to values, by the type hints of their dataclasses."""
+"""Lines of a recording: JSON objects, each sealed with a checksum of its text.
+
+A recording is a JSON Lines file: a header, a line a cycle, an end mark. Values become JSON, and values of the
+same kind again, by the type hints of their dataclasses; numbers keep every bit. The last entry "crc" of a
+line is the CRC-32, in hexadecimal, of the text before.
+"""
 
 from __future__ import annotations
 
-from dataclasses import make_dataclass
-from textwrap import shorten
 from typing import Any, TypeVar, get_origin
+from zlib import crc32
 
 import numpy as np
-from cattrs import BaseValidationError, Converter, transform_error
-from cattrs.v import format_exception
+from cattrs import BaseValidationError, transform_error
+from cattrs.preconf.json import make_converter
+from cattrs.strategies import configure_tagged_union
 from numpy.typing import ArrayLike
 
-from geometry import Pose2
+from geometry import Area, Corridor, CorridorLines, Pose2
+from geometry.files import from_json
 from geometry.settings import Settings
 from rti_mpcc.errors import InputError
 from rti_mpcc.qp.solver import Stop
-from rti_mpcc.recording.given import numbers, read_only
-from rti_mpcc.recording.lines import Data
+from rti_mpcc.steps import AnyStep, Signal
 from rti_mpcc.types import Array
 
 T = TypeVar("T")
+Data = Any
+"""What `json` reads: dicts, lists, strings, numbers, booleans, None."""
+
+
+def to_data(value: object) -> Data:
+    """The JSON data of a value."""
+    return _converter.unstructure(value)
+
+
+def to_line(value: object) -> bytes:
+    """The text of a line, with its checksum and its end."""
+    return _sealed(_converter.dumps(value, separators=(",", ":")).encode()[:-1]) + b"\n"
+
+
+def from_line(line: bytes) -> tuple[dict[str, Data], bool]:
+    """The data of a line, and whether its checksum fits; no data if it is no JSON object."""
+    try:
+        data = from_json(line.decode())
+    except ValueError:
+        data = None
+    if not isinstance(data, dict):
+        return {}, False
+    data.pop("crc", None)
+    return data, line == _sealed(line[: -len(_sealed(b""))])
 
 
 def structured(data: Data, kind: type[T]) -> T:
-    """The value of a kind that JSON data describe. Raises InputError, which says where they do not."""
+    """The value of a kind that JSON data describe. Raises InputError, which names the place of each fault."""
     try:
-        return _converter.structure(data, kind)
+        value: T = _converter.structure(data, kind)
     except BaseValidationError as error:
-        parts = (said.rpartition(" @ ") for said in transform_error(error, "", _said))
-        raise InputError("; ".join(f"{at.lstrip('.')}: {what}" for what, _, at in parts)) from None
+        raise InputError("; ".join(transform_error(error))) from None
+    return value
 
 
-def _said(error: BaseException, kind: type | None) -> str:
-    return str(error) if isinstance(error, InputError) else format_exception(error, kind)
+def as_recorded(value: object, kind: Any, instead: T) -> T:
+    """Any value as a recording gives it back, or `instead` if a recording cannot hold it. Never raises."""
+    try:
+        found: T = _converter.structure(_converter.unstructure(value, unstructure_as=kind), kind)
+    except Exception:  # whatever comes of looking at an odd value: the cycle has to go on
+        return instead
+    return found
 
 
-def _plain(data: Data, kind: Any) -> Any:
-    if type(data) is not kind and (type(data), kind) != (int, float):
-        raise InputError(f"must be a {kind.__name__}, is {shorten(repr(data), 60)}")
-    return kind(data)
+def pose_of(x: float, y: float, phi: float) -> Pose2:
+    """A pose of any numbers: the constructor refuses those that are not finite, a user may not."""
+    pose = object.__new__(Pose2)
+    for name, value in (("x", x), ("y", y), ("phi", phi)):
+        object.__setattr__(pose, name, float(value))
+    return pose
 
 
-def _array(data: Data, _: object) -> Array:
-    return read_only(np.zeros(data["shape"]) if isinstance(data, dict) else data)
+def _sealed(text: bytes) -> bytes:
+    return text + b',"crc":"%08x"}' % crc32(text)
 
 
-_PoseNumbers = make_dataclass("_PoseNumbers", [(name, float) for name in ("x", "y", "phi")])
+def _to_list(array: ArrayLike | None) -> Data:
+    """Nested lists; the shape of an array without entries, which lists would lose."""
+    if array is None:
+        return None
+    array = np.asarray(array, dtype=np.float64)
+    return array.tolist() if array.size else {"shape": array.shape}
 
 
-def _pose(data: Data, _: object) -> Pose2:
-    """Of any numbers: a pose that was told need not be finite."""
-    return numbers(_converter.structure(data, _PoseNumbers), Pose2)
+def _to_array(data: Data, _: object) -> Array | None:
+    if data is None:  # of a covariance or a body
+        return None
+    array = np.zeros(data["shape"]) if isinstance(data, dict) else np.array(data, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def _played_back(given: bool, _: object) -> Signal | None:
+    """Stands for the `until` of a step: a recording holds that there is one, and each cycle its answer."""
+    return (lambda: False) if given else None
 
 
 def _is_array(kind: Any) -> bool:
-    return get_origin(kind) is np.ndarray
+    return kind is np.ndarray or get_origin(kind) is np.ndarray or kind == ArrayLike | None
 
 
-def _is_settings(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Settings)
-
-
-_converter = Converter(forbid_extra_keys=True)
-for _kind in (str, bool, int, float):
-    _converter.register_structure_hook(_kind, _plain)
-_converter.register_structure_hook(Pose2, _pose)
+_converter = make_converter(forbid_extra_keys=True)
+for _kind in (bool, int, float):
+    _converter.register_unstructure_hook(_kind, _kind)  # NumPy's are no JSON
+_converter.register_structure_hook(Pose2, lambda data, _: pose_of(**data))
 # The library doesn't read the hints of named tuples.
 _converter.register_structure_hook(Stop, lambda data, _: Stop(*_converter.structure(data, tuple[str, int])))
-_converter.register_structure_hook_func(_is_settings, lambda data, kind: kind(**data))
-_converter.register_structure_hook_func(_is_array, _array)
-# What the hint of a measurement's covariance says is what its constructor takes.
-_converter.register_structure_hook_func(
-    lambda kind: kind == ArrayLike | None, lambda data, _: None if data is None else _array(data, _)
+for _fits, _to, _back in (
+    (_is_array, _to_list, _to_array),
+    (
+        lambda kind: isinstance(kind, type) and issubclass(kind, Settings),
+        lambda group: group.model_dump(mode="json"),
+        lambda data, kind: kind(**data),
+    ),
+    (lambda kind: kind == Signal | None, lambda until: until is not None, _played_back),
+    (
+        lambda kind: kind is Area,
+        lambda area: to_data({"boundary": area.boundary, "obstacles": area.obstacles}),
+        lambda data, _: Area(**data),
+    ),
+    (
+        lambda kind: kind is Corridor,
+        lambda corridor: to_data(corridor.to_lines()),
+        lambda data, _: Corridor.from_lines(structured(data, CorridorLines)),
+    ),
+):
+    _converter.register_unstructure_hook_func(_fits, _to)
+    _converter.register_structure_hook_func(_fits, _back)
+configure_tagged_union(
+    AnyStep, _converter, tag_generator=lambda kind: str(vars(kind)["word"]), tag_name="step"
 )

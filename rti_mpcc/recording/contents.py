@@ -1,62 +1,68 @@
-"""What a recording holds, and one cycle as recorder and replay both drive it."""
+"""The content of a recording, and reading it from a file: one sentence says what is wrong with one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from codecs import BOM_UTF8
 from dataclasses import dataclass
-from typing import Any
-
-from numpy.typing import ArrayLike
+from os import PathLike
+from typing import Any, TypeVar
 
 from estimation import GoalMeasurement
-from geometry import Area, AreaLines, Corridor, CorridorLines, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry.files import RECORDING, content
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.docking import DockingController
+from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.mission import DockingMission
-from rti_mpcc.planning.clock import CycleClock, Decisions
-from rti_mpcc.recording import given
-from rti_mpcc.recording.lines import FORMAT, VERSION
-from rti_mpcc.recording.machine import Machine
-from rti_mpcc.recording.steps import MissionData, data_of, step_of
-from rti_mpcc.steps import DriveTo
+from rti_mpcc.planning.clock import Decisions
+from rti_mpcc.recording.codec import from_line, structured
+from rti_mpcc.steps import AnyStep, DriveTo
 from rti_mpcc.types import Array, Command, VehicleState
+from rti_mpcc.version import Machine
+
+T = TypeVar("T")
+
+FORMAT = "rti-mpcc recording"
+VERSION = 5
+"""Of the format; grows with every change that older or newer programs could not read."""
+CHANGED = "its line was changed after it was recorded"
 
 Driver = DockingController | DockingMission
-"""What can be recorded."""
+"""Whatever can be recorded."""
+
+
+def core_of(driver: Driver) -> DockingController:
+    """The controller; of a mission the one that drives it."""
+    return driver.controller if isinstance(driver, DockingMission) else driver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """All that the controller was told for one cycle.
+    """All that the controller was given for one cycle.
 
     Attributes:
-        goal_cleared: `clear_goal` was called since the last step; cancelled: so was `cancel` of the mission.
-        area: so was `set_area`, with this one; None: it was not.
-        signal: what told that the mission's step under way was over said so.
-        state, now, goal, measurements, obstacles: as in `DockingController.step`; any of their numbers may
-            be not finite.
+        state, now, goal, measurements, obstacles: as in `DockingController.step`, numbers need not be finite.
+        goal_cleared: `clear_goal` was called since the last step; area: given to `set_area`; cancelled: so
+            was the mission.
+        signal: what the step under way waits for was said to be there.
     """
 
-    goal_cleared: bool
-    cancelled: bool
-    signal: bool
     state: VehicleState
     now: float
     goal: Pose2 | None
     measurements: tuple[GoalMeasurement, ...]
     obstacles: tuple[Array, ...] | None
-    area: AreaLines | None = None
+    goal_cleared: bool = False
+    area: Area | None = None
+    cancelled: bool = False
+    signal: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycle:
-    """One cycle: what came in, what the clock decided, what came out.
+    """One cycle, its number from 0: the inputs, the clock's decisions, the command.
 
-    Attributes:
-        number: from 0.
-        inputs, decisions: see there.
-        command: or None if the step raised.
-        raised: type and text of what it raised, or "".
+    Of a step that raised there is no command, and `raised` is type and text of its error; else it is "".
     """
 
     number: int
@@ -68,127 +74,109 @@ class Cycle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Header:
-    """What a recording begins with: where it was made, and all that its controller was made from.
+    """The first line of a recording: where it was made, and all that its controller was made from.
 
     Attributes:
-        format, version: of the file, see `lines`.
-        machine, config, path, corridor: see there; obstacles are those that the corridor began with. In an
-            area the path is that of a vehicle that has no way yet.
-        mission: that the controller drives; None: it has none.
+        path: in an area that of a vehicle that has no route yet; corridor: with its first obstacles.
+        steps, home: of the mission; steps is None without one.
     """
 
-    format: str
-    version: int
+    format: str = FORMAT
+    version: int = VERSION
     machine: Machine
     config: ControllerConfig
     path: ReferencePath
-    corridor: CorridorLines
-    mission: MissionData | None = None
-
-    @classmethod
-    def of(cls, driver: Driver) -> Header:
-        """That of a recording of this controller or mission, which has not stepped yet, made here and now."""
-        controller = core_of(driver)
-        return cls(
-            format=FORMAT,
-            version=VERSION,
-            machine=Machine.here(),
-            config=controller.config,
-            path=controller.state.path,
-            corridor=controller.corridor.to_lines(),
-            mission=_mission_data(driver),
-        )
+    corridor: Corridor
+    steps: tuple[AnyStep, ...] | None = None
+    home: DriveTo | None = None
 
     def driver(self) -> Driver:
-        """A new controller like the one that was recorded, with its mission, if it had one."""
-        controller = self.controller()
-        if self.mission is None:
-            return controller
-        home = None if self.mission.home is None else step_of(self.mission.home)
-        assert home is None or isinstance(home, DriveTo)
-        return DockingMission(controller, [step_of(each) for each in self.mission.steps], home=home)
-
-    def controller(self) -> DockingController:
-        """A new controller like the one that was recorded, without its mission."""
-        corridor = Corridor.from_lines(self.corridor)
-        if corridor.area is not None:
-            return DockingController.in_area(corridor.area, self.config)
-        return DockingController(self.path, corridor, self.config)
-
-
-def core_of(driver: Driver) -> DockingController:
-    """The controller, of a mission the one that drives it."""
-    return driver.controller if isinstance(driver, DockingMission) else driver
-
-
-def _mission_data(driver: Driver) -> MissionData | None:
-    if not isinstance(driver, DockingMission):
-        return None
-    home = None if driver.home is None else data_of(driver.home)
-    return MissionData(steps=tuple(map(data_of, driver.steps)), home=home)
+        """A new controller like the recorded one, with its mission, if it had one."""
+        if self.corridor.area is None:
+            core = DockingController(self.path, self.corridor, self.config)
+        else:
+            core = DockingController.in_area(self.corridor.area, self.config)
+        return core if self.steps is None else DockingMission(core, self.steps, home=self.home)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """A recording that was read: its header, its cycles, and whether its end is there."""
+    """A recording that was read.
+
+    `complete`: its end is there; `changed`: numbers of the cycles whose lines were changed afterwards.
+    """
 
     header: Header
     cycles: tuple[Cycle, ...]
     complete: bool
+    changed: tuple[int, ...] = ()
 
 
-def inputs_of(
-    state: VehicleState,
-    *,
-    goal_cleared: bool,
-    cancelled: bool = False,
-    signal: bool = False,
-    now: float,
-    goal: Pose2 | None,
-    measurements: Sequence[GoalMeasurement],
-    obstacles: Sequence[ArrayLike] | None,
-    area: Area | None = None,
-) -> Inputs:
-    """The inputs as they come back from a file: numbers, all of them float64; see `given`. Never raises."""
-    return Inputs(
-        goal_cleared=goal_cleared,
-        cancelled=cancelled,
-        signal=signal,
-        state=given.numbers(state, VehicleState),
-        now=given.number(now),
-        goal=None if goal is None else given.numbers(goal, Pose2),
-        measurements=given.measurements(measurements),
-        obstacles=given.outlines(obstacles),
-        area=None if area is None else AreaLines(boundary=area.boundary, obstacles=area.obstacles),
-    )
+def read_recording(
+    file: str | PathLike[str], *, allow_truncated: bool = False, allow_changed: bool = False
+) -> Recording:
+    """Read a recording.
 
+    Args:
+        allow_truncated: take the whole cycles of a recording that was cut off.
+        allow_changed: take the cycles of lines that were changed and can still be read.
 
-def run_cycle(
-    driver: Driver, number: int, inputs: Inputs, clock: CycleClock
-) -> tuple[Cycle, Exception | None]:
-    """Let the controller or mission make one cycle; returns what came of it, and what it raised."""
-    command, error = None, None
-    told: dict[str, Any] = {
-        name: getattr(inputs, name) for name in ("now", "goal", "measurements", "obstacles")
-    }
+    Raises:
+        RecordingError: the file cannot be read, or is no recording, of another version, cut off or changed.
+    """
     try:
-        if inputs.goal_cleared:
-            core_of(driver).clear_goal()
-        if inputs.area is not None:
-            core_of(driver).set_area(Area(boundary=inputs.area.boundary, obstacles=inputs.area.obstacles))
-        if isinstance(driver, DockingMission):
-            if inputs.cancelled:
-                driver.cancel()
-            command = driver.step(inputs.state, **told, clock=clock, signal=inputs.signal)
-        else:
-            command = driver.step(inputs.state, **told, clock=clock)
-    except Exception as raised:  # whatever it is, it is what this cycle came to
-        error = raised
-    cycle = Cycle(
-        number=number,
-        inputs=inputs,
-        decisions=clock.decisions,
-        command=command,
-        raised="" if error is None else f"{type(error).__name__}: {error}",
-    )
-    return cycle, error
+        recording = _recording(content(file, RECORDING), allow_truncated)
+        if recording.changed and not allow_changed:
+            raise RecordingError(f"cycle {recording.changed[0]}: {CHANGED}")
+        return recording
+    except OSError as error:
+        raise RecordingError(f"{file}: cannot be read, {error.strerror or error}") from error
+    except (RecordingError, RecursionError) as error:
+        raise RecordingError(f"{file}: {error}") from None
+
+
+def _recording(whole: bytes, allow_truncated: bool) -> Recording:
+    # Cut at line feeds only: one bit makes a minus a carriage return, and that line is still one.
+    first, *lines = [line.removesuffix(b"\r") for line in whole.removeprefix(BOM_UTF8).rstrip().split(b"\n")]
+    header = _header(first)
+    last, intact = from_line(lines[-1]) if lines else ({}, False)
+    end = last.get("end") if intact else None
+    if not last or "end" in last:  # nothing, half a line, or the end mark
+        lines = lines[:-1]
+    if end is None and not allow_truncated:
+        raise RecordingError(
+            f"is truncated: it holds {len(lines)} whole cycles and no end "
+            "(replay those with --partial, allow_truncated=True in Python)"
+        )
+    cycles, changed = [], []
+    for number, line in enumerate(lines):
+        data, intact = from_line(line)
+        if not intact:
+            changed.append(number)
+        elif data.get("number") != number:
+            raise RecordingError(f"cycle {number} is missing, line {number + 2} holds {data.get('number')}")
+        cycles.append(_of_line(data, Cycle, f"cycle {number}", intact))
+    if end not in (None, len(lines)):
+        raise RecordingError(f"holds {len(lines)} cycles, but its end mark says {end}")
+    return Recording(header=header, cycles=tuple(cycles), complete=end is not None, changed=tuple(changed))
+
+
+def _header(line: bytes) -> Header:
+    data, intact = from_line(line)
+    version = data.get("version")
+    if data.get("format") != FORMAT or not isinstance(version, int):
+        raise RecordingError("is not a recording of rti-mpcc, its first line is no header")
+    if version != VERSION:
+        age = "a newer" if version > VERSION else "an older"
+        raise RecordingError(f"was written by {age} rti-mpcc (format {version}, this one reads {VERSION})")
+    if not intact:
+        raise RecordingError("its first line was changed after it was recorded")
+    return _of_line(data, Header, "header", intact)
+
+
+def _of_line(data: dict[str, Any], kind: type[T], name: str, intact: bool) -> T:
+    try:
+        return structured(data, kind)
+    except InputError as error:
+        cause = f"was it written by another version of rti-mpcc? {error}" if intact else CHANGED
+        raise RecordingError(f"{name}: {cause}") from None

@@ -1,15 +1,16 @@
-"""Recorder: a controller that writes down each of its cycles."""
+"""Recorder: a controller that writes down each of its cycles; and one cycle as it and `replay` drive it."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
 from contextlib import suppress
+from math import nan
 from os import PathLike
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Any, BinaryIO, Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from estimation import GoalMeasurement
@@ -17,34 +18,30 @@ from geometry import Area, Pose2
 from rti_mpcc.errors import InputError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.recording.contents import Driver, Header, core_of, inputs_of, run_cycle
-from rti_mpcc.recording.lines import END, to_line
-from rti_mpcc.recording.problem_file import dump_if_failed
-from rti_mpcc.types import Command, VehicleState
+from rti_mpcc.qp.problem import dump_problem
+from rti_mpcc.recording.codec import as_recorded, pose_of, to_line
+from rti_mpcc.recording.contents import Cycle, Driver, Header, Inputs, core_of
+from rti_mpcc.types import Array, Command, VehicleState
+from rti_mpcc.version import Machine
 
 _log = logging.getLogger(__name__)
 
+_NO_MEASUREMENT = GoalMeasurement(stamp=nan, x=nan, y=nan, phi=nan)
+
 
 class Recorder:
-    """Steps a controller and writes each cycle to a file, which `replay` drives again.
+    """Steps a controller, or a mission, and writes each cycle to a file, which `replay` drives again.
 
-    The controller is told what the recording says: numbers of other types reach it as float64, and what is
-    no number as NaN. Orders that it is given by others than its mission are not recorded. The command is
-    handed back after its line was written, and its QP if that is dumped: a slow disk makes it late, which no
-    deadline counts. Writing never stops the controller: if the file cannot be written any more, that is
-    logged and the vehicle is driven on without it. So is it after `close`.
+    The controller is given what the recording holds: numbers of other types reach it as float64, and NaN for
+    whatever is none. Orders that it is given by others than its mission are not recorded. The command is
+    returned after its line was written: a slow disk makes it late, which no deadline counts. Writing never
+    stops the controller: if it fails, `problem` says why, and the vehicle is driven on without it.
 
     Args:
-        controller: or a mission, which has not stepped yet.
-        file: to write; what it holds is replaced.
         dump_failed: folder for the QPs of failed cycles, see `dump_problem`; None: they are not kept.
 
-    Attributes:
-        problem: why the file does not hold all cycles, or "".
-
     Raises:
-        InputError: the controller has stepped before.
-        OSError: the file or the folder cannot be made.
+        InputError: the controller has stepped before. OSError: the file or the folder cannot be made.
     """
 
     def __init__(
@@ -55,17 +52,23 @@ class Recorder:
             raise InputError("controller: a recording does not know segments that were given to it")
         if core.has_stepped:
             raise InputError("controller: has stepped before, a recording must begin with its first cycle")
-        header = Header.of(controller)
         if dump_failed is not None:
             dump_failed.mkdir(parents=True, exist_ok=True)
-        self.controller = controller
-        self._dumps = dump_failed
-        self._number = 0
-        self._goal_cleared = False
-        self.problem = ""
-        self._area: Area | None = None
+        self.controller, self.problem = controller, ""
+        self._dumps, self._number = dump_failed, 0
+        self._orders: dict[str, Any] = {}  # what is called between two steps
         self._file: BinaryIO | None = open(file, "wb")  # noqa: SIM115
-        self._write(header)
+        mission = controller if isinstance(controller, DockingMission) else None
+        self._write(
+            Header(
+                machine=Machine.here(),
+                config=core.config,
+                path=core.state.path,
+                corridor=core.corridor,
+                steps=None if mission is None else mission.steps,
+                home=None if mission is None else mission.home,
+            )
+        )
 
     def step(
         self,
@@ -73,89 +76,106 @@ class Recorder:
         *,
         now: float,
         goal: Pose2 | None = None,
-        measurements: Sequence[GoalMeasurement] = (),
+        measurements: Sequence[GoalMeasurement] | None = (),
         obstacles: Sequence[ArrayLike] | None = None,
         clock: CycleClock | None = None,
         signal: bool | None = None,
     ) -> Command:
-        """One cycle, recorded. Arguments, result and errors are those of what is recorded."""
+        """One cycle, recorded. Arguments, result and errors are those of the recorded controller."""
         driver = self.controller
-        mission = driver if isinstance(driver, DockingMission) else None
-        clock = clock or CycleClock(core_of(driver).config.deadline)
-        inputs = inputs_of(
-            state,
-            now=now,
-            goal=goal,
-            goal_cleared=self._goal_cleared,
-            cancelled=mission is not None and mission.cancelling,
-            signal=mission is not None and mission.told(signal),
-            measurements=measurements,
-            obstacles=obstacles,
-            area=self._area,
+        orders, self._orders = self._orders, {}
+        if isinstance(driver, DockingMission):
+            orders |= {"cancelled": driver.cancelling, "signal": driver.told(signal)}
+        detections = () if measurements is None else measurements
+        inputs = Inputs(
+            state=as_recorded(state, VehicleState, VehicleState(nan, nan, nan, nan, nan)),
+            now=as_recorded(now, float, nan),
+            goal=as_recorded(goal, Pose2 | None, pose_of(nan, nan, nan)),
+            measurements=as_recorded(detections, tuple[GoalMeasurement, ...], (_NO_MEASUREMENT,)),
+            obstacles=as_recorded(obstacles, tuple[Array, ...] | None, (np.array([nan]),)),
+            **orders,
         )
-        self._goal_cleared, self._area = False, None
-        cycle, error = run_cycle(driver, self._number, inputs, clock)
+        clock = clock or CycleClock(core_of(driver).config.deadline)
+        cycle, error = run_cycle(driver, self._number, inputs, clock, self._dumps)
         self._number += 1
         self._write(cycle)
-        if self._dumps is not None:
-            try:
-                dump_if_failed(core_of(driver), cycle, self._dumps)
-            except OSError as problem:
-                _log.error("the QP of cycle %d was not written: %s", cycle.number, problem)
-        if cycle.command is None:
-            assert error is not None
+        if error is not None:
             raise error
+        assert cycle.command is not None
         return cycle.command
 
     def clear_goal(self) -> None:
-        """Forget the goal and its detections; takes effect, and is recorded, with the next step."""
-        self._goal_cleared = True
+        """As `DockingController.clear_goal`; takes effect, and is recorded, with the next step."""
+        self._orders["goal_cleared"] = True
 
     def set_area(self, area: Area) -> None:
-        """Replace the area; takes effect, and is recorded, with the next step.
-
-        Raises:
-            InputError: as `DockingController.set_area`.
-        """
+        """As `DockingController.set_area`; takes effect, and is recorded, with the next step."""
         core_of(self.controller).check_area(area)
-        self._area = area
+        self._orders["area"] = as_recorded(area, Area, area)
 
     def cancel(self) -> None:
-        """Cancel the mission, if it has one; takes effect, and is recorded, with the next step."""
+        """As `DockingMission.cancel`, of a controller without effect; it is recorded with the next step."""
         if isinstance(self.controller, DockingMission):
             self.controller.cancel()
 
     def close(self) -> None:
         """Write the end mark. Cycles after that are not recorded."""
-        self._write({END: self._number})
-        file, self._file = self._file, None
-        if file is not None:
-            try:
-                file.close()
-            except OSError as error:  # some systems say it only now
-                self._ended(error)
+        self._write({"end": self._number}, last=True)
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _write(self, content: object) -> None:
+    def _write(self, content: object, *, last: bool = False) -> None:
         """Write a line through to the system, so that a crash of this process loses none before it."""
-        if self._file is None:
+        file = self._file
+        if file is None:
             return
         try:
-            self._file.write(to_line(content))
-            self._file.flush()
-        except (OSError, ValueError) as error:  # the latter of text that UTF-8 cannot write
-            self._ended(error)
-            file, self._file = self._file, None
+            file.write(to_line(content))
+            file.flush()
+            if last:  # some systems say only now that nothing was kept
+                file.close()
+        except Exception as error:
+            last, self.problem = True, str(error)
+            _log.error("recording has ended, its file cannot be written: %s", error)
             with suppress(OSError):  # what was left to write cannot be
                 file.close()
+        self._file = None if last else file
 
-    def _ended(self, error: Exception) -> None:
-        self.problem = str(error)
-        _log.error("recording has ended, its file cannot be written: %s", error)
+
+def run_cycle(
+    driver: Driver, number: int, inputs: Inputs, clock: CycleClock, dumps: Path | None = None
+) -> tuple[Cycle, Exception | None]:
+    """Let the controller or mission make one cycle; returns the cycle, and the error that it raised.
+
+    Args:
+        dumps: folder for the QP of the cycle if it fails, see `dump_problem`; None: it is not kept.
+    """
+    command, error, core = None, None, core_of(driver)
+    given = {name: getattr(inputs, name) for name in ("now", "goal", "measurements", "obstacles")}
+    try:
+        if inputs.goal_cleared:
+            core.clear_goal()
+        if inputs.area is not None:
+            core.set_area(inputs.area)
+        if isinstance(driver, DockingMission):
+            given["signal"] = inputs.signal
+            if inputs.cancelled:
+                driver.cancel()
+        command = driver.step(inputs.state, clock=clock, **given)
+    except Exception as raised:  # whatever it is, it belongs to the recording
+        error = raised
+    said = "" if error is None else f"{type(error).__name__}: {error}"
+    cycle = Cycle(number=number, inputs=inputs, decisions=clock.decisions, command=command, raised=said)
+    status = command.diagnostics.solver_status if command is not None and command.diagnostics.failed else ""
+    if dumps is not None and status:
+        settings = core.config.solver.model_dump_json()
+        about = {"settings": settings, "cycle": number, "time": inputs.now, "status": status}
+        try:
+            dump_problem(dumps / f"qp_{number:06d}.npz", core.problem(), **about)
+        except OSError as problem:
+            _log.error("the QP of cycle %d was not written: %s", number, problem)
+    return cycle, error

@@ -2,47 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from math import isclose
 from os import PathLike
 from pathlib import Path
+from typing import NamedTuple
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.clock import PlayedBack
-from rti_mpcc.recording.compare import FieldDifference, differences
-from rti_mpcc.recording.contents import Driver, core_of, run_cycle
-from rti_mpcc.recording.lines import to_data
-from rti_mpcc.recording.machine import Machine
-from rti_mpcc.recording.problem_file import dump_if_failed
-from rti_mpcc.recording.reader import Entry, read_entries
+from rti_mpcc.recording.codec import Data, to_data
+from rti_mpcc.recording.contents import CHANGED, read_recording
+from rti_mpcc.recording.recorder import run_cycle
+from rti_mpcc.version import Machine
 
 ELSEWHERE = 1e-9
 """Tolerance on another machine or with other versions."""
+TIMES = frozenset({"prepare_ms", "feedback_ms", "solve_ms", "step_ms"})
+"""Diagnostics of how long something took: never the same twice."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Mismatch:
-    """The first cycle that is not as it was recorded.
+class FieldDifference(NamedTuple):
+    """A field such as command.trajectory.states[3][1], of a list the first that differs; None: not there."""
 
-    Attributes:
-        cycle: its number, from 0.
-        time: its `now` [s]; None if its line cannot be read.
-        changed: "", or that the line itself was changed after it was recorded.
-        fields: what came out differently, in order; may be none in a line that was changed.
+    field: str
+    recorded: object
+    replayed: object
+
+
+class Mismatch(NamedTuple):
+    """The first cycle that is not as it was recorded: its number, from 0, and its `now` [s].
+
+    `changed` is "", or says that its line was changed after it was recorded; then there may be no `fields`.
     """
 
     cycle: int
-    time: float | None
+    time: float
     changed: str
     fields: tuple[FieldDifference, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReplayReport:
-    """What a replay came to.
+    """The outcome of a replay.
 
     Attributes:
-        cycles: that were compared, with the one that differs.
+        cycles: number of compared ones, with the one that differs.
         tolerance: of numbers; 0: bit for bit.
         same_machine: the recording was made on such a machine, with the same versions.
         complete: the recording has its end.
@@ -80,43 +85,58 @@ def replay(
         progress: called after each cycle with how many are done, and how many there are.
 
     Raises:
-        RecordingError: the file cannot be read, is no recording, is from another version or truncated.
+        RecordingError: as `read_recording`, but that cycles may be changed.
         InputError: a tolerance that is negative or not a number.
     """
     if tolerance is not None and not tolerance >= 0.0:
         raise InputError(f"tolerance = {tolerance}: must be >= 0")
-    recorded = read_entries(file, allow_truncated=allow_truncated)
-    same_machine = recorded.header.machine == Machine.here()
+    recording = read_recording(file, allow_truncated=allow_truncated, allow_changed=True)
+    same = recording.header.machine == Machine.here()
     if tolerance is None:
-        tolerance = 0.0 if same_machine else ELSEWHERE
+        tolerance = 0.0 if same else ELSEWHERE
     if dump_failed is not None:
         dump_failed.mkdir(parents=True, exist_ok=True)
-    driver = recorded.header.driver()
-    mismatch, done = None, 0
-    for done, entry in enumerate(recorded.cycles, start=1):
-        mismatch = _mismatch(driver, entry, tolerance, dump_failed)
+    driver, mismatch, done = recording.header.driver(), None, 0
+    for done, cycle in enumerate(recording.cycles, start=1):
+        again, _ = run_cycle(driver, cycle.number, cycle.inputs, PlayedBack(cycle.decisions), dump_failed)
+        fields = differences(to_data(cycle), to_data(again), tolerance)
+        changed = CHANGED if cycle.number in recording.changed else ""
         if progress is not None:
-            progress(done, len(recorded.cycles))
-        if mismatch is not None:
+            progress(done, len(recording.cycles))
+        if fields or changed:
+            mismatch = Mismatch(done - 1, cycle.inputs.now, changed, fields)
             break
     return ReplayReport(
-        cycles=done,
-        tolerance=tolerance,
-        same_machine=same_machine,
-        complete=recorded.complete,
-        mismatch=mismatch,
+        cycles=done, tolerance=tolerance, same_machine=same, complete=recording.complete, mismatch=mismatch
     )
 
 
-def _mismatch(driver: Driver, entry: Entry, tolerance: float, dumps: Path | None) -> Mismatch | None:
-    """Drive one cycle; what is not as it was recorded, or None."""
-    recorded = entry.cycle
-    if recorded is None:
-        return Mismatch(cycle=entry.number, time=None, changed=entry.changed, fields=())
-    replayed, _ = run_cycle(driver, entry.number, recorded.inputs, PlayedBack(recorded.decisions))
-    if dumps is not None:
-        dump_if_failed(core_of(driver), replayed, dumps)
-    fields = tuple(differences(to_data(recorded), to_data(replayed), tolerance))
-    if not fields and not entry.changed:
-        return None
-    return Mismatch(cycle=entry.number, time=recorded.inputs.now, changed=entry.changed, fields=fields)
+def differences(recorded: Data, replayed: Data, tolerance: float) -> tuple[FieldDifference, ...]:
+    """The differences of JSON data, in the order of their fields, but times; `tolerance` as of `replay`."""
+    before, after = dict(_values(recorded)), dict(_values(replayed))
+    found: dict[str, FieldDifference] = {}
+    for field in before | after:
+        one, other = before.get(field), after.get(field)
+        if not _near(one, other, tolerance):
+            found.setdefault(field.partition("[")[0], FieldDifference(field, one, other))
+    return tuple(found.values())
+
+
+def _values(data: Data, place: str = "") -> Iterator[tuple[str, Data]]:
+    """Names and values of all that is no list and no object with entries."""
+    if isinstance(data, dict) and data:
+        for name, value in data.items():
+            if name not in TIMES:
+                yield from _values(value, f"{place}.{name}" if place else name)
+    elif isinstance(data, list) and data:
+        for i, value in enumerate(data):
+            yield from _values(value, f"{place}[{i}]")
+    else:
+        yield place, data
+
+
+def _near(one: Data, other: Data, tolerance: float) -> bool:
+    if repr(one) == repr(other):  # of numbers: the same bits, or both are NaN
+        return True
+    floats = isinstance(one, float) and isinstance(other, float)
+    return tolerance > 0.0 and floats and isclose(one, other, rel_tol=tolerance, abs_tol=tolerance)

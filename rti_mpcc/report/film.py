@@ -17,7 +17,8 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.ocp.horizon import read_only
 from rti_mpcc.planning.clock import PlayedBack
 from rti_mpcc.recording import Cycle, read_recording
-from rti_mpcc.recording.contents import Driver, core_of, run_cycle
+from rti_mpcc.recording.contents import Driver, core_of
+from rti_mpcc.recording.recorder import run_cycle
 from rti_mpcc.report.camera_frames import Frame
 from rti_mpcc.report.views import CycleView, ObservedCycle, observed_cycle, view_of
 from rti_mpcc.simulation import RunResult

@@ -26,12 +26,10 @@ def replay_lines(report: ReplayReport) -> list[str]:
 
 
 def _mismatch_lines(mismatch: Mismatch) -> list[str]:
-    time = "" if mismatch.time is None else f" at {mismatch.time:.3f} s"
-    lines = [
-        f"different: cycle {mismatch.cycle}{time}" + (f": {mismatch.changed}" if mismatch.changed else "")
-    ]
+    place = f"cycle {mismatch.cycle} at {mismatch.time:.3f} s"
+    lines = [f"different: {place}" + (f": {mismatch.changed}" if mismatch.changed else "")]
     fields = mismatch.fields
-    if mismatch.time is not None and not fields:
+    if not fields:
         lines.append("  what comes of it is the same")
     lines += [_field_line(field) for field in fields[:SHOWN]]
     if len(fields) > SHOWN:
@@ -40,6 +38,9 @@ def _mismatch_lines(mismatch: Mismatch) -> list[str]:
 
 
 def _field_line(field: FieldDifference) -> str:
-    size = "" if field.size is None else f", difference {field.size:.3g}"
-    recorded, replayed = (shorten(repr(value), LONGEST) for value in (field.recorded, field.replayed))
+    one, other = field.recorded, field.replayed
+    size = ""
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        size = f", difference {abs(other - one):.3g}"
+    recorded, replayed = (shorten(repr(value), LONGEST) for value in (one, other))
     return f"  {field.field}: recorded {recorded}, replayed {replayed}{size}"

@@ -125,9 +125,6 @@ DOORS: dict[str, Door] = {
         },
     ),
     "Area.solid_beside": Door(call=AREA.solid_beside, valid={"other": Area(), "least": 0.1}),
-    "AreaLines": Door(
-        call=geometry.AreaLines, valid={"boundary": np.array(SQUARE), "obstacles": (np.array(SQUARE),)}
-    ),
     "Area.bounded": Door(call=Area().bounded, valid={"points": POINTS, "beyond": 2.0}),
     "Area.with_obstacles": Door(call=AREA.with_obstacles, valid={"polygons": [SQUARE]}),
     "Area.signed_distances": Door(

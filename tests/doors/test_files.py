@@ -16,9 +16,9 @@ from PIL import Image
 from geometry import Area, AreaError, InputError, PathError, ReferencePath, files
 from rti_mpcc.cli import main
 from rti_mpcc.errors import RecordingError, ScenarioError
-from rti_mpcc.recording import read_recording
-from rti_mpcc.recording.lines import FORMAT, VERSION, to_line
-from rti_mpcc.recording.problem_file import load_problem
+from rti_mpcc.recording import load_problem, read_recording
+from rti_mpcc.recording.codec import to_line
+from rti_mpcc.recording.contents import FORMAT, VERSION
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.campaign.settings import read_settings
 from rti_mpcc.simulation.docks_file import load_docks

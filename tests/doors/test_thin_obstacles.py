@@ -14,13 +14,11 @@ from numpy.typing import ArrayLike
 
 from geometry import Area, AreaError, Corridor, CorridorError, Pose2, ReferencePath
 from geometry.convex import swept
-from geometry.lines import CorridorLines
 from geometry.shape_grid import Body
 from rti_mpcc import ControllerConfig, DockingController, VehicleState, plan_manoeuvre
 from rti_mpcc.config import RoutePlanner
 from rti_mpcc.recording import Recorder, replay
-from rti_mpcc.recording.codec import structured
-from rti_mpcc.recording.lines import from_line, to_line
+from rti_mpcc.recording.codec import structured, to_data
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.ground import drawn_outlines
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
@@ -327,8 +325,7 @@ def test_corridors_with_them_are_stored_and_read() -> None:
         Corridor.from_offsets(PATH, left=9.0, right=-9.0, obstacles=things),
         Corridor.in_area(YARD.with_obstacles(things)).with_obstacles(POSTS),
     ):
-        line = to_line(corridor.to_lines()).rstrip()
-        again = Corridor.from_lines(structured(from_line(line)[0], CorridorLines))
+        again = structured(to_data(corridor), Corridor)
         assert len(again.obstacles) == len(corridor.obstacles)
         assert all(map(np.array_equal, again.obstacles, corridor.obstacles))
         if corridor.area is not None and again.area is not None:

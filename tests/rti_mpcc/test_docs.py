@@ -71,6 +71,7 @@ def test_each_label_is_defined_where_it_can_be_found() -> None:
     used = {label for file in sources(*CODE) for label in LABEL.findall(file.read_text(encoding="utf-8"))}
     assert {"M1", "F1", "H4", "O4", "T1", "P2", "E3", "K1"} <= used
     assert used <= defined
+    assert set(in_documents()) <= used
     for page in DOCUMENTS:
         assert set(LABEL.findall(page.read_text(encoding="utf-8"))) <= defined, page
 

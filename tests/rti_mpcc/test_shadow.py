@@ -20,22 +20,8 @@ def test_the_own_packages_pass() -> None:
     check_packages()
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_a_module_loaded_already_is_named(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: str
-) -> None:
-    foreign = ModuleType(package)
-    foreign.__file__ = str(tmp_path / f"{package}.py")
-    monkeypatch.setitem(sys.modules, package, foreign)
-    with pytest.raises(ImportError, match=rf"{package}\.py shadows it") as caught:
-        check_packages()
-    assert caught.value.name == package
-    assert caught.value.path == str(tmp_path / f"{package}.py")
-
-
-@pytest.mark.parametrize("package", PACKAGES)
-def test_a_module_without_a_file_is_refused(monkeypatch: pytest.MonkeyPatch, package: str) -> None:
-    monkeypatch.setitem(sys.modules, package, ModuleType(package))
+def test_a_module_made_in_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "geometry", ModuleType("geometry"))
     with pytest.raises(ImportError, match="<memory> shadows it"):
         check_packages()
 
@@ -52,14 +38,12 @@ def test_a_file_earlier_on_the_path_is_named_and_not_run(
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ImportError, match="shadows it") as caught:
         check_packages()
-    assert caught.value.path == str(file)
+    assert str(file) in str(caught.value)
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_a_missing_package_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch, package: str) -> None:
-    monkeypatch.delitem(sys.modules, package, raising=False)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(ImportError, match=f"'{package}', which is missing from"):
+def test_a_missing_package_is_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rti_mpcc._shadow.find_spec", lambda name: None)
+    with pytest.raises(ImportError, match="'geometry', which is missing from"):
         check_packages()
 
 
