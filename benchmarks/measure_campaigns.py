@@ -27,8 +27,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.problems.courses import CAMPAIGN, draws
 from benchmarks.tables import ROOT, origin, write_json
-from rti_mpcc.simulation import CAMPAIGN, Scenario
+from rti_mpcc.simulation import Scenario
 from rti_mpcc.simulation.campaign import (
     CampaignCase,
     CampaignRow,
@@ -40,7 +41,6 @@ from rti_mpcc.simulation.campaign import (
     drive_case,
     run_campaign,
 )
-from rti_mpcc.simulation.courses import draws
 
 FASTER = 1.8
 """Two processes against one, at least."""

@@ -1,6 +1,6 @@
 """Drawn scenes without a path, and public parking cases, in full: planned, driven, docked, nothing touched.
 
-Each scene is proven to have a way (`rti_mpcc.simulation.scenes.proven`). What is lost is counted over all
+Each scene is proven to have a way (`benchmarks.problems.scenes.proven`). What is lost is counted over all
 parts of a level, by the last one of it.
 """
 

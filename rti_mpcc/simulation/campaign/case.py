@@ -12,6 +12,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 
+from benchmarks.problems.courses import CAMPAIGN, drawn_course
+from benchmarks.problems.scene_scenario import scenario_of
+from benchmarks.problems.scenes import drawn_scene, kind_of_number
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.batch import Case, drive
 from rti_mpcc.simulation.campaign.levels import Level, at_level
@@ -23,11 +26,8 @@ from rti_mpcc.simulation.campaign.row import (
     disturbance_figures,
     row_of,
 )
-from rti_mpcc.simulation.courses import CAMPAIGN, drawn_course
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.scene_scenario import scenario_of
-from rti_mpcc.simulation.scenes import drawn_scene, kind_of_number
 
 MOST = 1_000_000
 """Cases of a campaign, at most."""

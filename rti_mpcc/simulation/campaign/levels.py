@@ -16,12 +16,12 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from benchmarks.problems.scenes import SLOT_CLEARANCE
 from geometry import Pose2
 from geometry.settings import NonNegative, Positive, Settings
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
-from rti_mpcc.simulation.scenes import SLOT_CLEARANCE
 from rti_mpcc.simulation.solid import SolidThings
 
 STREAM = 7

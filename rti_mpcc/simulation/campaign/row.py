@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.problems.scene_scenario import kind_of
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.batch import Outcome
 from rti_mpcc.simulation.metrics import untimed
 from rti_mpcc.simulation.result import Cycles, RunResult
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scene_scenario import kind_of
 from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.types import Source, Status
 

@@ -7,13 +7,14 @@ import tomllib
 
 import pytest
 
+from benchmarks.problems.courses import CAMPAIGN, drawn_course
+from benchmarks.problems.scenes import drawn_scene
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import CAMPAIGN, changed, drawn_course, scenario_from_dict, scenario_text
+from rti_mpcc.simulation import changed, scenario_from_dict, scenario_text
 from rti_mpcc.simulation.batch import Case, drive
 from rti_mpcc.simulation.campaign import CampaignCase, Level, Problems
 from rti_mpcc.simulation.campaign.case import DIED, MOST, died_lines, drive_case, driven_lines
 from rti_mpcc.simulation.campaign.row import row_of
-from rti_mpcc.simulation.scenes import drawn_scene
 from tests.rti_mpcc.simulation.campaign import drives
 
 

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.problems.scene_scenario import scenario_of
+from benchmarks.problems.scenes import drawn_scene
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, load_scenario, scenario_from_dict, simulate
 from rti_mpcc.simulation.batch import Case, Outcome, drive
@@ -23,8 +25,6 @@ from rti_mpcc.simulation.campaign.row import (
     scene_figures,
 )
 from rti_mpcc.simulation.metrics import TIMED
-from rti_mpcc.simulation.scene_scenario import scenario_of
-from rti_mpcc.simulation.scenes import drawn_scene
 from rti_mpcc.types import Source, Status
 
 COURSE: dict[str, Any] = {

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.problems.lattice import LEVELS, STEP, Tree, beside, steps
+from benchmarks.problems.passages import Room
 from geometry import Pose2, ReferencePath
-from rti_mpcc.simulation.lattice import LEVELS, STEP, Tree, beside, steps
-from rti_mpcc.simulation.passages import Room
 from rti_mpcc.types import Array
-from tests.rti_mpcc.simulation.witnesses import LARGEST, course
+from tests.benchmarks.problems.witnesses import LARGEST, course
 
 
 def room(direction: int = 1, slope: float = 1.0) -> Room:

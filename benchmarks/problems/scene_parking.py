@@ -12,8 +12,8 @@ from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 
-from rti_mpcc.simulation.scene_parts import Draw, Layout, box
-from rti_mpcc.simulation.witness import Drive, Ground
+from benchmarks.problems.scene_parts import Draw, Layout, box
+from benchmarks.problems.witness import Drive, Ground
 from rti_mpcc.types import Array
 
 MOVES = 16

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.problems import scenes as drawing
+from benchmarks.problems.scene_parts import Draw
+from benchmarks.problems.scenes import KINDS, VEHICLES, Scene, drawn_scene, draws, proven
 from geometry import Pose2, wrap
 from geometry.outline import checked_polygon
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.simulation import scenes as drawing
-from rti_mpcc.simulation.scene_parts import Draw
-from rti_mpcc.simulation.scenes import KINDS, VEHICLES, Scene, drawn_scene, draws, proven
 from rti_mpcc.types import Array
 
 SEEDS = (1, 2, 3, 4)

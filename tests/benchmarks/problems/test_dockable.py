@@ -5,17 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rti_mpcc.simulation import (
-    CAMPAIGN,
-    Scenario,
-    changed,
-    drawn_course,
-    find_witness,
-    following,
-    load_scenario,
-)
-from rti_mpcc.simulation.dockable import cramped
-from tests.rti_mpcc.simulation.witnesses import check, course
+from benchmarks.problems import following
+from benchmarks.problems.courses import CAMPAIGN, drawn_course
+from benchmarks.problems.dockable import cramped, find_witness
+from rti_mpcc.simulation import Scenario, changed, load_scenario
+from tests.benchmarks.problems.witnesses import check, course
 
 
 @pytest.mark.parametrize("index", range(4))

@@ -7,9 +7,9 @@ import tomllib
 import numpy as np
 import pytest
 
+from benchmarks.problems.scene_scenario import DEAD_TIME, DURATION, kind_of, scenario_of
+from benchmarks.problems.scenes import drawn_scene
 from rti_mpcc.simulation import scenario_from_dict, scenario_text
-from rti_mpcc.simulation.scene_scenario import DEAD_TIME, DURATION, kind_of, scenario_of
-from rti_mpcc.simulation.scenes import drawn_scene
 
 
 @pytest.mark.parametrize("number", range(5))

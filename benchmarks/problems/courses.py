@@ -13,11 +13,11 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from benchmarks.problems.dockable import cramped, find_witness
 from geometry import Pose2, ReferencePath
 from geometry.settings import NonNegative, Positive, Settings
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError, ScenarioError
-from rti_mpcc.simulation.dockable import cramped, find_witness
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import scenario_from_dict
 

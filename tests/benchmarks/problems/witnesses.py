@@ -1,4 +1,4 @@
-"""Witnesses looked at from their poses alone: all that rti_mpcc.simulation.dockable promises."""
+"""Witnesses looked at from their poses alone: all that benchmarks.problems.dockable promises."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.problems.dockable import Witness, find_witness
+from benchmarks.problems.passages import CLEARANCE, CURVATURE_SHARE, CURVATURE_SLOPE, SPACING
+from benchmarks.problems.reaching import BACK, SLOPE
 from geometry import Pose2
-from rti_mpcc.simulation import Scenario, Witness, changed, find_witness, scenario_from_dict
-from rti_mpcc.simulation.passages import CLEARANCE, CURVATURE_SHARE, CURVATURE_SLOPE, SPACING
-from rti_mpcc.simulation.reaching import BACK, SLOPE
+from rti_mpcc.simulation import Scenario, changed, scenario_from_dict
 from rti_mpcc.types import Array
 
 LARGEST = CURVATURE_SHARE * tan(0.6) / 2.875

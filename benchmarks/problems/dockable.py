@@ -1,7 +1,7 @@
 """Proof that a scenario can be docked in: a motion that does it, found without the controller or its solver.
 
 First a motion is sought that runs along the route, one direction a part, and leaves the last part for the
-goal on a curve that never turns back (rti_mpcc.simulation.following). Three things make it one that a vehicle
+goal on a curve that never turns back (benchmarks.problems.following). Three things make it one that a vehicle
 can drive without stopping to steer:
 
     |kappa| <= CURVATURE_SHARE kappa_max,   |dkappa/ds| <= CURVATURE_SLOPE,   kappa continuous            (1)
@@ -11,7 +11,7 @@ By delta = atan(L kappa) the steering rate at speed v is at most v L CURVATURE_S
 and 0.5 m/s a good third of its limit. The body keeps CLEARANCE to all boundaries and obstacles.
 
 Where there is none, one is searched for that gives way to what stands beside the route
-(rti_mpcc.simulation.reaching). It takes more of the vehicle, and that slowly: |dkappa/ds| <= SLOPE in place
+(benchmarks.problems.reaching). It takes more of the vehicle, and that slowly: |dkappa/ds| <= SLOPE in place
 of CURVATURE_SLOPE; where it stands (at its begin, at cusps, where it backs up) it may turn its steering
 first; and it may drive beyond the goal and back up into it by at most BACK. Curvature and clearance are those
 of (1).
@@ -29,11 +29,11 @@ from math import tan
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.problems.following import along, to_goal
+from benchmarks.problems.lattice import LEVELS
+from benchmarks.problems.passages import CURVATURE_SHARE, SPACING, Room
+from benchmarks.problems.reaching import reach
 from geometry import Pose2, ReferencePath
-from rti_mpcc.simulation.following import along, to_goal
-from rti_mpcc.simulation.lattice import LEVELS
-from rti_mpcc.simulation.passages import CURVATURE_SHARE, SPACING, Room
-from rti_mpcc.simulation.reaching import reach
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.types import Array
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.problems.witness import LEAST, SPACING, Drive, Ground, Piece
 from geometry import Pose2
 from rti_mpcc.config import Vehicle
-from rti_mpcc.simulation.witness import LEAST, SPACING, Drive, Ground, Piece
 
 PIECES = (Piece(1, 0.2, 4.0), Piece(1, 0.0, 2.0), Piece(-1, -0.25, 3.0), Piece(1, 0.1, 1.0))
 VEHICLE = Vehicle()

@@ -7,8 +7,8 @@ kappa, and c_r that of the route, averaged over SMOOTHING:
     dw/ds = sin e,   de/ds = c - c_r,   dc/ds = c_r' - 3 (c - c_r)/l - 3 e/l² - w/l³                      (1)
 
 cut to |kappa| <= Room.curvature, |dkappa/ds| <= CURVATURE_SLOPE. From one of its poses it leaves for the
-goal, on one quintic (rti_mpcc.simulation.quintics) or, where there is none, on two that meet in one of many
-poses beside the route. It does not give way to what stands there: rti_mpcc.simulation.reaching does.
+goal, on one quintic (benchmarks.problems.quintics) or, where there is none, on two that meet in one of many
+poses beside the route. It does not give way to what stands there: benchmarks.problems.reaching does.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from math import ceil, cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.problems.passages import CURVATURE_SLOPE, SPACING, Room, joined
 from geometry import PathPart, Pose2
-from rti_mpcc.simulation.passages import CURVATURE_SLOPE, SPACING, Room, joined
 from rti_mpcc.types import Array
 
 SMOOTHING = 2.0

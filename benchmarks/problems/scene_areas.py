@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import shapely
 
+from benchmarks.problems.scene_parts import SPARE, Draw, Layout, box, ring
+from benchmarks.problems.witness import Drive, Ground
 from geometry import Pose2
 from geometry.outline import placed
-from rti_mpcc.simulation.scene_parts import SPARE, Draw, Layout, box, ring
-from rti_mpcc.simulation.witness import Drive, Ground
 from rti_mpcc.types import Array
 
 MOVES = 12

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import shapely
 
+from benchmarks.problems.scene_scenario import scenario_of
+from benchmarks.problems.scenes import drawn_scene
 from geometry import Area, Pose2
 from geometry.outline import placed
 from rti_mpcc.config import ControllerConfig, Vehicle
@@ -22,8 +24,6 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import scenario_from_dict
-from rti_mpcc.simulation.scene_scenario import scenario_of
-from rti_mpcc.simulation.scenes import drawn_scene
 from rti_mpcc.types import Array, MissionResult
 
 DRAWS = 200

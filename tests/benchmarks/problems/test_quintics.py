@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.problems.quintics import driven, quintics
 from geometry import wrap
-from rti_mpcc.simulation.quintics import driven, quintics
 from rti_mpcc.types import Array
 
 BEGINS = np.array([[0.0, 0.0, 3.0, 0.1], [5.0, -2.0, -0.4, -0.2], [1.0, 1.0, 0.0, 0.0]])

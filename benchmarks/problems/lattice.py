@@ -17,8 +17,8 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.problems.passages import SPACING, Room
 from geometry import PathPart, wrap
-from rti_mpcc.simulation.passages import SPACING, Room
 from rti_mpcc.types import Array, Index
 
 STEP = 0.5

@@ -8,10 +8,10 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.problems.quintics import driven, quintics
 from geometry import Corridor, PathPart, wrap
 from rti_mpcc.config import Vehicle
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.simulation.quintics import driven, quintics
 from rti_mpcc.types import Array, Index
 
 CURVATURE_SHARE = 0.95

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import shapely
 
+from benchmarks.problems.witness import Drive, Ground
 from geometry import Pose2
 from geometry.outline import placed
 from rti_mpcc.config import Vehicle
-from rti_mpcc.simulation.witness import Drive, Ground
 from rti_mpcc.types import Array
 
 SPARE = 0.02

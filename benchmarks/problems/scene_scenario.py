@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import hypot
 from typing import Any
 
+from benchmarks.problems.scenes import Scene
 from geometry import Pose2
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import scenario_from_dict
-from rti_mpcc.simulation.scenes import Scene
 from rti_mpcc.types import Array
 
 DEAD_TIME = 0.18

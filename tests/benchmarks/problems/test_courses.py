@@ -8,11 +8,19 @@ from typing import Any
 
 import pytest
 
+from benchmarks.problems import courses as drawing
+from benchmarks.problems.courses import (
+    CAMPAIGN,
+    NO_MOTION,
+    NO_ROOM,
+    CourseRange,
+    courses,
+    drawn_course,
+    draws,
+)
 from geometry import ReferencePath
 from rti_mpcc.errors import ConfigError, InputError
-from rti_mpcc.simulation import CAMPAIGN, CourseRange, Scenario, drawn_course, scenario_from_dict
-from rti_mpcc.simulation import courses as drawing
-from rti_mpcc.simulation.courses import NO_MOTION, NO_ROOM, courses, draws
+from rti_mpcc.simulation import Scenario, scenario_from_dict
 
 REPORT = CourseRange()
 HALF = 2.069 / 2

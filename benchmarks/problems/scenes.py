@@ -14,15 +14,15 @@ from math import pi, tan
 import numpy as np
 import shapely
 
+from benchmarks.problems.scene_areas import aisle, clutter, yard
+from benchmarks.problems.scene_parking import bay, slot
+from benchmarks.problems.scene_parts import Draw, Layout
+from benchmarks.problems.witness import Drive
 from geometry import Pose2, wrap
 from geometry.outline import placed
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.simulation.scene_areas import aisle, clutter, yard
-from rti_mpcc.simulation.scene_parking import bay, slot
-from rti_mpcc.simulation.scene_parts import Draw, Layout
-from rti_mpcc.simulation.witness import Drive
 from rti_mpcc.types import Array
 
 DRAWS = 100

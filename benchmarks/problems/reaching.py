@@ -1,6 +1,6 @@
 """A search for a motion on one part of a route that gives way to what stands beside it.
 
-Two trees of short steps (rti_mpcc.simulation.lattice) grow towards one another: one from the poses of a
+Two trees of short steps (benchmarks.problems.lattice) grow towards one another: one from the poses of a
 motion along the route, as far as that is free, the other backwards from where it has to end. One quintic
 joins them. Budgets are numbers of nodes, so that the same problem has the same answer on any machine.
 
@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.problems.lattice import LEVELS, STEP, Rank, Tree
+from benchmarks.problems.passages import Room, among
 from geometry import wrap
-from rti_mpcc.simulation.lattice import LEVELS, STEP, Rank, Tree
-from rti_mpcc.simulation.passages import Room, among
 from rti_mpcc.types import Array, Index
 
 SLOPE = 1.0

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rti_mpcc.simulation import CAMPAIGN, Scenario, drawn_course, find_witness, reaching
-from tests.rti_mpcc.simulation.witnesses import check, course
+from benchmarks.problems import reaching
+from benchmarks.problems.courses import CAMPAIGN, drawn_course
+from benchmarks.problems.dockable import find_witness
+from rti_mpcc.simulation import Scenario
+from tests.benchmarks.problems.witnesses import check, course
 
 LEFT, RIGHT = (-0.5, 3.9), (-3.9, 0.5)
 
