@@ -30,13 +30,16 @@ from typing import Any
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.problems.case import CampaignCase
+from benchmarks.problems.levels import Level
 from benchmarks.tables import origin
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.clock import Decisions, PlayedBack
 from rti_mpcc.recording.machine import Machine
 from rti_mpcc.simulation import Scenario, builtin_names, changed, docking_controller, load_scenario, simulate
 from rti_mpcc.simulation.batch import spread
-from rti_mpcc.simulation.campaign import CampaignCase, CampaignRow, CaseOutcome, Level, drive_case
+from rti_mpcc.simulation.campaign import drive_case
+from rti_mpcc.simulation.campaign_row import CampaignRow, CaseOutcome
 from rti_mpcc.simulation.forced_clock import FAILED, TIMED_OUT
 from rti_mpcc.types import Command, Source, Status, VehicleState
 
@@ -151,8 +154,8 @@ def row_digest(row: CampaignRow) -> str:
     figures["cycles_by_status"] = {STATUSES[Status(name)]: count for name, count in counts.items()}
     meant = {
         "outcome": OUTCOMES[row.outcome],
-        "course": asdict(row.course) if row.course else None,
-        "disturbances": asdict(row.disturbances) if row.disturbances else None,
+        "course": dict(row.course) if row.course else None,
+        "disturbances": dict(row.disturbances) if row.disturbances else None,
         "figures": figures,
     }
     return blake2b(json.dumps(meant, sort_keys=True).encode(), digest_size=4).hexdigest()
