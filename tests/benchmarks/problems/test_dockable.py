@@ -34,18 +34,6 @@ def test_a_goal_beside_a_long_way_is_reached_and_beside_a_short_one_not(directio
     assert find_witness(course(direction=direction, length=1.0)) is None
 
 
-def narrow(until: float) -> Scenario:
-    """A wall to the left up to so far along the 20 m."""
-    wall = {"from": 0.0, "to": until, "left": 1.3}
-    return course({"corridor.narrowings": [wall]})
-
-
-@pytest.mark.acceptance
-def test_a_wall_up_to_shortly_before_the_goal_leaves_no_way() -> None:
-    check(narrow(6.0))
-    assert find_witness(narrow(19.0)) is None
-
-
 def test_a_goal_without_room_for_the_body_is_refused() -> None:
     assert find_witness(course({"corridor.left": 3.1})) is None
     assert cramped(course({"corridor.left": 3.1})) == "the goal"
@@ -69,19 +57,6 @@ def test_a_start_and_a_cusp_without_room_are_told() -> None:
     assert cramped(changed(there_and_back, {"corridor.obstacles": [farther]})) is None
 
 
-@pytest.mark.acceptance
-def test_something_across_the_way_is_refused() -> None:
-    beside = [[9.0, -2.0], [10.0, -2.0], [10.0, -3.0], [9.0, -3.0]]
-    across = [[9.0, -2.5], [10.0, -2.5], [10.0, 2.5], [9.0, 2.5]]
-    check(course({"corridor.obstacles": [beside]}))
-    assert find_witness(course({"corridor.obstacles": [across]})) is None
-
-
-@pytest.mark.acceptance
-def test_a_goal_turned_too_far_is_refused() -> None:
-    assert find_witness(course({"goal.offset": [0.0, 0.0, 1.2]}, length=5.0)) is None
-
-
 def test_a_bend_that_the_vehicle_cannot_steer_is_refused() -> None:
     def bend(curvature: float) -> Scenario:
         segments = [{"direction": 1, "curvature": curvature, "length": 0.6 * np.pi / curvature}]
@@ -89,29 +64,6 @@ def test_a_bend_that_the_vehicle_cannot_steer_is_refused() -> None:
 
     check(bend(0.15))
     assert find_witness(changed(bend(0.4), {"corridor.left": 1.4, "corridor.right": -1.4})) is None
-
-
-def test_a_first_part_without_room_is_refused() -> None:
-    segments = [
-        {"direction": 1, "curvature": 0.0, "length": 10.0},
-        {"direction": -1, "curvature": 0.0, "length": 15.0},
-    ]
-    there_and_back = course({"path.segments": segments})
-    check(there_and_back)
-    gate = {"from": 4.0, "to": 6.0, "left": 1.05, "right": -1.05}
-    assert find_witness(changed(there_and_back, {"corridor.narrowings": [gate]})) is None
-
-
-def test_a_cusp_right_behind_a_bend_that_the_vehicle_cannot_steer_is_refused() -> None:
-    def cusp(curvature: float) -> Scenario:
-        segments = [
-            {"direction": 1, "curvature": curvature, "length": 5.0},
-            {"direction": -1, "curvature": 0.0, "length": 20.0},
-        ]
-        return course({"path.segments": segments, "goal.offset": [0.0, 0.0, 0.0]})
-
-    check(cusp(0.1))
-    assert find_witness(cusp(0.3)) is None
 
 
 @pytest.mark.acceptance

@@ -50,13 +50,3 @@ def test_curvature_and_its_slope_are_those_of_the_poses(direction: int) -> None:
     # It drives where its heading points, or straight away from there in reverse.
     along = step[..., 0] * np.cos(middle[..., 2]) + step[..., 1] * np.sin(middle[..., 2])
     assert along * direction == pytest.approx(way, rel=1e-5)
-
-
-def test_a_straight_way_is_straight() -> None:
-    begins, far = np.array([[0.0, 0.0, 0.0, 0.0]]), np.array([[10.0, 0.0, 0.0, 0.0]])
-    motion, slope = driven(
-        1, quintics(1, begins, far, np.ones((1, 2))), np.linspace(0.0, 1.0, 11), np.zeros(1)
-    )
-    assert motion[0, :, 0] == pytest.approx(np.linspace(0.0, 10.0, 11))
-    assert np.abs(motion[..., 1:]).max() == 0.0
-    assert np.abs(slope).max() == 0.0

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
-
 import numpy as np
 import pytest
 
 from benchmarks.problems.scene_scenario import DEAD_TIME, DURATION, kind_of, scenario_of
 from benchmarks.problems.scenes import drawn_scene
-from rti_mpcc.simulation import scenario_from_dict, scenario_text
 
 
 @pytest.mark.parametrize("number", range(5))
@@ -30,8 +27,3 @@ def test_a_scene_is_a_scenario_to_the_last_bit(number: int) -> None:
     assert (config.dead_time, scenario.simulation.dead_time) == (DEAD_TIME, DEAD_TIME)
     assert scenario.simulation.duration == DURATION
     assert f"{len(scene.obstacles)} obstacles" in scenario.description
-
-
-def test_it_is_read_back_as_it_was_written() -> None:
-    scenario = scenario_of(drawn_scene(3, 4))
-    assert scenario_from_dict(tomllib.loads(scenario_text(scenario))) == scenario

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from math import pi, tan
+from math import tan
 
 import numpy as np
 import pytest
 import shapely
 
-from benchmarks.problems import scenes as drawing
-from benchmarks.problems.scene_parts import Draw
-from benchmarks.problems.scenes import KINDS, VEHICLES, Scene, drawn_scene, draws, proven
+from benchmarks.problems.scenes import KINDS, VEHICLES, Scene, drawn_scene, proven
 from geometry import Pose2, wrap
 from geometry.outline import checked_polygon
 from rti_mpcc.errors import InputError
@@ -38,13 +35,6 @@ def body(scene: Scene, pose: Pose2, *, ahead: float = 0.0, behind: float = 0.0) 
     return shapely.Polygon([(corner.x, corner.y) for corner in placed])
 
 
-def beside(scene: Scene, side: int, reach: float) -> shapely.Polygon:
-    """What is at one side of the body at the goal, up to so far from it [m]."""
-    wide = scene.vehicle.model_copy(update={"width": 2.0 * reach})
-    pose = scene.goal.compose(Pose2(0.0, side * (0.5 * scene.vehicle.width + reach), 0.0))
-    return body(replace(scene, vehicle=wide), pose)
-
-
 def things(scene: Scene) -> shapely.MultiPolygon:
     return shapely.union_all([shapely.Polygon(corners) for corners in scene.obstacles])
 
@@ -60,20 +50,6 @@ def integrated(scene: Scene) -> Array:
             middle = phi + 0.5 * curvature * step
             poses.append((x + step * np.cos(middle), y + step * np.sin(middle), phi + curvature * step))
     return np.array(poses)
-
-
-def same(a: Scene, b: Scene) -> bool:
-    def outlines(scene: Scene) -> Sequence[Array]:
-        return (*scene.obstacles, *(() if scene.boundary is None else (scene.boundary,)))
-
-    return (a.name, a.start, a.goal, a.vehicle, a.limits, a.witness) == (
-        b.name,
-        b.start,
-        b.goal,
-        b.vehicle,
-        b.limits,
-        b.witness,
-    ) and [each.tolist() for each in outlines(a)] == [each.tolist() for each in outlines(b)]
 
 
 def check(scene: Scene) -> None:
@@ -125,81 +101,13 @@ def test_start_and_goal_are_free_and_apart(drawn: list[Scene]) -> None:
         assert max(abs(offset.x), abs(offset.y), abs(offset.phi)) > 0.5 * scene.vehicle.front
 
 
-def test_all_is_within_the_area_that_a_planner_assumes(drawn: list[Scene]) -> None:
-    for scene in drawn:
-        poses = scene.witness.poses(0.1)[:, :2]
-        given = np.concatenate([*scene.obstacles, poses[[0, -1]]])
-        assert (poses > given.min(axis=0) - 15.0).all()
-        assert (poses < given.max(axis=0) + 15.0).all()
-
-
-def test_they_differ_in_everything(drawn: list[Scene]) -> None:
-    assert len({scene.name for scene in drawn}) == EACH
-    assert len({scene.start for scene in drawn}) == EACH
-    assert len({scene.witness.pieces for scene in drawn}) == EACH
-    assert len({scene.limits for scene in drawn}) == EACH
-    assert len({scene.vehicle.wheelbase for scene in drawn}) > 1
-    assert np.ptp([scene.goal.phi for scene in drawn]) > 1.0
-    assert not any(same(drawn[0], scene) for scene in drawn[1:])
-
-
 def test_the_same_number_draws_the_same_scene(drawn: list[Scene]) -> None:
     first = drawn[0]
     again = drawn_scene(SEEDS[0], 0, first.kind)
-    assert again is not first
-    assert same(first, again)
+    assert (first.name, first.start, first.witness) == (again.name, again.start, again.witness)
+    assert all(map(np.array_equal, first.obstacles, again.obstacles))
     assert first.name == f"{first.kind}_{SEEDS[0]}_0"
-    assert not same(first, drawn_scene(SEEDS[0] + 10, 0, first.kind))
-
-
-@pytest.mark.parametrize("number", range(8))
-def test_bays_are_between_things(number: int) -> None:
-    scene = drawn_scene(5, number, "bay")
-    assert all(things(scene).intersects(beside(scene, side, 0.5)) for side in (-1, 1))
-    assert things(scene).intersects(body(scene, scene.goal, ahead=8.0, behind=8.0))
-
-
-@pytest.mark.parametrize("number", range(8))
-def test_slots_are_between_things_along_a_kerb(number: int) -> None:
-    scene = drawn_scene(5, number, "slot")
-    assert things(scene).intersects(body(scene, scene.goal, ahead=2.0))
-    assert things(scene).intersects(body(scene, scene.goal, behind=2.0))
-    assert any(things(scene).intersects(beside(scene, side, 0.5)) for side in (-1, 1))
-
-
-@pytest.mark.parametrize("number", range(8))
-def test_yards_have_to_be_turned_round_in(number: int) -> None:
-    scene = drawn_scene(5, number, "yard")
-    assert abs(wrap(scene.goal.phi - scene.start.phi)) > pi - 1.05
-    assert scene.boundary is not None
-    area = shapely.Polygon(scene.boundary)
-    assert area.area < 0.999 * area.convex_hull.area
-    # A circle of the vehicle with its wheels fully turned is wider than the room that there is.
-    assert area.area < 30.0 * (scene.vehicle.front + scene.vehicle.rear) ** 2
-
-
-@pytest.mark.parametrize("number", range(8))
-def test_docks_are_at_the_end_of_an_aisle(number: int) -> None:
-    scene = drawn_scene(5, number, "aisle")
-    assert scene.boundary is not None
-    walls = shapely.LinearRing(scene.boundary)
-    assert any(
-        walls.intersects(body(scene, scene.goal, ahead=ahead, behind=0.7 - ahead)) for ahead in (0.0, 0.7)
-    )
-    assert all(things(scene).intersects(beside(scene, side, 0.75)) for side in (-1, 1))
-
-
-@pytest.mark.parametrize("number", range(8))
-def test_clutter_has_things_of_all_shapes_and_some_near_the_drive(number: int) -> None:
-    scene = drawn_scene(5, number, "clutter")
-    shapes = [shapely.Polygon(corners) for corners in scene.obstacles]
-    convex = [shape.area > 0.999 * shape.convex_hull.area for shape in shapes]
-    assert any(convex)
-    assert not all(convex)
-    assert proven(scene) < 1.0
-    line = shapely.LineString([(pose.x, pose.y) for pose in (scene.start, scene.goal)])
-    swept = scene.witness.swept(scene.vehicle).buffer(0.3)
-    assert things(scene).intersects(line) or line.difference(swept).length < 3.0
+    assert len({scene.witness.pieces for scene in drawn}) == EACH
 
 
 def test_kinds_take_turns_and_vehicles_are_drawn() -> None:
@@ -213,12 +121,6 @@ def test_kinds_take_turns_and_vehicles_are_drawn() -> None:
         assert 1.0 <= scene.limits.acceleration <= 5.0
         assert 0.5 <= scene.limits.steering_rate <= 1.0
         assert 0.4 <= scene.comfort_acceleration <= 1.0
-
-
-def test_draws_without_a_way_are_told() -> None:
-    told = [list(draws(5, number, "slot")) for number in range(12)]
-    assert all(found[-1] is not None for found in told)
-    assert any(found[0] is None for found in told)
 
 
 def test_proofs_see_what_is_put_in_the_way() -> None:
@@ -248,15 +150,6 @@ def test_what_makes_no_sense_is_refused(seed: int, number: int, kind: str | None
     with pytest.raises(InputError) as error:
         drawn_scene(seed, number, kind)
     assert message in str(error.value)
-
-
-def test_that_nothing_was_found_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    def nothing(draw: Draw) -> None:
-        return None
-
-    monkeypatch.setitem(drawing.KINDS, "bay", nothing)
-    with pytest.raises(InputError, match="scene 3 of seed 1: none of 100 draws has a way that is clear"):
-        drawn_scene(1, 3, "bay")
 
 
 @pytest.mark.acceptance
