@@ -92,13 +92,13 @@ def difficulty(rows: pd.DataFrame) -> pd.DataFrame:
         values = rows[name]
         if not name.startswith(("course.", "disturbances.")) or values.map(str).nunique() < 2:
             continue
-        if values.nunique() > BINS and pd.api.types.is_numeric_dtype(values):
+        if pd.api.types.is_numeric_dtype(values) and values.nunique() > BINS:
             values = pd.qcut(values, BINS, duplicates="drop")
         tables[name] = rows.groupby(values.map(str)).agg(
             cases=("docked", "size"),
             docked=("docked", "sum"),
             collisions=("crossed", "sum"),
-            time_to_dock_s=("figures.time_to_dock_s", "median"),
+            time_to_dock_s=("time_to_dock", "median"),
         )
     return pd.concat(tables)
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.markup import escape
+from rich.table import Table
+
 from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
-from rti_mpcc.report.console import rate_bar, tell_tables, tell_written
+from rti_mpcc.report.console import Advance, rate_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
@@ -64,14 +67,20 @@ def drive_and_report(
 
     make_writable(folder)
     with rate_bar("campaign", "cases") as bar:
-        progress = bar and (lambda done: bar(done, len(cases)))
-        run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=progress)
+        run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=_progress(bar, len(cases)))
     with rate_bar("worst cases", "cases") as bar:
-        progress = bar and (lambda done: bar(done, asked.worst))
-        report = write_report(folder, settings, cases, worst=asked.worst, progress=progress)
-    tell_tables([report.table])
-    tell_written([folder / ROWS, *report.files])
+        progress = _progress(bar, asked.worst)
+        table, files = write_report(folder, settings, cases, worst=asked.worst, progress=progress)
+    console = Table("", "value", title=f"Campaign {folder}", title_justify="left")
+    for name, value in table.items():
+        console.add_row(escape(name), value)
+    tell_tables([console])
+    tell_written([folder / ROWS, *files])
     return DONE
+
+
+def _progress(bar: Advance | None, count: int) -> Callable[[int], None] | None:
+    return None if bar is None else lambda done: bar(done, count)
 
 
 def _campaign(asked: argparse.Namespace) -> int:

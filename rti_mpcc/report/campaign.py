@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
-from rich.table import Table
 from scipy.stats import binomtest
 
 from rti_mpcc.errors import InputError
@@ -25,9 +24,6 @@ from rti_mpcc.simulation.scenario_writer import save_scenario
 
 PAGE, NUMBERS, WORST = "report.html", "report.json", "worst"
 COMFORT = ("acceleration", "lateral_acceleration", "steering_rate", "jerk")
-TIMES_TO = {"time_to_tolerance": "figures.time_to_tolerance_s", "time_to_dock": "figures.time_to_dock_s"}
-RATIOS = {"energy_ratio": "figures.energy_ratio", "time_ratio": "time_ratio"}
-"""Of the docked cases."""
 SUMS = {
     "iteration_limit_cycles": "figures.solver.iteration_limit_cycles",
     "solver_failures": "figures.solver.failures",
@@ -36,31 +32,30 @@ SUMS = {
     "deadline_misses": "timed.deadline_misses",
     "replans": "figures.planning.replans",
 }
-COUNTS = ("hard_braking", "cycles_by_status")
-"""Numbers of cycles by name, which are summed, too."""
-CYCLES = tuple(f"timed.cycle_ms.{name}" for name in ("p50", "p99", "max"))
-CLEARANCE = "figures.min_clearance_m"
+COLUMNS = {
+    **SUMS,
+    "min_clearance_m": "figures.min_clearance_m",
+    "time_to_tolerance": "figures.time_to_tolerance_s",
+    "time_to_dock": "figures.time_to_dock_s",
+    "expected_time": "figures.expected_time_s",
+    "energy_ratio": "figures.energy_ratio",
+    **{f"{kind}.{name}": f"figures.{kind}.{name}" for kind in ("peak", "comfort") for name in COMFORT},
+    **{f"cycle_ms.{name}": f"timed.cycle_ms.{name}" for name in ("p50", "p99", "max")},
+}
+"""Numbers of the table, by their paths in a row."""
 LARGEST = {
     "time_ratio": "longest time over the expected one",
     **{f"over_comfort.{name}": f"highest {in_words(name)} over comfort" for name in COMFORT},
-    "figures.energy_ratio": "most energy over the least",
+    "energy_ratio": "most energy over the least",
 }
 """Columns whose largest values are bad, and what such a case is called."""
-TAIL = (50, 95, 99)
-
-
-class Report(NamedTuple):
-    """What was written, and the table for a terminal."""
-
-    files: tuple[Path, ...]
-    table: Table
 
 
 def read_table(folder: Path) -> pd.DataFrame:
-    """The rows of a campaign by index, with what was timed; columns are the paths of their JSON.
+    """The rows of a campaign by index, with what was timed; columns are the paths of their JSON, `COLUMNS`,
 
-    And `docked`: the controller says so, and it is true; `crossed`: the body left the corridor or area, or
-    met an obstacle; `over_comfort.<name>`: peaks over comfort; `time_ratio`: time to dock over the expected.
+    `docked`: the controller says so, and it is true; `crossed`: the body left the corridor or area, or met an
+    obstacle; `over_comfort.<name>`: peaks over comfort; `time_ratio`: time to dock over the expected one.
 
     Raises InputError where there is no row.
     """
@@ -69,34 +64,23 @@ def read_table(folder: Path) -> pd.DataFrame:
     if not rows:
         raise InputError(f"{folder}: has no row of a campaign")
     table = pd.json_normalize(rows).set_index("index").sort_index()
-    peaks = [f"figures.{kind}.{name}" for kind in ("peak", "comfort") for name in COMFORT]
-    needed = {
-        *TIMES_TO.values(),
-        *RATIOS.values(),
-        *SUMS.values(),
-        *CYCLES,
-        *peaks,
-        "figures.expected_time_s",
-        CLEARANCE,
-    }
-    needed.remove("time_ratio")
-    table = table.reindex(columns=[*table, *sorted(needed.difference(table))])
-    table[list(needed)] = table[list(needed)].astype(float)
-    order = [outcome.value for outcome in CaseOutcome]
+    numbers = table.reindex(columns=list(COLUMNS.values())).astype(float).set_axis(list(COLUMNS), axis=1)
+    table = table.join(numbers)
     return table.assign(
-        outcome=pd.Categorical(table["outcome"], order, ordered=True),
+        outcome=pd.Categorical(table["outcome"], [one.value for one in CaseOutcome], ordered=True),
         docked=table["outcome"] == CaseOutcome.DOCKED.value,
-        crossed=table[CLEARANCE] < 0.0,
-        time_ratio=table["figures.time_to_dock_s"] / table["figures.expected_time_s"],
-        **{f"over_comfort.{n}": table[f"figures.peak.{n}"] / table[f"figures.comfort.{n}"] for n in COMFORT},
+        crossed=table["min_clearance_m"] < 0.0,
+        time_ratio=table["time_to_dock"] / table["expected_time"],
+        **{f"over_comfort.{name}": table[f"peak.{name}"] / table[f"comfort.{name}"] for name in COMFORT},
     )
 
 
 def overall(rows: pd.DataFrame) -> dict[str, Any]:
     """The figures of a campaign; None where there is nothing to take one of."""
-    docked, clearance, outcomes = rows[rows["docked"]], rows[CLEARANCE], rows["outcome"].value_counts()
+    docked, clearance = rows[rows["docked"]], rows["min_clearance_m"]
+    outcomes, cycles = rows["outcome"].value_counts(), {"p50": "median", "p99": "median", "max": "max"}
     interval = binomtest(len(docked), len(rows)).proportion_ci(confidence_level=0.95, method="exact")
-    p50, p99, largest = rows[CYCLES[0]].median(), rows[CYCLES[1]].median(), rows[CYCLES[2]].max()
+    times = {name: spread(docked[name]) for name in ("time_to_tolerance", "time_to_dock")}
     return {
         "cases": len(rows),
         "outcomes": {outcome.value: int(outcomes[outcome.value]) for outcome in CaseOutcome},
@@ -107,12 +91,13 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
         "min_clearance_m": known(clearance.min()),
         "clearance_p5_m": known(clearance.quantile(0.05)),
         "clearance_p50_m": known(clearance.quantile(0.5)),
+        **{f"{name}_{key}": value for name, of in times.items() for key, value in of.items()},
         "comfort": {name: spread(rows[f"over_comfort.{name}"]) for name in COMFORT},
-        **{f"{n}_{k}": each for n, of in TIMES_TO.items() for k, each in spread(docked[of]).items()},
-        **{name: spread(docked[column]) for name, column in RATIOS.items()},
-        "cycle_ms": {"p50": known(p50), "p99": known(p99), "max": known(largest)},
-        **{name: int(rows[column].sum()) for name, column in SUMS.items()},
-        **{name: _summed(rows, f"figures.{name}.") for name in COUNTS},
+        "energy_ratio": spread(docked["energy_ratio"]),
+        "time_ratio": spread(docked["time_ratio"]),
+        "cycle_ms": {name: known(rows[f"cycle_ms.{name}"].agg(how)) for name, how in cycles.items()},
+        **{name: int(rows[name].sum()) for name in SUMS},
+        **{name: _summed(rows, f"figures.{name}.") for name in ("hard_braking", "cycles_by_status")},
     }
 
 
@@ -128,7 +113,7 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
     Collisions, the deepest first; what did not dock, the worst outcome first, then the least clearance; of
     the rest, in turn, the least clearance and the largest of each of `LARGEST`.
     """
-    near = rows.sort_values(CLEARANCE, kind="stable")
+    near = rows.sort_values("min_clearance_m", kind="stable")
     lost = near[~near["docked"] & ~near["crossed"]].sort_values("outcome", ascending=False, kind="stable")
     rest = near[near["docked"] & ~near["crossed"]]
     ranked = [[(case, "least clearance") for case in rest.index]]
@@ -136,7 +121,7 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
         largest = rest[rest[column].notna()].sort_values(column, ascending=False, kind="stable")
         ranked.append([(case, why) for case in largest.index])
     found: dict[int, str] = dict.fromkeys(near.index[near["crossed"]].tolist(), "collision")
-    found |= {case: in_words(str(outcome)) for case, outcome in lost["outcome"].items()}
+    found |= zip(lost.index.tolist(), map(in_words, lost["outcome"]), strict=True)
     for case, why in (one for ones in zip_longest(*ranked) for one in ones if one is not None):
         found.setdefault(int(case), why)
     return dict(list(found.items())[:count])
@@ -149,7 +134,7 @@ def write_report(
     *,
     worst: int,
     progress: Callable[[int], None] | None = None,
-) -> Report:
+) -> tuple[dict[str, str], tuple[Path, ...]]:
     """Write report.json, report.html, and the worst cases as scenario files into the folder of a campaign.
 
     Args:
@@ -157,37 +142,30 @@ def write_report(
         worst: so many of the worst cases are driven again, saved and shown.
         progress: given the number of worst cases that were driven again, after each.
 
-    Raises InputError where there is no row, OSError.
+    Returns the figures for people, and what was written. Raises InputError where there is no row, OSError.
     """
     rows, by_index = read_table(folder), {case.index: case for case in cases}
-    figures, pictures = overall(rows), []
-    told: list[dict[str, Any]] = []
+    figures, shown = overall(rows), []
     for done, (index, why) in enumerate(worst_cases(rows, worst).items(), start=1):
-        row, columns = (
-            rows.loc[index],
-            {"time_to_dock_s": TIMES_TO["time_to_dock"], "min_clearance_m": CLEARANCE},
-        )
-        command, picture = _driven_again(by_index[index], folder, drives=row["outcome"] != "worker_died")
-        said = {name: row[name] for name in ("scenario", "outcome", "detail")}
-        numbers = {name: known(row[column]) for name, column in columns.items()}
-        told.append({"index": index, "why": why, **said, **numbers, "command": command})
-        pictures.append(picture)
+        row = rows.loc[index]
+        said = {name: str(row[name]) for name in ("scenario", "outcome", "detail")}
+        numbers = {name: known(row[name]) for name in ("time_to_dock", "min_clearance_m")}
+        drives = said["outcome"] != CaseOutcome.WORKER_DIED.value
+        command, picture = _driven_again(by_index[index], folder, drives=drives)
+        shown.append(({"index": index, "why": why, **said, **numbers, "command": command}, picture))
         if progress is not None:
             progress(done)
-    written = {**figures, "settings": dict(settings), "worst": told, "versions": Machine.here().versions}
-    files, title, table = (
-        (folder / PAGE, folder / NUMBERS),
-        f"Campaign {folder.resolve().name}",
-        words(figures),
-    )
-    shown = list(zip(told, pictures, strict=True))
+    files, table = (folder / PAGE, folder / NUMBERS), words(figures)
+    title = f"Campaign {folder.resolve().name}"
     page = rendered("campaign.html", title, figures=figures, table=table, shown=shown, settings=settings)
     files[0].write_text(page, encoding="utf-8")
-    write_json(written, files[1])
-    console = Table("", "value", title=title, title_justify="left")
-    for name, value in table.items():
-        console.add_row(name.replace("[", r"\["), value)
-    return Report((*files, *([folder / WORST] if shown else [])), console)
+    more = {
+        "settings": dict(settings),
+        "worst": [one for one, _ in shown],
+        "versions": Machine.here().versions,
+    }
+    write_json({**figures, **more}, files[1])
+    return table, (*files, *([folder / WORST] if shown else []))
 
 
 def _driven_again(case: DrawnCase, folder: Path, *, drives: bool) -> tuple[str, Figure | None]:
@@ -233,10 +211,8 @@ def several(values: Mapping[str, float | None], digits: int = 2) -> str:
 
 def spread(values: pd.Series[Any]) -> dict[str, float | None]:
     """Percentiles as p50, ..., and the largest as max, of what is known; None where nothing is."""
-    return {
-        **{f"p{share}": known(values.quantile(share / 100.0)) for share in TAIL},
-        "max": known(values.max()),
-    }
+    found = {f"p{share}": known(values.quantile(share / 100.0)) for share in (50, 95, 99)}
+    return {**found, "max": known(values.max())}
 
 
 def known(value: Any) -> float | None:

@@ -16,7 +16,7 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
-from geometry.files import RECORDING, content
+from geometry.files import RECORDING, content, from_json
 from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
 from rti_mpcc.simulation.batch import Case, drive
 from rti_mpcc.simulation.campaign_row import CampaignRow, CaseOutcome, Drawn, row_of
@@ -111,8 +111,8 @@ def read_rows(folder: Path, file: str = ROWS) -> list[dict[str, Any]]:
     Raises InputError for a file that can't be read, or a line that is no row.
     """
     try:
-        lines = content(folder / file, RECORDING).decode().splitlines(keepends=True)
-        return [dict(json.loads(line)) for line in lines if line.endswith("\n")]
+        lines = content(folder / file, RECORDING).split(b"\n")[:-1]
+        return [dict(from_json(line)) for line in lines]
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"{folder / file}: can't be read as rows of a campaign: {error}") from None
 
@@ -132,13 +132,14 @@ def _workers(stack: ExitStack, jobs: int, dask: str | None) -> dict[str, Any]:
         stack.enter_context(parallel_config("loky", n_jobs=max(jobs, 2), inner_max_num_threads=1))
         return {"pre_dispatch": AHEAD * jobs if jobs > 1 else 1}
     try:
-        from distributed import Client
+        import distributed
     except ImportError as error:
         raise MissingExtraError(
             "a Dask cluster needs the library distributed: pip install '.[cluster]' in rti-mpcc's folder"
         ) from error
     try:
-        stack.enter_context(Client(dask, timeout=10.0))
+        connected: Any = distributed.Client  # it has no types
+        stack.enter_context(connected(dask, timeout=10.0))
         stack.enter_context(parallel_config("dask"))
     except (OSError, ValueError) as error:
         raise CampaignError(f"no Dask scheduler at {dask}: {error}") from error

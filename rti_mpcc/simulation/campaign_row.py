@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from rti_mpcc.simulation.metrics import untimed
 from rti_mpcc.simulation.result import Cycles, RunResult
 from rti_mpcc.types import Source, Status
 
-Drawn = Mapping[Literal["course", "disturbances"], Mapping[str, Any]]
-"""What was drawn of a case, by name."""
+Drawn = Mapping[str, Any]
+"""What was drawn of a case: its `course` and `disturbances`."""
 
 
 class CaseOutcome(Enum):
@@ -48,7 +48,7 @@ class CampaignRow:
     Attributes:
         index: of the case; scenario: its name.
         outcome: how it ended; detail: of what did not dock, the controller's last reason, or the exception.
-        course, disturbances: what was drawn; None where it could not be.
+        course, disturbances: what was drawn, by name; None where it could not be.
         figures: of `metrics.summary` but those that are timed, with cycles_by_status (counts) and
             failures_driven (see there); None where nothing was driven to its end.
         timed: cycle_ms and deadline_misses as in summary.json; misses, these by status; planning_s, the time
