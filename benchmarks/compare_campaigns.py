@@ -1,6 +1,6 @@
 """The same drawn cases driven by several versions of this program, side by side.
 
-    rti-mpcc campaign --count 1000 --level hard --seed 9931 --out runs/hard        # with each version
+    python -m benchmarks.campaign --count 1000 --level hard --seed 9931 --out runs/hard   # with each version
     python -m benchmarks.compare_campaigns before=runs/hard-before after=runs/hard-after ... [--docs]
 
 Of one level and seed the cases count that all its folders have; peaks, times and energies are those of the
@@ -11,6 +11,7 @@ With `--docs` both go into docs/campaigns.md.
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -20,7 +21,8 @@ import numpy as np
 
 from benchmarks.tables import ROOT, number, replace_block, table
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.campaign import CaseOutcome, read_rows, read_settings
+from rti_mpcc.simulation.campaign import read_rows
+from rti_mpcc.simulation.campaign_row import CaseOutcome
 from rti_mpcc.types import Array
 
 HEADER = [
@@ -63,7 +65,7 @@ def read(named: str) -> Driven:
     version, found, folder = named.partition("=")
     if not found:
         raise InputError(f"{named}: must be VERSION=FOLDER")
-    settings = read_settings(Path(folder))
+    settings = json.loads((Path(folder) / "report.json").read_text(encoding="utf-8"))["settings"]
     rows = {row["index"]: row for row in read_rows(Path(folder)) if row["figures"] is not None}
     return Driven(version, settings["level"], settings["seed"], rows, settings["problems"] == "scenes")
 

@@ -14,16 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.course_rows import HEADER, course_figures, course_row, courses_told
+from benchmarks.problems.courses import CAMPAIGN, CourseRange, drawn_course
 from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
-from rti_mpcc.simulation import (
-    CAMPAIGN,
-    CourseRange,
-    Scenario,
-    drawn_course,
-    save_scenario,
-    simulate,
-    summary,
-)
+from rti_mpcc.simulation import Scenario, save_scenario, simulate, summary
 
 RANGES = {within.prefix: within for within in (CourseRange(), CAMPAIGN)}
 

@@ -16,6 +16,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from benchmarks.problems.variants import mirrored, moved, turned_round
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told, write_json
 from benchmarks.variations import VARIATIONS, Variation
 from geometry import Pose2
@@ -24,7 +25,6 @@ from rti_mpcc.model.layout import X, Y
 from rti_mpcc.simulation import Scenario, changed, load_scenario, scenario_from_dict, simulate, summary
 from rti_mpcc.simulation.metrics import goal_errors
 from rti_mpcc.simulation.result import RunResult
-from rti_mpcc.simulation.variants import mirrored, moved, turned_round
 from rti_mpcc.types import Array, Command, Status, VehicleState
 
 COMMAND = "python -m benchmarks.measure_deviations"

@@ -2,7 +2,7 @@
 
     python -m benchmarks.measure_missions [--count 100] [--undockings 50] [--seeds 20] [--seed 777] [--jobs K]
 
-The built-in mission at several seeds, drawn missions (`rti_mpcc.simulation.missions`), and drawn undockings.
+The built-in mission at several seeds, drawn missions (`benchmarks.problems.missions`), and drawn undockings.
 Needs OpenCV: pip install '.[vision]' in rti-mpcc's folder.
 """
 
@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.problems.missions import drawn_mission, drawn_undocking
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
 from rti_mpcc.report.console import progress_bar
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive_all
-from rti_mpcc.simulation.missions import drawn_mission, drawn_undocking
 
 COMMAND = "python -m benchmarks.measure_missions"
 PAGE = ROOT / "docs" / "missions.md"

@@ -19,10 +19,12 @@ from typing import Any
 import numpy as np
 from rich.progress import track
 
+from benchmarks.problems.case import CampaignCase
+from benchmarks.problems.levels import Level
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation import RunResult, Scenario, load_scenario, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.campaign import CampaignCase, Level, drive_case
+from rti_mpcc.simulation.campaign import drive_case
 from rti_mpcc.types import Array
 
 COMMAND = "python -m benchmarks.measure_narrow"

@@ -17,12 +17,12 @@ from time import process_time
 
 import numpy as np
 
+from benchmarks.problems.scenes import KINDS, drawn_scene
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
 from geometry import Area, Pose2
 from rti_mpcc import ControllerConfig, Manoeuvre
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.simulation import Scenario, changed, load_scenario, simulate, summary
-from rti_mpcc.simulation.scenes import KINDS, drawn_scene
 
 COMMAND = "python -m benchmarks.measure_planner"
 PAGE = ROOT / "docs" / "planning.md"

@@ -30,11 +30,12 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from benchmarks.problems.courses import drawn_course
 from benchmarks.tables import ROOT, origin, replace_block, table, told, write_json
 from geometry import Corridor, Pose2
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.footprint import AXLE, body_polygons, clearances
-from rti_mpcc.simulation import RunResult, Scenario, changed, drawn_course, load_scenario, simulate, summary
+from rti_mpcc.simulation import RunResult, Scenario, changed, load_scenario, simulate, summary
 from rti_mpcc.simulation.batch import spread
 from rti_mpcc.types import Array
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from benchmarks.problems.courses import drawn_course
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import changed, drawn_course, load_scenario
+from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome
 
 DOCKING = {"docking_inside": "Scenario 1", "docking_behind": "Scenario 2"}

@@ -11,8 +11,6 @@ from rich.console import Console
 from rti_mpcc import __version__
 from rti_mpcc.cli import (
     campaign,
-    campaign_case,
-    campaign_report,
     compare,
     docks,
     plan,
@@ -72,8 +70,6 @@ def _parser() -> argparse.ArgumentParser:
     docks.add_to(commands)
     compare.add_to(commands)
     campaign.add_to(commands)
-    campaign_case.add_to(commands)
-    campaign_report.add_to(commands)
     replay.add_to(commands)
     watch.add_to(commands)
     warm.add_to(commands)

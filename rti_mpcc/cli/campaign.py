@@ -1,116 +1,113 @@
-"""`rti-mpcc campaign`: many drawn docking problems, on this machine's cores or on a Dask cluster."""
+"""`rti-mpcc campaign`: how often a scenario docks when its start, goal, noise and plant vary."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from rti_mpcc.baselines import METHODS
+from rich.markup import escape
+from rich.table import Table
+
 from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
-from rti_mpcc.errors import CampaignError
-from rti_mpcc.report.campaign_tally import tally_table
-from rti_mpcc.report.console import rate_bar, tell_lines, tell_tables, tell_written
+from rti_mpcc.report.console import Advance, rate_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable
-from rti_mpcc.simulation.campaign import (
-    CampaignSettings,
-    Engine,
-    Level,
-    Problems,
-    ProcessEngine,
-    run_campaign,
-)
-from rti_mpcc.simulation.campaign.rows_file import FILE as ROWS
-from rti_mpcc.simulation.campaign.settings import FILE as SETTINGS
-from rti_mpcc.simulation.scenario import PRESETS
+from rti_mpcc.simulation import load_scenario
+from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
+from rti_mpcc.simulation.variation import PARTS, VariedCase
 
 
 def add_to(commands: Commands) -> None:
     """Add the command."""
     parser = commands.add_parser(
         "campaign",
-        help="draw and drive many docking problems, keep a row of each",
-        description="Draw and drive docking problems 0 to N - 1 of a seed and level, and keep a row of each "
-        "in DIR/rows.jsonl. A campaign that was interrupted or killed is gone on with by the same command, "
-        "also with a larger --count.",
-        epilog="Exit status: 0 all were driven, whatever became of them, 2 bad input.",
+        help="drive random variations of a scenario, say how often it docks",
+        description="Drive N random variations of a scenario: keep a row of each in DIR/rows.jsonl, write "
+        "DIR/report.json and DIR/report.html, and save the worst cases as scenario files in DIR/worst.",
+        epilog="Exit status: 0 all were driven, whatever became of them, 2 bad input or a lost cluster.",
     )
+    parser.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
     parser.add_argument(
-        "--count", type=at_least_one, required=True, metavar="N", help="so many problems in all"
+        "--vary",
+        type=_parts,
+        default=PARTS,
+        metavar="PARTS",
+        help=f"what is varied, some of {','.join(PARTS)}; default: all of them",
     )
-    add_level(parser)
-    parser.add_argument(
-        "--seed", type=seed, default=0, metavar="S", help="of all that is drawn; default: %(default)s"
-    )
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where the rows go")
+    add_campaign_options(parser)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="default: runs/campaign-<name>")
+    parser.set_defaults(command=_campaign)
+
+
+def add_campaign_options(parser: argparse.ArgumentParser) -> None:
+    """How many cases of which seed, and the workers."""
+    parser.add_argument("--count", type=_count, required=True, metavar="N", help="number of cases")
+    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed of all that is drawn")
     workers = parser.add_mutually_exclusive_group()
     workers.add_argument(
-        "--jobs", type=at_least_one, metavar="K", help="so many processes; default: one a core"
+        "--jobs", type=at_least_one, metavar="K", help="number of processes; default: one a core"
     )
     workers.add_argument(
         "--dask",
         metavar="ADDRESS",
         help="of the scheduler of a Dask cluster, such as tcp://host:8786; needs the extra `cluster`",
     )
-    parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
-    parser.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
-    add_problems(parser)
-    parser.set_defaults(command=_campaign)
-
-
-def add_level(parser: argparse.ArgumentParser) -> None:
-    """`--level LEVEL`."""
     parser.add_argument(
-        "--level",
-        choices=[level.value for level in Level],
-        default=Level.NOMINAL.value,
-        help="what disturbs the vehicle: nothing, noise, a plant that is not the model, all of it; "
-        "default: %(default)s",
+        "--worst", type=seed, default=6, metavar="N", help="number of worst cases that are saved; default: 6"
     )
 
 
-def add_problems(parser: argparse.ArgumentParser) -> None:
-    """`--scenes` and `--deadline S`."""
-    parser.add_argument(
-        "--scenes",
-        dest="problems",
-        action="store_const",
-        const=Problems.SCENES,
-        default=Problems.COURSES,
-        help="problems without a path: a start, a goal and what stands there; default: courses, with a path",
-    )
-    parser.add_argument(
-        "--deadline", type=float, metavar="S", help="of each cycle of the controllers [s]; default: none"
-    )
+def drive_and_report(
+    cases: Sequence[DrawnCase], settings: Mapping[str, Any], asked: argparse.Namespace, folder: Path
+) -> int:
+    """Drive the cases by the options of `add_campaign_options`, write, and print; the exit status."""
+    # Not at the top: pandas, matplotlib and scipy.stats take longer to load than other commands need.
+    from rti_mpcc.report.campaign import write_report
 
-
-def _campaign(arguments: argparse.Namespace) -> int:
-    settings = CampaignSettings(
-        count=arguments.count,
-        level=Level(arguments.level),
-        seed=arguments.seed,
-        method=arguments.method,
-        preset=arguments.preset,
-        problems=arguments.problems,
-        deadline=arguments.deadline,
-    )
-    engine = _engine(arguments)
-    folder: Path = arguments.out
     make_writable(folder)
-    try:
-        with rate_bar("campaign", "cases") as progress:
-            tally = run_campaign(settings, folder, engine=engine, progress=progress)
-    except (KeyboardInterrupt, CampaignError):
-        tell_lines([f"The rows so far are kept in {folder}; the same command goes on behind them."])
-        raise
-    tell_tables([tally_table(settings, tally)])
-    tell_written([folder / SETTINGS, folder / ROWS])
+    with rate_bar("campaign", "cases") as bar:
+        run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=_progress(bar, len(cases)))
+    with rate_bar("worst cases", "cases") as bar:
+        progress = _progress(bar, asked.worst)
+        table, files = write_report(folder, settings, cases, worst=asked.worst, progress=progress)
+    console = Table("", "value", title=f"Campaign {folder}", title_justify="left")
+    for name, value in table.items():
+        console.add_row(escape(name), value)
+    tell_tables([console])
+    tell_written([folder / ROWS, *files])
     return DONE
 
 
-def _engine(arguments: argparse.Namespace) -> Engine:
-    if arguments.dask is None:
-        return ProcessEngine(arguments.jobs)
-    # Not at the top: only a cluster needs it.
-    from rti_mpcc.simulation.campaign.cluster import DaskEngine
+def _progress(bar: Advance | None, count: int) -> Callable[[int], None] | None:
+    return None if bar is None else lambda done: bar(done, count)
 
-    return DaskEngine(arguments.dask)
+
+def _campaign(asked: argparse.Namespace) -> int:
+    base = load_scenario(asked.scenario)
+    folder = asked.out or Path("runs") / f"campaign-{base.name}"
+
+    cases = [
+        VariedCase(base=base, vary=asked.vary, seed=asked.seed, index=index) for index in range(asked.count)
+    ]
+    settings = {
+        "scenario": asked.scenario,
+        "vary": list(asked.vary),
+        "count": asked.count,
+        "seed": asked.seed,
+    }
+    cases[0].scenario()  # what can't be varied is refused before anything is driven
+    return drive_and_report(cases, settings, asked, folder)
+
+
+def _parts(text: str) -> tuple[str, ...]:
+    parts = tuple(text.split(","))
+    if wrong := [part for part in parts if part not in PARTS]:
+        raise argparse.ArgumentTypeError(f"unknown {wrong[0]!r}; must be some of {','.join(PARTS)}")
+    return parts
+
+
+def _count(text: str) -> int:
+    if (count := at_least_one(text)) > MOST:
+        raise argparse.ArgumentTypeError(f"{count} must be <= {MOST}")
+    return count

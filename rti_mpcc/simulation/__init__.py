@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from rti_mpcc.simulation.closed_loop import Controller, simulate
 from rti_mpcc.simulation.controllers import docking_controller, driver_of
-from rti_mpcc.simulation.courses import CAMPAIGN, CourseRange, drawn_course
 from rti_mpcc.simulation.detector import Detector, SimulatedDetector
-from rti_mpcc.simulation.dockable import Witness, find_witness
 from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
 from rti_mpcc.simulation.goal_feed import GoalSource
 from rti_mpcc.simulation.metrics import summary
@@ -16,9 +14,7 @@ from rti_mpcc.simulation.scenario_file import builtin_names, changed, load_scena
 from rti_mpcc.simulation.scenario_writer import save_scenario, scenario_text
 
 __all__ = [
-    "CAMPAIGN",
     "Controller",
-    "CourseRange",
     "Cycles",
     "Detector",
     "Docks",
@@ -28,13 +24,10 @@ __all__ = [
     "SimulatedDetector",
     "Tracking",
     "Truth",
-    "Witness",
     "builtin_names",
     "changed",
     "docking_controller",
-    "drawn_course",
     "driver_of",
-    "find_witness",
     "load_docks",
     "load_scenario",
     "read_docks",

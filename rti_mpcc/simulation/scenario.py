@@ -182,6 +182,8 @@ class SimulationSection(Section):
     `acceleration_offset` comes on top of what is commanded [m/s²], positive to the front.
 
     `state_noise` is the standard deviation of the measured x, y [m], phi [rad], v [m/s], delta [rad].
+
+    `start_offset`: the vehicle starts there, in the frame of its start or of the path's [m], [m], [rad].
     """
 
     plant_step: float = Field(default=0.01, ge=0.0005, le=0.05)
@@ -193,6 +195,7 @@ class SimulationSection(Section):
     acceleration_gain: float = Field(default=1.0, ge=0.1, le=3.0)
     acceleration_offset: float = Field(default=0.0, ge=-10.0, le=10.0)
     state_noise: StateNoise = (0.0, 0.0, 0.0, 0.0, 0.0)
+    start_offset: Triple = (0.0, 0.0, 0.0)
 
 
 class Scenario(Section):
@@ -275,7 +278,9 @@ class Scenario(Section):
 
     def start_pose(self) -> Pose2:
         """Where the vehicle stands at the beginning, world frame. Raises as `build_path`."""
-        return self.build_path().start if self.start is None else Pose2(*self.start.pose)
+        pose = self.build_path().start if self.start is None else Pose2(*self.start.pose)
+        offset = self.simulation.start_offset
+        return pose.compose(Pose2(*offset)) if any(offset) else pose
 
     def build_area(self) -> Area:
         """Where the vehicle may be. Raises AreaError, or InputError where none is given."""

@@ -37,7 +37,7 @@ class Site:
         if scenario.in_area:
             return cls(start=scenario.start_pose(), area=scenario.build_area())
         path = scenario.build_path()
-        return cls(start=path.start, path=path, corridor=scenario.build_corridor(path))
+        return cls(start=scenario.start_pose(), path=path, corridor=scenario.build_corridor(path))
 
     def controller(self, config: ControllerConfig) -> DockingController:
         """The one to drive there, which is loaded here only: the harness serves others without it."""

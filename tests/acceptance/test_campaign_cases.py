@@ -7,7 +7,10 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level, drive_case
+from benchmarks.problems.case import CampaignCase
+from benchmarks.problems.levels import Level
+from rti_mpcc.simulation.campaign import drive_case
+from rti_mpcc.simulation.campaign_row import CaseOutcome
 
 ONWARD_ONLY = [44, 45, 48, 75, 77, 128, 190]
 """Out of reach onward, or with a cusp beside a boundary of the next part."""

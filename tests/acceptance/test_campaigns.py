@@ -10,7 +10,10 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level, drive_case
+from benchmarks.problems.case import CampaignCase
+from benchmarks.problems.levels import Level
+from rti_mpcc.simulation.campaign import drive_case
+from rti_mpcc.simulation.campaign_row import CaseOutcome
 
 PART = 50
 PARTS = [

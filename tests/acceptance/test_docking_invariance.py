@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.problems.variants import mirrored, moved, turned_round
 from geometry import Pose2
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, load_scenario, simulate, summary
-from rti_mpcc.simulation.variants import mirrored, moved, turned_round
 from tests.rti_mpcc.docking_runs import DOCKING, Wrapped, deviation, seen_from
 
 Figures = MutableMapping[str, Any]

@@ -1,6 +1,6 @@
 """Drawn scenes without a path, and public parking cases, in full: planned, driven, docked, nothing touched.
 
-Each scene is proven to have a way (`rti_mpcc.simulation.scenes.proven`). What is lost is counted over all
+Each scene is proven to have a way (`benchmarks.problems.scenes.proven`). What is lost is counted over all
 parts of a level, by the last one of it.
 """
 
@@ -12,8 +12,11 @@ from typing import Any
 
 import pytest
 
+from benchmarks.problems.case import CampaignCase, Problems
+from benchmarks.problems.levels import Level
 from rti_mpcc.simulation import load_scenario, simulate, summary
-from rti_mpcc.simulation.campaign import CampaignCase, CaseOutcome, Level, Problems, drive_case
+from rti_mpcc.simulation.campaign import drive_case
+from rti_mpcc.simulation.campaign_row import CaseOutcome
 
 PART = 25
 PARTS = [(level, part) for level in (Level.NOMINAL, Level.NOISY) for part in range(20)]

@@ -20,7 +20,7 @@ from rti_mpcc.recording import load_problem, read_recording
 from rti_mpcc.recording.codec import to_line
 from rti_mpcc.recording.contents import FORMAT, VERSION
 from rti_mpcc.simulation import load_scenario
-from rti_mpcc.simulation.campaign.settings import read_settings
+from rti_mpcc.simulation.campaign import read_rows
 from rti_mpcc.simulation.docks_file import load_docks
 
 Reader = Callable[[Path], object]
@@ -31,7 +31,7 @@ READERS: dict[str, tuple[Reader, type[InputError], str]] = {
     "path": (ReferencePath.from_csv, PathError, "file.csv"),
     "recording": (read_recording, RecordingError, "file.jsonl"),
     "problem": (load_problem, RecordingError, "file.npz"),
-    "campaign": (lambda file: read_settings(file.parent), InputError, "campaign.json"),
+    "campaign": (lambda file: read_rows(file.parent), InputError, "rows.jsonl"),
 }
 MAP = (
     "image: {image}\nresolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\nnegate: 0\n"
@@ -101,8 +101,6 @@ def test_a_byte_order_mark_says_nothing(tmp_path: Path) -> None:
     Image.fromarray(CORNERS).save(tmp_path / "yard.png")
     (tmp_path / "yard.yaml").write_bytes(mark + MAP.format(image="yard.png").encode())
     assert len(Area.from_map(tmp_path / "yard.yaml").obstacles) == 1
-    (tmp_path / "campaign.json").write_bytes(mark + b'{"count": 3}')
-    assert read_settings(tmp_path)["count"] == 3
 
 
 # -- TOML ----------------------------------------------------------------------------------------------------

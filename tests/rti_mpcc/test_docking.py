@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.problems.variants import mirrored, moved
 from geometry import Pose2
 from rti_mpcc.simulation import (
     RunResult,
@@ -20,7 +21,6 @@ from rti_mpcc.simulation import (
     simulate,
 )
 from rti_mpcc.simulation.plant import PlantState
-from rti_mpcc.simulation.variants import mirrored, moved
 from rti_mpcc.types import Command, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import (
     Wrapped,

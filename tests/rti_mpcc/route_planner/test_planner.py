@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import shapely
 
+from benchmarks.problems.scenes import KINDS, Scene, drawn_scene
 from geometry import Area, Pose2
 from rti_mpcc import (
     ControllerConfig,
@@ -28,7 +29,6 @@ from rti_mpcc.config import RoutePlanner
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.route_planner.drivable import CURVATURE_SHARE
 from rti_mpcc.route_planner.planner import RoutePlanning
-from rti_mpcc.simulation.scenes import KINDS, Scene, drawn_scene
 from rti_mpcc.types import Array
 
 PARKING = sorted((Path(__file__).parents[4] / "shared" / "parking").glob("*.toml"))

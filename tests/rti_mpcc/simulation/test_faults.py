@@ -8,11 +8,11 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
+from benchmarks.problems.variants import mirrored, turned_round
 from geometry import Pose2
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.simulation import Scenario, changed, simulate, summary
 from rti_mpcc.simulation.faults import SIZES, FaultSection, Kind, last_end
-from rti_mpcc.simulation.variants import mirrored, turned_round
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import short
 

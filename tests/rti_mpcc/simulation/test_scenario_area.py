@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.problems.variants import mirrored, moved, turned_round
 from geometry import Pose2
 from rti_mpcc.config import RoutePlanner
 from rti_mpcc.errors import InputError, ScenarioError
@@ -22,7 +23,6 @@ from rti_mpcc.simulation import (
     scenario_text,
 )
 from rti_mpcc.simulation.solid import SolidThings
-from rti_mpcc.simulation.variants import mirrored, moved, turned_round
 
 IN_AN_AREA = [name for name in builtin_names() if load_scenario(name).in_area]
 CROSSED = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]

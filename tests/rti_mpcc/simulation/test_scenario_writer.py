@@ -7,12 +7,11 @@ from typing import Any
 
 import pytest
 
+from benchmarks.problems.courses import CAMPAIGN, drawn_course
 from rti_mpcc.simulation import (
-    CAMPAIGN,
     Scenario,
     builtin_names,
     changed,
-    drawn_course,
     load_scenario,
     save_scenario,
     scenario_from_dict,

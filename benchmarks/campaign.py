@@ -1,0 +1,70 @@
+"""A study of random problems: drive N of them, keep a row of each, report.
+
+    python -m benchmarks.campaign --count N --level nominal|noisy|mismatched|hard --seed S \\
+        --out DIR [--scenes] [--ride brisk] [--method M] [--preset P] [--deadline S] [--only I ...] \\
+        [--jobs K | --dask ADDRESS] [--worst N]
+
+Writes DIR/rows.jsonl, timed.jsonl, report.json, report.html and the worst cases in DIR/worst. With --only I
+these cases are driven alone. Workers of a Dask cluster need this folder on their PYTHONPATH.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import get_args
+
+from benchmarks.problems.case import CampaignCase, Problems
+from benchmarks.problems.levels import Level
+from rti_mpcc.baselines import METHODS
+from rti_mpcc.cli import exit_status
+from rti_mpcc.cli.arguments import seed
+from rti_mpcc.cli.campaign import add_campaign_options, drive_and_report
+from rti_mpcc.config import ControllerConfig, Ride
+from rti_mpcc.simulation.scenario import PRESETS
+
+
+def parser() -> argparse.ArgumentParser:
+    asked = argparse.ArgumentParser(
+        prog="python -m benchmarks.campaign",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add_campaign_options(asked)
+    asked.add_argument("--level", type=Level, choices=list(Level), default=Level.NOMINAL)
+    asked.add_argument("--out", type=Path, required=True, metavar="DIR")
+    asked.add_argument("--scenes", action="store_true", help="problems without a path; default: courses")
+    asked.add_argument("--ride", choices=get_args(Ride), help="default: the scenario's own")
+    asked.add_argument("--method", choices=METHODS, default="dynamic")
+    asked.add_argument("--preset", choices=PRESETS, default="default")
+    asked.add_argument("--deadline", type=float, metavar="S", help="of each cycle [s]; default: none")
+    asked.add_argument(
+        "--only", type=seed, nargs="+", metavar="I", help="cases that are driven; default: all"
+    )
+    asked.set_defaults(command=run)
+    return asked
+
+
+def run(asked: argparse.Namespace) -> int:
+    ControllerConfig(deadline=asked.deadline)
+    indices = asked.only or range(asked.count)
+    problems = Problems.SCENES if asked.scenes else Problems.COURSES
+    kind = {"method": asked.method, "preset": asked.preset, "deadline": asked.deadline, "ride": asked.ride}
+
+    cases = [
+        CampaignCase(seed=asked.seed, level=asked.level, index=index, problems=problems, **kind)
+        for index in indices
+    ]
+    settings = {
+        "count": len(cases),
+        "level": asked.level.value,
+        "seed": asked.seed,
+        "problems": problems.value,
+        **kind,
+    }
+    return drive_and_report(cases, settings, asked, asked.out)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(parser(), None))

@@ -1,0 +1,3 @@
+"""Random docking problems, each with a motion that proves that it can be docked: courses and scenes."""
+
+from __future__ import annotations

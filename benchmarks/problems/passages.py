@@ -1,0 +1,147 @@
+"""Curves between poses along which a body has room and a vehicle can steer while it drives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.problems.quintics import driven, quintics
+from geometry import Corridor, PathPart, wrap
+from rti_mpcc.config import Vehicle
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.types import Array, Index
+
+CURVATURE_SHARE = 0.95
+"""Of the vehicle's largest curvature, what the motion may take."""
+CURVATURE_SLOPE = 0.25
+"""Largest |dkappa/ds| of the motion [1/m²]."""
+CLEARANCE = 0.1
+"""Distance that the body keeps to boundaries and obstacles [m]."""
+SPACING = 0.1
+"""Between the poses of the motion, at most [m]."""
+_NEAREST = 2.0  # [m] between the ends of a curve
+_TURN = 1.5  # [rad] from one end to the other, at most
+_ASIDE = 0.8  # cosine of the angle between the way to the end and the headings at both ends, at least
+_SHAPE = np.linspace(0.0, 1.0, 41)  # u at which a curve is looked at first
+_COARSE = slice(None, None, 4)  # of these, where its body is
+_BLOCK = 5000  # curves at a time
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Room:
+    """The body and where it has to stay on one part of the route.
+
+    Attributes:
+        vehicle: the body; corridor: of the route; index: of its part.
+        part: of the route.
+        curvature: the largest that is allowed [1/m]; slope: of it, likewise [1/m²].
+    """
+
+    vehicle: Vehicle
+    corridor: Corridor
+    index: int
+    part: PathPart
+    curvature: float
+    slope: float = CURVATURE_SLOPE
+
+    def free(self, motion: Array) -> NDArray[np.bool_]:
+        """(...) whether the body at poses (..., >= 3) keeps CLEARANCE."""
+        rows = motion.reshape(-1, motion.shape[-1])
+        if len(rows) == 0:
+            return np.zeros(motion.shape[:-1], dtype=np.bool_)
+        touching = self.corridor.collides(self.index, body_polygons(rows, self.vehicle), CLEARANCE)
+        return np.asarray(~touching).reshape(motion.shape[:-1])
+
+    def hardness(self, motion: Array, slope: Array) -> Array:
+        """(k,) largest share of the limits on curvature and slope that motions (k, m, 4), (k, m) take."""
+        bent, turned = np.abs(motion[..., 3]).max(axis=1), np.abs(slope).max(axis=1)
+        return np.asarray(np.maximum(bent / self.curvature, turned / self.slope))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Joined:
+    """k curves that are gentle enough by a first look, gentlest first.
+
+    Attributes:
+        begin, end: (k,) which poses they join.
+        curves: (k, 6) quintics.
+        heading: (k,) of the vehicle at their begin [rad].
+        hard: (k,) share of the limits that they take.
+    """
+
+    begin: Index
+    end: Index
+    curves: NDArray[np.complex128]
+    heading: Array
+    hard: Array
+
+    def motion(self, row: int, room: Room) -> Array | None:
+        """Poses with curvature (n, 4) of a curve behind its begin; None where a close look finds it bad."""
+        curve, heading = self.curves[row : row + 1], self.heading[row : row + 1]
+        shape, _ = driven(room.part.direction, curve, _SHAPE, heading)
+        if not room.free(shape[:, _COARSE]).all():
+            return None
+        length = float(np.hypot(*np.diff(shape[0, :, :2], axis=0).T).sum())
+        # The speed along a curve may be twice its mean.
+        fine = np.linspace(0.0, 1.0, 2 * ceil(length / SPACING) + 1)
+        motion, slope = driven(room.part.direction, curve, fine, heading)
+        if room.hardness(motion, slope)[0] > 1.0 or not room.free(motion).all():
+            return None
+        return motion[0, 1:]
+
+
+def joined(begins: Array, ends: Array, speeds: Array, room: Room, *, sifted: bool = False) -> Joined:
+    """All curves from poses with curvature (b, 4) to others (e, 4) that are gentle enough.
+
+    Args:
+        speeds: (s, 2) those that are tried for each, see `quintics`.
+        sifted: only those along which there seems to be room, by a coarse look.
+    """
+    begin, end = _pairs(begins, ends, room.part.direction)
+    return among(begins, ends, begin, end, speeds, room, sifted=sifted)
+
+
+def among(
+    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: Room, *, sifted: bool
+) -> Joined:
+    """As `joined`, of the pairs begin, end (p,) alone."""
+    begin, end = np.repeat(begin, len(speeds)), np.repeat(end, len(speeds))
+    tried = np.tile(speeds, (len(begin) // len(speeds), 1))
+    found = []
+    for first in range(0, max(len(begin), 1), _BLOCK):
+        rows = slice(first, first + _BLOCK)
+        found.append(_looked_at(begins, ends, begin[rows], end[rows], tried[rows], room, sifted))
+    columns = [np.concatenate(column) for column in zip(*found, strict=True)]
+    order = np.argsort(columns[-1], kind="stable")
+    names = ("begin", "end", "curves", "heading", "hard")
+    return Joined(**{name: column[order] for name, column in zip(names, columns, strict=True)})
+
+
+def _looked_at(
+    begins: Array, ends: Array, begin: Index, end: Index, speeds: Array, room: Room, sifted: bool
+) -> tuple[NDArray[np.generic], ...]:
+    """Those of the curves that do so far, as the columns of `Joined`."""
+    heading = begins[begin, 2]
+    curves = quintics(room.part.direction, begins[begin], ends[end], speeds)
+    motion, slope = driven(room.part.direction, curves, _SHAPE, heading)
+    hard = room.hardness(motion, slope)
+    same = np.abs(wrap(motion[:, -1, 2] - ends[end, 2])) < 1e-6
+    kept = np.flatnonzero((hard <= 1.0) & same)
+    if sifted:
+        kept = kept[room.free(motion[kept, _COARSE]).all(axis=1)]
+    return begin[kept], end[kept], curves[kept], heading[kept], hard[kept]
+
+
+def _pairs(begins: Array, ends: Array, direction: int) -> tuple[Index, Index]:
+    """Which begins (b, 4) and ends (e, 4) one quintic may join: neither too near nor too much aside."""
+    way = (ends[:, 0] + 1j * ends[:, 1])[None, :] - (begins[:, 0] + 1j * begins[:, 1])[:, None]
+    chord = np.abs(way)
+    from_begin = direction * (way * np.exp(-1j * begins[:, 2])[:, None]).real
+    from_end = direction * (way * np.exp(-1j * ends[:, 2])[None, :]).real
+    turn = np.abs(wrap(ends[None, :, 2] - begins[:, None, 2]))
+    ahead = np.minimum(from_begin, from_end) >= _ASIDE * chord
+    begin, end = np.nonzero(ahead & (chord >= _NEAREST) & (turn <= _TURN))
+    return begin, end

@@ -1,0 +1,225 @@
+"""Campaigns: many cases, each driven and kept as a row, by processes of this machine or a Dask cluster.
+
+Joblib does the work. What joblib does not do is done here: a case that ends its worker becomes a row, and the
+other cases go on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, closing, contextmanager, suppress
+from pathlib import Path
+from typing import Any, Protocol, TextIO
+
+from geometry.files import RECORDING, content, from_json
+from rti_mpcc.errors import CampaignError, InputError, MissingExtraError
+from rti_mpcc.simulation.batch import Case, drive
+from rti_mpcc.simulation.campaign_row import CampaignRow, CaseOutcome, Drawn, row_of
+from rti_mpcc.simulation.scenario import Scenario
+
+ROWS, TIMES = "rows.jsonl", "timed.jsonl"
+MOST = 1_000_000
+"""Cases of a campaign, at most."""
+AHEAD = 2
+"""Cases under way for each worker: one is driven, one waits."""
+SILENCE = 1800.0
+"""A campaign in which no case ends for so long has lost its workers [s]: joblib does not say so."""
+DEATHS = 2
+"""A case that has ended so many workers of a Dask cluster is not driven again."""
+DIED = "its worker process ended while it was under way"
+_ADDRESS = re.compile(r" at 0x[0-9a-f]+")
+
+
+class DrawnCase(Protocol):
+    """A case that is drawn where it is driven: workers are sent no more than its attributes.
+
+    Attributes:
+        index: 0 ... MOST - 1; name: of its scenario; run: method, preset and seed, as `batch.Case` has them.
+    """
+
+    @property
+    def index(self) -> int: ...  # noqa: D102
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def run(self) -> Mapping[str, Any]: ...  # noqa: D102
+
+    def scenario(self) -> Scenario:
+        """The same each time. Raises InputError where it can't be drawn."""
+        ...
+
+    def drawn(self, scenario: Scenario) -> Drawn:
+        """What was drawn of it."""
+        ...
+
+
+Drive = Callable[[Any], CampaignRow]
+"""Makes a row of a case. Workers get it by its name: it has to be defined at the top of a module."""
+
+
+def drive_case(case: DrawnCase) -> CampaignRow:
+    """Draw and drive a case. Raises what either raises."""
+    scenario = case.scenario()
+    return row_of(case.index, drive(Case(scenario=scenario, **case.run)), case.drawn(scenario))
+
+
+def run_campaign(
+    cases: Iterable[DrawnCase],
+    folder: Path,
+    *,
+    jobs: int | None = None,
+    dask: str | None = None,
+    drive: Drive = drive_case,
+    progress: Callable[[int], None] | None = None,
+) -> None:
+    """Drive all cases; keep a row of each in FOLDER/rows.jsonl, and what was timed in FOLDER/timed.jsonl.
+
+    Args:
+        folder: exists; files of an earlier campaign in it are replaced.
+        jobs: number of processes; default: one a core.
+        dask: address of the scheduler of a Dask cluster, which drives the cases instead.
+        drive: makes a row of a case.
+        progress: given the number of cases that have ended, after each.
+
+    Raises InputError for jobs < 1, CampaignError where the workers are lost, MissingExtraError where Dask is
+    missing, OSError where the rows can't be written.
+    """
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs = {jobs}: must be >= 1")
+    with ExitStack() as stack:
+        rows, times = (
+            stack.enter_context((folder / name).open("w", encoding="utf-8")) for name in (ROWS, TIMES)
+        )
+        options = _workers(stack, jobs or os.cpu_count() or 1, dask)
+        driven = stack.enter_context(closing(_driven(drive, iter(cases), options)))
+        for done, row in enumerate(driven, start=1):
+            _write(rows, row.table())
+            if row.timed is not None:
+                _write(times, {"index": row.index, **row.timed})
+            if progress is not None:
+                progress(done)
+
+
+def read_rows(folder: Path, file: str = ROWS) -> list[dict[str, Any]]:
+    """The rows of a campaign in the order in which they ended; an incomplete last line is left out.
+
+    Raises InputError for a file that can't be read, or a line that is no row.
+    """
+    try:
+        lines = content(folder / file, RECORDING).split(b"\n")[:-1]
+        return [dict(from_json(line)) for line in lines]
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"{folder / file}: can't be read as rows of a campaign: {error}") from None
+
+
+def _write(file: TextIO, table: Mapping[str, Any]) -> None:
+    """One line, handed to the system at once."""
+    file.write(json.dumps(table, allow_nan=False, separators=(",", ":"), ensure_ascii=False) + "\n")
+    file.flush()
+
+
+def _workers(stack: ExitStack, jobs: int, dask: str | None) -> dict[str, Any]:
+    """Options of joblib's `Parallel` for processes or, while `stack` is open, for a cluster."""
+    from joblib import parallel_config
+
+    if dask is None:
+        # Joblib would drive a single job in this process, which a case may end: a second one stands by.
+        stack.enter_context(parallel_config("loky", n_jobs=max(jobs, 2), inner_max_num_threads=1))
+        return {"pre_dispatch": AHEAD * jobs if jobs > 1 else 1}
+    try:
+        import distributed
+    except ImportError as error:
+        raise MissingExtraError(
+            "a Dask cluster needs the library distributed: pip install '.[cluster]' in rti-mpcc's folder"
+        ) from error
+    try:
+        connected: Any = distributed.Client  # it has no types
+        stack.enter_context(connected(dask, timeout=10.0))
+        stack.enter_context(parallel_config("dask"))
+    except (OSError, ValueError) as error:
+        raise CampaignError(f"no Dask scheduler at {dask}: {error}") from error
+    return {"pre_dispatch": f"{AHEAD} * n_jobs"}
+
+
+def _driven(drive: Drive, cases: Iterator[DrawnCase], options: Mapping[str, Any]) -> Generator[CampaignRow]:
+    """Rows as they end. Where a process ended, those that were under way are driven again, each alone."""
+    while True:
+        under_way: dict[int, DrawnCase] = {}
+        try:
+            for row in _parallel(drive, _noted(cases, under_way), options):
+                del under_way[row.index]
+                yield row
+            return
+        except BrokenProcessPool:
+            suspects = list(under_way.values())
+        for case in suspects:
+            try:
+                yield from _parallel(drive, iter([case]), options)
+            except BrokenProcessPool:
+                yield undriven_row(case, CaseOutcome.WORKER_DIED, DIED)
+
+
+def _parallel(drive: Drive, cases: Iterator[DrawnCase], options: Mapping[str, Any]) -> Generator[CampaignRow]:
+    """Rows as they end. Raises BrokenProcessPool where a process of this machine ended."""
+    from joblib import Parallel, delayed
+
+    parallel = Parallel(return_as="generator_unordered", batch_size=1, timeout=SILENCE, **options)
+    try:
+        yield from parallel(delayed(_row)(drive, case) for case in cases)
+    except TimeoutError as error:
+        raise CampaignError(f"no case has ended for {SILENCE:g} s: the workers are lost") from error
+
+
+def _noted(cases: Iterator[DrawnCase], under_way: dict[int, DrawnCase]) -> Iterator[DrawnCase]:
+    for case in cases:
+        under_way[case.index] = case
+        yield case
+
+
+def _row(drive: Drive, case: DrawnCase) -> CampaignRow:
+    """The row of a case, in a worker; where `drive` raises, one that says so."""
+    with _counted(case) as before:
+        if before >= DEATHS:
+            return undriven_row(case, CaseOutcome.WORKER_DIED, DIED)
+        try:
+            row = drive(case)
+            json.dumps(row.table(), allow_nan=False)
+        except (Exception, SystemExit) as error:
+            # What differs from process to process is no part of a row.
+            said = _ADDRESS.sub("", " ".join(f"{type(error).__name__}: {error}".split()))
+            return undriven_row(case, CaseOutcome.RAISED, said)
+        return row
+
+
+@contextmanager
+def _counted(case: DrawnCase) -> Iterator[int]:
+    """How many workers of a Dask cluster this case has ended before; 0 elsewhere.
+
+    Joblib waits for ever for a case that Dask gives up, so a case has to be given up here before that.
+    """
+    if (distributed := sys.modules.get("distributed")) is None:
+        yield 0
+        return
+    try:
+        client, key = distributed.get_worker().client, ["rti-mpcc campaign", case.name]
+    except ValueError:  # not in a worker
+        yield 0
+        return
+    before: int = client.get_metadata(key, default=0)
+    client.set_metadata(key, before + 1)
+    yield before
+    client.set_metadata(key, 0)
+
+
+def undriven_row(case: DrawnCase, outcome: CaseOutcome, detail: str) -> CampaignRow:
+    """A row without figures, and without what was drawn where it can't be."""
+    drawn: Drawn = {}
+    if outcome is CaseOutcome.RAISED:  # what ended one process may end another
+        with suppress(Exception):
+            drawn = case.drawn(case.scenario())
+    return CampaignRow(index=case.index, scenario=case.name, outcome=outcome, detail=detail, **drawn)

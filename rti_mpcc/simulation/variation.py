@@ -1,0 +1,174 @@
+"""Random changes of a user's scenario: where it starts, where the goal is, noise, and a plant with errors.
+
+Every value is drawn evenly, up to so much to either side, from the generator of its case. All parts are drawn
+each time, so a case has the same start whether or not the noise varies, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from math import radians
+from typing import Any
+
+import numpy as np
+
+from geometry import Pose2
+from rti_mpcc.errors import InputError
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.simulation.campaign import MOST
+from rti_mpcc.simulation.campaign_row import Drawn
+from rti_mpcc.simulation.scenario import Scenario
+from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.solid import SolidThings
+
+START = GOAL = (0.5, 0.3, radians(5.0))
+"""Start and goal are shifted along and across [m] and turned [rad], in their own frames; see `ROOM`."""
+STATE_NOISE = (0.015, 0.003, 0.015, 0.003)
+"""Largest additions to the standard deviations of the measured position [m], heading [rad], speed [m/s],
+steering [rad]."""
+DETECTION = 0.5
+"""Share by which the noise of detections is more or less, where the scenario has [goal.measurement]."""
+WHEELBASE_ERROR, STEERING_OFFSET, GAIN, DEAD_TIME = 0.05, radians(1.0), 0.2, 0.07
+"""Errors of the plant that the controller does not know: relative, [rad], relative, [s]."""
+PARTS = ("start", "goal", "noise", "plant")
+ROOM = 0.1
+"""A shift is halved until the body has so much room [m] at the start, and at the goal in an area."""
+DIGITS = 5
+"""Of all that is drawn, so that a saved case is readable."""
+HALVINGS = 6
+"""Then nothing is shifted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariedCase:
+    """Case number `index` of a campaign around the scenario `base`; see `DrawnCase`.
+
+    `vary`: what is varied, some of `PARTS`.
+    """
+
+    base: Scenario
+    vary: tuple[str, ...]
+    seed: int
+    index: int
+
+    @property
+    def name(self) -> str:
+        """Of its scenario."""
+        return f"{self.base.name}_{self.seed}_{self.index:02d}"
+
+    @property
+    def run(self) -> dict[str, Any]:
+        """Another seed for each case of each campaign."""
+        return {"seed": MOST * self.seed + self.index}
+
+    def scenario(self) -> Scenario:
+        """See `DrawnCase`."""
+        random = np.random.default_rng([self.seed, self.index])
+        return varied(changed(self.base, {"name": self.name}), self.vary, random)
+
+    def drawn(self, scenario: Scenario) -> Drawn:
+        """How start and goal are shifted: along, beside [m], turned [rad]; the plant as in the scenario."""
+        start = scenario.start_pose().relative_to(self.base.start_pose())
+        goal = _goal(scenario).relative_to(_goal(self.base))
+        names = ("state_noise", "wheelbase_error", "steering_offset", "acceleration_gain", "dead_time")
+        return {
+            "course": {"start": _rounded(start), "goal": _rounded(goal)},
+            "disturbances": scenario.simulation.model_dump(include=set(names)),
+        }
+
+
+def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generator) -> Scenario:
+    """The scenario with some of `PARTS` drawn. Raises ScenarioError where it allows no change of a part."""
+    start, goal = ([_drawn(random, most) for most in shift] for shift in (START, GOAL))
+    changes = {"noise": _noise(scenario, random), "plant": _plant(scenario, random)}
+    for part, of in changes.items():
+        scenario = changed(scenario, of) if part in vary else scenario
+    if "start" in vary:
+        scenario = _shifted(scenario, start, _start_shifted)
+    return _shifted(scenario, goal, _goal_shifted) if "goal" in vary else scenario
+
+
+def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
+    """Keys of the scenario."""
+    position, *others = (round(float(random.uniform(0.0, most)), DIGITS) for most in STATE_NOISE)
+    own, more = scenario.simulation.state_noise, (position, position, *others)
+    changes: dict[str, Any] = {
+        "simulation.state_noise": [mine + some for mine, some in zip(own, more, strict=True)]
+    }
+    factors = {name: 1.0 + _drawn(random, DETECTION) for name in ("position_std", "heading_std")}
+    if (seen := scenario.goal.measurement) is not None:
+        for name, factor in factors.items():
+            changes[f"goal.measurement.{name}"] = factor * getattr(seen, name)
+    return changes
+
+
+def _plant(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
+    """Keys of the scenario: the controller goes on assuming the dead time that it assumed."""
+    plant, assumed = scenario.simulation, scenario.controller.dead_time
+    return {
+        "simulation.wheelbase_error": plant.wheelbase_error + _drawn(random, WHEELBASE_ERROR),
+        "simulation.steering_offset": plant.steering_offset + _drawn(random, STEERING_OFFSET),
+        "simulation.acceleration_gain": plant.acceleration_gain * (1.0 + _drawn(random, GAIN)),
+        "simulation.dead_time": max(plant.dead_time + _drawn(random, DEAD_TIME), 0.0),
+        "controller.dead_time": plant.dead_time if assumed is None else assumed,
+    }
+
+
+def _shifted(
+    scenario: Scenario, shift: Sequence[float], by: Callable[[Scenario, Pose2], Scenario]
+) -> Scenario:
+    """Shifted, by less where there is no room."""
+    for halved in range(HALVINGS):
+        try:
+            return by(scenario, Pose2(*(round(0.5**halved * value, DIGITS) for value in shift)))
+        except InputError:
+            continue
+    return scenario
+
+
+def _start_shifted(scenario: Scenario, shift: Pose2) -> Scenario:
+    """Raises InputError where the body has no room at the start."""
+    own = Pose2(*scenario.simulation.start_offset)
+    found = changed(scenario, {"simulation.start_offset": _numbers(own.compose(shift))})
+    return _with_room(found, found.start_pose())
+
+
+def _goal_shifted(scenario: Scenario, shift: Pose2) -> Scenario:
+    """Raises InputError where the body has no room at the goal, or it is out of reach of the path."""
+    goal = scenario.goal
+    if goal.pose is not None:
+        found = changed(scenario, {"goal.pose": _numbers(Pose2(*goal.pose).compose(shift))})
+    else:
+        own = Pose2(*(goal.offset or (0.0, 0.0, 0.0)))
+        found = changed(scenario, {"goal.offset": _numbers(own.compose(shift))})
+    return _with_room(found, found.goal_pose()) if found.in_area else found
+
+
+def _with_room(scenario: Scenario, pose: Pose2) -> Scenario:
+    """The scenario. Raises InputError where the body has no room at its start, or a pose of its area."""
+    poses, vehicle = np.array([_numbers(pose)]), scenario.build_vehicle()
+    if scenario.in_area:
+        room = SolidThings.of(scenario.build_area()).clearance(poses, vehicle)
+    else:
+        room = scenario.build_corridor(scenario.build_path()).clearance(0, body_polygons(poses, vehicle))
+    if room[0] < ROOM:
+        raise InputError(f"{scenario.name}: the body has {room[0]:.3f} m of room, needs {ROOM} m")
+    return scenario
+
+
+def _goal(scenario: Scenario) -> Pose2:
+    return scenario.goal_pose(None if scenario.in_area else scenario.build_path())
+
+
+def _drawn(random: np.random.Generator, most: float) -> float:
+    """Up to so much to either side."""
+    return round(float(random.uniform(-most, most)), DIGITS)
+
+
+def _numbers(pose: Pose2) -> list[float]:
+    return [pose.x, pose.y, pose.phi]
+
+
+def _rounded(pose: Pose2) -> list[float]:
+    return [round(value, DIGITS) for value in _numbers(pose)]
