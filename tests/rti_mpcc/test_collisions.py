@@ -82,19 +82,6 @@ def test_a_vehicle_that_may_escape_creeps_out_and_no_farther() -> None:
 
 
 @pytest.mark.acceptance
-def test_out_of_a_boundary_it_creeps_on_an_arc() -> None:
-    """The left front corner is 0.1 m over the boundary: backwards with the wheels turned is a way out."""
-    config = ControllerConfig(dead_time=0.18, escape_speed=0.2)
-    controller = DockingController(STRAIGHT, LANE, config)
-    start = Pose2(10.0, 3.1 - 0.5 * 2.069 - 0.1 * 3.6775, 0.1)
-    found = drive(controller, Car(config=config), start, 30.0, obstacles_at=lambda now: [])
-    assert found.commands[0].status is Status.BLOCKED
-    assert "left boundary" in found.commands[0].diagnostics.reason
-    assert any(command.source is Source.ESCAPE for command in found.commands)
-    assert found.commands[-1].status is not Status.BLOCKED
-
-
-@pytest.mark.acceptance
 def test_noise_of_a_centimetre_at_a_wall_is_no_contact() -> None:
     """Parked 3 cm beside a wall and measured with noise, it drives off."""
     config = ControllerConfig(dead_time=0.18)

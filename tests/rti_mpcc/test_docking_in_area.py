@@ -11,17 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba.core import config as numba_config
 
 from estimation import Frame, GoalMeasurement
-from geometry import Area, Pose2, compiled
+from geometry import Area, Pose2
 from rti_mpcc import DockingController, GoalTracking, Reason, Source, Status, VehicleState
 from rti_mpcc.recording import Recorder, replay
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Array
 from tests.rti_mpcc.docking_runs import granting
-from tests.rti_mpcc.yards import BEYOND, BRISK, DOOR, ROOMS, START, YARD, Drive, Driver, block, put_down
+from tests.rti_mpcc.yards import BEYOND, BRISK, DOOR, ROOMS, START, YARD, Drive, Driver, block
 
 LIMITS, ROUTE = BRISK.limits, BRISK.route
 STILL = 0.02
@@ -255,15 +254,6 @@ def test_a_goal_near_the_last_one_is_driven_to_on_the_same_way() -> None:
     assert Status.PLANNING not in {command.status for command in drive.commands[after]}
 
 
-def test_a_docked_vehicle_is_driven_to_another_goal() -> None:
-    goals = [Pose2(6.0, 0.0, 0.0), Pose2(-2.0, 0.0, 0.0)]
-    driver = Driver(area=YARD, goal_at=lambda now: goals[now >= 9.0])
-    drive = driver.drive(40.0, after_docking=3.0)
-    assert Status.DOCKED in {command.status for command in drive.commands[drive.between(0.0, 9.0)]}
-    assert_docked(drive, goals[1])
-    assert replans(driver) == 1
-
-
 # -- what comes in the way -----------------------------------------------------------------------------------
 
 
@@ -306,15 +296,6 @@ def test_what_fills_the_only_way_is_waited_for() -> None:
     assert driving[drive.between(goes + 1.0, goes + 1.5)].any()
 
 
-def test_an_obstacle_beside_the_way_changes_nothing() -> None:
-    cart = block(2.0, 4.0, 3.0, 5.0)
-    driver = Driver(area=YARD, obstacles_at=lambda now: [cart] if now > 2.0 else [])
-    drive = driver.drive(40.0)
-    assert_docked(drive)
-    assert replans(driver) == 0
-    assert Status.BLOCKED not in drive.statuses
-
-
 # -- set down elsewhere --------------------------------------------------------------------------------------
 
 
@@ -329,21 +310,6 @@ def once(at: float, change: Callable[[PlantState], PlantState]) -> Callable[[Pla
         return change(plant)
 
     return moved
-
-
-def test_set_down_elsewhere_before_it_drives_it_plans_from_there() -> None:
-    there = Pose2(0.0, 3.0, -0.5)
-    driver = Driver(
-        area=ROOMS,
-        goal_at=lambda now: BEYOND if now > 1.0 else None,
-        moved=once(1.0, lambda plant: put_down(plant, there)),
-    )
-    drive = driver.drive(60.0)
-    assert_docked(drive)
-    assert_stood(drive, 0.0, 4.0)
-    assert isinstance(driver.controller, DockingController)
-    assert driver.controller.manoeuvre is not None
-    assert driver.controller.manoeuvre.start.relative_to(there).within((0.01, 0.01, 0.01))
 
 
 def test_found_elsewhere_while_it_drives_it_stops_and_docks() -> None:
@@ -390,14 +356,6 @@ def test_wheels_are_turned_at_rest_where_a_segment_asks_for_it() -> None:
     assert np.abs(drive.states[first:last, 3]).max() <= STILL
     begins = int(np.argmax(np.abs(drive.states[:, 3]) > 0.1))
     assert abs(drive.states[begins, 4] - wheels) < 0.5 * abs(wheels - 0.5)
-
-
-def test_wheels_that_are_near_are_left_as_they_stand() -> None:
-    _, wheels = wheels_at_begin(0.5)
-    drive, same = wheels_at_begin(wheels)
-    assert same == pytest.approx(wheels, abs=1e-6)
-    assert Reason.TURNS_WHEELS not in {command.diagnostics.cause for command in drive.commands}
-    assert np.abs(drive.states[:, 3]).max() > 0.5
 
 
 # -- far away, noise, detections -----------------------------------------------------------------------------
@@ -470,56 +428,6 @@ def test_docks_at_a_goal_that_is_detected(told: bool) -> None:
 # -- time, and the same again --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("granted", [1, pytest.param(3, marks=pytest.mark.acceptance)])
-def test_planning_takes_only_the_slices_that_a_cycle_grants_and_loses_none(
-    granted: int, slices: list[RoutePlanning]
-) -> None:
-    unhurried = Driver(area=ROOMS)
-    unhurried.drive(1.0)
-    needed, taken = len(slices), [0]
-
-    def clock_at(now: float) -> Any:
-        taken.append(len(slices) - needed)
-        return granting(granted)
-
-    config = BRISK.model_copy(update={"deadline": 0.02})
-    hurried = Driver(area=ROOMS, config=config, clock_at=clock_at)
-    drive = hurried.drive(40.0)
-    assert_docked(drive)
-    assert len(slices) == 2 * needed
-    assert np.diff(taken).max() == min(granted, ROUTE.slices_at_rest)
-    assert len({id(search) for search in slices}) == 2
-    for one, other in ((unhurried.controller, hurried.controller),):
-        assert isinstance(one, DockingController)
-        assert isinstance(other, DockingController)
-        assert one.manoeuvre is not None
-        assert other.manoeuvre is not None
-        for a, b in zip(one.manoeuvre.segments, other.manoeuvre.segments, strict=True):
-            np.testing.assert_array_equal(a.part.curvatures, b.part.curvatures)
-
-
-def test_cycles_without_any_time_plan_nothing_and_what_was_planned_stays(
-    slices: list[RoutePlanning],
-) -> None:
-    def clock_at(now: float) -> Any:
-        return granting(0 if 0.25 < now < 1.0 else 1)
-
-    counted: list[int] = []
-
-    def obstacles_at(now: float) -> list[Array]:
-        counted.append(len(slices))
-        return []
-
-    driver = Driver(area=ROOMS, clock_at=clock_at, obstacles_at=obstacles_at)
-    drive = driver.drive(40.0)
-    assert_docked(drive)
-    begun = np.array(counted)
-    waits = drive.between(0.35, 1.0)
-    assert begun[waits][0] == begun[waits][-1] > 0
-    assert_stood(drive, 0.0, 1.0)
-    assert len({id(search) for search in slices}) == 1
-
-
 def test_the_same_inputs_give_the_same_commands_to_the_bit() -> None:
     box = block(8.0, -1.0, 9.0, 1.0)
     drives = [
@@ -538,28 +446,3 @@ def test_recorded_it_drives_the_same_and_a_replay_is_identical(tmp_path: Path) -
         recorded = Driver(area=ROOMS, controller=recorder).drive(3.0)
     np.testing.assert_array_equal(recorded.commanded(), plain.commanded())
     assert replay(tmp_path / "run.jsonl").identical
-
-
-@pytest.mark.skipif(numba_config.DISABLE_JIT, reason="there is nothing compiled")
-def test_all_kernels_are_ready_when_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    controller = DockingController.in_area(ROOMS, BRISK)
-    assert compiled.load() == 0
-    assert list(compiled.build()) == []
-
-    def compiles(*_: Any) -> None:
-        raise AssertionError("a kernel is compiled in a cycle")
-
-    monkeypatch.setattr(compiled._Kernel, "compile", compiles)
-    assert_sane(Driver(area=ROOMS, controller=controller, goal_at=lambda now: BEYOND).drive(1.0))
-
-
-def test_settings_of_the_way_are_those_given() -> None:
-    config = BRISK.model_copy(update={"route": ROUTE.model_copy(update={"final_straight": 30.0})})
-    driver = Driver(area=YARD, config=config, goal_at=lambda now: TURNED)
-    driver.drive(2.0)
-    assert isinstance(driver.controller, DockingController)
-    manoeuvre = driver.controller.manoeuvre
-    assert manoeuvre is not None
-    assert not manoeuvre.found
-    assert manoeuvre.reason == "there is no straight way of 30.0 m into the goal"
-    assert (manoeuvre.start, manoeuvre.goal) == (START, TURNED)
