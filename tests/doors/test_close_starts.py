@@ -84,17 +84,3 @@ def test_between_two_walls_there_is_no_leaving() -> None:
     found = plan_manoeuvre(START, ASIDE, area)
     assert found.outcome is PlanOutcome.START_IN_COLLISION
     assert "leaves 0.030 m, at least 0.05 m are kept, and no arc leads away from it" in found.reason
-
-
-@pytest.mark.parametrize(
-    ("start", "goal", "outcome"),
-    [
-        (START, Pose2(20.0, 2.0, 0.0), PlanOutcome.GOAL_IN_COLLISION),
-        (Pose2(0.06, 0.0, 0.0), ASIDE, PlanOutcome.START_IN_COLLISION),
-    ],
-)
-def test_goals_and_overlaps_are_refused_as_before(start: Pose2, goal: Pose2, outcome: PlanOutcome) -> None:
-    area = YARD.with_obstacles([before(0.03), block(23.7, -8.0, 24.0, 8.0)])
-    bounded = Area(boundary=[(-8.0, -8.0), (20.0 + VEHICLE.front + 0.03, -8.0), (23.7, 8.0), (-8.0, 8.0)])
-    found = plan_manoeuvre(start, goal, bounded.with_obstacles(area.obstacles[:1]))
-    assert found.outcome is outcome

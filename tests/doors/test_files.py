@@ -131,15 +131,6 @@ def test_toml_that_takes_far_more_than_its_size_is_refused(
     assert said in refusal(reader, error, tmp_path / name)
 
 
-def test_dots_in_texts_and_comments_are_no_keys(tmp_path: Path) -> None:
-    dots = ".".join("a" * 100)
-    file = tmp_path / "short.toml"
-    texts = (f'description = "{dots}"', f"description = '{dots}'", f'description = """\n{dots}\n"""')
-    for line in (*texts, f"# {dots} = 1\ndescription = '{dots}'", f"description = '''{dots}'''"):
-        file.write_text(f"{line}\n{SCENARIO}", encoding="utf-8")
-        assert load_scenario(file).description.strip() == dots
-
-
 # -- maps ----------------------------------------------------------------------------------------------------
 
 

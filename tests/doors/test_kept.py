@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import pickle
-import stat
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -64,10 +63,6 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> Callable[[], float]:
     return value
 
 
-def mode(path: Path) -> int:
-    return stat.S_IMODE(path.stat().st_mode)
-
-
 def plant(folder: Path) -> Path:
     """Put a pickle in the place of the kernel, with its checksum; the folder that it would make."""
     (file,) = folder.iterdir()
@@ -75,18 +70,6 @@ def plant(folder: Path) -> Path:
     content = pickle.dumps(Planted(made))
     file.write_bytes(sha256(content).digest() + content)
     return made
-
-
-def test_the_directory_and_its_files_are_closed_to_others(
-    folder: Path, declared: Callable[[], float]
-) -> None:
-    before = os.umask(0)
-    try:
-        assert declared() == 6.0
-    finally:
-        os.umask(before)
-    (file,) = folder.iterdir()
-    assert (mode(folder), mode(file)) == (0o700, 0o600)
 
 
 @pytest.mark.parametrize("others", [0o777, 0o770, 0o702])

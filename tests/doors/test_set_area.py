@@ -91,24 +91,6 @@ def test_the_same_area_changes_no_command(again: str) -> None:
     np.testing.assert_array_equal(ride(ROOMS, area_at).commanded(), ride(ROOMS, lambda now: None).commanded())
 
 
-def test_a_grid_that_is_built_up() -> None:
-    """A map of unknown cells counts as free, and shows its walls from one second to the next."""
-    cells = np.zeros((160, 300), dtype=np.int8)
-
-    def area_at(now: float) -> Area | None:
-        if abs(now - round(now)) > 0.5 * CYCLE:
-            return None
-        seen = cells.copy()
-        seen[: min(20 * round(now), 65), 150:160] = 100
-        seen[max(160 - 20 * round(now), 95) :, 150:160] = 100
-        return Area.from_grid(seen, 0.1, (-8.0, -8.0, 0.0))
-
-    drive = ride(Area.from_grid(cells, 0.1, (-8.0, -8.0, 0.0)), area_at)
-    assert drive.docked, drive.reasons[-1]
-    for wall in (block(7.0, -8.0, 8.0, -1.5), block(7.0, 1.5, 8.0, 8.0)):
-        assert clearance_to(drive, wall) > 0.03
-
-
 def test_it_is_recorded_and_replayed(tmp_path: Path) -> None:
     file = tmp_path / "ride.jsonl"
     with Recorder(DockingController.in_area(YARD, BRISK), file) as recorder:

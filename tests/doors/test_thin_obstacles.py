@@ -18,7 +18,7 @@ from rti_mpcc import ControllerConfig, DockingController, VehicleState, plan_man
 from rti_mpcc.recording import Recorder, replay
 from rti_mpcc.types import Array, Status
 from tests.rti_mpcc.encounters import body_at
-from tests.rti_mpcc.yards import BEYOND, BRISK, YARD, Drive, Driver, block
+from tests.rti_mpcc.yards import BEYOND, BRISK, YARD, Driver, block
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 14.0)])
 CAR = Body.of([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
@@ -165,27 +165,6 @@ def test_on_a_path_they_are_passed(thing: Any) -> None:
     shape = shapely.LineString(thing) if len(thing) > 1 else shapely.Point(thing)
     nearest = min(body_at(x, y, phi, BRISK.vehicle).distance(shape) for x, y, phi in drive.states[:, :3])
     assert nearest > 0.02
-
-
-@pytest.mark.parametrize("thing", [[(0.0, 0.0)], [(0.0, -0.6), (0.0, 0.6)], [(-0.6, 0.0), (0.6, 0.0)]])
-def test_one_that_crosses_is_waited_for(thing: Any) -> None:
-    """As for a box that is 2 mm wider."""
-    box = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(thing)).buffer(1e-3).exterior)
-    thin, wide = crossed(np.array(thing)), crossed(box)
-    assert Status.BLOCKED in thin.statuses
-    assert thin.docked
-    assert thin.times[-1] == pytest.approx(wide.times[-1], abs=0.3)
-
-
-def crossed(thing: Array) -> Drive:
-    """A ride that something crosses at 1 m/s."""
-    driver = Driver(
-        area=YARD,
-        controller=DockingController.in_area(YARD, BRISK),
-        obstacles_at=lambda now: [thing + np.array((9.0, -8.0 + now))],
-        standing_at=lambda now: [],
-    )
-    return driver.drive(60.0)
 
 
 # -- files and pictures --------------------------------------------------------------------------------------

@@ -71,29 +71,6 @@ def test_the_time_of_an_arrival_never_rises_with_the_speed(
     assert fast <= slow * (1.0 + 1e-9)
 
 
-@given(distances, speeds, comforts, positive(1e-3, 10.0), st.floats(0.1, 1.0), brisk)
-@example(0.0, 1.0, 0.4, 1.0, 0.5, False)
-@example(1.0, 0.0, 0.4, 1e-3, 1.0, False)
-@example(1e-6, 1.0, 0.4, 1e-3, 1.0, True)
-@few_examples
-def test_a_lower_speed_limit_on_the_way_never_shortens_the_arrival(
-    distance: float, speed: float, comfort: float, bound: float, share: float, brisk: bool
-) -> None:
-    free = time_to_go(distance, speed, comfort, LEAST, brisk=brisk)
-    high, low = (
-        time_to_go(distance, speed, comfort, LEAST, np.full(64, each), brisk=brisk)
-        for each in (bound, share * bound)
-    )
-    # In 64 pieces of the way the motion is known to a percent.
-    assert free <= high * (1.0 + 1e-9)
-    assert high <= low * 1.01
-    assert distance / max(speed, bound) <= high * (1.0 + 1e-9)
-    # No longer than to change speed at either end, in a piece at least, and to drive at the limit in between.
-    if speed <= bound:
-        pieces = 1.0 + 2.0 / 64.0
-        assert high <= max(LEAST, pieces * distance / bound + 4.0 * bound / comfort) * 1.01
-
-
 def stages(duration: float) -> Array:
     """Times (31,) [s] whose first interval is one cycle."""
     return np.append(0.0, np.linspace(0.01 * duration, duration, 30))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from geometry import Pose2
 from rti_mpcc.baselines import cartesian_weights
 from rti_mpcc.config import Comfort, Weights
-from rti_mpcc.model.layout import CONTROLS, STATES, A, X, Y
+from rti_mpcc.model.layout import CONTROLS, STATES, A
 from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, contouring_weights, sigma
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target, TargetKind
@@ -106,21 +106,3 @@ def test_what_goes_beyond_comfort_costs_linearly_at_most_and_pulls_back(
     assert gradient * acceleration >= 0.0
     assert abs(gradient) <= 2.0 * clip * (1.0 + 1e-9)
     assert 0.0 <= hessian <= 2.0 * (1.0 + 1e-9)
-
-
-@given(signed(1e-15, 1e6), signed(1e-15, 1e6), positive(1e-6, 1e3))
-@example(0.0, 0.0, 0.5)
-@example(1e6, 0.0, 0.5)
-@examples
-def test_the_pull_of_a_goal_is_bounded_however_far_it_is_and_none_where_the_plan_ends_there(
-    x: float, y: float, clip: float
-) -> None:
-    weights = replace(no_weights(), goal=np.ones(3), goal_clipped=True)
-    states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
-    cost = quadratic_cost(
-        states, controls, weights, None, None, Pose2(x, y, 0.0), WHEELBASE,
-        Comfort(0.4, 1.0, 0.5, 1.0), Weights(goal_clip=(clip, 0.3)),
-    )  # fmt: skip
-    pull = -cost.state_gradient[-1, [X, Y]]
-    assert np.hypot(*pull) == pytest.approx(2.0 * min(float(np.hypot(x, y)), clip))
-    assert pull @ (x, y) >= 0.0

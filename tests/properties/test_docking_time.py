@@ -54,17 +54,6 @@ def test_a_longer_path_never_takes_less_time(ride: Ride, length: float, longer: 
     assert near <= far + STEP
 
 
-@given(rides, positive(1e-3, 10.0))
-@example("smooth", 1e-3)
-@example("smooth", 1.0)
-@few_examples
-def test_a_goal_behind_the_start_takes_no_less_than_one_as_far_ahead(ride: Ride, back: float) -> None:
-    config, path = ControllerConfig(ride=ride), straight(20.0)
-    ahead = expected_docking_time(straight(back), config)
-    behind = expected_docking_time(path, config, Pose2(-back, 0.0, 0.0))
-    assert behind >= ahead * (1.0 - 1e-9)
-
-
 @pytest.mark.parametrize("reward", [1e-6, 1e-3, 1e2, 1e7, 1e10])
 def test_whatever_the_progress_is_worth_the_time_is_found_or_there_is_none(reward: float) -> None:
     config = ControllerConfig(weights=Weights(progress_reward=reward))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, nextafter, pi, sqrt, tan
+from math import inf, nextafter, pi, tan
 
 import numpy as np
 import pytest
@@ -21,12 +21,9 @@ from estimation import (
     MeasurementNoise,
     PoseHistory,
     VehicleFilterConfig,
-    stds_in,
 )
-from estimation.belief import contradiction, innovation_of
 from estimation.board_pose import fit_board
 from estimation.disturbance import Motion, first_estimate, updated
-from estimation.measurement import Detection
 from estimation.vehicle_filter import QUANTITIES, _gain, filtered
 from geometry import Pose2, wrap
 
@@ -154,31 +151,6 @@ def test_an_estimate_is_finite_for_detections_at_a_range_of_0_and_at_one_time(
         )
 
 
-@FEW
-@given(scale=st.sampled_from([1e-18, 1e-9, 1.0, 1e12]), other=st.sampled_from([1e-18, 1e-9, 1.0, 1e12]))
-def test_a_detection_at_the_mean_contradicts_nothing(scale: float, other: float) -> None:
-    frame = (Frame.WORLD, 0.0, 0.0, 0.0)
-    covariance, mean = scale * np.eye(3), np.array([1.0, 2.0, 0.5])
-    one = Detection(stamp=0.0, value=mean.copy(), covariance=covariance, told=frame)
-    innovation, nis = innovation_of(mean, other * np.eye(3), one)
-    assert np.abs(innovation).max() <= 1e-15
-    assert nis == pytest.approx(0.0, abs=1e-6)
-    assert contradiction(mean, other * np.eye(3), [one, one, one]) == pytest.approx(0.0, abs=1e-6)
-
-
-@FEW
-@given(variances=st.tuples(VARIANCES, VARIANCES, VARIANCES), phi=st.floats(-pi, pi))
-@example(variances=(0.0, 0.0, 0.0), phi=1.0)
-def test_standard_deviations_in_any_frame_are_between_the_least_and_the_largest(
-    variances: tuple[float, float, float], phi: float
-) -> None:
-    stds = stds_in(np.array([[0.0, 0.0, phi]]), np.diag(variances)[None])[0]
-    low, high = sqrt(min(variances[:2])), sqrt(max(variances[:2]))
-    assert low * (1.0 - 1e-9) - 1e-12 <= min(stds[:2])
-    assert max(stds[:2]) <= high * (1.0 + 1e-9) + 1e-12
-    assert stds[2] == pytest.approx(sqrt(variances[2]))
-
-
 # -- the vehicle's own state ---------------------------------------------------------------------------------
 
 
@@ -256,13 +228,6 @@ def test_estimated_offsets_are_finite_within_their_limits_and_no_less_sure_than_
 
 
 # -- the camera ----------------------------------------------------------------------------------------------
-
-
-def test_what_is_in_the_lens_or_behind_it_is_refused() -> None:
-    camera = Camera(x=0.0, y=0.0, z=0.0, yaw=0.0)
-    for x in (0.0, -1e-17, -1.0):
-        with pytest.raises(ValueError, match="before the camera"):
-            camera.project([(x, 0.1, 0.0)])
 
 
 @settings(FEW, max_examples=25)

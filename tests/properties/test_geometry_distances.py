@@ -172,17 +172,6 @@ def test_a_point_is_clear_just_where_it_is_in_the_boundary(ring: Ring, x: float,
         assert apart <= 1e-9
 
 
-@pytest.mark.parametrize("size", [1e-6, 1e-3, 1.0, 1e3])
-@pytest.mark.parametrize("offset", [0.0, 1e6])
-def test_the_distance_to_an_obstacle_is_right_whatever_its_size(size: float, offset: float) -> None:
-    ring = box(size, size, offset, offset, 0.3)
-    body, x = Body.of(CONVEX), offset + size + 10.0
-    apart = float(Area(obstacles=[ring]).signed_distances(body, np.array([(x, offset, 0.1)]))[0])
-    c, s = cos(0.1), sin(0.1)
-    placed = np.array(CONVEX) @ np.array([(c, s), (-s, c)]) + (x, offset)
-    assert apart == pytest.approx(shapely.distance(shapely.Polygon(placed), shapely.Polygon(ring)), abs=1e-6)
-
-
 # -- half-planes beside a body -------------------------------------------------------------------------------
 
 
@@ -234,17 +223,3 @@ def test_boundaries_beside_a_path_are_as_far_from_it_as_they_are_told(segments: 
             for line in lines:
                 assert np.isfinite(line).all()
                 assert shapely.distance(driven, shapely.MultiPoint(line)) >= offset - 1e-2
-
-
-@FEW
-@given(ring=repeated([(-5.0, -3.0), (20.0, -3.0), (20.0, 4.0), (-5.0, 4.0)]), length=LENGTHS)
-@example(ring=[(-5.0, -3.0), (20.0, -3.0), (20.0, 4.0), (-5.0, 4.0)], length=1e-17)
-def test_a_polygon_is_as_wide_along_a_path_however_often_its_corners_are_told(
-    ring: Ring, length: float
-) -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, length)])
-    corridor = Corridor.from_polygon(path, ring)
-    assert corridor.narrowest()[0] == pytest.approx(7.0)
-    point = Body.of([(0.0, 0.0)])
-    apart = corridor.signed_distances(0, point, np.array([(0.0, 3.0, 0.0), (0.0, -2.5, 0.0)]))
-    assert apart[:, 0] == pytest.approx([1.0, 0.5])

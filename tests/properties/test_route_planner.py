@@ -11,10 +11,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from geometry import Area, Pose2, ReferencePath, wrap
-from geometry.arrays import Array
 from rti_mpcc.config import ControllerConfig, RoutePlanner, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
-from rti_mpcc.route_planner.arcs import joined, length_of, poses_after, split
 from rti_mpcc.route_planner.mending import mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
 
@@ -28,12 +26,6 @@ WHEELBASES = st.sampled_from([0.05, 0.18, 0.5, 1.0, 2.875, 8.0, 20.0])
 CLOSE = st.sampled_from([0.0, 1e-17, 1e-12, 1e-10, 1e-9, 1e-7, 1e-6, 1e-4, 0.01, 0.04, 0.06])
 """How near a start is to some place [m]."""
 LENGTHS = st.one_of(st.sampled_from([1e-17, 1e-10, 1e-9, 2e-9, 1e-6, 1e-3]), st.floats(0.01, 8.0))
-CURVATURES = st.one_of(st.sampled_from([0.0, 1e-310, 1e-17, 1e-9]), st.floats(-2.0, 2.0))
-WAYS = st.lists(
-    st.tuples(st.sampled_from([1.0, -1.0]), LENGTHS, CURVATURES).map(lambda row: (row[0] * row[1], row[2])),
-    min_size=1,
-    max_size=5,
-).map(np.array)
 
 
 def yard(half: float) -> Area:
@@ -136,21 +128,6 @@ def test_a_lane_of_few_cells_across_is_driven_along(half: tuple[float, float]) -
 
 
 # -- ways of arcs --------------------------------------------------------------------------------------------
-
-
-@FEW
-@given(way=WAYS, longest=st.floats(-3.0, 2.0).map(lambda n: 10.0**n))
-@example(way=np.array([[1e-17, 0.0]]), longest=1.0)
-@example(way=np.array([[1.0, 0.0]]), longest=1.0)
-def test_a_way_that_is_split_or_put_together_leads_to_the_same_place(way: Array, longest: float) -> None:
-    start = np.array([1.0, 2.0, 0.3])
-    end, short, whole = poses_after(start, way)[-1], split(way, longest), joined(way)
-    assert (np.abs(short[:, 0]) <= longest * (1.0 + 1e-6)).all()
-    assert length_of(short) == pytest.approx(length_of(way))
-    assert poses_after(start, short)[-1] == pytest.approx(end, abs=1e-9)
-    # What is shorter than 1e-9 m is none.
-    led = poses_after(start, whole)[-1] if len(whole) else start
-    assert led == pytest.approx(end, abs=1e-7)
 
 
 # -- repaired paths ------------------------------------------------------------------------------------------

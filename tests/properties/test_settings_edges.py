@@ -19,41 +19,10 @@ from rti_mpcc.qp.filling import empty_values, fill_bounds
 from rti_mpcc.qp.pattern import build_pattern
 from rti_mpcc.simulation.plant import PlantFault, PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Source
-from tests.properties.magnitudes import examples, few_examples, from_zero, positive, signed
+from tests.properties.magnitudes import few_examples, from_zero, positive, signed
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 60.0)])
 CORRIDOR = Corridor.from_offsets(PATH, left=4.0, right=-4.0)
-
-
-@given(
-    positive(1e-3, 100.0), positive(1e-3, 100.0), st.floats(1e-3, 1.0), positive(1e-3, 1.4),
-    positive(0.1, 20.0), st.floats(3.0, 300.0), st.sampled_from(("smooth", "brisk")),
-)  # fmt: skip
-@example(1e-3, 1e-3, 1e-3, 1e-3, 20.0, 3.0, "smooth")
-@example(100.0, 100.0, 1.0, 1.4, 0.1, 300.0, "brisk")
-@examples
-def test_what_follows_from_the_limits_is_positive_and_within_them(
-    speed: float,
-    acceleration: float,
-    share: float,
-    steering: float,
-    wheelbase: float,
-    horizon: float,
-    ride: Any,
-) -> None:
-    config = ControllerConfig(
-        limits=Limits(speed=speed, acceleration=acceleration, steering=steering),
-        vehicle=Vehicle(wheelbase=wheelbase),
-        comfort_acceleration=share * acceleration,
-        arrival_horizon=horizon,
-        ride=ride,
-    )
-    assert 0.0 < config.cruise_speed <= speed
-    assert 0.0 < config.arrival_acceleration <= share * acceleration
-    assert config.comfort.jerk > 0.0
-    assert config.arrival_reach > 0.0
-    assert 0.0 < config.max_curvature < np.inf
-    assert config.planned_acceleration >= share * acceleration
 
 
 @pytest.mark.parametrize(

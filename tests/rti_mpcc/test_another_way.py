@@ -8,13 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
-from rti_mpcc.report.film import film_of_run
-from rti_mpcc.report.scene import Scene
-from rti_mpcc.report.views import Observer
 from rti_mpcc.simulation import (
     RunResult,
     Scenario,
@@ -49,24 +45,6 @@ def beside_a_wall(side: int, **changes: Any) -> Scenario:
     return changed(scenario_from_dict(tables), changes)
 
 
-def in_reverse() -> Scenario:
-    """A goal in reverse that is too much beside its path, and turned, to be come to onward."""
-    tables: dict[str, Any] = {
-        "name": "in_reverse",
-        "path": {
-            "start": [4.0, -3.0, 3.0],
-            "segments": [
-                {"direction": -1, "curvature": -0.07, "length": 7.0},
-                {"direction": -1, "curvature": -0.14, "length": 3.0},
-            ],
-        },
-        "corridor": {"left": 3.0, "right": -3.0},
-        "goal": {"offset": [0.5, -0.5, 0.6]},
-        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
-    }
-    return scenario_from_dict(tables)
-
-
 def said(result: RunResult) -> list[Status]:
     return [status for status, _ in groupby(result.cycles.status)]
 
@@ -90,11 +68,6 @@ def test_a_goal_turned_against_the_bend_is_come_to_by_another_way(side: int) -> 
     assert said(result)[0] is Status.PLANNING
     assert Status.STALLED not in said(result)
     assert summary(result)["direction_changes"] == 1
-
-
-@pytest.mark.acceptance
-def test_in_reverse_too() -> None:
-    assert_docked(simulate(in_reverse()), 40.0)
 
 
 @pytest.mark.parametrize("turn", [-60.0, pytest.param(-90.0, marks=pytest.mark.acceptance), 180.0])
@@ -167,18 +140,3 @@ def test_the_reason_says_why_it_is_planned() -> None:
     first = next(command.diagnostics for _, command in drive(scenario, 0.1))
     assert first.cause is Reason.PLANS_WAY
     assert "planning a way: the first plan misses the goal" in first.reason
-
-
-def test_a_film_shows_the_way_in_place_of_the_path_once_it_was_left() -> None:
-    scenario = beside_a_wall(1, **{"simulation.duration": 4.0})
-    observer = Observer(docking_controller(scenario))
-    result = simulate(scenario, controller=observer)
-    film = film_of_run(result, observer.observed)
-    assert film.path is result.given_path
-    assert film.corridor is not None
-    scene = Scene(Figure().add_subplot(), film)
-    scene.show(0)
-    assert len(scene.planned.get_segments()) == 0
-    scene.show(len(film.views) - 1)
-    assert len(scene.planned.get_segments()) == len(result.path.parts)
-    assert len(scene.walls.get_segments()) == sum(map(len, film.corridor.lines(0)))

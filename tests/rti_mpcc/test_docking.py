@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi, radians
+from math import radians
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,10 @@ from rti_mpcc.simulation import (
     scenario_from_dict,
     simulate,
 )
-from rti_mpcc.simulation.variants import moved
-from rti_mpcc.types import Source, Status, VehicleState
+from rti_mpcc.types import Source, Status
 from tests.rti_mpcc.docking_runs import (
-    Wrapped,
-    deviation,
     docking_figures,
     drive,
-    seen_from,
     short,
     straight,
     wall,
@@ -68,15 +64,6 @@ def test_docking_inside(inside: RunResult) -> None:
     assert found["step_at_change_over"] <= 0.15
 
 
-@pytest.mark.acceptance
-def test_headings_may_jump_by_a_turn_on_the_way(usual: RunResult) -> None:
-    angle = float(pi - 0.5 * (usual.truth.poses[:, 2].min() + usual.truth.poses[:, 2].max()))
-    scenario = moved(short(), Pose2(0.0, 0.0, angle))
-    result = simulate(scenario, controller=Wrapped(docking_controller(scenario)))
-    assert np.ptp(result.truth.poses[:, 2]) > 0.1
-    assert deviation(usual.truth.poses, seen_from(Pose2(0.0, 0.0, angle), result.truth.poses)) <= 1e-3
-
-
 def test_docks_with_a_noisy_state() -> None:
     noise = [0.01, 0.01, radians(0.3), 0.02, 0.0]
     result = simulate(short(state_noise=noise), seed=1)
@@ -104,33 +91,6 @@ def test_a_new_goal_counts_also_while_it_stops_before_something_in_the_way() -> 
 # -- the goal --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.acceptance
-@pytest.mark.parametrize("at_distance", [pytest.param(9.0, marks=pytest.mark.acceptance), 5.0])
-def test_follows_a_goal_that_moves_on_the_way(at_distance: float) -> None:
-    shift = {"at_distance": at_distance, "offset": [0.2, 0.1, 0.02]}
-    result = simulate(changed(short(), {"goal.shifts": [shift]}))
-    assert_docked(result)
-    assert np.hypot(*(result.truth.goals[-1] - result.truth.goals[0])[:2]) > 0.2
-
-
-@pytest.mark.acceptance
-def test_a_goal_that_is_cleared_is_the_end_of_the_path() -> None:
-    scenario = short()
-    controller = docking_controller(scenario)
-    goal = offset_goal(scenario, 0.0, 0.0, 0.0)
-    run = []
-    for entry in drive(
-        scenario, 20.0, controller=controller, goal_at=lambda now: goal if now == 0.0 else None
-    ):
-        run.append(entry)
-        if entry[0].time == pytest.approx(2.0):
-            controller.clear_goal()
-    plant, command = run[-1]
-    error = Pose2(plant.x, plant.y, plant.phi).relative_to(scenario.build_path().end)
-    assert command.docked
-    assert np.hypot(error.x, error.y) <= 0.07
-
-
 def test_without_any_goal_it_is_the_end_of_the_path() -> None:
     scenario = short()
     *_, (plant, command) = drive(scenario, 20.0, goal_at=lambda now: None)
@@ -148,25 +108,6 @@ def test_stays_docked_without_creeping_or_jitter() -> None:
     assert max(abs(command.steering_rate) for _, command in standing) <= 1e-3
     assert max(np.hypot(other.x - plant.x, other.y - plant.y) for other, _ in standing) <= 1e-3
     assert max(abs(other.v) for other, _ in standing) <= 1e-3
-
-
-def test_stays_docked_with_a_noisy_state() -> None:
-    """The noise of the pose is well inside the tolerance, so standing is all there is to do."""
-    scenario = short()
-    controller, noise = docking_controller(scenario), np.random.default_rng(3)
-    goal = offset_goal(scenario, 0.0, 0.0, 0.0)
-    still = VehicleState(x=goal.x, y=goal.y, phi=goal.phi, v=0.0, delta=0.0)
-    spread = np.array([0.005, 0.005, radians(0.2), 0.005, 0.0])
-    commands = []
-    for cycle in range(200):
-        x, y, phi, v, delta = (
-            np.array([still.x, still.y, still.phi, still.v, still.delta]) + spread * noise.standard_normal(5)
-        ).tolist()
-        state = VehicleState(x=x, y=y, phi=phi, v=v, delta=delta)
-        commands.append(controller.step(state, now=0.05 * cycle, goal=goal))
-    assert all(command.docked for command in commands[40:])
-    assert max(abs(command.steering_rate) for command in commands[40:]) <= 1e-3
-    assert max(abs(command.acceleration) for command in commands[40:]) <= 0.1
 
 
 def test_a_goal_that_moves_after_docking_is_driven_to() -> None:

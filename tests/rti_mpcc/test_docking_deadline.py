@@ -16,7 +16,6 @@ from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status
 from tests.rti_mpcc.docking_runs import (
     Clocked,
-    Obstacles,
     docking_figures,
     drive,
     granting,
@@ -62,20 +61,6 @@ def test_a_goal_that_jitters_does_not_begin_the_search_anew_in_each_cycle(jitter
     run = list(drive(scenario, 1.0, goal_at=goal_at, controller=controller))
     assert run[-1][1].source is Source.SOLUTION
     assert run[-1][0].v != 0.0
-
-
-def test_an_obstacle_far_off_that_flickers_does_not_begin_the_search_anew() -> None:
-    scenario = changed(short(), {"simulation.duration": 1.0})
-    box = np.array([[60.0, 60.0], [60.6, 60.0], [60.6, 60.6], [60.0, 60.6]])
-    told: list[Obstacles] = []
-
-    def flickering(now: float) -> Obstacles:
-        told.append([box] if len(told) % 2 else [])
-        return told[-1]
-
-    result, _ = limited(scenario, lambda now: granting(1), obstacles_at=flickering)
-    assert [] in told
-    assert result.cycles.source[-1] is Source.SOLUTION
 
 
 # -- late plans ------------------------------------------------------------------------------------------

@@ -14,14 +14,12 @@ from estimation import Frame, GoalMeasurement, GoalStatus, Outcome
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import (
-    GoalSource,
     RunResult,
     Scenario,
     changed,
     docking_controller,
     load_scenario,
     simulate,
-    summary,
 )
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import docking_figures, short
@@ -93,25 +91,6 @@ def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     assert outcomes.count(Outcome.ACCEPTED) > 0.9 * len(outcomes)
     part = result.truth.part[np.searchsorted(result.truth.times, result.tracking.arrivals - 1e-9)]
     assert (part == 1).all()  # visible after the cusp only
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize(
-    "name", ["docking_moving_goal", pytest.param("docking_blackout", marks=pytest.mark.acceptance)]
-)
-def test_moving_goal_and_blackout_dock_on_the_true_goal(name: str) -> None:
-    assert_docked_on_the_true_goal(simulate(load_scenario(name), seed=0))
-
-
-@pytest.mark.acceptance
-def test_filtered_detections_steer_less_than_raw_ones() -> None:
-    scenario = noisy(dropout=0.0, outlier=0.0)
-    energy = {
-        source: summary(simulate(scenario, goal_source=source))["energy"]["steering_rate"]
-        for source in GoalSource
-    }
-    excess = energy[GoalSource.DETECTED] - energy[GoalSource.KNOWN]
-    assert excess < 0.5 * (energy[GoalSource.RAW] - energy[GoalSource.KNOWN])
 
 
 def test_late_detections_are_placed_by_where_the_vehicle_was() -> None:

@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 
 from estimation import GoalMeasurement
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Pose2
 from rti_mpcc import ControllerConfig, DockingController, Limits, Status, VehicleState
-from rti_mpcc.config import GoalTracking
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.types import Command
 from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, Obstacles, box, drive, straight
@@ -117,30 +116,7 @@ def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
         assert command.diagnostics.reason.endswith("the last one stays")
 
 
-def test_a_goal_that_was_only_detected_out_of_reach_counts_as_not_seen() -> None:
-    docking = controller(goal_tracking=GoalTracking(required=True))
-    there = VehicleState(x=LENGTH, y=0.0, phi=0.0, v=0.0, delta=0.0)
-    for k in range(30):
-        seen_aside = GoalMeasurement(stamp=0.05 * k, x=0.0, y=2.6, phi=0.0)
-        command = docking.step(there, now=0.05 * k, measurements=[seen_aside])
-    assert command.status is Status.SEARCHING
-    assert "goal detected at" in command.diagnostics.reason
-
-
 # -- degrees, and planned values --------------------------------------------------------------------
-
-
-def test_a_heading_in_degrees_is_asked_about_for_the_vehicle_and_for_its_goal() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.5 * pi), [(1, 0.0, 20.0)])
-    docking = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0))
-    state = VehicleState(x=0.0, y=0.0, phi=90.0, v=0.0, delta=0.0)
-    commands = [docking.step(state, now=0.05 * k, goal=Pose2(0.0, 20.0, 90.0)) for k in range(3)]
-    for command in commands:
-        assert "heading 90: in degrees? radians are expected" in command.diagnostics.reason
-        assert "goal heading 90: in degrees? radians are expected" in command.diagnostics.reason
-    radians = VehicleState(x=0.0, y=0.0, phi=0.5 * pi, v=0.0, delta=0.0)
-    command = docking.step(radians, now=0.15, goal=Pose2(0.0, 20.0, 0.5 * pi))
-    assert "degrees" not in command.diagnostics.reason
 
 
 @pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.acceptance), 0.02])

@@ -15,7 +15,6 @@ import pytest
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Pose2
 from rti_mpcc import DockingController, GoalTracking, Reason, Source, Status, VehicleState
-from rti_mpcc.recording import Recorder, replay
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Array
 from tests.rti_mpcc.docking_runs import granting
@@ -119,16 +118,6 @@ def test_a_goal_given_later_is_waited_for() -> None:
     before = drive.between(0.0, WAITS)
     assert {command.status for command in drive.commands[before]} == {Status.PLANNING}
     assert set(drive.reasons[before]) == {"planning a way: there is no goal yet"}
-
-
-def test_without_a_goal_it_stands_and_says_so() -> None:
-    driver = Driver(area=ROOMS, goal_at=lambda now: None)
-    drive = driver.drive(1.0)
-    assert_stood(drive, 0.0, 1.0)
-    assert drive.statuses == [Status.PLANNING]
-    assert isinstance(driver.controller, DockingController)
-    assert (driver.controller.path, driver.controller.manoeuvre) == (None, None)
-    assert (driver.controller.replans, driver.controller.planning_seconds) == (0, 0.0)
 
 
 @pytest.mark.parametrize("off", [(0.0, 0.0, 0.0), (0.03, -0.04, 0.03)], ids=["exactly", "nearly"])
@@ -399,23 +388,3 @@ def test_docks_at_a_goal_that_is_detected(told: bool) -> None:
 
 
 # -- time, and the same again --------------------------------------------------------------------------------
-
-
-def test_the_same_inputs_give_the_same_commands_to_the_bit() -> None:
-    box = block(8.0, -1.0, 9.0, 1.0)
-    drives = [
-        Driver(area=YARD, obstacles_at=lambda now: [box] if now > 2.0 else []).drive(9.0) for _ in range(2)
-    ]
-    one, other = drives
-    np.testing.assert_array_equal(one.commanded(), other.commanded())
-    np.testing.assert_array_equal(one.states, other.states)
-    assert one.reasons == other.reasons
-    assert Status.PLANNING in one.statuses[1:]  # it has planned twice
-
-
-def test_recorded_it_drives_the_same_and_a_replay_is_identical(tmp_path: Path) -> None:
-    plain = Driver(area=ROOMS).drive(3.0)
-    with Recorder(DockingController.in_area(ROOMS, BRISK), tmp_path / "run.jsonl") as recorder:
-        recorded = Driver(area=ROOMS, controller=recorder).drive(3.0)
-    np.testing.assert_array_equal(recorded.commanded(), plain.commanded())
-    assert replay(tmp_path / "run.jsonl").identical

@@ -13,7 +13,6 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Limits, Status
-from rti_mpcc.simulation import changed, load_scenario, simulate, summary
 from tests.rti_mpcc.encounters import Car, Drive, drive
 
 CONFIG = ControllerConfig(dead_time=0.18)
@@ -128,21 +127,6 @@ def test_a_docked_vehicle_is_held_on_a_slope() -> None:
     assert np.abs(at[:, 3]).max() < 0.02
 
 
-@pytest.mark.acceptance
-def test_what_is_told_is_what_is_measured() -> None:
-    """Planned speed and steering of a command are those measured when it has acted for a cycle."""
-    result = driven("cusp", slope=0.3, offset=OFFSET)
-    late = slice(100, len(result.commands) - 20)
-    times = result.times + CONFIG.dead_time + CONFIG.cycle
-    for column, planned in ((3, "speed"), (4, "steering")):
-        measured = np.interp(times, result.times, result.states[:, column])[late]
-        told = np.array([getattr(command, planned) for command in result.commands])[late]
-        assert np.abs(measured - told).max() < 0.03, planned
-    steering = np.array([command.trajectory.states[0, 4] for command in result.commands[late]])
-    at = np.interp(result.times[late] + CONFIG.dead_time, result.times, result.states[:, 4])
-    assert np.abs(steering - at).max() < 0.03
-
-
 WEAK = ControllerConfig(dead_time=0.18, limits=Limits(acceleration=0.5))
 
 
@@ -156,16 +140,3 @@ def test_a_drive_that_is_too_weak_says_so(slope: float) -> None:
         assert command.acceleration * slope <= 0.0
         assert abs(command.acceleration) <= WEAK.limits.acceleration
     assert result.commands[-1].diagnostics.disturbance == pytest.approx(slope, abs=0.05)
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("slope", [-0.5, -0.3, 0.3, 0.5])
-@pytest.mark.parametrize("offset", [-OFFSET, OFFSET])
-def test_the_full_course_of_the_paper(slope: float, offset: float) -> None:
-    scenario = load_scenario("docking_full_course")
-    before = summary(simulate(scenario))
-    sloping = {"simulation.acceleration_offset": slope, "simulation.steering_offset": offset}
-    after = summary(simulate(changed(scenario, sloping)))
-    assert after["docked"]
-    assert after["min_clearance_m"] >= 0.0
-    assert after["time_to_dock_s"] <= SLOWER * before["time_to_dock_s"]
