@@ -57,31 +57,29 @@ def drive_to_a_wall(
     assert cycles.status[-1] is Status.DOCKED
 
 
-@pytest.mark.parametrize("speed", [None, 3.0])
 @pytest.mark.parametrize("direction", [1, -1])
-def test_a_wall_from_the_start(direction: int, speed: float | None, figures: Figures) -> None:
-    drive_to_a_wall(straight(direction, speed=speed), figures, theta=20.0, begin=0.0, end=30.0)
-
-
-@pytest.mark.parametrize("direction", [1, -1])
-def test_a_wall_close_to_the_start(direction: int, figures: Figures) -> None:
-    theta = 5.5 if direction == 1 else 2.5
-    drive_to_a_wall(straight(direction), figures, theta=theta, begin=0.0, end=20.0)
-
-
-@pytest.mark.parametrize("direction", [1, -1])
-def test_a_wall_far_away_on_a_long_path(direction: int, figures: Figures) -> None:
-    drive_to_a_wall(straight(direction, 120.0, speed=3.0), figures, theta=60.0, begin=0.0, end=50.0)
-
-
-@pytest.mark.parametrize("direction", [1, -1])
-def test_a_wall_that_appears_suddenly_in_a_cruise(direction: int, figures: Figures) -> None:
-    drive_to_a_wall(straight(direction, 120.0, speed=3.0), figures, theta=40.0, begin=12.0, end=50.0)
-
-
-@pytest.mark.parametrize("direction", [1, -1])
-def test_a_wall_that_appears_suddenly_in_an_arrival(direction: int, figures: Figures) -> None:
-    drive_to_a_wall(straight(direction), figures, theta=24.0, begin=9.0, end=40.0)
+@pytest.mark.parametrize(
+    ("length", "speed", "theta", "begin", "end"),
+    [
+        (40.0, None, 20.0, 0.0, 30.0),
+        (40.0, 3.0, 20.0, 0.0, 30.0),
+        (120.0, 3.0, 60.0, 0.0, 50.0),  # far away
+        (120.0, 3.0, 40.0, 12.0, 50.0),  # suddenly in a cruise
+        (40.0, None, 24.0, 9.0, 40.0),  # suddenly in an arrival
+        (40.0, None, None, 0.0, 20.0),  # close to the start
+    ],
+)
+def test_a_wall_across_a_straight(
+    length: float,
+    speed: float | None,
+    theta: float | None,
+    begin: float,
+    end: float,
+    direction: int,
+    figures: Figures,
+) -> None:
+    theta = theta or (5.5 if direction == 1 else 2.5)
+    drive_to_a_wall(straight(direction, length, speed=speed), figures, theta=theta, begin=begin, end=end)
 
 
 @pytest.mark.parametrize(("name", "theta"), [("docking_inside", 15.0), ("docking_full_course", 18.0)])

@@ -106,6 +106,14 @@ MEASUREMENT = GoalMeasurement(stamp=1.0, x=1.0, y=2.0, phi=0.0)
 SEGMENT = Segment(part=PART, index=0)
 
 
+def door(function: Callable[..., Any], /, **valid: Any) -> Door:
+    return Door(call=function, valid=valid)
+
+
+STEP: dict[str, Any] = {"timeout": 9.0, "patience": 5.0, "retries": 1, "retry_from": 0, "then": "stop"}
+"""Valid for every step of a mission."""
+
+
 def _filter() -> GoalPoseFilter:
     made = GoalPoseFilter()
     made.predict(1.0)
@@ -113,271 +121,167 @@ def _filter() -> GoalPoseFilter:
 
 
 DOORS: dict[str, Door] = {
-    # -- geometry --------------------------------------------------------------------------------
-    "Area": Door(call=Area, valid={"boundary": SQUARE, "obstacles": [SQUARE]}),
-    "Area.from_grid": Door(
-        call=Area.from_grid,
-        valid={
-            "array": np.eye(3),
-            "resolution": 0.5,
-            "origin": (0.0, 0.0, 0.0),
-            "unknown_is_free": False,
-        },
+    # -- geometry ------------------------------
+    "Area": door(Area, boundary=SQUARE, obstacles=[SQUARE]),
+    "Area.from_grid": door(
+        Area.from_grid, array=np.eye(3), resolution=0.5, origin=(0.0, 0.0, 0.0), unknown_is_free=False
     ),
-    "Area.solid_beside": Door(call=AREA.solid_beside, valid={"other": Area(), "least": 0.1}),
-    "Area.bounded": Door(call=Area().bounded, valid={"points": POINTS, "beyond": 2.0}),
-    "Area.with_obstacles": Door(call=AREA.with_obstacles, valid={"polygons": [SQUARE]}),
-    "Area.signed_distances": Door(
-        call=AREA.signed_distances, valid={"body": BODY, "poses": np.zeros((2, 3)), "within": 3.0}
+    "Area.solid_beside": door(AREA.solid_beside, other=Area(), least=0.1),
+    "AreaLines": door(geometry.AreaLines, boundary=np.array(SQUARE), obstacles=(np.array(SQUARE),)),
+    "Area.bounded": door(Area().bounded, points=POINTS, beyond=2.0),
+    "Area.with_obstacles": door(AREA.with_obstacles, polygons=[SQUARE]),
+    "Area.signed_distances": door(AREA.signed_distances, body=BODY, poses=np.zeros((2, 3)), within=3.0),
+    "Corridor.from_offsets": door(
+        Corridor.from_offsets,
+        path=PATH,
+        left=4.0,
+        right=-4.0,
+        narrowings=[Narrowing(1.0, 2.0, left=3.0)],
+        obstacles=[SQUARE],
     ),
-    "Corridor.from_offsets": Door(
-        call=Corridor.from_offsets,
-        valid={
-            "path": PATH,
-            "left": 4.0,
-            "right": -4.0,
-            "narrowings": [Narrowing(1.0, 2.0, left=3.0)],
-            "obstacles": [SQUARE],
-        },
+    "Corridor.from_polygon": door(
+        Corridor.from_polygon,
+        path=PATH,
+        polygon=[(-9.0, -9.0), (20.0, -9.0), (20.0, 9.0), (-9.0, 9.0)],
+        obstacles=[SQUARE],
     ),
-    "Corridor.from_polygon": Door(
-        call=Corridor.from_polygon,
-        valid={
-            "path": PATH,
-            "polygon": [(-9.0, -9.0), (20.0, -9.0), (20.0, 9.0), (-9.0, 9.0)],
-            "obstacles": [SQUARE],
-        },
+    "Corridor.in_area": door(Corridor.in_area, area=AREA),
+    "Corridor.from_lines": door(Corridor.from_lines, lines=CORRIDOR.to_lines()),
+    "Corridor.with_obstacles": door(CORRIDOR.with_obstacles, obstacles=[SQUARE]),
+    "Corridor.clearance": door(CORRIDOR.clearance, part=0, bodies=[SQUARE]),
+    "Corridor.collides": door(CORRIDOR.collides, part=0, bodies=[SQUARE], margin=1.0),
+    "Corridor.signed_distances": door(
+        CORRIDOR.signed_distances, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0
     ),
-    "Corridor.in_area": Door(call=Corridor.in_area, valid={"area": AREA}),
-    "Corridor.from_lines": Door(call=Corridor.from_lines, valid={"lines": CORRIDOR.to_lines()}),
-    "Corridor.with_obstacles": Door(call=CORRIDOR.with_obstacles, valid={"obstacles": [SQUARE]}),
-    "Corridor.clearance": Door(call=CORRIDOR.clearance, valid={"part": 0, "bodies": [SQUARE]}),
-    "Corridor.collides": Door(call=CORRIDOR.collides, valid={"part": 0, "bodies": [SQUARE], "margin": 1.0}),
-    "Corridor.signed_distances": Door(
-        call=CORRIDOR.signed_distances,
-        valid={"part": 0, "body": BODY, "poses": np.zeros((2, 3)), "within": 3.0},
+    "Corridor.contacts": door(
+        CORRIDOR.contacts, part=0, body=BODY, poses=np.zeros((2, 3)), within=3.0, outward=1.0
     ),
-    "Corridor.contacts": Door(
-        call=CORRIDOR.contacts,
-        valid={"part": 0, "body": BODY, "poses": np.zeros((2, 3)), "within": 3.0, "outward": 1.0},
+    "Corridor.beyond": door(CORRIDOR.beyond, part=0, points=np.array(POINTS)),
+    "Corridor.near_obstacles": door(CORRIDOR.near_obstacles, points=np.array(POINTS), within=2.0),
+    "Corridor.cut_off": door(CORRIDOR.cut_off, part=0, one=(0.0, 0.0), other=(5.0, 0.0)),
+    "Corridor.narrowest": door(CORRIDOR.narrowest, part=0),
+    "Corridor.lines": door(CORRIDOR.lines, part=0),
+    "Corridor": door(Corridor, walls=CORRIDOR.walls, kept_out=CORRIDOR.kept_out, area=None),
+    "CorridorLines": door(
+        geometry.CorridorLines, parts=CORRIDOR.to_lines().parts, obstacles=(np.array(SQUARE),), area=None
     ),
-    "Corridor.beyond": Door(call=CORRIDOR.beyond, valid={"part": 0, "points": np.array(POINTS)}),
-    "Corridor.near_obstacles": Door(
-        call=CORRIDOR.near_obstacles, valid={"points": np.array(POINTS), "within": 2.0}
+    "PartLines": door(
+        geometry.PartLines,
+        left=(np.array(POINTS),),
+        right=(np.array(POINTS),),
+        joined=False,
+        narrowest=(1.0, 2.0),
     ),
-    "Corridor.cut_off": Door(
-        call=CORRIDOR.cut_off, valid={"part": 0, "one": (0.0, 0.0), "other": (5.0, 0.0)}
+    "Narrowing": door(Narrowing, start=1.0, end=2.0, left=1.0, right=-1.0),
+    "PathPart": door(
+        geometry.PathPart,
+        direction=1,
+        knots=np.array([0.0, 2.0]),
+        curvatures=np.array([0.0]),
+        x=np.array([0.0, 2.0]),
+        y=np.zeros(2),
+        phi=np.zeros(2),
     ),
-    "Corridor.narrowest": Door(call=CORRIDOR.narrowest, valid={"part": 0}),
-    "Corridor.lines": Door(call=CORRIDOR.lines, valid={"part": 0}),
-    "Corridor": Door(
-        call=Corridor, valid={"walls": CORRIDOR.walls, "kept_out": CORRIDOR.kept_out, "area": None}
+    "PathPart.reference": door(PART.reference, theta=[1.0, 2.0]),
+    "PathPart.places": door(PART.places, spacing=1.0, least=2),
+    "PathPart.curvature": door(PART.curvature, theta=[1.0, 2.0]),
+    "PathPart.pose": door(PART.pose, theta=2.0),
+    "PathPart.progress": door(PART.progress, pose=ORIGIN, theta=0.0),
+    "PathPart.project": door(PART.project, x=1.0, y=1.0, near=1.0, reach=2.0, heading=0.0),
+    "Pose2": door(Pose2, x=1.0, y=2.0, phi=0.0),
+    "Pose2.compose": door(ORIGIN.compose, offset=ORIGIN),
+    "Pose2.relative_to": door(ORIGIN.relative_to, frame=ORIGIN),
+    "Pose2.within": door(ORIGIN.within, tolerance=(1.0, 1.0, 1.0), share=1.0),
+    "ReferencePath": door(ReferencePath, parts=PATH.parts),
+    "ReferencePath.from_segments": door(ReferencePath.from_segments, start=ORIGIN, segments=[(1, 0.0, 40.0)]),
+    "ReferencePath.from_poses": door(
+        ReferencePath.from_poses, poses=[(0.0, 0.0, 0.0), (4.0, 0.0, 0.0)], directions=1
     ),
-    "CorridorLines": Door(
-        call=geometry.CorridorLines,
-        valid={"parts": CORRIDOR.to_lines().parts, "obstacles": (np.array(SQUARE),), "area": None},
+    "ReferencePath.from_waypoints": door(ReferencePath.from_waypoints, points=POINTS, direction=1),
+    "ReferencePath.sample": door(PATH.sample, spacing=1.0),
+    "lift": door(geometry.lift, angle=1.0, near=7.0),
+    "wrap": door(geometry.wrap, angle=4.0),
+    # -- estimation ------------------------------
+    "Camera.seen": door(CAMERA.seen, points=[(-3.0, 0.0, 1.0)]),
+    "Camera.project": door(CAMERA.project, points=[(-3.0, 0.0, 1.0)]),
+    "CharucoBoard.shares_markers": door(BOARD.shares_markers, other=BOARD),
+    "CharucoBoard.in_goal_frame": door(BOARD.in_goal_frame, points=[(0.0, 0.0)]),
+    "DetectionNoise.covariance": door(GoalFilterConfig().noise.covariance, distance=2.0),
+    "GoalFilterConfig.drift": door(GoalFilterConfig().drift, seconds=2.0),
+    "GoalPoseFilter": door(GoalPoseFilter, config=GoalFilterConfig()),
+    "GoalPoseFilter.predict": door(_filter().predict, now=2.0),
+    "GoalPoseFilter.update": door(_filter().update, measurement=MEASUREMENT),
+    "GoalPoseFilter.estimate": door(_filter().estimate, now=2.0),
+    "stds_in": door(estimation.stds_in, goals=np.zeros((1, 3)), covariances=np.ones((1, 3, 3))),
+    # -- rti_mpcc ------------------------------
+    "Approach": door(rti_mpcc.Approach, length=2.0, direction=1),
+    "ControllerConfig.for_vehicle": door(ControllerConfig.for_vehicle, kind="van"),
+    "Dock": door(
+        Dock,
+        pose=ORIGIN,
+        **STEP,
+        name="A",
+        kind=rti_mpcc.DockKind.KNOWN,
+        board=None,
+        approach=rti_mpcc.Approach(2.0, 1),
+        tolerance=(0.1, 0.1, 0.1),
+        body=SQUARE,
+        contact=rti_mpcc.Straight(0.5),
+        uncertainty=(0.1, 0.1),
     ),
-    "PartLines": Door(
-        call=geometry.PartLines,
-        valid={
-            "left": (np.array(POINTS),),
-            "right": (np.array(POINTS),),
-            "joined": False,
-            "narrowest": (1.0, 2.0),
-        },
+    "Dock.body_at": door(Dock(ORIGIN, body=SQUARE).body_at, pose=ORIGIN),
+    "DockingController": door(DockingController, path=PATH, corridor=CORRIDOR, config=CONFIG, segments=None),
+    "DockingController.in_area": door(DockingController.in_area, area=AREA, config=CONFIG),
+    "DockingController.set_area": door(DockingController.in_area(AREA, CONFIG).set_area, area=AREA),
+    "DockingController.check_area": door(DockingController.in_area(AREA, CONFIG).check_area, area=AREA),
+    "DockingController.assign": door(DockingController.in_area(AREA, CONFIG).assign, order=Stand()),
+    "DockingMission": door(
+        DockingMission,
+        controller=DockingController.in_area(AREA, CONFIG),
+        steps=[Wait(1.0), DriveTo(ORIGIN)],
+        home=ORIGIN,
     ),
-    "Narrowing": Door(call=Narrowing, valid={"start": 1.0, "end": 2.0, "left": 1.0, "right": -1.0}),
-    "PathPart": Door(
-        call=geometry.PathPart,
-        valid={
-            "direction": 1,
-            "knots": np.array([0.0, 2.0]),
-            "curvatures": np.array([0.0]),
-            "x": np.array([0.0, 2.0]),
-            "y": np.zeros(2),
-            "phi": np.zeros(2),
-        },
+    "DriveTo": door(DriveTo, pose=ORIGIN, **STEP, tolerance=(0.1, 0.1, 0.1)),
+    "RtiMpcc": door(RtiMpcc, part=PART, corridor=CORRIDOR, config=CONFIG, index=0),
+    "RtiMpcc.set_goal": door(RtiMpcc(PART, CORRIDOR, CONFIG).set_goal, goal=ORIGIN),
+    "RtiMpcc.set_obstacles": door(RtiMpcc(PART, CORRIDOR, CONFIG).set_obstacles, corridor=CORRIDOR),
+    "Segment": door(
+        Segment,
+        part=PART,
+        index=0,
+        end=rti_mpcc.SegmentEnd.CUSP,
+        tolerance=(0.1, 0.1, 0.1),
+        speed=1.0,
+        steering=0.5,
+        wheels=0.0,
+        margin=0.1,
+        dwell=1.0,
+        objective=CONTOURING,
+        final=None,
+        stop=None,
+        piece_of=None,
     ),
-    "PathPart.reference": Door(call=PART.reference, valid={"theta": [1.0, 2.0]}),
-    "PathPart.places": Door(call=PART.places, valid={"spacing": 1.0, "least": 2}),
-    "PathPart.curvature": Door(call=PART.curvature, valid={"theta": [1.0, 2.0]}),
-    "PathPart.pose": Door(call=PART.pose, valid={"theta": 2.0}),
-    "PathPart.progress": Door(call=PART.progress, valid={"pose": ORIGIN, "theta": 0.0}),
-    "PathPart.project": Door(
-        call=PART.project, valid={"x": 1.0, "y": 1.0, "near": 1.0, "reach": 2.0, "heading": 0.0}
+    "Segment.stopped": door(
+        SEGMENT.stopped,
+        stop=PlannedStop(at=1.0, goal=None, obstacles=None, since=0.0),
+        tolerance=(0.1, 0.1, 0.1),
     ),
-    "Pose2": Door(call=Pose2, valid={"x": 1.0, "y": 2.0, "phi": 0.0}),
-    "Pose2.compose": Door(call=ORIGIN.compose, valid={"offset": ORIGIN}),
-    "Pose2.relative_to": Door(call=ORIGIN.relative_to, valid={"frame": ORIGIN}),
-    "Pose2.within": Door(call=ORIGIN.within, valid={"tolerance": (1.0, 1.0, 1.0), "share": 1.0}),
-    "ReferencePath": Door(call=ReferencePath, valid={"parts": PATH.parts}),
-    "ReferencePath.from_segments": Door(
-        call=ReferencePath.from_segments, valid={"start": ORIGIN, "segments": [(1, 0.0, 40.0)]}
+    "Segment.limited": door(SEGMENT.limited, config=CONFIG),
+    "SpeedProfile.at_stop": door(SpeedProfile().at_stop, behind=1.0),
+    "Straight": door(
+        rti_mpcc.Straight, distance=1.0, **STEP, speed=0.2, steering=0.1, tolerance=(0.1, 0.1), until=bool
     ),
-    "ReferencePath.from_poses": Door(
-        call=ReferencePath.from_poses,
-        valid={"poses": [(0.0, 0.0, 0.0), (4.0, 0.0, 0.0)], "directions": 1},
+    "Undock": door(rti_mpcc.Undock, distance=1.0, **STEP),
+    "Wait": door(Wait, seconds=1.0, **STEP, until=bool),
+    "config_for_docking_time": door(
+        rti_mpcc.config_for_docking_time, seconds=40.0, path=PATH, config=CONFIG, goal=None
     ),
-    "ReferencePath.from_waypoints": Door(
-        call=ReferencePath.from_waypoints, valid={"points": POINTS, "direction": 1}
+    "expected_docking_time": door(rti_mpcc.expected_docking_time, path=PATH, config=CONFIG, goal=None),
+    "mended_path": door(rti_mpcc.mended_path, path=PATH, area=AREA, config=CONFIG),
+    "plan_manoeuvre": door(
+        rti_mpcc.plan_manoeuvre, start=ORIGIN, goal=Pose2(6.0, 0.0, 0.0), area=AREA, config=CONFIG
     ),
-    "ReferencePath.sample": Door(call=PATH.sample, valid={"spacing": 1.0}),
-    "lift": Door(call=geometry.lift, valid={"angle": 1.0, "near": 7.0}),
-    "wrap": Door(call=geometry.wrap, valid={"angle": 4.0}),
-    # -- estimation ------------------------------------------------------------------------------
-    "Camera.seen": Door(call=CAMERA.seen, valid={"points": [(-3.0, 0.0, 1.0)]}),
-    "Camera.project": Door(call=CAMERA.project, valid={"points": [(-3.0, 0.0, 1.0)]}),
-    "CharucoBoard.shares_markers": Door(call=BOARD.shares_markers, valid={"other": BOARD}),
-    "CharucoBoard.in_goal_frame": Door(call=BOARD.in_goal_frame, valid={"points": [(0.0, 0.0)]}),
-    "DetectionNoise.covariance": Door(call=GoalFilterConfig().noise.covariance, valid={"distance": 2.0}),
-    "GoalFilterConfig.drift": Door(call=GoalFilterConfig().drift, valid={"seconds": 2.0}),
-    "GoalPoseFilter": Door(call=GoalPoseFilter, valid={"config": GoalFilterConfig()}),
-    "GoalPoseFilter.predict": Door(call=_filter().predict, valid={"now": 2.0}),
-    "GoalPoseFilter.update": Door(call=_filter().update, valid={"measurement": MEASUREMENT}),
-    "GoalPoseFilter.estimate": Door(call=_filter().estimate, valid={"now": 2.0}),
-    "stds_in": Door(
-        call=estimation.stds_in, valid={"goals": np.zeros((1, 3)), "covariances": np.ones((1, 3, 3))}
-    ),
-    # -- rti_mpcc --------------------------------------------------------------------------------
-    "Approach": Door(call=rti_mpcc.Approach, valid={"length": 2.0, "direction": 1}),
-    "ControllerConfig.for_vehicle": Door(call=ControllerConfig.for_vehicle, valid={"kind": "van"}),
-    "Dock": Door(
-        call=Dock,
-        valid={
-            "pose": ORIGIN,
-            "timeout": 9.0,
-            "patience": 5.0,
-            "retries": 1,
-            "retry_from": 0,
-            "then": "stop",
-            "name": "A",
-            "kind": rti_mpcc.DockKind.KNOWN,
-            "board": None,
-            "approach": rti_mpcc.Approach(2.0, 1),
-            "tolerance": (0.1, 0.1, 0.1),
-            "body": SQUARE,
-            "contact": rti_mpcc.Straight(0.5),
-            "uncertainty": (0.1, 0.1),
-        },
-    ),
-    "Dock.body_at": Door(call=Dock(ORIGIN, body=SQUARE).body_at, valid={"pose": ORIGIN}),
-    "DockingController": Door(
-        call=DockingController,
-        valid={"path": PATH, "corridor": CORRIDOR, "config": CONFIG, "segments": None},
-    ),
-    "DockingController.in_area": Door(call=DockingController.in_area, valid={"area": AREA, "config": CONFIG}),
-    "DockingController.set_area": Door(
-        call=DockingController.in_area(AREA, CONFIG).set_area, valid={"area": AREA}
-    ),
-    "DockingController.check_area": Door(
-        call=DockingController.in_area(AREA, CONFIG).check_area, valid={"area": AREA}
-    ),
-    "DockingController.assign": Door(
-        call=DockingController.in_area(AREA, CONFIG).assign, valid={"order": Stand()}
-    ),
-    "DockingMission": Door(
-        call=DockingMission,
-        valid={
-            "controller": DockingController.in_area(AREA, CONFIG),
-            "steps": [Wait(1.0), DriveTo(ORIGIN)],
-            "home": ORIGIN,
-        },
-    ),
-    "DriveTo": Door(
-        call=DriveTo,
-        valid={
-            "pose": ORIGIN,
-            "timeout": 9.0,
-            "patience": 5.0,
-            "retries": 1,
-            "retry_from": 0,
-            "then": "stop",
-            "tolerance": (0.1, 0.1, 0.1),
-        },
-    ),
-    "RtiMpcc": Door(call=RtiMpcc, valid={"part": PART, "corridor": CORRIDOR, "config": CONFIG, "index": 0}),
-    "RtiMpcc.set_goal": Door(call=RtiMpcc(PART, CORRIDOR, CONFIG).set_goal, valid={"goal": ORIGIN}),
-    "RtiMpcc.set_obstacles": Door(
-        call=RtiMpcc(PART, CORRIDOR, CONFIG).set_obstacles, valid={"corridor": CORRIDOR}
-    ),
-    "Segment": Door(
-        call=Segment,
-        valid={
-            "part": PART,
-            "index": 0,
-            "end": rti_mpcc.SegmentEnd.CUSP,
-            "tolerance": (0.1, 0.1, 0.1),
-            "speed": 1.0,
-            "steering": 0.5,
-            "wheels": 0.0,
-            "margin": 0.1,
-            "dwell": 1.0,
-            "objective": CONTOURING,
-            "final": None,
-            "stop": None,
-            "piece_of": None,
-        },
-    ),
-    "Segment.stopped": Door(
-        call=SEGMENT.stopped,
-        valid={
-            "stop": PlannedStop(at=1.0, goal=None, obstacles=None, since=0.0),
-            "tolerance": (0.1, 0.1, 0.1),
-        },
-    ),
-    "Segment.limited": Door(call=SEGMENT.limited, valid={"config": CONFIG}),
-    "SpeedProfile.at_stop": Door(call=SpeedProfile().at_stop, valid={"behind": 1.0}),
-    "Straight": Door(
-        call=rti_mpcc.Straight,
-        valid={
-            "distance": 1.0,
-            "timeout": 9.0,
-            "patience": 5.0,
-            "retries": 1,
-            "retry_from": 0,
-            "then": "stop",
-            "speed": 0.2,
-            "steering": 0.1,
-            "tolerance": (0.1, 0.1),
-            "until": bool,
-        },
-    ),
-    "Undock": Door(
-        call=rti_mpcc.Undock,
-        valid={
-            "distance": 1.0,
-            "timeout": 9.0,
-            "patience": 5.0,
-            "retries": 1,
-            "retry_from": 0,
-            "then": "stop",
-        },
-    ),
-    "Wait": Door(
-        call=Wait,
-        valid={
-            "seconds": 1.0,
-            "timeout": 9.0,
-            "patience": 5.0,
-            "retries": 1,
-            "retry_from": 0,
-            "then": "stop",
-            "until": bool,
-        },
-    ),
-    "config_for_docking_time": Door(
-        call=rti_mpcc.config_for_docking_time,
-        valid={"seconds": 40.0, "path": PATH, "config": CONFIG, "goal": None},
-    ),
-    "expected_docking_time": Door(
-        call=rti_mpcc.expected_docking_time, valid={"path": PATH, "config": CONFIG, "goal": None}
-    ),
-    "mended_path": Door(call=rti_mpcc.mended_path, valid={"path": PATH, "area": AREA, "config": CONFIG}),
-    "plan_manoeuvre": Door(
-        call=rti_mpcc.plan_manoeuvre,
-        valid={"start": ORIGIN, "goal": Pose2(6.0, 0.0, 0.0), "area": AREA, "config": CONFIG},
-    ),
-    "segments_of": Door(call=rti_mpcc.segments_of, valid={"path": PATH, "config": CONFIG}),
+    "segments_of": door(rti_mpcc.segments_of, path=PATH, config=CONFIG),
 }
 """By name; a file's reader (`from_csv`, `from_map`) has tests of its own."""
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Vehicle, plan_manoeuvre
+from geometry import Area, Pose2
+from rti_mpcc import DockingController, Vehicle, plan_manoeuvre
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.model.footprint import body_of
-from tests.rti_mpcc.yards import BEYOND, BRISK, START, YARD, Driver, block
+from tests.rti_mpcc.yards import BRISK, START, YARD, Driver, block
 
 VEHICLE = Vehicle()
 SIDE = 0.5 * VEHICLE.width
@@ -79,49 +79,8 @@ def test_it_drives_off_and_docks(place: str, given: str, gap: float) -> None:
     assert drive.clearance.min() >= gap - 0.005
 
 
-def test_on_a_path_it_drives_off_as_before() -> None:
-    thing = beside(0.03)
-    path = ReferencePath.from_segments(START, [(1, 0.0, 14.0)])
-    corridor = Corridor.from_offsets(path, left=6.0, right=-6.0, obstacles=[thing])
-    controller = DockingController(path, corridor, BRISK)
-    driver = Driver(area=YARD.with_obstacles([thing]), controller=controller, goal_at=lambda now: BEYOND)
-    assert driver.drive(60.0).docked
-
-
-def test_a_start_that_is_left_on_a_bend() -> None:
-    """A post at the front corner: straight ahead, and to its side, are nearer."""
-    post = [(VEHICLE.front + 0.02, 0.9), (VEHICLE.front + 3.0, 0.9)]
-    area = YARD.with_obstacles([post, behind(0.4)])
-    found = plan_manoeuvre(START, ASIDE, area)
-    assert found.found, found.reason
-    assert clearances(found, area).min() >= 0.02 - 0.0011
-
-
 def test_between_two_walls_there_is_no_leaving() -> None:
     area = YARD.with_obstacles([before(0.03), behind(0.03)])
     found = plan_manoeuvre(START, ASIDE, area)
     assert found.outcome is PlanOutcome.START_IN_COLLISION
     assert "leaves 0.030 m, at least 0.05 m are kept, and no arc leads away from it" in found.reason
-
-
-@pytest.mark.parametrize(
-    ("start", "goal", "outcome"),
-    [
-        (START, Pose2(20.0, 2.0, 0.0), PlanOutcome.GOAL_IN_COLLISION),
-        (Pose2(0.06, 0.0, 0.0), ASIDE, PlanOutcome.START_IN_COLLISION),
-    ],
-)
-def test_goals_and_overlaps_are_refused_as_before(start: Pose2, goal: Pose2, outcome: PlanOutcome) -> None:
-    area = YARD.with_obstacles([before(0.03), block(23.7, -8.0, 24.0, 8.0)])
-    bounded = Area(boundary=[(-8.0, -8.0), (20.0 + VEHICLE.front + 0.03, -8.0), (23.7, 8.0), (-8.0, 8.0)])
-    found = plan_manoeuvre(start, goal, bounded.with_obstacles(area.obstacles[:1]))
-    assert found.outcome is outcome
-
-
-def test_a_start_with_room_is_planned_from_as_before() -> None:
-    """The margin of the search depends on the start only where that keeps the hard minimum."""
-    config = ControllerConfig()
-    area = YARD.with_obstacles([before(0.06)])
-    found = plan_manoeuvre(START, ASIDE, area, config)
-    assert found.found
-    assert found.clearance >= HARD

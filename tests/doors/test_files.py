@@ -6,7 +6,6 @@ import os
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
@@ -130,21 +129,6 @@ def test_toml_that_takes_far_more_than_its_size_is_refused(
     assert said in refusal(reader, error, tmp_path / name)
 
 
-def test_dots_in_texts_and_comments_are_no_keys(tmp_path: Path) -> None:
-    dots = ".".join("a" * 100)
-    file = tmp_path / "short.toml"
-    texts = (f'description = "{dots}"', f"description = '{dots}'", f'description = """\n{dots}\n"""')
-    for line in (*texts, f"# {dots} = 1\ndescription = '{dots}'", f"description = '''{dots}'''"):
-        file.write_text(f"{line}\n{SCENARIO}", encoding="utf-8")
-        assert load_scenario(file).description.strip() == dots
-
-
-def test_keys_and_values_in_many_lines_are_told_in_one(tmp_path: Path) -> None:
-    file = tmp_path / "bad.toml"
-    file.write_text(f'{SCENARIO}"a\\nb{"c" * 5_000}" = "d \\n e"\n', encoding="utf-8")
-    assert refusal(load_scenario, ScenarioError, file).startswith(f"{file}: 'corridor.a\\nbccc")
-
-
 # -- maps ----------------------------------------------------------------------------------------------------
 
 
@@ -185,13 +169,6 @@ def test_odd_values_in_a_map_are_refused(line: str, tmp_path: Path) -> None:
     refusal(Area.from_map, AreaError, file)
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
-def test_a_pipe_as_picture_is_refused(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "yard.png")
-    (tmp_path / "yard.yaml").write_text(MAP.format(image="yard.png"), encoding="utf-8")
-    assert "it is no regular file" in refusal(Area.from_map, AreaError, tmp_path / "yard.yaml")
-
-
 def board(folder: Path, size: int) -> Path:
     """The map of a checkerboard, of some kilobytes."""
     cells = (np.add.outer(np.arange(size), np.arange(size)) % 2 * 255).astype(np.uint8)
@@ -214,16 +191,6 @@ def test_a_checkerboard_is_read_in_little_memory_or_refused(tmp_path: Path) -> N
     assert "occupied cells make 2880000 runs, 2000000 are allowed" in said
     assert tracemalloc.get_traced_memory()[1] < 150e6
     tracemalloc.stop()
-
-
-def test_many_rectangles_are_where_their_cells_are_and_stay_as_obstacles_are_added(tmp_path: Path) -> None:
-    area = Area.from_map(board(tmp_path, 60))
-    more = area.with_obstacles([[(1.0, 1.0), (2.0, 1.0), (1.0, 2.0)]])
-    assert len(area.grid.owner) == 1_800 + 4
-    assert len(more.grid.owner) == 1_800 + 5
-    corners = more.grid.corners.reshape(-1, 2)
-    assert (corners[: len(area.grid.corners)] == area.grid.corners).all()
-    assert corners[-3:].tolist() == [[1.0, 1.0], [2.0, 1.0], [1.0, 2.0]]
 
 
 def test_a_picture_of_far_too_many_pixels_is_not_unpacked(tmp_path: Path) -> None:
@@ -277,11 +244,3 @@ def test_a_command_says_it_in_one_line_and_ends_with_2(
     (line,) = capsys.readouterr().err.splitlines()
     said = "rti-mpcc: error: wild.toml: is not TOML that is read here, it has a key of more than 32 parts"
     assert line == said
-
-
-def test_plain_data_of_allowed_depth_is_read() -> None:
-    deep: Any = files.from_toml("x = " + "[" * 30 + "]" * 30)["x"]
-    for _ in range(29):
-        (deep,) = deep
-    assert deep == []
-    assert files.from_toml(f"x = [{2**63 - 1}, {-(2**63)}]") == {"x": [2**63 - 1, -(2**63)]}

@@ -116,25 +116,6 @@ def test_a_prepared_process_has_no_garbage_and_looks_through_nothing_old(thawed:
     assert gc.isenabled()
 
 
-def test_a_process_that_is_prepared_again_has_no_garbage_of_what_was_frozen(thawed: None) -> None:
-    old = Ring()
-    rti_mpcc.prepare_process()
-    forgotten = weakref.ref(old)
-    del old
-    rti_mpcc.prepare_process()
-    assert forgotten() is None
-
-
-def test_the_command_line_drives_in_a_prepared_process(
-    thawed: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("rti_mpcc.cli.run.simulate", lambda *given, **told: sys.exit(gc.get_freeze_count()))
-    gc.unfreeze()
-    with pytest.raises(SystemExit) as left:
-        main(["run", "docking_inside", "--out", str(tmp_path)])
-    assert left.value.code != 0
-
-
 @pytest.mark.parametrize(
     "page",
     [
@@ -147,13 +128,6 @@ def test_the_command_line_drives_in_a_prepared_process(
 )
 def test_loops_that_are_copied_prepare_their_process(page: Path) -> None:
     assert "prepare_process()" in page.read_text(encoding="utf-8")
-
-
-def test_the_benchmarks_treat_garbage_as_users_do() -> None:
-    for file in (ROOT / "benchmarks").rglob("*.py"):
-        text = file.read_text(encoding="utf-8")
-        assert "gc.freeze" not in text, file
-        assert "gc.collect" not in text, file
 
 
 def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:

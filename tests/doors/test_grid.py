@@ -14,7 +14,6 @@ from PIL import Image
 
 from geometry import Area, AreaError, Pose2
 from geometry.shape_grid import Body
-from rti_mpcc import plan_manoeuvre
 
 POINT = Body.of([(0.0, 0.0)])
 
@@ -75,25 +74,6 @@ def test_it_is_the_same_as_the_map_with_these_cells(tmp_path: Path) -> None:
     read, built = Area.from_map(tmp_path / "yard.yaml"), Area.from_grid(cells, 0.1, (3.0, -4.0, 0.7))
     np.testing.assert_array_equal(built.boundary, read.boundary)
     np.testing.assert_array_equal(built.obstacles, read.obstacles)
-
-
-def test_views_and_read_only_arrays_are_taken_and_left_alone() -> None:
-    picture = np.zeros((4, 6), dtype=bool)
-    picture[0, 1] = True
-    picture.setflags(write=False)
-    area = Area.from_grid(picture[::-1, ::2], 1.0)
-    assert solid(area, (4, 3), 1.0) == np.zeros((4, 3)).tolist()
-    assert solid(Area.from_grid(picture[::-1], 1.0), (4, 6), 1.0) == picture[::-1].astype(int).tolist()
-
-
-def test_a_manoeuvre_in_a_grid() -> None:
-    cells = np.zeros((160, 300), dtype=np.int8)
-    cells[:, 150:152] = 100
-    cells[60:100, 150:152] = 0
-    area = Area.from_grid(cells, 0.1, (-8.0, -8.0, 0.0))
-    found = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), Pose2(12.0, 0.0, 0.0), area)
-    assert found.found, found.reason
-    assert found.clearance >= 0.05
 
 
 EMPTY: NDArray[np.bool_] = np.zeros((2, 2), dtype=bool)

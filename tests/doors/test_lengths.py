@@ -5,11 +5,9 @@ from __future__ import annotations
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import shapely
 
 from geometry import (
     Corridor,
@@ -21,9 +19,7 @@ from geometry import (
     ReferencePath,
 )
 from geometry.arrays import Array
-from geometry.counts import MOST, spread, steps
-from rti_mpcc import Approach, ControllerConfig, DockingController, Straight, Undock
-from rti_mpcc.config import MissionSettings, RoutePlanner
+from rti_mpcc import DockingController
 
 ROWS = 100_000
 MEGABYTES = 100
@@ -124,68 +120,3 @@ def test_what_asks_for_far_too_many_places_is_refused_in_one_line(
         error, match=r"^(a|the) [^\n]* is [0-9.e+]+ m long: at most [-0-9.e+]+ m are allowed[^\n]*$"
     ):
         refused()
-
-
-def test_offsets_far_off_a_straight_path_are_built() -> None:
-    walls = Corridor.from_offsets(LINE, left=1e5, right=-1e5).walls[0]
-    assert walls.narrowest[0] == 2e5
-
-
-def test_steps_are_as_few_as_keep_the_spacing_and_never_more_than_the_bound() -> None:
-    assert steps([0.0, 1.0, 2.5], 0.5, "it").tolist() == [1, 2, 5]
-    assert steps(float(MOST), 1.0, "it").tolist() == [MOST]
-    with pytest.raises(InputError):
-        steps(MOST + 0.5, 1.0, "it")
-    owner, number = spread(np.array([2, 1, 3]))
-    assert owner.tolist() == [0, 0, 1, 2, 2, 2]
-    assert number.tolist() == [0, 1, 0, 0, 1, 2]
-
-
-@pytest.mark.parametrize(
-    ("refused", "said"),
-    [
-        (lambda: Undock(1e5), "Undock.distance = 100000.0: must not be 0, and at most 100 m either way"),
-        (lambda: Undock(-100.5), "Undock.distance = -100.5: must not be 0, and at most 100 m either way"),
-        (lambda: Straight(1e6), "Straight.distance = 1000000.0: must not be 0, and at most 100 m either way"),
-        (lambda: Approach(1e6, -1), "Approach.length = 1000000.0: must be > 0 and at most 100 m"),
-        (lambda: RoutePlanner(final_straight=1e6), "RoutePlanner.final_straight = 1000000.0: "),
-        (lambda: MissionSettings(back_off=1e5), "MissionSettings.back_off = 100000.0: "),
-    ],
-)
-def test_what_is_looked_at_in_one_cycle_is_short(refused: Callable[[], Any], said: str) -> None:
-    with pytest.raises(InputError) as refusal:
-        refused()
-    assert str(refusal.value).startswith(said)
-
-
-def test_the_longest_steps_are_taken() -> None:
-    assert (Undock(-100.0).distance, Straight(100).distance, Approach(100.0, 1).length) == (
-        -100.0,
-        100.0,
-        100.0,
-    )
-
-
-def test_the_area_of_a_corridor_is_made_once_for_a_controller_and_of_few_shapes(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    united: list[int] = []
-    union_all = shapely.union_all
-
-    def counted(shapes: Any, *given: Any, **options: Any) -> Any:
-        united.append(len(shapes))
-        return union_all(shapes, *given, **options)
-
-    monkeypatch.setattr(shapely, "union_all", counted)
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.3), [(1, 0.0, 1000.0)])
-    corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
-    controller = DockingController(path, corridor, ControllerConfig(cycle=0.05))
-    assert sum(united) < 1_000  # 20,000 quadrangles, 10 cm long each, before
-    area = controller.area
-    assert area is not None
-    assert area.boundary is not None
-    lane = shapely.Polygon(area.boundary)
-    for across, free in ((4.99, True), (5.01, False)):
-        for along in (1.0, 333.3, 999.0):
-            beside = Pose2(0.0, 0.0, 0.3).compose(Pose2(along, across, 0.0))
-            assert lane.contains(shapely.Point(beside.x, beside.y)) == free

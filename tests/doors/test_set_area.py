@@ -13,10 +13,9 @@ from rti_mpcc import Command, DockingController, VehicleState
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.recording import Recorder, replay
 from rti_mpcc.types import Array, Status
-from tests.rti_mpcc.yards import BEYOND, BRISK, CYCLE, DOOR, ROOMS, YARD, Drive, Driver, block
+from tests.rti_mpcc.yards import BRISK, CYCLE, DOOR, ROOMS, YARD, Drive, Driver, block
 
 ON_ROUTE = block(8.0, -1.5, 9.0, 1.5)
-FAR_OFF = block(20.0, 6.0, 21.0, 7.0)
 
 
 class Updated:
@@ -76,12 +75,6 @@ def test_a_door_that_closes_is_not_driven_through() -> None:
     assert abs(drive.states[-1, 3]) < 0.01
 
 
-def test_what_goes_frees_its_place() -> None:
-    """What stood on the route is gone before the vehicle has got round it."""
-    drive = ride(YARD.with_obstacles([DOOR]), once(YARD, 1.0))
-    assert drive.docked
-
-
 @pytest.mark.parametrize("again", ["the same", "equal", "with noise of a centimetre"])
 def test_the_same_area_changes_no_command(again: str) -> None:
     random = np.random.default_rng(0)
@@ -96,43 +89,6 @@ def test_the_same_area_changes_no_command(again: str) -> None:
         )
 
     np.testing.assert_array_equal(ride(ROOMS, area_at).commanded(), ride(ROOMS, lambda now: None).commanded())
-
-
-def test_what_flickers_far_off_changes_no_command() -> None:
-    """It comes and goes in each cycle, while the route is searched for, too."""
-
-    def area_at(now: float) -> Area:
-        return ROOMS.with_obstacles([FAR_OFF]) if round(now / CYCLE) % 2 else ROOMS
-
-    np.testing.assert_array_equal(ride(ROOMS, area_at).commanded(), ride(ROOMS, lambda now: None).commanded())
-
-
-def test_a_grid_that_is_built_up() -> None:
-    """A map of unknown cells counts as free, and shows its walls from one second to the next."""
-    cells = np.zeros((160, 300), dtype=np.int8)
-
-    def area_at(now: float) -> Area | None:
-        if abs(now - round(now)) > 0.5 * CYCLE:
-            return None
-        seen = cells.copy()
-        seen[: min(20 * round(now), 65), 150:160] = 100
-        seen[max(160 - 20 * round(now), 95) :, 150:160] = 100
-        return Area.from_grid(seen, 0.1, (-8.0, -8.0, 0.0))
-
-    drive = ride(Area.from_grid(cells, 0.1, (-8.0, -8.0, 0.0)), area_at)
-    assert drive.docked, drive.reasons[-1]
-    for wall in (block(7.0, -8.0, 8.0, -1.5), block(7.0, 1.5, 8.0, 8.0)):
-        assert clearance_to(drive, wall) > 0.03
-
-
-def test_obstacles_that_were_given_stay() -> None:
-    controller = DockingController.in_area(YARD, BRISK)
-    state = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
-    controller.step(state, now=0.0, goal=BEYOND, obstacles=[ON_ROUTE])
-    controller.set_area(ROOMS)
-    controller.step(state, now=CYCLE)
-    assert controller.area is not None
-    assert len(controller.area.obstacles) == len(ROOMS.obstacles) + 1
 
 
 def test_it_is_recorded_and_replayed(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, nan, pi
+from math import inf, nan
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +13,12 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry import Area, AreaError, Corridor, CorridorError, Pose2, ReferencePath
-from geometry.convex import swept
 from geometry.shape_grid import Body
 from rti_mpcc import ControllerConfig, DockingController, VehicleState, plan_manoeuvre
-from rti_mpcc.config import RoutePlanner
 from rti_mpcc.recording import Recorder, replay
-from rti_mpcc.recording.codec import structured, to_data
-from rti_mpcc.report.files import write_files
-from rti_mpcc.report.ground import drawn_outlines
-from rti_mpcc.simulation import scenario_from_dict, simulate, summary
 from rti_mpcc.types import Array, Status
 from tests.rti_mpcc.encounters import body_at
-from tests.rti_mpcc.yards import BEYOND, BRISK, YARD, Drive, Driver, block
+from tests.rti_mpcc.yards import BEYOND, BRISK, YARD, Driver, block
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 14.0)])
 CAR = Body.of([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
@@ -64,11 +58,6 @@ def test_polygons_without_area_are_lines_and_points(given: Any, kept: Any) -> No
         assert [sorted(map(tuple, each.tolist())) for each in found] == [sorted(map(tuple, kept))]
 
 
-def test_a_thin_polygon_stays_one() -> None:
-    sliver = [(0.0, 0.0), (10.0, 0.0), (10.0, 1e-4)]
-    assert Area(obstacles=[sliver]).obstacles[0].shape == (3, 2)
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -86,25 +75,7 @@ def test_what_is_no_obstacle_is_refused(given: Any, said: str) -> None:
         Corridor.from_offsets(PATH, left=5.0, right=-5.0, obstacles=[given])
 
 
-def test_bodies_and_boundaries_need_an_area() -> None:
-    with pytest.raises(AreaError, match="needs at least 3"):
-        Area(boundary=[(0.0, 0.0), (9.0, 0.0)])
-    with pytest.raises(CorridorError, match="needs at least 3"):
-        Corridor.from_polygon(PATH, [(0.0, 0.0), (9.0, 0.0)])
-
-
 # -- distances -----------------------------------------------------------------------------------------------
-
-
-def test_distances_to_a_point() -> None:
-    found = distances([(5.0, 0.5)], [(0, 0, 0), (0, 4, 0), (3, 0, 0), (5, 0.5, 0), (8.0, 0.5, pi)])
-    np.testing.assert_allclose(found, [2.0, np.hypot(2.0, 2.5), -0.5, -1.0, 0.0], atol=1e-12)
-
-
-def test_distances_to_a_line() -> None:
-    wall = [(5.0, -4.0), (5.0, 4.0)]
-    found = distances(wall, [(0, 0, 0), (1.9, 3.0, 0), (3, 0, 0), (0, 6.5, 0), (5.0, 8.0, -0.5 * pi)])
-    np.testing.assert_allclose(found, [2.0, 0.1, -1.0, 2.5, 1.0], atol=1e-12)
 
 
 def test_distances_are_those_of_shapely() -> None:
@@ -144,18 +115,6 @@ def test_thin_bodies_on_the_line_of_a_wall(body: Any, pose: Any, expected: float
     assert area.signed_distances(Body.of(body), np.array([pose]))[0] == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("corners", [[(1.0, 2.0)], [(1.0, 2.0), (4.0, 3.0)]])
-@pytest.mark.parametrize("way", [(2.0, 0.0), (-1.0, 5.0), (3.0, 1.0), (-6.0, -2.0), (0.0, 0.0)])
-def test_what_they_cover_as_they_move(corners: Any, way: tuple[float, float]) -> None:
-    shape, found = np.array(corners), np.empty((len(corners) + 2, 2))
-    count = swept(shape, *way, found)
-    covered = shapely.convex_hull(shapely.MultiPoint(np.vstack([shape, shape + way])))
-    made = shapely.convex_hull(shapely.MultiPoint(found[:count]))
-    assert shapely.hausdorff_distance(covered, made) < 1e-12
-    if count > 2:
-        assert shapely.is_ccw(shapely.LinearRing(found[:count]))
-
-
 # -- routes and rides ----------------------------------------------------------------------------------------
 
 
@@ -165,20 +124,6 @@ def test_a_route_leads_between_them(things: Any) -> None:
     assert found.found, found.reason
     assert least(found.path, things) == pytest.approx(found.clearance, abs=0.01)
     assert found.clearance >= 0.05
-
-
-def test_no_route_leads_through_a_wall() -> None:
-    area = YARD.with_obstacles([[(7.0, -8.0), (7.0, 8.0)]])
-    config = ControllerConfig(route=RoutePlanner(nodes=3000))
-    assert not plan_manoeuvre(Pose2(0.0, 0.0, 0.0), BEYOND, area, config).found
-
-
-def test_in_line_with_a_wall_there_is_room() -> None:
-    """A wall ends 3 m ahead of the start, the goal is beyond its other end."""
-    area = YARD.with_obstacles([[(7.0, 0.0), (9.0, 0.0)]])
-    found = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), Pose2(14.0, 0.0, 0.0), area)
-    assert found.found
-    assert found.cusps == 0
 
 
 def least(path: ReferencePath, things: Any) -> float:
@@ -222,74 +167,7 @@ def test_on_a_path_they_are_passed(thing: Any) -> None:
     assert nearest > 0.02
 
 
-@pytest.mark.parametrize("thing", [[(0.0, 0.0)], [(0.0, -0.6), (0.0, 0.6)], [(-0.6, 0.0), (0.6, 0.0)]])
-def test_one_that_crosses_is_waited_for(thing: Any) -> None:
-    """As for a box that is 2 mm wider."""
-    box = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(thing)).buffer(1e-3).exterior)
-    thin, wide = crossed(np.array(thing)), crossed(box)
-    assert Status.BLOCKED in thin.statuses
-    assert thin.docked
-    assert thin.times[-1] == pytest.approx(wide.times[-1], abs=0.3)
-
-
-def crossed(thing: Array) -> Drive:
-    """A ride that something crosses at 1 m/s."""
-    driver = Driver(
-        area=YARD,
-        controller=DockingController.in_area(YARD, BRISK),
-        obstacles_at=lambda now: [thing + np.array((9.0, -8.0 + now))],
-        standing_at=lambda now: [],
-    )
-    return driver.drive(60.0)
-
-
-def test_a_body_on_a_wall_is_told_what_it_overlaps() -> None:
-    controller = DockingController.in_area(YARD, BRISK)
-    for k in range(3):
-        command = controller.step(
-            VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0),
-            now=0.05 * k,
-            goal=BEYOND,
-            obstacles=[[(2.0, 0.5), (2.0, 6.0)]],
-        )
-    assert "overlaps obstacles[0] by 0.53 m at (2.00, 0.77)" in command.diagnostics.reason
-
-
 # -- files and pictures --------------------------------------------------------------------------------------
-
-
-HALL: dict[str, Any] = {
-    "name": "hall",
-    "start": {"pose": [0.0, 0.0, 0.0]},
-    "area": {
-        "boundary": [[-5.0, -6.0], [25.0, -6.0], [25.0, 6.0], [-5.0, 6.0]],
-        "obstacles": [[[8.0, 4.0], [10.0, 4.0]], [[8.0, -4.0]], [[3.0, 3.0], [4.0, 3.0], [3.0, 3.0]]],
-    },
-    "goal": {"pose": [7.0, 0.0, 0.0]},
-    "simulation": {"duration": 2.0, "cycle": 0.1},
-}
-LANE: dict[str, Any] = {
-    "name": "lane",
-    "path": {
-        "start": [0.0, 0.0, 0.0],
-        "segments": [{"direction": 1, "curvature": 0.0, "length": 12.0}],
-    },
-    "corridor": {"left": 4.0, "right": -4.0, "obstacles": [[[5.0, 2.0], [7.0, 2.0]], [[5.0, -2.0]]]},
-    "simulation": {"duration": 2.0, "cycle": 0.1},
-}
-
-
-@pytest.mark.parametrize("data", [HALL, LANE], ids=["area", "path"])
-def test_scenario_files_have_them(data: dict[str, Any], tmp_path: Path) -> None:
-    scenario = scenario_from_dict(data)
-    things = data["corridor"]["obstacles"] if "path" in data else []
-    known = [np.array(each) for each in things]
-    come = [np.array([(9.0, 5.0), (9.5, 5.5)]), np.array([(9.0, -3.0)])]
-    result = simulate(scenario, obstacles_at=lambda now: [*known, *come] if now > 0.45 else known)
-    assert 0.0 < summary(result)["min_clearance_m"] < 3.2
-    assert 1.0 < summary(result)["min_clearance_m"] < 1.97
-    write_files(result, summary(result), tmp_path)
-    assert (tmp_path / "overview.png").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("thing", [[(2.0, -1.0), (2.0, 1.0)], [(2.0, 0.0)]], ids=["a line", "a point"])
@@ -302,34 +180,6 @@ def test_one_that_the_body_stands_on_is_named(thing: list[tuple[float, float]]) 
         )
     assert command.status is Status.BLOCKED
     assert "the body overlaps area.obstacles[1]" in command.diagnostics.reason
-
-
-def test_they_are_drawn_4_cm_wide() -> None:
-    shapes = [
-        shapely.Polygon(each) for each in drawn_outlines([np.array(each) for each in (POSTS[0], DOOR[0])])
-    ]
-    assert [shape.area for shape in shapes] == pytest.approx([0.04**2, 0.04 * (6.5 + 0.04)])
-    (drawn,) = Area(obstacles=[POSTS[0]]).polygons
-    assert shapely.Polygon(drawn).area == pytest.approx(0.04**2, rel=1e-3)
-
-
-def test_a_bad_one_in_a_file_is_named() -> None:
-    area = HALL["area"] | {"obstacles": [[[1.0, 1.0]], []]}
-    with pytest.raises(ValueError, match=r"area\.obstacles\[1\]"):
-        scenario_from_dict(HALL | {"area": area})
-
-
-def test_corridors_with_them_are_stored_and_read() -> None:
-    things = [*DOOR, *POSTS, block(1.0, 3.0, 2.0, 4.0)]
-    for corridor in (
-        Corridor.from_offsets(PATH, left=9.0, right=-9.0, obstacles=things),
-        Corridor.in_area(YARD.with_obstacles(things)).with_obstacles(POSTS),
-    ):
-        again = structured(to_data(corridor), Corridor)
-        assert len(again.obstacles) == len(corridor.obstacles)
-        assert all(map(np.array_equal, again.obstacles, corridor.obstacles))
-        if corridor.area is not None and again.area is not None:
-            assert all(map(np.array_equal, again.area.obstacles, corridor.area.obstacles))
 
 
 def test_rides_with_them_are_recorded_and_replayed(tmp_path: Path) -> None:

@@ -26,7 +26,6 @@ from rti_mpcc import (
     Wait,
 )
 from rti_mpcc.planning.clock import Decisions, PlayedBack
-from rti_mpcc.simulation import scenario_from_dict, simulate
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 
 START = Pose2(0.0, 0.0, 0.0)
@@ -155,13 +154,6 @@ def test_a_later_goal_that_is_refused_leaves_the_older_one_but_that_is_not_docke
     assert ride.drive(1.0, goal=older).docked  # asked for once more
 
 
-def test_a_docked_vehicle_is_not_docked_any_more_once_another_goal_was_refused() -> None:
-    ride = Ride(on_path())
-    assert ride.drive(30.0, docked, goal=END).docked
-    assert not ride.drive(0.05, goal=FAR).docked
-    assert not ride.drive(1.0).docked
-
-
 def test_a_refused_goal_inside_whose_tolerance_the_vehicle_stands_is_reached() -> None:
     """Noise of a goal beside something makes it cross that by a millimetre now and then."""
     ride, wall = Ride(on_path()), [box(12.0, HALF + 0.03, 5.0)]
@@ -195,12 +187,6 @@ def test_detections_of_which_none_is_accepted_are_no_dock(detection: dict[str, f
     assert (last.status, last.docked) == (Status.SEARCHING, False)
     assert says in last.diagnostics.reason
     assert not any(each.docked for each in ride.commands)
-
-
-def test_what_is_no_detection_at_all_is_no_dock_either() -> None:
-    last = Ride(on_path()).drive(20.0, measurements=[(15.5, 0.0, 0.0)])
-    assert (last.status, last.docked) == (Status.SEARCHING, False)
-    assert "no GoalMeasurement but a tuple" in last.diagnostics.reason
 
 
 def test_a_dock_that_is_tracked_elsewhere_after_it_was_accepted_is_not_docked_at() -> None:
@@ -247,20 +233,6 @@ def test_a_path_that_ends_where_it_starts_is_driven(given: bool) -> None:
     assert ride.travelled > 2.0 * pi * (10.0 - 4.0)  # it may cut the bend, as far as the corridor lets it
 
 
-def test_a_run_on_a_path_that_ends_where_it_starts_does_not_end_before_it_is_driven() -> None:
-    circle = {
-        "name": "circle",
-        "path": {
-            "start": [0.0, 0.0, 0.0],
-            "segments": [{"direction": 1, "curvature": 0.1, "length": 20.0 * pi}],
-        },
-        "corridor": {"left": 4.0, "right": -4.0},
-    }
-    result = simulate(scenario_from_dict(circle))
-    assert result.ended == "docked"
-    assert result.truth.times[-1] > 20.0
-
-
 # -- a mission that is over stands -----------------------------------------------------------------------
 
 
@@ -285,15 +257,6 @@ def test_a_mission_is_over_once_the_vehicle_stands(ends: MissionResult) -> None:
     assert (ends, True) in seen
     assert abs(ride.plant.v) < 0.02
     assert mission.result is ends
-
-
-def test_the_loop_of_the_docs_ends_with_the_mission_and_at_rest() -> None:
-    ride, mission = in_motion()
-    while not mission.over:
-        assert ride.plant.time < 60.0
-        ride.drive(0.05)
-    assert mission.result is MissionResult.SUCCEEDED
-    assert ride.plant.v == pytest.approx(0.0, abs=0.02)
 
 
 def test_the_result_of_a_step_is_not_that_of_the_mission() -> None:
@@ -342,12 +305,6 @@ def test_a_stalled_vehicle_names_what_stands_at_the_paths_end() -> None:
     assert last.status is Status.STALLED
     assert "the body at the path's end overlaps obstacles[0] at (16." in last.diagnostics.reason
     assert "by 0.290 m" in last.diagnostics.reason
-
-
-def test_a_boundary_across_the_paths_end_is_named_by_how_much() -> None:
-    narrow = Narrowing(13.0, 15.0, left=HALF - 0.29)
-    last = Ride(on_path(narrowings=[narrow])).drive(0.05)
-    assert "the body at the path's end crosses a boundary or obstacle by 0.29 m" in last.diagnostics.reason
 
 
 @pytest.mark.parametrize(

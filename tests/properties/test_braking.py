@@ -9,19 +9,16 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Fallback, Limits
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
-from rti_mpcc.model.layout import CONTROLS, PHI, STATES, A, V, X
+from rti_mpcc.model.layout import A, V
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.safety import fallback
 from rti_mpcc.safety.contact import stopping_distance
 from rti_mpcc.safety.limiter import saturate
-from rti_mpcc.safety.stopping import arc, stopping_along, stopping_motion
-from rti_mpcc.types import Array, Source, Trajectory
+from rti_mpcc.safety.stopping import stopping_motion
+from rti_mpcc.types import Array, Source
 from tests.properties.magnitudes import examples, from_zero, positive, signed
-from tests.rti_mpcc.states import contexts
 
 CONFIG = ControllerConfig()
 COMFORT, MOST = CONFIG.comfort_acceleration, CONFIG.limits.acceleration
@@ -48,47 +45,6 @@ def test_braking_never_speeds_up_and_never_turns_the_motion_round_in_a_cycle(
     assert acceleration * speed <= 0.0
 
 
-@given(from_zero(1e-9, 30.0), st.floats(1.0, 5.0), positive(1e-3, 50.0))
-@example(0.0, 2.0, 1.6)
-@examples
-def test_the_faster_the_vehicle_the_harder_it_brakes_or_as_hard(
-    speed: float, faster: float, deceleration: float
-) -> None:
-    slow, fast = (
-        -fallback.brake(state(each), deceleration, CONFIG).acceleration
-        for each in (speed, faster * speed + 1e-6)
-    )
-    assert slow <= fast * (1.0 + 1e-12)
-
-
-@given(speeds, cycles, positive(1e-3, 10.0), st.floats(-5.0, 5.0))
-@example(0.0, 0.05, 0.5, 0.0)
-@example(0.1, 0.05, 0.01, 0.0)  # a time constant that is shorter than a cycle
-@examples
-def test_a_vehicle_that_holds_comes_to_rest_and_never_turns_round(
-    speed: float, cycle: float, holding_time: float, before: float
-) -> None:
-    config = ControllerConfig(cycle=cycle, fallback=Fallback(holding_time=holding_time))
-    acceleration = fallback.hold(state(speed), config, before).acceleration
-    after = speed + cycle * acceleration
-    assert abs(acceleration) <= config.limits.acceleration
-    assert after * speed >= 0.0 or abs(after) <= 1e-12 * abs(speed)
-    assert abs(after) <= abs(speed)
-
-
-@given(st.floats(-0.6, 0.6), st.floats(-2.0, 2.0), cycles)
-@example(0.0, 0.0, 0.05)
-@examples
-def test_wheels_that_turn_at_rest_come_nearer_to_their_angle_and_not_past_it(
-    here: float, angle: float, cycle: float
-) -> None:
-    config = ControllerConfig(cycle=cycle)
-    rate = fallback.turn_wheels(state(0.0, here), angle, config).steering_rate
-    assert abs(rate) <= config.comfort_steering_rate
-    assert abs(angle - here - cycle * rate) <= abs(angle - here) + 1e-12
-    assert (angle - here - cycle * rate) * (angle - here) >= -1e-12
-
-
 @given(from_zero(1e-9, 30.0), signed(1e-12, 1e3), st.floats(1.0, 4.0))
 @example(0.0, 0.0, 2.0)
 @example(0.0, CONFIG.fallback.stop_distance, 2.0)
@@ -104,27 +60,6 @@ def test_what_is_braked_before_a_contact_is_within_limits_and_falls_with_the_dis
     left = distance - CONFIG.fallback.stop_distance
     if here < MOST:
         assert speed**2 / (2.0 * here) <= left * (1.0 + 1e-9)
-
-
-def before_the_goal(left: float, speed: float, deceleration: float) -> PlanningContext:
-    """`left` [m] before the goal at `speed` [m/s], braking already with `deceleration` [m/s²]."""
-    return contexts(state=state(speed), acceleration=-deceleration, speed=speed, error=Pose2(-left, 0.0, 0.0))
-
-
-@given(signed(1e-12, 10.0), from_zero(1e-12, 5.0), signed(1e-12, 5.0), cycles, positive(1e-2, 1e3))
-@example(0.1, 0.0, 0.0, 0.05, 1.0)
-@example(0.0, 0.0, 0.0, 0.05, 1.0)
-@example(1e-9, 0.0, 0.0, 0.05, 1.0)
-@example(1.0, 0.0, 0.4, 0.05, 1.0)
-@example(1.0, 0.5, 0.0, 0.05, 1.0)
-@examples
-def test_the_deceleration_of_a_settling_vehicle_is_about_comfort(
-    left: float, speed: float, deceleration: float, cycle: float, jerk: float
-) -> None:
-    config = ControllerConfig(cycle=cycle, comfort_jerk=jerk)
-    found = fallback.settling_deceleration(before_the_goal(left, speed, deceleration), config)
-    settings = config.fallback
-    assert settings.settling_least * COMFORT <= found <= settings.settling_factor * COMFORT
 
 
 @given(speeds, from_zero(1e-9, 1.4), positive(1e-3, 100.0), positive(0.1, 10.0), cycles)
@@ -147,36 +82,6 @@ def test_a_stopping_motion_drives_at_most_the_braking_distance_and_ends_at_rest(
         assert motion.states[-1, V] == pytest.approx(0.0, abs=1e-9)
         assert way == pytest.approx(speed**2 / (2.0 * deceleration), rel=1e-6, abs=1e-12)
     assert np.abs(motion.controls[:, A]).max() <= deceleration * (1.0 + 1e-6)
-
-
-@given(signed(1e-12, 100.0), signed(1e-12, 1.4), positive(1e-3, 10.0))
-@example(0.0, 0.0, 2.875)
-@example(1.0, 0.0, 2.875)
-@examples
-def test_on_an_arc_the_chord_is_no_longer_than_the_way_and_the_turn_is_its_curvature(
-    way: float, steering: float, wheelbase: float
-) -> None:
-    (end,) = arc(state(1.0), np.array([way]), steering, wheelbase)
-    assert np.hypot(end[0], end[1]) <= abs(way) * (1.0 + 1e-9)
-    assert end[PHI] == pytest.approx(way * np.tan(steering) / wheelbase)
-    if abs(end[PHI]) < 1e-6:
-        assert end[X] == pytest.approx(way)
-
-
-@given(from_zero(1e-12, 1.0), positive(1e-6, 10.0), positive(1e-3, 10.0))
-@example(0.0, 1.0, 1.6)
-@example(2e-9, 1.0, 1.6)
-@examples
-def test_a_plan_that_hardly_moves_can_be_braked_along(step: float, speed: float, deceleration: float) -> None:
-    """Its places coincide, or nearly so."""
-    times, states = 0.1 * np.arange(11.0), np.zeros((11, STATES))
-    states[:, X], states[:, V] = step * np.arange(11.0), speed
-    plan = Trajectory(times=times, states=states, controls=np.zeros((10, CONTROLS)))
-    motion = stopping_along(plan, state(speed), times, deceleration, (0.2, 0.1))
-    assert motion is not None
-    assert np.isfinite(motion.states).all()
-    assert motion.states[-1, X] <= speed**2 / (2.0 * deceleration) * (1.0 + 1e-6) + 1e-12
-    assert (np.diff(motion.states[:, X]) >= -1e-12).all()
 
 
 @given(from_zero(1e-9, 100.0), st.floats(1.0, 3.0))
@@ -218,12 +123,3 @@ def test_whatever_is_wanted_a_command_is_finite_and_within_the_limits(
         assert sent.acceleration * speed <= 0.0
     if abs(steering) > config.limits.steering:
         assert sent.steering_rate * steering <= 0.0
-
-
-@given(positive(1e-3, 100.0), st.floats(1e-3, 1.0))
-@example(1e-3, 1.0)
-@examples
-def test_braking_without_a_plan_is_between_comfort_and_the_limit(most: float, share: float) -> None:
-    config = ControllerConfig(comfort_acceleration=share * most, limits=Limits(acceleration=most))
-    assert share * most <= config.firm_deceleration <= most
-    assert config.comfort.jerk > 0.0

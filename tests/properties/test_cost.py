@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import exp, isfinite
+from math import isfinite
 
 import numpy as np
 import pytest
@@ -12,14 +12,12 @@ from hypothesis import strategies as st
 
 from geometry import Pose2
 from rti_mpcc.baselines import cartesian_weights
-from rti_mpcc.config import Comfort, ControllerConfig, Weights
-from rti_mpcc.config.mpc import SpeedProfile
-from rti_mpcc.model.layout import CONTROLS, STATES, A, X, Y
-from rti_mpcc.ocp.bounds import Change, stage_bounds
+from rti_mpcc.config import Comfort, Weights
+from rti_mpcc.model.layout import CONTROLS, STATES, A
 from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, contouring_weights, sigma
 from rti_mpcc.ocp.stage_cost import quadratic_cost
 from rti_mpcc.ocp.targets import Target, TargetKind
-from tests.properties.magnitudes import examples, few_examples, from_zero, positive, signed
+from tests.properties.magnitudes import examples, from_zero, positive, signed
 
 N, WHEELBASE = 10, 2.875
 LENGTHS = np.full(N, 0.1)
@@ -74,23 +72,6 @@ def test_any_weight_may_be_0_and_the_cost_is_still_brought_to_size(
         assert found.scale * largest <= 10.0
 
 
-@given(positive(1e-6, 300.0), positive(1e-6, 1e3), positive(1e-3, 1e2))
-@example(1e-6, 5.0, 0.1)
-@examples
-def test_the_effort_of_an_arrival_counts_less_the_nearer_it_is_and_never_more_than_in_full(
-    duration: float, firm_time: float, stage_length: float
-) -> None:
-    weights = Weights(firm_time=firm_time, stage_length=stage_length)
-    near, far = (
-        arrival_weights(weights, target_at(10.0), THETA, np.full(N, each / N))
-        for each in (duration, 2.0 * duration)
-    )
-    full = weights.acceleration * 0.1 * duration / stage_length
-    assert (near.acceleration > 0.0).all()
-    assert (near.acceleration <= full * (1.0 + 1e-9)).all()
-    assert (near.acceleration <= far.acceleration).all()
-
-
 def no_weights() -> StageWeights:
     """No weight on anything."""
     weights = Weights(lag=0.0, contouring=0.0, acceleration=0.0, steering_rate=0.0, progress_reward=0.0)
@@ -125,56 +106,3 @@ def test_what_goes_beyond_comfort_costs_linearly_at_most_and_pulls_back(
     assert gradient * acceleration >= 0.0
     assert abs(gradient) <= 2.0 * clip * (1.0 + 1e-9)
     assert 0.0 <= hessian <= 2.0 * (1.0 + 1e-9)
-
-
-@given(from_zero(1e-6, 10.0), st.floats(1.0, 3.0))
-@example(0.0, 2.0)
-@examples
-def test_the_more_an_acceleration_goes_beyond_comfort_the_stronger_the_pull(
-    value: float, more: float
-) -> None:
-    here, there = (slope_of_comfort(each, 0.4)[0] for each in (value, more * value))
-    # Where the penalty sets in it is a quarter of a percent of its rounding, or nothing.
-    assert there >= here - 1e-4
-    if value >= 0.4 + 0.02 * 6.0:
-        assert here == pytest.approx(2.0 * min(value - 0.4, 0.1), rel=exp(-5.0))
-
-
-@given(signed(1e-15, 1e6), signed(1e-15, 1e6), positive(1e-6, 1e3))
-@example(0.0, 0.0, 0.5)
-@example(1e6, 0.0, 0.5)
-@examples
-def test_the_pull_of_a_goal_is_bounded_however_far_it_is_and_none_where_the_plan_ends_there(
-    x: float, y: float, clip: float
-) -> None:
-    weights = replace(no_weights(), goal=np.ones(3), goal_clipped=True)
-    states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
-    cost = quadratic_cost(
-        states, controls, weights, None, None, Pose2(x, y, 0.0), WHEELBASE,
-        Comfort(0.4, 1.0, 0.5, 1.0), Weights(goal_clip=(clip, 0.3)),
-    )  # fmt: skip
-    pull = -cost.state_gradient[-1, [X, Y]]
-    assert np.hypot(*pull) == pytest.approx(2.0 * min(float(np.hypot(x, y)), clip))
-    assert pull @ (x, y) >= 0.0
-
-
-@given(
-    signed(1e-9, 30.0), signed(1e-9, 10.0), positive(1e-3, 1e3), from_zero(1e-3, 15.0), positive(1e-3, 100.0)
-)
-@example(0.0, 0.0, 1.0, 0.0, 5.0)
-@example(10.0, 5.0, 1e-3, 0.0, 5.0)
-@few_examples
-def test_bounds_leave_a_control_and_a_speed_whatever_came_before(
-    speed: float, before: float, jerk: float, left: float, deceleration: float
-) -> None:
-    config = ControllerConfig(
-        comfort_jerk=jerk, speed_profile=SpeedProfile(final=1e-3, deceleration=deceleration)
-    )
-    change = Change(before, np.full(N, speed), np.zeros(N), LENGTHS, True, True)
-    target = target_at(5.0 + left)
-    bounds = stage_bounds(config, target, 1, THETA, change=change)
-    assert (bounds.states[:, 0] <= bounds.states[:, 1]).all()
-    assert (bounds.controls[:, 0] <= bounds.controls[:, 1]).all()
-    assert (bounds.controls[:, 1, A] <= config.limits.acceleration).all()
-    highest = np.sqrt(1e-6 + 2.0 * deceleration * (target.stop - THETA[1:]))
-    np.testing.assert_allclose(bounds.states[:, 1, 0], np.minimum(highest, config.limits.speed))

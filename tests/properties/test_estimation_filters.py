@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import inf, nextafter, pi, sqrt, tan
+from math import inf, nextafter, pi, tan
 
 import numpy as np
 import pytest
@@ -20,14 +19,10 @@ from estimation import (
     GoalMeasurement,
     GoalPoseFilter,
     MeasurementNoise,
-    Outcome,
     PoseHistory,
-    stds_in,
 )
-from estimation.belief import contradiction, innovation_of
 from estimation.board_pose import fit_board
-from estimation.disturbance import PHI, D, G, Motion, O, first_estimate, updated
-from estimation.measurement import Detection, in_world
+from estimation.disturbance import Motion, first_estimate, updated
 from estimation.vehicle_filter import QUANTITIES, _gain, filtered
 from geometry import Pose2, wrap
 
@@ -81,34 +76,7 @@ def test_ahead_of_the_latest_pose_a_pose_is_no_farther_than_the_vehicle_can_have
         assert abs(found.x - latest.x) <= abs(speed) * ahead + 20.0 * abs(off) + 1e-9
 
 
-@FEW
-@given(poses=st.lists(POSES, min_size=1, max_size=5))
-@example(poses=[Pose2(1.0, 2.0, 3.0)])
-def test_the_mean_of_poses_is_among_them(poses: list[Pose2]) -> None:
-    history = PoseHistory()
-    for k, pose in enumerate(poses):
-        history = history.noted(0.1 * k, pose, length=10.0)
-    mean = history.mean(0.0)
-    assert mean is not None
-    assert min(pose.x for pose in poses) - 1e-9 <= mean.x <= max(pose.x for pose in poses) + 1e-9
-    assert history.mean(10.0) is None
-
-
 # -- detections ----------------------------------------------------------------------------------------------
-
-
-@FEW
-@given(near=st.floats(0.0, 100.0), more=st.floats(0.0, 100.0))
-@example(near=0.0, more=0.0)
-@example(near=0.0, more=1e-12)
-def test_a_detection_is_less_sure_the_farther_away_the_goal_is_and_never_surer_than_its_floor(
-    near: float, more: float
-) -> None:
-    noise = DetectionNoise()
-    here, there = (np.diagonal(noise.covariance(distance)) for distance in (near, near + more))
-    assert (there >= here).all()
-    assert here[0] >= noise.position_floor**2
-    assert here[2] >= noise.heading_floor**2
 
 
 TINY = st.floats(-300.0, 0.0).map(lambda n: 10.0**n)
@@ -182,38 +150,6 @@ def test_an_estimate_is_finite_for_detections_at_a_range_of_0_and_at_one_time(
         )
 
 
-@pytest.mark.parametrize("variances", [(0.0, 0.0, 0.0), (1.0, 1.0, 0.0), (1.0, -1e-30, 1.0)])
-def test_a_detection_without_variance_is_refused(variances: tuple[float, float, float]) -> None:
-    given_one = GoalMeasurement(stamp=0.0, x=1.0, y=0.0, phi=0.0, covariance=np.diag(variances))
-    assert GoalPoseFilter().update(given_one).outcome is Outcome.REFUSED
-    assert isinstance(in_world(given_one, GoalFilterConfig()), str)
-
-
-@FEW
-@given(scale=st.sampled_from([1e-18, 1e-9, 1.0, 1e12]), other=st.sampled_from([1e-18, 1e-9, 1.0, 1e12]))
-def test_a_detection_at_the_mean_contradicts_nothing(scale: float, other: float) -> None:
-    frame = (Frame.WORLD, 0.0, 0.0, 0.0)
-    covariance, mean = scale * np.eye(3), np.array([1.0, 2.0, 0.5])
-    one = Detection(stamp=0.0, value=mean.copy(), covariance=covariance, told=frame)
-    innovation, nis = innovation_of(mean, other * np.eye(3), one)
-    assert np.abs(innovation).max() <= 1e-15
-    assert nis == pytest.approx(0.0, abs=1e-6)
-    assert contradiction(mean, other * np.eye(3), [one, one, one]) == pytest.approx(0.0, abs=1e-6)
-
-
-@FEW
-@given(variances=st.tuples(VARIANCES, VARIANCES, VARIANCES), phi=st.floats(-pi, pi))
-@example(variances=(0.0, 0.0, 0.0), phi=1.0)
-def test_standard_deviations_in_any_frame_are_between_the_least_and_the_largest(
-    variances: tuple[float, float, float], phi: float
-) -> None:
-    stds = stds_in(np.array([[0.0, 0.0, phi]]), np.diag(variances)[None])[0]
-    low, high = sqrt(min(variances[:2])), sqrt(max(variances[:2]))
-    assert low * (1.0 - 1e-9) - 1e-12 <= min(stds[:2])
-    assert max(stds[:2]) <= high * (1.0 + 1e-9) + 1e-12
-    assert stds[2] == pytest.approx(sqrt(variances[2]))
-
-
 # -- the vehicle's own state ---------------------------------------------------------------------------------
 
 
@@ -231,17 +167,6 @@ def test_the_gain_is_the_steady_one_of_a_kalman_filter(r: float, q: float) -> No
     assert r * gain**2 == pytest.approx(q * (1.0 - gain), abs=1e-9 * (q + r))
     if r == 0.0:
         assert gain == 1.0
-
-
-@FEW
-@given(r=VARIANCES, q=VARIANCES, more=st.floats(1.0, 100.0))
-@example(r=1e-16, q=1.0, more=10.0)
-@example(r=0.0, q=0.0, more=2.0)
-def test_a_noisier_measurement_counts_less_and_a_worse_model_makes_it_count_more(
-    r: float, q: float, more: float
-) -> None:
-    assert _gain(more * r, q) <= _gain(r, q) + 1e-12
-    assert _gain(r, more * q) >= _gain(r, q) - 1e-12
 
 
 @FEW
@@ -301,45 +226,7 @@ def test_estimated_offsets_are_finite_within_their_limits_and_no_less_sure_than_
     assert found.stds[1] <= first[1] * (1.0 + 1e-9)
 
 
-@FEW
-@given(offset=st.floats(-0.5, 0.5), delta=st.floats(-1.4, 1.4), speed=st.floats(0.1, 2.0))
-@example(offset=0.0, delta=1.4, speed=1.0)
-@example(offset=0.5 * pi - 1.4, delta=1.4, speed=1.0)  # wheels at right angles to the vehicle
-@example(offset=0.3, delta=1.4, speed=1.0)
-def test_a_heading_turns_the_way_the_measured_wheels_point_whatever_their_offset(
-    offset: float, delta: float, speed: float
-) -> None:
-    config = DisturbanceFilterConfig()
-    seated = updated(first_estimate(config), Motion(speed, 0.0, delta), 0.0, 0.0, 2.875, config)
-    mean = seated.mean.copy()
-    mean[O] = offset
-    found = updated(replace(seated, mean=mean), Motion(speed + 1e-3, 0.0, delta), 0.02, 0.0, 2.875, config)
-    assert np.isfinite(found.mean).all()
-    assert abs(found.mean[PHI]) <= pi
-    assert abs(found.mean[D]) <= 3.0
-    assert abs(found.mean[G]) <= 0.3
-    assert (np.diagonal(found.covariance) >= 0.0).all()
-
-
 # -- the camera ----------------------------------------------------------------------------------------------
-
-
-@FEW
-@given(depth=st.floats(-17.0, 3.0).map(lambda n: 10.0**n), share=st.floats(-2.0, 2.0))
-@example(depth=1e-17, share=0.0)
-@example(depth=1e-17, share=1.0)
-def test_a_point_is_seen_where_its_direction_says_however_near_it_is(depth: float, share: float) -> None:
-    camera = Camera(x=0.0, y=0.0, z=0.0, yaw=0.0)
-    u, v = camera.project([(depth, -share * depth, 0.0)])[0]
-    assert u == pytest.approx(camera.cx + share * camera.fx)
-    assert v == pytest.approx(camera.cy)
-
-
-def test_what_is_in_the_lens_or_behind_it_is_refused() -> None:
-    camera = Camera(x=0.0, y=0.0, z=0.0, yaw=0.0)
-    for x in (0.0, -1e-17, -1.0):
-        with pytest.raises(ValueError, match="before the camera"):
-            camera.project([(x, 0.1, 0.0)])
 
 
 @settings(FEW, max_examples=25)
@@ -358,9 +245,3 @@ def test_corners_without_error_give_the_goal_without_error_and_a_covariance(
     assert found is not None
     assert found.value == pytest.approx(truth, abs=1e-5)
     assert np.linalg.eigvalsh(found.covariance)[0] > 0.0
-
-
-def test_a_board_in_the_lens_gives_no_goal() -> None:
-    camera, board = Camera(), CharucoBoard()
-    corners = board.in_goal_frame([(0.2, 0.2), (0.4, 0.2), (0.4, 0.4), (0.2, 0.4)])
-    assert fit_board(camera, corners, np.zeros((4, 2)), [np.array([camera.x - board.x, 0.0, 0.0])]) is None

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from math import cos, hypot, pi, sin
-from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from PIL import Image
 
-from geometry import Area, AreaError, Corridor, CorridorError, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from geometry.arrays import Array
 from geometry.convex import (
     NORMAL_X,
@@ -25,7 +23,6 @@ from geometry.convex import (
     WITNESS,
     signed_distance,
 )
-from geometry.corridor_area import area_of
 from geometry.outline import checked_polygon, convex_pieces
 from geometry.shape_grid import Body
 
@@ -122,27 +119,6 @@ def test_the_normal_between_two_bodies_has_length_1_and_leads_from_one_to_the_ot
     assert float(normal @ apart) == pytest.approx(found[VALUE], abs=1e-9)
 
 
-@FEW
-@given(gap=GAPS, dx=st.floats(-0.5, 0.5), dy=st.floats(-0.5, 0.5), turn=st.floats(-pi, pi))
-@example(gap=0.0, dx=0.0, dy=0.0, turn=0.0)
-@example(gap=0.0, dx=1e-16, dy=0.0, turn=0.0)
-def test_no_distance_changes_by_more_than_the_body_moves(
-    gap: float, dx: float, dy: float, turn: float
-) -> None:
-    a, b = box(2.0, 1.0, 0.0, 0.0, 0.0), box(3.0, 2.0, 2.5 + gap, 0.4, turn)
-    before, then = between(a, b)[VALUE], between(a + np.array([dx, dy]), b)[VALUE]
-    assert abs(then - before) <= hypot(dx, dy) + 1e-12
-
-
-@pytest.mark.parametrize("corners", [1, 2, 5])
-@pytest.mark.parametrize("away", [0.0, 1e-17, 1e-9, 2.0])
-def test_a_body_shrunk_to_a_point_has_the_distance_of_that_point(corners: int, away: float) -> None:
-    point = np.repeat([[1.0 + away, 0.25]], corners, axis=0)
-    found = between(point, box(2.0, 2.0, 0.0, 0.0, 0.0))
-    assert found[VALUE] == pytest.approx(away, abs=1e-15)
-    assert (found[NORMAL_X], found[NORMAL_Y]) == pytest.approx((1.0, 0.0), abs=1e-6)
-
-
 # -- polygons ------------------------------------------------------------------------------------------------
 
 
@@ -196,33 +172,6 @@ def test_a_point_is_clear_just_where_it_is_in_the_boundary(ring: Ring, x: float,
         assert apart <= 1e-9
 
 
-@pytest.mark.parametrize("size", [1e-6, 1e-3, 1.0, 1e3])
-@pytest.mark.parametrize("offset", [0.0, 1e6])
-def test_the_distance_to_an_obstacle_is_right_whatever_its_size(size: float, offset: float) -> None:
-    ring = box(size, size, offset, offset, 0.3)
-    body, x = Body.of(CONVEX), offset + size + 10.0
-    apart = float(Area(obstacles=[ring]).signed_distances(body, np.array([(x, offset, 0.1)]))[0])
-    c, s = cos(0.1), sin(0.1)
-    placed = np.array(CONVEX) @ np.array([(c, s), (-s, c)]) + (x, offset)
-    assert apart == pytest.approx(shapely.distance(shapely.Polygon(placed), shapely.Polygon(ring)), abs=1e-6)
-
-
-@pytest.mark.parametrize("ring", [[(0, 0), (1, 0), (2, 0)], [(1, 1)] * 4, [(0, 0), (1, 0), (0, 0)]])
-def test_a_boundary_without_area_is_refused(ring: Ring) -> None:
-    with pytest.raises(AreaError):
-        Area(boundary=ring)
-
-
-def test_a_map_of_one_cell_is_an_area_of_that_cell(tmp_path: Path) -> None:
-    Image.fromarray(np.full((1, 1), 254, np.uint8)).save(tmp_path / "map.pgm")
-    entries = "image: map.pgm\nresolution: 0.5\norigin: [0, 0, 0]\nnegate: 0\n"
-    (tmp_path / "map.yaml").write_text(entries + "occupied_thresh: 0.65\nfree_thresh: 0.2\n")
-    area = Area.from_map(tmp_path / "map.yaml")
-    apart = area.signed_distances(Body.of([(0.0, 0.0)]), np.array([(0.25, 0.25, 0.0), (0.7, 0.25, 0.0)]))
-    assert apart[0] == pytest.approx(0.25)
-    assert apart[1] < 0.0
-
-
 # -- half-planes beside a body -------------------------------------------------------------------------------
 
 
@@ -274,37 +223,3 @@ def test_boundaries_beside_a_path_are_as_far_from_it_as_they_are_told(segments: 
             for line in lines:
                 assert np.isfinite(line).all()
                 assert shapely.distance(driven, shapely.MultiPoint(line)) >= offset - 1e-2
-
-
-@settings(FEW, max_examples=15)
-@given(segments=SEGMENTS.filter(lambda rows: all(length >= 1e-5 for _, _, length in rows)))
-@example(segments=[(1, 0.0, 1e-5)])
-@example(segments=[(1, 0.0, 10.0), (-1, 0.0, 1e-5), (1, 0.0, 5.0)])
-def test_the_area_of_a_corridor_contains_its_path(segments: list[Segment]) -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), segments)
-    area = area_of(Corridor.from_offsets(path, left=2.0, right=-1.5), path, beyond=3.0)
-    for part in path.parts:
-        at = part.reference(np.linspace(part.start, part.end, 20))
-        poses = np.column_stack([at.x, at.y, at.phi])
-        assert (area.signed_distances(Body.of([(0.0, 0.0)]), poses) > 1.0).all()
-
-
-@FEW
-@given(ring=repeated([(-5.0, -3.0), (20.0, -3.0), (20.0, 4.0), (-5.0, 4.0)]), length=LENGTHS)
-@example(ring=[(-5.0, -3.0), (20.0, -3.0), (20.0, 4.0), (-5.0, 4.0)], length=1e-17)
-def test_a_polygon_is_as_wide_along_a_path_however_often_its_corners_are_told(
-    ring: Ring, length: float
-) -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, length)])
-    corridor = Corridor.from_polygon(path, ring)
-    assert corridor.narrowest()[0] == pytest.approx(7.0)
-    point = Body.of([(0.0, 0.0)])
-    apart = corridor.signed_distances(0, point, np.array([(0.0, 3.0, 0.0), (0.0, -2.5, 0.0)]))
-    assert apart[:, 0] == pytest.approx([1.0, 0.5])
-
-
-def test_a_boundary_on_the_path_is_refused() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 5.0)])
-    with pytest.raises(CorridorError):
-        Corridor.from_offsets(path, left=0.0, right=-1.0)
-    assert Corridor.from_offsets(path, left=1e-3, right=-1.0).narrowest()[0] == pytest.approx(1.001)

@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rti_mpcc.model.layout import CONTROLS, STATES, THETA, THETA_DOT, A, V, X, Y
-from rti_mpcc.ocp.horizon import controls_over, resample, stage_lengths, stage_times, states_at
+from rti_mpcc.model.layout import CONTROLS, STATES, THETA, THETA_DOT, A, V, X
+from rti_mpcc.ocp.horizon import resample, stage_lengths, stage_times, states_at
 from rti_mpcc.types import Array, Trajectory
-from tests.properties.magnitudes import examples, few_examples, positive, signed
+from tests.properties.magnitudes import examples, positive, signed
 
 WHEELBASE = 2.875
 cycles = positive(5e-3, 0.2)
@@ -35,17 +35,6 @@ def test_stages_are_positive_add_up_to_the_duration_and_never_get_shorter(
     np.testing.assert_allclose(lengths.sum(), max(duration, 3.0 * cycle), rtol=1e-9)
     assert (np.diff(lengths[1:]) >= -1e-12 * lengths[1:-1]).all()
     assert lengths[1] <= fine * (1.0 + 1e-5)
-
-
-@given(positive(1e-6, 300.0), st.floats(1.0, 3.0), cycles, fine_stages)
-@example(7.0, 1.0 + 1e-6, 0.05, 0.1)
-@examples
-def test_no_stage_of_a_longer_horizon_is_shorter(
-    duration: float, longer: float, cycle: float, fine: float
-) -> None:
-    short, long = (stage_lengths(each, cycle, 70, fine) for each in (duration, longer * duration))
-    # Stages that hardly grow are made equal: a change of a millionth.
-    assert (long >= short * (1.0 - 1e-4)).all()
 
 
 @given(st.floats(0.0, LATEST), positive(1e-6, 300.0), cycles, counts, fine_stages)
@@ -95,14 +84,3 @@ def test_a_plan_on_another_grid_is_the_same_motion(
     gained = found.controls[:, THETA_DOT] @ np.diff(times)
     passed = states_at(plan, times[[0, -1]], WHEELBASE)[:, THETA]
     assert abs(gained - (passed[1] - passed[0])) <= 1e-6 * scale
-
-
-@given(lengths_of_stages, st.floats(0.0, 1.0))
-@example(np.array([1e-5, 1e-5]), 0.0)
-@few_examples
-def test_a_grid_of_one_tiny_stage_has_the_control_of_that_moment(own: Array, share: float) -> None:
-    plan = plan_of(own, 1.0, 0.5)
-    begin = share * (plan.times[-1] - 2e-6)
-    controls = controls_over(plan, np.array([begin, begin + 1e-6]))
-    np.testing.assert_allclose(controls[:, A], 0.5, rtol=1e-6)
-    assert np.isfinite(resample(plan, np.array([begin, begin + 1e-6]), WHEELBASE).states[:, [X, Y]]).all()

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from math import isfinite, pi, tan
+from math import pi, tan
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rti_mpcc.model.bicycle import linearised_step, step_one
+from rti_mpcc.model.bicycle import linearised_step
 from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, THETA, V, X, Y
-from rti_mpcc.ocp.corridor_rows import free_response
 from tests.properties.magnitudes import examples, from_zero, positive, signed
 
 WHEELBASE, STEERING = 2.875, 0.6
@@ -37,42 +36,6 @@ def test_a_step_moves_the_vehicle_no_farther_than_its_speed_and_turns_it_with_it
     assert np.hypot(reached[X], reached[Y]) <= seconds * fastest * (1.0 + 1e-9)
     turn = seconds * (speed + 0.5 * seconds * acceleration) * tan(steering) / wheelbase
     assert reached[2] == pytest.approx(turn, rel=1e-9, abs=1e-12)
-
-
-@given(speeds, steerings, positive(1e-3, 100.0))
-@example(0.0, 0.6, 0.4)
-@example(30.0, 0.6, 1e-3)
-@examples
-def test_the_place_of_a_braked_stop_is_within_the_braking_distance(
-    speed: float, steering: float, deceleration: float
-) -> None:
-    """As the context of a cycle has it: one step that lasts |v| / a, which may be hours."""
-    control = (-np.copysign(deceleration, speed), 0.0, 0.0)
-    x, y, phi, v, *_ = step_one(
-        (0.0, 0.0, 0.0, speed, steering, 0.0), control, abs(speed) / deceleration, WHEELBASE
-    )
-    assert v == pytest.approx(0.0, abs=1e-9)
-    assert np.hypot(x, y) <= speed**2 / (2.0 * deceleration) * (1.0 + 1e-9)
-    assert isfinite(phi)
-
-
-@given(
-    speeds,
-    steerings,
-    st.lists(positive(1e-6, 1.0), min_size=2, max_size=8).map(np.array),
-    from_zero(1e-9, 10.0),
-)
-@example(0.0, 0.0, np.array([1e-6, 1e-6]), 0.0)
-@examples
-def test_what_a_plan_gains_by_a_change_of_its_start_is_known_from_its_first_stage_on(
-    speed: float, steering: float, lengths: np.ndarray, span: float
-) -> None:
-    states = np.zeros((len(lengths) + 1, 6))
-    states[:, V], states[:, DELTA] = speed, steering
-    by = free_response(states, lengths, WHEELBASE, span)
-    assert 1 <= len(by) <= len(lengths)
-    assert np.isfinite(by).all()
-    np.testing.assert_allclose(by[0, 0, V], lengths[0])
 
 
 queues = st.lists(
@@ -137,27 +100,3 @@ def test_the_steering_that_acts_and_the_one_that_is_measured_are_the_same_angle(
     acting = known.acting_steering(measured)
     assert abs(acting) <= 0.5 * pi
     assert known.measured_steering(acting) == pytest.approx(measured, abs=1e-9)
-
-
-@given(st.floats(-1.5, 1.5), from_zero(1e-6, 1.0), offsets, st.floats(0.8, 1.2))
-@example(1.4, 0.1, 0.1, 1.2)
-@examples
-def test_wheels_that_are_measured_farther_to_the_left_act_farther_to_the_left(
-    measured: float, more: float, o: float, turn: float
-) -> None:
-    """Any steering is believed up to `Plausibility.largest_steering`, 1.5 rad."""
-    known = Disturbance(steering=o, turn=turn)
-    assert known.acting_steering(min(measured + more, 1.5)) >= known.acting_steering(measured) - 1e-12
-
-
-@given(signed(1e-9, 1.0), st.floats(-1.2, 1.2), positive(5e-3, 0.2), offsets, st.floats(0.8, 1.2))
-@example(0.0, 0.0, 5e-3, 0.0, 1.2)
-@examples
-def test_the_steering_rate_to_command_is_no_farther_from_the_wanted_one_than_the_wheels_differ(
-    rate: float, acting: float, cycle: float, o: float, turn: float
-) -> None:
-    known = Disturbance(steering=o, turn=turn)
-    commanded = known.commanded_rate(rate, acting, cycle)
-    assert commanded * rate >= 0.0
-    # The limit on the rate that acts keeps the one that is commanded within its own.
-    assert known.rate_share * abs(commanded) <= abs(rate) * (1.0 + 1e-6) + 1e-12

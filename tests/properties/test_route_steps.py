@@ -67,28 +67,6 @@ def test_a_straight_move_without_errors_is_as_long_as_its_distance_however_littl
 
 
 @FEW
-@given(
-    y=st.floats(-0.2, 0.2),
-    phi=st.floats(-0.2, 0.2),
-    way=DISTANCES,
-    curvature=TURNS,
-    tolerance=st.tuples(st.floats(1e-4, 0.1), st.floats(1e-4, 0.1)),
-    times=st.floats(1.0, 10.0),
-)
-@example(y=0.0, phi=0.0, way=1.0, curvature=0.1, tolerance=(0.01, 0.01), times=2.0)
-@example(y=0.05, phi=0.02, way=1.0, curvature=0.1, tolerance=(0.01, 0.01), times=2.0)
-@example(y=0.005, phi=0.005, way=-1.0, curvature=0.0, tolerance=(0.01, 0.01), times=2.0)
-def test_who_may_steer_more_or_be_off_by_more_mends_whatever_others_mend(
-    y: float, phi: float, way: float, curvature: float, tolerance: tuple[float, float], times: float
-) -> None:
-    error = Pose2(0.0, y, phi)
-    if mendable(error, way, curvature, tolerance):
-        assert mendable(error, way, times * curvature, tolerance)
-        assert mendable(error, way, curvature, (times * tolerance[0], tolerance[1]))
-        assert mendable(error, way, curvature, (tolerance[0], times * tolerance[1]))
-
-
-@FEW
 @given(y=st.floats(-0.2, 0.2), phi=st.floats(-0.2, 0.2), way=st.floats(-3.0, 3.0))
 @example(y=0.0, phi=0.0, way=0.0)
 @example(y=0.01, phi=0.0, way=1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite, sqrt
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -13,60 +13,16 @@ from hypothesis import strategies as st
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import DockingController, VehicleState
 from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
-from rti_mpcc.config.mpc import SpeedProfile
-from rti_mpcc.mission.straight import mendable
 from rti_mpcc.model.layout import CONTROLS, STATES
 from rti_mpcc.ocp.bounds import StageBounds
-from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
 from rti_mpcc.qp.filling import empty_values, fill_bounds
 from rti_mpcc.qp.pattern import build_pattern
 from rti_mpcc.simulation.plant import PlantFault, PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Source
-from tests.properties.magnitudes import examples, few_examples, from_zero, positive, signed
+from tests.properties.magnitudes import few_examples, from_zero, positive, signed
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 60.0)])
 CORRIDOR = Corridor.from_offsets(PATH, left=4.0, right=-4.0)
-
-
-@given(
-    positive(1e-3, 100.0), positive(1e-3, 100.0), st.floats(1e-3, 1.0), positive(1e-3, 1.4),
-    positive(0.1, 20.0), st.floats(3.0, 300.0), st.sampled_from(("smooth", "brisk")),
-)  # fmt: skip
-@example(1e-3, 1e-3, 1e-3, 1e-3, 20.0, 3.0, "smooth")
-@example(100.0, 100.0, 1.0, 1.4, 0.1, 300.0, "brisk")
-@examples
-def test_what_follows_from_the_limits_is_positive_and_within_them(
-    speed: float,
-    acceleration: float,
-    share: float,
-    steering: float,
-    wheelbase: float,
-    horizon: float,
-    ride: Any,
-) -> None:
-    config = ControllerConfig(
-        limits=Limits(speed=speed, acceleration=acceleration, steering=steering),
-        vehicle=Vehicle(wheelbase=wheelbase),
-        comfort_acceleration=share * acceleration,
-        arrival_horizon=horizon,
-        ride=ride,
-    )
-    assert 0.0 < config.cruise_speed <= speed
-    assert 0.0 < config.arrival_acceleration <= share * acceleration
-    assert config.comfort.jerk > 0.0
-    assert config.arrival_reach > 0.0
-    assert 0.0 < config.max_curvature < np.inf
-    assert config.planned_acceleration >= share * acceleration
-
-
-@given(from_zero(1e-12, 1e6), positive(1e-3, 10.0), positive(1e-3, 100.0), from_zero(1e-3, 1.0))
-@example(0.0, 1.0, 5.0, 0.5)
-@examples
-def test_the_speed_at_a_stop_is_the_final_one_at_least_and_one_that_stops_behind_it(
-    behind: float, final: float, deceleration: float, share: float
-) -> None:
-    profile = SpeedProfile(final=final, deceleration=deceleration, behind=share)
-    assert final <= profile.at_stop(behind) <= max(final, sqrt(2.0 * deceleration * behind) * (1.0 + 1e-9))
 
 
 @pytest.mark.parametrize(
@@ -121,34 +77,6 @@ def test_however_far_a_bound_is_its_row_is_scaled_by_a_bounded_factor_and_stays_
         values.upper_by.bounds * by * pattern.bound_units[:, None], distance, rtol=1e-9
     )
     assert (values.lower_by.bounds == -np.inf).all()
-
-
-@given(signed(1e-12, 30.0), positive(1e-12, 1.0), positive(1e-12, 1.0), st.integers(2, 50))
-@example(1e-12, 1e-12, 1e-12, 2)
-@examples
-def test_a_straight_move_without_an_error_can_always_be_begun(
-    way: float, curvature: float, tolerance: float, headings: int
-) -> None:
-    assert mendable(Pose2(0.0, 0.0, 0.0), way, curvature, (tolerance, tolerance), headings)
-    # Nothing is mended on no way: an error outside the tolerance stays.
-    assert not mendable(Pose2(0.0, 2.0 * tolerance, 0.0), 0.0, curvature, (tolerance, 1.0), headings)
-    assert not mendable(Pose2(0.0, 0.0, 2.0 * tolerance), 0.0, curvature, (1.0, tolerance), headings)
-
-
-@given(from_zero(1e-12, 1e9), from_zero(1e-12, 1e9), st.floats(-0.15, 0.15))
-@example(0.0, 0.0, 0.0)
-@examples
-def test_a_measurement_after_any_time_is_taken_or_doubted_and_a_gap_of_the_steering_fades(
-    first: float, seconds: float, steering: float
-) -> None:
-    config = ControllerConfig()
-    monitor = StateMonitor()
-    for now, delta in ((first, 0.0), (first + seconds, steering)):
-        state = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=delta)
-        monitor = validate_measurement(monitor, state, (), now, config)
-    assert monitor.state is not None
-    assert np.isfinite(monitor.state).all()
-    assert abs(monitor.steering_gap) <= abs(steering) + 1e-12
 
 
 faults = st.builds(

@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from hypothesis import strategies as st
+from numpy.random import Generator
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Source
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import Car, Drive, Plant, copied, drive, square, stops_in_time
-from tests.rti_mpcc.promises import hold_for
 
 HALF = 4.0
 """Half width of the lane [m]."""
@@ -40,32 +39,24 @@ class Appearance:
     stays: float
 
 
-def _numbers(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(low, high, allow_nan=False).map(lambda value: round(value, 3))
+def appearance(rng: Generator) -> Appearance:
+    return Appearance(
+        direction=int(rng.choice((1, -1))),
+        curvature=float(rng.choice((0.0, 0.05, -0.1))),
+        dead_time=float(rng.choice((0.0, 0.1, 0.18, 0.3))),
+        speed=rng.uniform(0.0, 5.0),
+        cycle=int(rng.integers(0, 61)),
+        along=rng.uniform(-3.0, 12.0),
+        across=rng.uniform(-3.0, 3.0),
+        size=rng.uniform(0.1, 3.0),
+        turned=rng.uniform(0.0, 1.5),
+        stays=float(rng.choice((0.5, 2.0, 100.0))),
+    )
 
 
-APPEARANCES = st.builds(
-    Appearance,
-    direction=st.sampled_from((1, -1)),
-    curvature=st.sampled_from((0.0, 0.05, -0.1)),
-    dead_time=st.sampled_from((0.0, 0.1, 0.18, 0.3)),
-    speed=_numbers(0.0, 5.0),
-    cycle=st.integers(0, 60),
-    along=_numbers(-3.0, 12.0),
-    across=_numbers(-3.0, 3.0),
-    size=_numbers(0.1, 3.0),
-    turned=_numbers(0.0, 1.5),
-    stays=st.sampled_from((0.5, 2.0, 100.0)),
-)
-
-
-def hold(draws: int, chunk: int) -> None:
-    """So many drawn appearances, the same for the same `chunk`, keep the promises."""
-    hold_for(APPEARANCES, keep_promises, draws, chunk)
-
-
-def keep_promises(drawn: Appearance) -> None:
+def keep_promises(seed: int) -> None:
     """What appears is not driven into, or over, but where nothing could have been done about it."""
+    drawn = appearance(np.random.default_rng([7, seed]))
     path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(drawn.direction, drawn.curvature, 30.0)])
     config = ControllerConfig(dead_time=drawn.dead_time)
     car, begin = Car(config=config), drawn.cycle * config.cycle
@@ -119,7 +110,7 @@ def check_chatter(found: Drive) -> None:
 # -- people who walk ----------------------------------------------------------------------------------------
 
 
-def walk(rng: np.random.Generator) -> tuple[str, Callable[[float], tuple[float, float]]]:
+def walk(rng: Generator) -> tuple[str, Callable[[float], tuple[float, float]]]:
     """What somebody does, and where he is (x, y) [m] at a time [s] in a lane along x."""
     kind = str(rng.choice(["crosses", "stops", "turns back", "comes towards", "wanders"]))
     speed, side = rng.uniform(0.3, 1.5), float(rng.choice([-1.0, 1.0]))

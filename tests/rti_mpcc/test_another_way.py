@@ -8,13 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
-from rti_mpcc.report.film import film_of_run
-from rti_mpcc.report.scene import Scene
-from rti_mpcc.report.views import Observer
 from rti_mpcc.simulation import (
     RunResult,
     Scenario,
@@ -26,7 +22,7 @@ from rti_mpcc.simulation import (
     summary,
 )
 from rti_mpcc.types import Reason, Status, VehicleState
-from tests.rti_mpcc.docking_runs import Clocked, drive, granting, present, short, straight, wall
+from tests.rti_mpcc.docking_runs import drive, present, straight, wall
 
 LENGTH, ASIDE = 20.0, 0.6
 
@@ -47,24 +43,6 @@ def beside_a_wall(side: int, **changes: Any) -> Scenario:
         "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
     }
     return changed(scenario_from_dict(tables), changes)
-
-
-def in_reverse() -> Scenario:
-    """A goal in reverse that is too much beside its path, and turned, to be come to onward."""
-    tables: dict[str, Any] = {
-        "name": "in_reverse",
-        "path": {
-            "start": [4.0, -3.0, 3.0],
-            "segments": [
-                {"direction": -1, "curvature": -0.07, "length": 7.0},
-                {"direction": -1, "curvature": -0.14, "length": 3.0},
-            ],
-        },
-        "corridor": {"left": 3.0, "right": -3.0},
-        "goal": {"offset": [0.5, -0.5, 0.6]},
-        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
-    }
-    return scenario_from_dict(tables)
 
 
 def said(result: RunResult) -> list[Status]:
@@ -92,51 +70,12 @@ def test_a_goal_turned_against_the_bend_is_come_to_by_another_way(side: int) -> 
     assert summary(result)["direction_changes"] == 1
 
 
-@pytest.mark.acceptance
-def test_without_that_it_stalls() -> None:
-    scenario = beside_a_wall(1, **{"controller.recovery": False})
-    result = simulate(scenario)
-    assert not summary(result)["docked"]
-    assert said(result)[-1] is Status.STALLED
-
-
-@pytest.mark.acceptance
-def test_in_reverse_too() -> None:
-    assert_docked(simulate(in_reverse()), 40.0)
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("seed", [1, 2])
-def test_so_it_is_with_a_goal_that_is_detected_with_noise(seed: int) -> None:
-    result = simulate(beside_a_wall(1, **{"goal.measurement": {"visible_range": 15.0}}), seed=seed)
-    assert_docked(result, 40.0)
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("noisy", [pytest.param(False, marks=pytest.mark.acceptance), True])
-def test_a_goal_that_is_come_to_onward_needs_none(noisy: bool) -> None:
-    told = {"goal.measurement": {"visible_range": 15.0}} if noisy else {}
-    result = simulate(changed(short(), told))
-    assert summary(result)["docked"]
-    assert "planning" not in summary(result)
-    assert len(result.paths) == 1
-
-
 @pytest.mark.parametrize("turn", [-60.0, pytest.param(-90.0, marks=pytest.mark.acceptance), 180.0])
 def test_a_start_turned_off_the_path_is_driven_from(turn: float) -> None:
     scenario = load_scenario("docking_inside")
     start = scenario.start_pose().compose(Pose2(0.0, 0.0, radians(turn)))
     result = simulate(scenario, start=VehicleState(x=start.x, y=start.y, phi=start.phi, v=0.0, delta=0.0))
     assert_docked(result, 45.0)
-
-
-@pytest.mark.acceptance
-def test_a_search_that_is_cut_by_the_deadline_goes_on_until_it_is_known_that_it_misses() -> None:
-    scenario = beside_a_wall(1)
-    clocked = Clocked(docking_controller(scenario), lambda now: granting(2))
-    result = simulate(scenario, controller=clocked)
-    assert summary(result)["docked"]
-    assert Status.PLANNING in said(result)
 
 
 # -- a goal that moves --------------------------------------------------------------------------------------
@@ -201,28 +140,3 @@ def test_the_reason_says_why_it_is_planned() -> None:
     first = next(command.diagnostics for _, command in drive(scenario, 0.1))
     assert first.cause is Reason.PLANS_WAY
     assert "planning a way: the first plan misses the goal" in first.reason
-
-
-def test_clearance_is_told_by_the_whole_corridor_once_it_has_left_its_path() -> None:
-    """The same body is outside of the last part, which no longer acts, and inside of an earlier one."""
-    result = simulate(beside_a_wall(1))
-    begin, path = result.paths[1]
-    assert begin > 0.0
-    assert result.given_path is result.paths[0][1]
-    assert path is not result.given_path
-    assert np.isfinite(summary(result)["min_clearance_m"])
-
-
-def test_a_film_shows_the_way_in_place_of_the_path_once_it_was_left() -> None:
-    scenario = beside_a_wall(1, **{"simulation.duration": 4.0})
-    observer = Observer(docking_controller(scenario))
-    result = simulate(scenario, controller=observer)
-    film = film_of_run(result, observer.observed)
-    assert film.path is result.given_path
-    assert film.corridor is not None
-    scene = Scene(Figure().add_subplot(), film)
-    scene.show(0)
-    assert len(scene.planned.get_segments()) == 0
-    scene.show(len(film.views) - 1)
-    assert len(scene.planned.get_segments()) == len(result.path.parts)
-    assert len(scene.walls.get_segments()) == sum(map(len, film.corridor.lines(0)))

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from benchmarks.reproduction.comfort import aims
-from estimation import VehicleFilterConfig
-from rti_mpcc import DockingController
 from rti_mpcc.errors import ConfigError, ScenarioError
 from rti_mpcc.simulation import changed, load_scenario, simulate, summary
 from tests.rti_mpcc.docking_runs import short
@@ -62,14 +59,6 @@ def test_a_time_that_cannot_be_is_told_before_the_run() -> None:
         simulate(changed(short(), {"controller.docking_time": 20.0}), preset="paper")
 
 
-@pytest.mark.acceptance
-def test_a_slow_vehicle_gets_across_to_a_goal_beside_its_path() -> None:
-    """It used to begin its arrival where (T2) says, 4 m before a goal 3 m beside the path, and stalled."""
-    found = summary(simulate(changed(load_scenario("docking_inside"), {"limits.speed": 1.0})))
-    assert found["docked"]
-    assert found["time_to_dock_s"] == pytest.approx(found["expected_time_s"], rel=0.05)
-
-
 @pytest.mark.parametrize("ride", ["smooth", pytest.param("brisk", marks=pytest.mark.acceptance)])
 @pytest.mark.parametrize(
     "name", ["docking_inside", pytest.param("docking_behind", marks=pytest.mark.acceptance)]
@@ -82,24 +71,6 @@ def test_the_acceleration_changes_by_the_comfort_jerk_from_the_begin_to_the_dock
     for what, most in found["comfort"].items():
         assert found["peak"][what] <= OVER * most
     assert found["hard_braking"] == {}
-
-
-@pytest.mark.acceptance
-def test_noise_in_the_measured_state_is_hardly_felt() -> None:
-    """1.5 cm and 3 mrad from cycle to cycle: without the filter commands swing, within what jerk they may."""
-    noise = {"simulation.state_noise": [0.015, 0.015, 0.003, 0.01, 0.0025]}
-    scenario = changed(load_scenario("docking_inside"), noise)
-    config, path = scenario.controller_config(), scenario.build_path()
-    rough = config.model_copy(update={"vehicle_filter": VehicleFilterConfig(enabled=False)})
-    swings = []
-    for each in (config, rough):
-        controller = DockingController(path, scenario.build_corridor(path), each)
-        result = simulate(scenario, controller=controller, seed=3)
-        assert summary(result)["docked"]
-        commands = result.cycles.acceleration, result.cycles.steering_rate
-        swings.append([float(np.abs(np.diff(values)).sum()) for values in commands])
-    assert swings[0][0] < 0.75 * swings[1][0]
-    assert swings[0][1] < 0.6 * swings[1][1]
 
 
 PUBLISHED = {"docking_inside": 27.33, "docking_behind": 31.15}

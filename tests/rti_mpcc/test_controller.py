@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geometry import Corridor, InputError, Pose2, ReferencePath
-from rti_mpcc.baselines import CartesianPose
+from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.iteration import Solution
@@ -15,7 +14,7 @@ from rti_mpcc.model.bicycle import step
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, PHI, THETA, A, V, X, Y
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.ocp.objectives import ArrivalAtRest, Contouring
+from rti_mpcc.ocp.objectives import ArrivalAtRest
 from rti_mpcc.ocp.targets import TargetKind
 from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.pace import pace_of
@@ -172,20 +171,6 @@ def test_steering_rate_limit_with_and_without() -> None:
         assert rate == pytest.approx(limit, abs=1e-3) if limit < 0.1 else rate > 0.08
 
 
-@pytest.mark.acceptance
-def test_only_an_objective_that_leaves_the_path_drives_both_ways() -> None:
-    """A goal 1 m behind the vehicle is reached in reverse by that alone."""
-    for objective, both in ((ArrivalAtRest(8.0), False), (CartesianPose(), True)):
-        mpcc = core([(1, 0.0, 20.0)])
-        mpcc.set_goal(mpcc.part.pose(15.0))
-        state = at(mpcc, 16.0)
-        times = stage_times(0.0, stage_lengths(8.0, 0.05, 30, 0.1))
-        plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
-        arrived = repeat(mpcc, state, plan, 8, objective=objective)
-        slowest = arrived.trajectory.states[:, V].min()
-        assert slowest < -0.1 if both else slowest == pytest.approx(0.0, abs=1e-3)
-
-
 def lowest_gap(mpcc: RtiMpcc, corridor: Corridor, plan: Trajectory) -> float:
     return float(corridor.clearance(0, body_polygons(plan.states, mpcc.config.vehicle)).min())
 
@@ -276,11 +261,6 @@ def test_feedback_prepares_for_its_own_time_if_that_was_not_done() -> None:
     )
 
 
-def test_the_first_preparation_needs_a_plan() -> None:
-    with pytest.raises(InputError, match="plan"):
-        core().prepare(0.0)
-
-
 def test_a_qp_that_is_not_solved_leaves_the_plan_that_was_linearised_about() -> None:
     mpcc = core(solver=SolverSettings(tolerance=1e-9, max_iterations=1, check_interval=1))
     state, config = at(mpcc, 3.0, v=1.0), mpcc.config
@@ -331,13 +311,6 @@ def test_the_target_is_the_parts_end_until_a_goal_is_set() -> None:
     assert mpcc.target.stop == 30.0
 
 
-def test_a_goal_may_be_moved_far_along_the_path() -> None:
-    mpcc = core()
-    mpcc.set_goal(mpcc.part.pose(12.0).compose(Pose2(0.0, 1.0, 0.2)))
-    mpcc.set_goal(mpcc.part.pose(25.0).compose(Pose2(0.0, 1.0, 0.2)))
-    assert mpcc.target.theta == pytest.approx(25.0)
-
-
 @pytest.mark.parametrize("turns", [-1, 0, 2])
 def test_a_goals_heading_may_be_on_any_branch(turns: int) -> None:
     mpcc = core()
@@ -380,31 +353,3 @@ def test_plans_that_are_handed_out_are_read_only() -> None:
     plan = cruise(mpcc, at(mpcc, 3.0, v=1.0), 2).trajectory
     for array in (plan.times, plan.states, plan.controls):
         assert not array.flags.writeable
-
-
-def test_until_it_switches_a_vehicle_keeps_to_the_path_up_to_the_goals_projection() -> None:
-    weights = []
-    for objective in (Contouring(to_goal=False), Contouring()):
-        mpcc = core(preset=ControllerConfig.paper)
-        mpcc.set_goal(mpcc.part.pose(26.0).compose(Pose2(0.0, 1.0, 0.2)))
-        state = at(mpcc, 13.0, v=2.0)
-        weights.append(cruise(mpcc, state, iterations=2, objective=objective).weights)
-    switched, dynamic = weights
-    assert switched.contouring[-2] > 10.0 * switched.contouring[0]
-    assert not switched.goal.any()
-    assert (switched.progress_reward > 0.0).all()
-    assert dynamic.goal.any()
-    assert dynamic.contouring[-2] < dynamic.contouring[0]
-
-
-def test_an_objective_beside_the_path_may_drive_either_way_and_knows_no_corridor() -> None:
-    mpcc = core()
-    mpcc.set_goal(mpcc.part.pose(8.0))
-    state = at(mpcc, 10.0)
-    times = stage_times(0.0, stage_lengths(10.0, 0.05, 30, 0.1))
-    plan = Trajectory(times=times, states=np.tile(state, (31, 1)), controls=np.zeros((30, 3)))
-    linear = mpcc.prepare(0.0, plan=plan, objective=CartesianPose())
-    assert linear.rows is None
-    back = repeat(mpcc, state, plan, 8, objective=CartesianPose()).trajectory.states
-    assert back[:, V].min() < -0.2
-    assert back[-1, 0] < state[0] - 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.rti_mpcc.test_docking_before_walls import LENGTH, before_a_wall
 
 from rti_mpcc.model.layout import X
 from rti_mpcc.qp.filling import empty_values
@@ -11,7 +12,6 @@ from rti_mpcc.simulation import load_scenario
 from tests.rti_mpcc.convergence import examine
 from tests.rti_mpcc.frozen import FrozenProblem, iterate, take
 from tests.rti_mpcc.nonlinear_program import NonlinearProgram
-from tests.rti_mpcc.test_docking_before_walls import LENGTH, before_a_wall
 
 STATES = [
     ("docking_inside", "default", 10.18),  # arrival at a goal beside the path

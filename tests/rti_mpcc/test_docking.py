@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from math import pi, radians
+from math import radians
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.problems.variants import mirrored, moved
 from geometry import Pose2
 from rti_mpcc.simulation import (
     RunResult,
@@ -20,17 +18,10 @@ from rti_mpcc.simulation import (
     scenario_from_dict,
     simulate,
 )
-from rti_mpcc.simulation.plant import PlantState
-from rti_mpcc.types import Command, Source, Status, VehicleState
+from rti_mpcc.types import Source, Status
 from tests.rti_mpcc.docking_runs import (
-    Wrapped,
-    between_obstacles,
-    deviation,
     docking_figures,
     drive,
-    narrow,
-    present,
-    seen_from,
     short,
     straight,
     wall,
@@ -73,48 +64,6 @@ def test_docking_inside(inside: RunResult) -> None:
     assert found["step_at_change_over"] <= 0.15
 
 
-@pytest.mark.acceptance
-def test_a_mirrored_problem_is_driven_mirrored(inside: RunResult) -> None:
-    result = simulate(mirrored(load_scenario("docking_inside")))
-    assert deviation(inside.truth.poses, result.truth.poses * [1.0, -1.0, -1.0]) <= 1e-3
-
-
-@pytest.mark.acceptance
-def test_headings_may_jump_by_a_turn_on_the_way(usual: RunResult) -> None:
-    angle = float(pi - 0.5 * (usual.truth.poses[:, 2].min() + usual.truth.poses[:, 2].max()))
-    scenario = moved(short(), Pose2(0.0, 0.0, angle))
-    result = simulate(scenario, controller=Wrapped(docking_controller(scenario)))
-    assert np.ptp(result.truth.poses[:, 2]) > 0.1
-    assert deviation(usual.truth.poses, seen_from(Pose2(0.0, 0.0, angle), result.truth.poses)) <= 1e-3
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("turns", [-3, pytest.param(1, marks=pytest.mark.acceptance)])
-def test_a_start_heading_on_another_branch_changes_nothing(turns: int, usual: RunResult) -> None:
-    start = usual.path.start
-    lifted = VehicleState(x=start.x, y=start.y, phi=start.phi + 2.0 * pi * turns, v=0.0, delta=0.0)
-    result = simulate(short(), start=lifted)
-    assert deviation(usual.truth.poses, result.truth.poses) <= 1e-3
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize(("cycle", "apart"), [(0.1, 0.03), (0.2, 0.1)])
-def test_docks_with_long_cycles(cycle: float, apart: float, usual: RunResult) -> None:
-    found, before = assert_docked(simulate(short(cycle=cycle))), docking_figures(usual)
-    assert found["time_to_tolerance_s"] == pytest.approx(before["time_to_tolerance_s"], rel=apart)
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize(
-    ("across", "turned"), [(0.5, -20.0), pytest.param(-2.0, 40.0, marks=pytest.mark.acceptance)]
-)
-def test_starts_from_rest_off_the_path(across: float, turned: float) -> None:
-    scenario = load_scenario("docking_inside")
-    pose = scenario.build_path().start.compose(Pose2(0.0, across, radians(turned)))
-    start = VehicleState(x=pose.x, y=pose.y, phi=pose.phi, v=0.0, delta=0.0)
-    assert_docked(simulate(scenario, start=start))
-
-
 def test_docks_with_a_noisy_state() -> None:
     noise = [0.01, 0.01, radians(0.3), 0.02, 0.0]
     result = simulate(short(state_noise=noise), seed=1)
@@ -125,29 +74,6 @@ def test_docks_with_a_noisy_state() -> None:
 
 
 # -- obstacles -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("direction", [1, pytest.param(-1, marks=pytest.mark.acceptance)])
-def test_stops_before_a_wall_and_goes_on_when_it_is_gone(direction: int) -> None:
-    scenario = straight(direction, 16.0)
-    outline = wall(scenario.build_path(), 11.0, 3.2)
-    result = simulate(scenario, obstacles_at=present(outline, 2.0, 16.0))
-    assert_docked(result)
-    waiting = (result.truth.times > 14.0) & (result.truth.times < 16.0)
-    assert np.abs(result.truth.v[waiting]).max() <= 0.02
-    assert result.cycles.status[int(15.9 / 0.05)] is Status.BLOCKED
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize(
-    ("passage", "direction"), [pytest.param(narrow, 1, marks=pytest.mark.acceptance), (between_obstacles, -1)]
-)
-def test_passes_with_a_quarter_metre_on_either_side(
-    passage: Callable[[int, float, float], Scenario], direction: int
-) -> None:
-    found = assert_docked(simulate(passage(direction, 0.0, 20.0)))
-    assert found["direction_changes"] == 0
 
 
 @pytest.mark.acceptance
@@ -163,43 +89,6 @@ def test_a_new_goal_counts_also_while_it_stops_before_something_in_the_way() -> 
 
 
 # -- the goal --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("at_distance", [pytest.param(9.0, marks=pytest.mark.acceptance), 5.0])
-def test_follows_a_goal_that_moves_on_the_way(at_distance: float) -> None:
-    shift = {"at_distance": at_distance, "offset": [0.2, 0.1, 0.02]}
-    result = simulate(changed(short(), {"goal.shifts": [shift]}))
-    assert_docked(result)
-    assert np.hypot(*(result.truth.goals[-1] - result.truth.goals[0])[:2]) > 0.2
-
-
-@pytest.mark.acceptance
-def test_keeps_the_last_goal_while_none_is_told(usual: RunResult) -> None:
-    scenario = short()
-    goal = offset_goal(scenario, 0.0, 0.0, 0.0)
-    told_once = list(drive(scenario, 16.0, goal_at=lambda now: goal if now == 0.0 else None))
-    told_always = list(drive(scenario, 16.0))
-    assert trace(told_once) == trace(told_always)
-    assert told_once[-1][1].docked
-
-
-@pytest.mark.acceptance
-def test_a_goal_that_is_cleared_is_the_end_of_the_path() -> None:
-    scenario = short()
-    controller = docking_controller(scenario)
-    goal = offset_goal(scenario, 0.0, 0.0, 0.0)
-    run = []
-    for entry in drive(
-        scenario, 20.0, controller=controller, goal_at=lambda now: goal if now == 0.0 else None
-    ):
-        run.append(entry)
-        if entry[0].time == pytest.approx(2.0):
-            controller.clear_goal()
-    plant, command = run[-1]
-    error = Pose2(plant.x, plant.y, plant.phi).relative_to(scenario.build_path().end)
-    assert command.docked
-    assert np.hypot(error.x, error.y) <= 0.07
 
 
 def test_without_any_goal_it_is_the_end_of_the_path() -> None:
@@ -219,25 +108,6 @@ def test_stays_docked_without_creeping_or_jitter() -> None:
     assert max(abs(command.steering_rate) for _, command in standing) <= 1e-3
     assert max(np.hypot(other.x - plant.x, other.y - plant.y) for other, _ in standing) <= 1e-3
     assert max(abs(other.v) for other, _ in standing) <= 1e-3
-
-
-def test_stays_docked_with_a_noisy_state() -> None:
-    """The noise of the pose is well inside the tolerance, so standing is all there is to do."""
-    scenario = short()
-    controller, noise = docking_controller(scenario), np.random.default_rng(3)
-    goal = offset_goal(scenario, 0.0, 0.0, 0.0)
-    still = VehicleState(x=goal.x, y=goal.y, phi=goal.phi, v=0.0, delta=0.0)
-    spread = np.array([0.005, 0.005, radians(0.2), 0.005, 0.0])
-    commands = []
-    for cycle in range(200):
-        x, y, phi, v, delta = (
-            np.array([still.x, still.y, still.phi, still.v, still.delta]) + spread * noise.standard_normal(5)
-        ).tolist()
-        state = VehicleState(x=x, y=y, phi=phi, v=v, delta=delta)
-        commands.append(controller.step(state, now=0.05 * cycle, goal=goal))
-    assert all(command.docked for command in commands[40:])
-    assert max(abs(command.steering_rate) for command in commands[40:]) <= 1e-3
-    assert max(abs(command.acceleration) for command in commands[40:]) <= 0.1
 
 
 def test_a_goal_that_moves_after_docking_is_driven_to() -> None:
@@ -330,17 +200,3 @@ def test_a_command_comes_with_the_plan_that_it_belongs_to() -> None:
 
 
 # -- no hidden state -------------------------------------------------------------------------------------
-
-
-def trace(run: Iterator[tuple[PlantState, Command]] | list[tuple[PlantState, Command]]) -> list[Any]:
-    return [(p.x, p.y, p.phi, p.v, c.acceleration, c.steering_rate, c.status) for p, c in run]
-
-
-@pytest.mark.acceptance
-def test_runs_are_equal_bit_for_bit_also_when_interleaved() -> None:
-    one, other = short(), straight(1, 15.0)
-    alone = trace(drive(one, 6.0)), trace(drive(other, 6.0))
-    assert trace(drive(one, 6.0)) == alone[0]
-    pairs = list(zip(drive(one, 6.0), drive(other, 6.0), strict=True))
-    assert trace([pair[0] for pair in pairs]) == alone[0]
-    assert trace([pair[1] for pair in pairs]) == alone[1]

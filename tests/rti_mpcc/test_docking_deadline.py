@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -11,16 +10,12 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.planning.state import ControllerState
-from rti_mpcc.safety import lookout
 from rti_mpcc.simulation import RunResult, Scenario, changed, docking_controller, simulate
 from rti_mpcc.simulation.forced_clock import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status
 from tests.rti_mpcc.docking_runs import (
     Clocked,
-    Obstacles,
-    between_obstacles,
     docking_figures,
     drive,
     granting,
@@ -66,20 +61,6 @@ def test_a_goal_that_jitters_does_not_begin_the_search_anew_in_each_cycle(jitter
     run = list(drive(scenario, 1.0, goal_at=goal_at, controller=controller))
     assert run[-1][1].source is Source.SOLUTION
     assert run[-1][0].v != 0.0
-
-
-def test_an_obstacle_far_off_that_flickers_does_not_begin_the_search_anew() -> None:
-    scenario = changed(short(), {"simulation.duration": 1.0})
-    box = np.array([[60.0, 60.0], [60.6, 60.0], [60.6, 60.6], [60.0, 60.6]])
-    told: list[Obstacles] = []
-
-    def flickering(now: float) -> Obstacles:
-        told.append([box] if len(told) % 2 else [])
-        return told[-1]
-
-    result, _ = limited(scenario, lambda now: granting(1), obstacles_at=flickering)
-    assert [] in told
-    assert result.cycles.source[-1] is Source.SOLUTION
 
 
 # -- late plans ------------------------------------------------------------------------------------------
@@ -151,71 +132,7 @@ def test_without_time_for_it_nothing_is_solved_once_more() -> None:
     assert cycle(run, 5.0 + CYCLE).source is Source.SOLUTION
 
 
-def test_residuals_are_those_of_the_last_qp() -> None:
-    run = run_with(at(5.0, lambda: granting(PLENTY, stops=(FAILED,) * PLENTY)), 16.0)
-    for _, command in run:
-        told = command.diagnostics
-        if not told.solver_status:  # no QP
-            assert told.residuals == (0.0, 0.0)
-        elif told.solver_status == FAILED.status:
-            assert told.residuals == (np.inf, np.inf)
-        else:
-            assert all(0.0 < residual < 1.0 for residual in told.residuals)
-    assert cycle(run, 5.0).diagnostics.residuals == (np.inf, np.inf)
-    assert cycle(run, 5.0).diagnostics.retried
-    assert run[-1][1].diagnostics.residuals == (0.0, 0.0)  # docked
-
-
 # -- what was not driven ---------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def block(monkeypatch: pytest.MonkeyPatch) -> Callable[[float, float], None]:
-    """Any plan meets something, from one time to another [s]."""
-
-    def between(begin: float, end: float) -> None:
-        def way(s: ControllerState, *_: Any) -> float:
-            return 1.0 if begin <= s.now + 1e-6 < end else inf
-
-        monkeypatch.setattr(lookout, "clear_distance_on", way)
-
-    return between
-
-
-def test_a_plan_that_is_blocked_is_not_the_last_good_one(block: Callable[[float, float], None]) -> None:
-    block(5.0, 5.2)
-    scenario = short()
-    controller = docking_controller(scenario)
-    before = None
-    for plant, command in drive(scenario, 5.4, controller=controller):
-        plans = controller.state.plans
-        if command.status is Status.BLOCKED:
-            assert plans.driven is before
-            assert plans.valid is not before
-        else:
-            before = plans.driven
-            assert before is not None
-            assert np.array_equal(before.times, command.trajectory.times)
-            assert plans.accepted_at == pytest.approx(plant.time)
-
-
-def test_a_vehicle_that_failed_has_failed_until_a_plan_is_driven(
-    block: Callable[[float, float], None],
-) -> None:
-    block(6.5, 7.0)
-    scenario = short()
-    controller = docking_controller(scenario)
-
-    def clock_at(now: float) -> CycleClock:
-        fails = 4.975 < now < 6.475
-        return granting(PLENTY, stops=(FAILED,) * PLENTY if fails else ())
-
-    for plant, command in drive(scenario, 9.5, controller=Clocked(controller, clock_at)):
-        if 6.1 < plant.time < 6.975:
-            assert controller.state.task.latched
-            assert command.source in (Source.BRAKING, Source.STANDSTILL)
-    assert command.source is Source.SOLUTION
-    assert not controller.state.task.latched
 
 
 # -- so many iterations in every cycle -------------------------------------------------------------------
@@ -266,54 +183,3 @@ def test_stops_before_a_wall_with_few_iterations_a_cycle_and_goes_on(iterations:
     assert np.abs(result.truth.poses[:, 1]).max() <= 0.2  # it does not swerve
     stops = ["stop before" in reason for reason in result.cycles.reason]
     assert BEGIN <= result.cycles.times[stops.index(True)] <= BEGIN + 0.5
-
-
-@pytest.mark.acceptance
-def test_the_same_with_the_fault_blocked() -> None:
-    fault = {"kind": "blocked", "from": BEGIN, "to": GONE, "size": 10.0}
-    result, found = limited(course(faults=[fault]), lambda now: granting(2))
-    assert_gentle(result)
-    assert found["docked"]
-    assert Status.BLOCKED in result.cycles.status
-
-
-@pytest.mark.acceptance
-def test_a_wall_is_not_forgotten_where_only_its_first_cycle_had_no_time() -> None:
-    scenario = course()
-    outline = wall(scenario.build_path(), 16.0, 3.2)
-    result, found = limited(
-        scenario, at(BEGIN, lambda: granting(2)), obstacles_at=present(outline, BEGIN, GONE)
-    )
-    cycles, change = result.cycles, round(BEGIN / CYCLE)
-    assert_gentle(result)
-    assert found["docked"]
-    assert cycles.source[change] is Source.SHIFTED_PLAN
-    assert cycles.source[change + 1] is Source.SOLUTION
-    assert "stop before" in cycles.reason[change + 1]
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("iterations", [3, pytest.param(PLENTY, marks=pytest.mark.acceptance)])
-def test_a_nearer_wall_on_the_way_to_a_stop_is_stopped_before(iterations: int) -> None:
-    scenario = course()
-    path = scenario.build_path()
-    far, near = wall(path, 18.0, 3.2), wall(path, 13.0, 3.2)
-
-    def obstacles(now: float) -> Obstacles:
-        return present(far, BEGIN, 4.0)(now) + present(near, 4.0, GONE)(now)
-
-    result, found = limited(scenario, lambda now: granting(iterations), obstacles_at=obstacles)
-    assert_gentle(result)
-    assert found["docked"]
-    assert found["min_clearance_m"] > 0.5
-
-
-@pytest.mark.parametrize("iterations", [3, 5, 8])
-def test_time_that_runs_out_while_a_plan_comes_clear_makes_no_stop_of_an_open_passage(
-    iterations: int,
-) -> None:
-    scenario = between_obstacles(1, 0.8, 42.0)
-    controller = Clocked(docking_controller(scenario), at(0.0, lambda: granting(iterations)))
-    run = list(drive(scenario, 0.3, controller=controller))
-    assert cycle(run, 0.0).source is Source.SOLUTION
-    assert all("stop" not in command.diagnostics.reason for _, command in run)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, isfinite, nan, radians
+from math import inf, isfinite, nan
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,12 @@ from estimation import Frame, GoalMeasurement, GoalStatus, Outcome
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
 from rti_mpcc.simulation import (
-    GoalSource,
     RunResult,
     Scenario,
     changed,
     docking_controller,
     load_scenario,
     simulate,
-    summary,
 )
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import docking_figures, short
@@ -95,47 +93,12 @@ def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     assert (part == 1).all()  # visible after the cusp only
 
 
-@pytest.mark.acceptance
-@pytest.mark.parametrize(
-    "name", ["docking_moving_goal", pytest.param("docking_blackout", marks=pytest.mark.acceptance)]
-)
-def test_moving_goal_and_blackout_dock_on_the_true_goal(name: str) -> None:
-    assert_docked_on_the_true_goal(simulate(load_scenario(name), seed=0))
-
-
-@pytest.mark.acceptance
-def test_filtered_detections_steer_less_than_raw_ones() -> None:
-    scenario = noisy(dropout=0.0, outlier=0.0)
-    energy = {
-        source: summary(simulate(scenario, goal_source=source))["energy"]["steering_rate"]
-        for source in GoalSource
-    }
-    excess = energy[GoalSource.DETECTED] - energy[GoalSource.KNOWN]
-    assert excess < 0.5 * (energy[GoalSource.RAW] - energy[GoalSource.KNOWN])
-
-
-@pytest.mark.acceptance
-def test_exact_detections_are_as_good_as_the_goal_itself() -> None:
-    scenario = noisy(initial_offset=[0.0, 0.0, 0.0])
-    known = simulate(scenario, goal_source=GoalSource.KNOWN)
-    detected = simulate(scenario, detector=Scripted(script=exact))
-    assert_docked_on_the_true_goal(detected)
-    count = min(len(known.truth.times), len(detected.truth.times))
-    apart = known.truth.poses[:count, :2] - detected.truth.poses[:count, :2]
-    assert np.abs(apart).max() < 1e-6
-
-
 def test_late_detections_are_placed_by_where_the_vehicle_was() -> None:
     """At up to 1.4 m/s a detection 0.4 s late is 0.5 m off if it is taken from where it arrives."""
     result = simulate(noisy(delay=0.4), detector=Scripted(script=exact, delay=0.4))
     assert_docked_on_the_true_goal(result)
     errors = estimate_errors(result)
     assert np.nanmax(errors) < 0.01
-
-
-@pytest.mark.acceptance
-def test_a_detector_may_be_slow() -> None:
-    assert_docked_on_the_true_goal(simulate(noisy(rate=1.0, dropout=0.0, outlier=0.0), seed=1))
 
 
 # -- jumps -----------------------------------------------------------------------------------------------
@@ -218,17 +181,6 @@ def test_an_uncertain_goal_that_is_lost_is_stopped_before_until_it_is_seen_again
     assert_docked_on_the_true_goal(result)
 
 
-@pytest.mark.acceptance
-def test_a_lost_goal_that_is_certain_enough_is_docked_at() -> None:
-    def gone(stamp: float, seen: Pose2) -> GoalMeasurement | None:
-        return exact(stamp, seen) if np.hypot(seen.x, seen.y) > 4.0 else None
-
-    result = simulate(noisy(), detector=Scripted(script=gone))
-    assert_docked_on_the_true_goal(result)
-    assert result.tracking is not None
-    assert result.tracking.status[-1] is GoalStatus.LOST
-
-
 def test_a_docked_vehicle_stays_while_noise_and_drift_leave_it_inside_the_tolerance() -> None:
     """The goal is seen to drift by 3 cm of the 5 cm allowed; states are 1 cm off, one sigma."""
     scenario, random = noisy(), np.random.default_rng(0)
@@ -291,44 +243,3 @@ def test_an_unusable_detection_is_refused_and_a_sound_command_given(changes: dic
     assert command.diagnostics.goal is not None
     assert command.diagnostics.goal.status is GoalStatus.SEARCHING
     assert command.diagnostics.aim == goal
-
-
-def test_without_detections_nothing_is_filtered() -> None:
-    scenario = short()
-    (command,) = first_steps(docking_controller(scenario), scenario, 1)
-    assert command.diagnostics.goal is None
-    assert command.diagnostics.detections == ()
-
-
-def test_another_planned_goal_is_another_dock() -> None:
-    scenario = short()
-    controller = docking_controller(scenario)
-    goal = scenario.goal_pose(scenario.build_path())
-    for k in range(3):
-        at = 0.05 * k
-        first_steps(controller, scenario, 1, goal=goal, measurements=[world(goal, stamp=at)])
-    assert controller.state.goal.estimate is not None
-    other = goal.compose(Pose2(-0.3, 0.1, 0.0))
-    (command,) = first_steps(controller, scenario, 1, goal=other)
-    assert command.diagnostics.goal is not None
-    assert command.diagnostics.goal.status is GoalStatus.SEARCHING
-    assert controller.state.goal.pose == other
-    controller.clear_goal()
-    (command,) = first_steps(controller, scenario, 1)
-    assert command.diagnostics.aim.x == pytest.approx(scenario.build_path().end.x)
-
-
-def test_detections_alone_are_enough() -> None:
-    """No goal was ever given: from the path's last pose the aim goes to what is detected."""
-    scenario = short()
-    path = scenario.build_path()
-    controller = DockingController(path, scenario.build_corridor(path))
-    goal = scenario.goal_pose(path)
-    state = VehicleState(x=path.start.x, y=path.start.y, phi=path.start.phi, v=0.0, delta=0.0)
-    command = None
-    for k in range(30):
-        command = controller.step(state, now=0.05 * k, measurements=[world(goal, stamp=0.05 * k)])
-    assert command is not None
-    aim = command.diagnostics.aim
-    assert (aim.x, aim.y) == pytest.approx((goal.x, goal.y), abs=1e-6)
-    assert abs(aim.phi - goal.phi) < radians(0.01)

@@ -6,13 +6,11 @@ from itertools import pairwise
 from math import pi
 from typing import Any
 
-import numpy as np
 import pytest
 
 from estimation import GoalMeasurement
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Pose2
 from rti_mpcc import ControllerConfig, DockingController, Limits, Status, VehicleState
-from rti_mpcc.config import GoalTracking
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.types import Command
 from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, Obstacles, box, drive, straight
@@ -85,45 +83,6 @@ def test_beside_a_wall_no_command_is_without_a_reason(room: float) -> None:
         assert plant.y + BODY_HALF_WIDTH < 3.0
 
 
-def test_a_tracked_goal_that_jitters_beside_a_wall_is_never_in_it() -> None:
-    docking, rng = controller(), np.random.default_rng(1)
-    for cycle in range(60):
-        x, y, phi = rng.normal((LENGTH, 3.0 - BODY_HALF_WIDTH - 0.05, 0.0), (0.03, 0.03, 0.01))
-        command = docking.step(START, now=0.05 * cycle, goal=Pose2(x, y, phi))
-        assert np.isfinite([command.acceleration, command.steering_rate]).all()
-        planned = docking.state.goal.planned
-        assert planned is None or planned.y < 3.0 - BODY_HALF_WIDTH + 0.01
-
-
-def test_a_goal_that_turns_in_place_is_looked_for_anew_from_before_something_in_the_way() -> None:
-    """It is another dock, and the stop before what stands at the last one is not meant any more."""
-    dock, goals_given = (
-        controller(recovery=False),
-        [Pose2(LENGTH, 0.0, 0.0)] * 2 + [Pose2(LENGTH, 0.0, 0.3)] * 2,
-    )
-    across = box(PATH.parts[0], 4.7, -2.0, 2.0, 1.0)
-    stops = []
-    for k, goal in enumerate(goals_given):
-        dock.step(START, now=0.05 * k, goal=goal, obstacles=[across])
-        stops.append(dock.state.task.stop)
-    before, *_, after = stops
-    assert before is not None
-    assert after is not None
-    assert before.goal == goals_given[0]
-    assert after.goal == goals_given[-1]
-
-
-def test_a_goal_that_creeps_becomes_another_dock_beyond_the_tolerance() -> None:
-    dock = controller()
-    for k in range(11):
-        dock.step(START, now=0.05 * k, goal=Pose2(11.0 + 0.02 * min(k, 9), 0.0, 0.0))
-    known = dock.state.goal
-    assert known.dock is not None
-    assert known.planned == known.pose == Pose2(11.0 + 0.02 * 9, 0.0, 0.0)
-    assert known.dock.x > 11.0
-    assert 11.18 - known.dock.x <= dock.config.goal_tolerance[0]
-
-
 def test_clearing_the_goal_clears_what_was_said_of_it() -> None:
     docking = controller()
     docking.step(START, now=0.0, goal=Pose2(500.0, 0.0, 0.0))
@@ -157,51 +116,7 @@ def test_a_goal_detected_out_of_reach_is_not_followed_and_said() -> None:
         assert command.diagnostics.reason.endswith("the last one stays")
 
 
-def test_the_last_good_estimate_stays_while_it_runs_into_a_wall() -> None:
-    docking = controller()
-    seen(docking, Pose2(LENGTH, 1.5, 0.0), range(20))
-    good = docking.state.goal.pose
-    assert good is not None
-    assert good.y == pytest.approx(1.5, abs=0.01)
-    for k in range(20, 80):  # the dock drifts off to the side
-        (command,) = seen(docking, Pose2(LENGTH, 1.5 + 0.01 * (k - 20), 0.0), range(k, k + 1))
-    assert "goal detected at" in command.diagnostics.reason
-    assert command.diagnostics.aim.y <= 3.0 - BODY_HALF_WIDTH + 0.01
-
-
-def test_a_goal_that_was_only_detected_out_of_reach_counts_as_not_seen() -> None:
-    docking = controller(goal_tracking=GoalTracking(required=True))
-    there = VehicleState(x=LENGTH, y=0.0, phi=0.0, v=0.0, delta=0.0)
-    for k in range(30):
-        seen_aside = GoalMeasurement(stamp=0.05 * k, x=0.0, y=2.6, phi=0.0)
-        command = docking.step(there, now=0.05 * k, measurements=[seen_aside])
-    assert command.status is Status.SEARCHING
-    assert "goal detected at" in command.diagnostics.reason
-
-
 # -- degrees, and planned values --------------------------------------------------------------------
-
-
-def test_a_heading_in_degrees_is_asked_about_for_the_vehicle_and_for_its_goal() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.5 * pi), [(1, 0.0, 20.0)])
-    docking = DockingController(path, Corridor.from_offsets(path, left=5.0, right=-5.0))
-    state = VehicleState(x=0.0, y=0.0, phi=90.0, v=0.0, delta=0.0)
-    commands = [docking.step(state, now=0.05 * k, goal=Pose2(0.0, 20.0, 90.0)) for k in range(3)]
-    for command in commands:
-        assert "heading 90: in degrees? radians are expected" in command.diagnostics.reason
-        assert "goal heading 90: in degrees? radians are expected" in command.diagnostics.reason
-    radians = VehicleState(x=0.0, y=0.0, phi=0.5 * pi, v=0.0, delta=0.0)
-    command = docking.step(radians, now=0.15, goal=Pose2(0.0, 20.0, 0.5 * pi))
-    assert "degrees" not in command.diagnostics.reason
-
-
-@pytest.mark.parametrize("turns", [-15, 15])
-def test_a_heading_of_many_turns_is_driven_with_as_any_other(turns: int) -> None:
-    lifted = VehicleState(x=0.0, y=0.0, phi=2.0 * pi * turns, v=0.0, delta=0.0)
-    goal = Pose2(LENGTH, 0.0, -2.0 * pi * turns)
-    command = controller().step(lifted, now=0.0, goal=goal)
-    assert command.status is Status.ARRIVING
-    assert command.diagnostics.reason == ""
 
 
 @pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.acceptance), 0.02])

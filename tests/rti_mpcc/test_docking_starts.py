@@ -5,22 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from math import cos, pi, radians, sin
+from math import cos, radians, sin
 from typing import Any
 
 import numpy as np
 import pytest
 
-from geometry import PathPart, Pose2, lift
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.controller import RtiMpcc
+from geometry import PathPart, Pose2
 from rti_mpcc.model.footprint import body_polygons
-from rti_mpcc.ocp.horizon import stage_lengths, stage_times
-from rti_mpcc.planning.guess import cruise_guess
-from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.simulation import Scenario, scenario_from_dict
 from rti_mpcc.simulation.plant import PlantState
-from rti_mpcc.types import Array, Command, Source, Status
+from rti_mpcc.types import Command, Source, Status
 from tests.rti_mpcc.docking_runs import BODY_HALF_WIDTH, drive
 
 HALF = 8.0
@@ -156,15 +151,6 @@ def driven(name: str, direction: int) -> tuple[tuple[PlantState, Command], ...]:
     return tuple(run)
 
 
-def deviations(name: str, direction: int, states: Array) -> tuple[Array, Array]:
-    """Distance (n,) [m] and angle (n,) [rad], unsigned, between states (n, 6) and the path."""
-    part = room(direction, STARTS[name].goal).build_path().parts[0]
-    poses = [part.pose(part.project(x, y)) for x, y in states[:, :2]]
-    apart = [np.hypot(x - pose.x, y - pose.y) for (x, y), pose in zip(states[:, :2], poses, strict=True)]
-    turned = [lift(phi, pose.phi) - pose.phi for phi, pose in zip(states[:, 2], poses, strict=True)]
-    return np.array(apart), np.abs(turned)
-
-
 # -- closed loop -----------------------------------------------------------------------------------------
 
 
@@ -185,8 +171,6 @@ def cases(names: Iterable[str], every: int = 1000) -> list[Any]:
 
 
 every_case = pytest.mark.parametrize(("name", "direction"), cases(STARTS, every=12))
-every_start = pytest.mark.parametrize("name", STARTS)
-both_directions = pytest.mark.parametrize("direction", [1, -1])
 
 
 @every_case
@@ -238,33 +222,6 @@ def test_speed_returns_at_the_acceleration_limit_and_stays(name: str, direction:
     assert all(back[first:])
 
 
-@pytest.mark.parametrize(("name", "direction"), cases([name for name in STARTS if STARTS[name].speed < 0.0]))
-def test_motion_against_the_direction_is_braked_to_a_stop_first(name: str, direction: int) -> None:
-    """In comfort: nothing is known of that makes a hard stop better."""
-    run, comfort = driven(name, direction), ControllerConfig().comfort
-    assert direction * run[0][1].acceleration > 0.0
-    ramp = comfort.acceleration / comfort.jerk
-    turned = 0.18 + ramp + abs(run[0][0].v) / comfort.acceleration + 0.1
-    assert all(direction * plant.v >= -0.02 for plant, _ in run if plant.time >= turned)
-
-
-@pytest.mark.parametrize(
-    ("name", "direction"),
-    cases(
-        [name for name in STARTS if abs(STARTS[name].across) > 1.0 or STARTS[name].at or STARTS[name].turned]
-    ),
-)
-def test_plan_and_vehicle_lead_back_to_the_path(name: str, direction: int) -> None:
-    run = driven(name, direction)
-    plan = run[0][1].trajectory.states
-    driven_states = np.array([[plant.x, plant.y, plant.phi] for plant, _ in run])
-    for states in (plan, driven_states):
-        apart, turned = deviations(name, direction, states)
-        # Steered away and too fast, it is led away first: in comfort that takes room.
-        assert apart[-1] <= max(0.5 * apart.max(), 0.1)
-        assert turned[-1] <= max(0.5 * turned[0], 0.1)
-
-
 @pytest.mark.parametrize(("name", "direction"), cases([name for name in STARTS if STARTS[name].at]))
 def test_a_body_at_the_boundary_stays_in(name: str, direction: int) -> None:
     scenario, run = room(direction, 0.0), driven(name, direction)
@@ -276,33 +233,3 @@ def test_a_body_at_the_boundary_stays_in(name: str, direction: int) -> None:
 
 
 # -- one QP ----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("about", ["the start", "the path"])
-@every_start
-@both_directions
-def test_one_qp_is_solved_wherever_it_is_linearised(name: str, direction: int, about: str) -> None:
-    scenario = room(direction, STARTS[name].goal)
-    path, config = scenario.build_path(), scenario.controller_config()
-    part = path.parts[0]
-    mpcc = RtiMpcc(part, scenario.build_corridor(path), config)
-    mpcc.set_goal(scenario.goal_pose(path))
-    plant = begin(part, STARTS[name])
-    theta = part.project(plant.x, plant.y, heading=plant.phi)
-    state = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta, theta])
-    on_path = part.pose(theta)
-    usual = np.array([on_path.x, on_path.y, on_path.phi, 0.0, 0.0, theta])
-    lengths = stage_lengths(config.cruise_horizon, config.cycle, config.stages, config.fine_stage)
-    times = stage_times(0.0, lengths)
-    begun = state if about == "the start" else usual
-    mpcc.prepare(0.0, plan=cruise_guess(part, mpcc.target, begun, times, pace_of(part, config), config))
-    solution = mpcc.feedback(state, 0.0, patience=mpcc.config.search.first_patience)
-    assert solution.solved, solution.status
-    states = solution.trajectory.states
-    np.testing.assert_allclose(states[0, :5], state[:5], atol=2e-3)
-    assert np.isfinite(states).all()
-
-
-def test_the_headings_of_the_starts_cross_pi() -> None:
-    part = room(1, 0.0).build_path().parts[0]
-    assert part.first.phi < pi < part.last.phi

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Status
 from rti_mpcc.simulation.plant import PlantState
 from tests.rti_mpcc.events import PLACES, Ride
@@ -71,20 +71,6 @@ def test_a_goal_that_jumps_behind_the_vehicle_is_come_back_to() -> None:
     assert "behind where the vehicle stops: a new route is needed" in stopping[0].diagnostics.reason
 
 
-def test_where_no_way_is_planned_it_stands_behind_the_goal_and_says_why() -> None:
-    config = ControllerConfig(cycle=0.05, recovery=False)
-    goals = iter([Pose2(20.0, 0.0, 0.0)] * 200)
-    behind = Pose2(4.0, 0.0, 0.0)
-    driver = Driver(
-        area=_open(), controller=lane(config), config=config, goal_at=lambda now: next(goals, behind)
-    )
-    drive = driver.drive(40.0)
-    last = drive.commands[-1]
-    assert (last.status, abs(drive.states[-1, 3]) < 1e-3) == (Status.GOAL_BEHIND, True)
-    assert "a new route is needed" in last.diagnostics.reason
-    assert drive.states[:, 0].max() < 20.0
-
-
 @pytest.mark.parametrize("speed", [3.0, 6.0, 9.0])
 @pytest.mark.parametrize("ride", ["smooth", "brisk"])
 def test_one_that_begins_too_fast_for_its_goal_docks_all_the_same(speed: float, ride: str) -> None:
@@ -141,25 +127,6 @@ def test_a_start_beside_an_obstacle_is_left_without_a_swerve(gap: float, along: 
     assert np.abs(drive.states[:, 1]).max() <= 0.25
 
 
-@pytest.mark.parametrize("ride", ["smooth", "brisk"])
-def test_a_narrower_gap_is_never_driven_faster(ride: str) -> None:
-    config = ControllerConfig(cycle=0.05, ride="brisk" if ride == "brisk" else "smooth")
-    speeds = []
-    for gap in (0.3, 0.15, 0.1, 0.075):
-        half = 0.5 * config.vehicle.width + gap
-        corridor = Corridor.from_offsets(
-            LANE, left=5.0, right=-5.0, narrowings=[Narrowing(9.0, 11.0, left=half, right=-half)]
-        )
-        controller = DockingController(LANE, corridor, config)
-        drive = Driver(
-            area=_open(), controller=controller, config=config, goal_at=lambda now: LANE.end
-        ).drive(90.0)
-        assert drive.docked
-        inside = (drive.states[:, 0] > 8.0) & (drive.states[:, 0] < 9.0)
-        speeds.append(float(drive.states[inside, 3].max()))
-    assert speeds == sorted(speeds, reverse=True)
-
-
 # -- who else drives -------------------------------------------------------------------------------------
 
 
@@ -186,14 +153,3 @@ def test_one_that_a_watchdog_braked_while_it_was_not_called_goes_on(seconds: flo
     assert Status.FAILED not in drive.statuses
     assert drive.states[:, 3].min() > -0.1
     assert drive.error(LANE.end).within(CONFIG.goal_tolerance)
-
-
-def test_one_that_is_held_from_outside_does_not_make_up_for_it() -> None:
-    def held(plant: PlantState) -> PlantState:
-        slower = max(plant.v - 0.25, 0.0)  # a brake of 5 m/s²
-        return replace(plant, v=slower) if 6.0 <= plant.time < 8.5 else plant
-
-    driver = Driver(area=_open(), controller=lane(), config=CONFIG, goal_at=lambda now: LANE.end, moved=held)
-    drive = driver.drive(60.0)
-    assert drive.docked
-    assert drive.states[:, 3].max() <= 2.2

@@ -2,9 +2,128 @@
 
 from __future__ import annotations
 
-import pytest
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 
-from tests.rti_mpcc.given_again import CONFIG, GOAL, WAYS, Place, still_time
+import numpy as np
+import pytest
+from numpy.random import Generator
+
+from geometry import Area, Corridor, Pose2, ReferencePath
+from rti_mpcc import ControllerConfig, DockingController
+from rti_mpcc.types import Array
+from tests.rti_mpcc.yards import Drive, Driver, block
+
+CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18, comfort_acceleration=0.8)
+GOAL = Pose2(17.0, 0.0, 0.0)
+ROOM = Area(boundary=[(-8.0, -9.0), (30.0, -9.0), (30.0, 9.0), (-8.0, 9.0)])
+LONGEST = 90.0
+DOCKED_FOR = 10.0
+"""So long it has to stay docked [s]."""
+APPEARS = 4.0
+"""When the new box appears [s]."""
+
+Changed = Callable[[Sequence[Array], Generator], list[Array]]
+
+
+def _in_another_order(outlines: Sequence[Array], random: Generator) -> list[Array]:
+    return [outlines[k] for k in random.permutation(len(outlines))]
+
+
+def _with_corners_in_another_order(outlines: Sequence[Array], random: Generator) -> list[Array]:
+    turned = [np.roll(outline, random.integers(len(outline)), axis=0) for outline in outlines]
+    return [outline[::-1] if random.random() < 0.5 else outline for outline in turned]
+
+
+def _noisy(deviation: float) -> Changed:
+    def moved(outlines: Sequence[Array], random: Generator) -> list[Array]:
+        return [outline + random.normal(size=outline.shape) * deviation for outline in outlines]
+
+    return moved
+
+
+OBSTACLES: dict[str, Changed] = {
+    "obstacles in another order": _in_another_order,
+    "corners in another order": _with_corners_in_another_order,
+    "obstacles with noise of 1e-12 m": _noisy(1e-12),
+    "obstacles with noise of 1e-3 m": _noisy(1e-3),
+    "obstacles with noise of 0.01 m": _noisy(0.01),
+}
+GOALS = {"goal with noise of 0.01 m": 0.01, "goal with noise of 0.03 m": 0.03}
+WAYS = (*OBSTACLES, *GOALS)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a ride takes place: boxes stand where `seed` has put them.
+
+    `kind` is "room", "path", or "new box": a room in which one more box appears on the way.
+    """
+
+    kind: str
+    seed: int
+
+    @property
+    def boxes(self) -> list[Array]:
+        """Beside the way, and in the room one on it."""
+        random = np.random.default_rng([self.seed, 1])
+        found = []
+        for k, x in enumerate((3.0, 7.0, 11.0, 15.0)):
+            half, beside = random.uniform(0.3, 0.8), random.uniform(2.4, 4.5) * (-1.0) ** k
+            found.append(block(x - half, beside - half, x + half, beside + half))
+        if self.kind != "path":
+            across = random.uniform(-1.0, 1.0)
+            found.append(block(8.5, across - 0.5, 9.5, across + 0.5))
+        return found
+
+    @property
+    def new_box(self) -> Array:
+        """What appears on the way."""
+        across = np.random.default_rng([self.seed, 3]).uniform(-1.0, 1.0)
+        return block(12.5, across - 0.4, 13.3, across + 0.4)
+
+    def controller(self) -> DockingController:
+        """With no obstacle known yet."""
+        if self.kind != "path":
+            return DockingController.in_area(ROOM, CONFIG)
+        path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 17.0)])
+        return DockingController(path, Corridor.from_offsets(path, left=8.0, right=-8.0), CONFIG)
+
+    def drive(self, way: str = "", seed: int = 0) -> Drive:
+        """With what is given again in this way, or the same in each cycle."""
+        random, boxes = np.random.default_rng([seed, 2]), self.boxes
+
+        def goal_at(now: float) -> Pose2:
+            if way not in GOALS:
+                return GOAL
+            x, y = random.normal(size=2) * GOALS[way]
+            return replace(GOAL, x=GOAL.x + float(x), y=GOAL.y + float(y))
+
+        def standing_at(now: float) -> Sequence[Array]:
+            return [*boxes, self.new_box] if self.kind == "new box" and now >= APPEARS else boxes
+
+        def obstacles_at(now: float) -> Sequence[Array]:
+            return OBSTACLES[way](standing_at(now), random) if way in OBSTACLES else standing_at(now)
+
+        driver = Driver(
+            area=ROOM,
+            controller=self.controller(),
+            config=CONFIG,
+            goal_at=goal_at,
+            obstacles_at=obstacles_at,
+            standing_at=standing_at,
+        )
+        return driver.drive(LONGEST, after_docking=DOCKED_FOR)
+
+
+@cache
+def still_time(place: Place) -> float:
+    """After which it docks with the same given in each cycle [s]."""
+    drive = place.drive()
+    assert drive.docked, drive.reasons[-1]
+    return float(drive.times[-1])
+
 
 KINDS = ("room", "path", "new box")
 LATER = 1.1

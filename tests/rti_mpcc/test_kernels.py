@@ -74,14 +74,6 @@ def test_compiling_is_told_once(missing: list[str], caplog: pytest.LogCaptureFix
     assert then == f"the compiled kernels are kept in {compiled.directory()}"
 
 
-def test_on_a_terminal_a_bar_shows_how_far_it_is(
-    missing: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    assert make_ready() == 3
-    assert capsys.readouterr().out == ""
-
-
 def test_the_command_tells_what_it_compiled(missing: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["warm"]) == 0
     assert capsys.readouterr().out.startswith("compiled 3 kernels, kept in ")

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from rti_mpcc.rehearsal import OUT_OF_REACH
-from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, simulate, summary
-from rti_mpcc.types import Status
+from rti_mpcc.simulation import Scenario, docking_controller, scenario_from_dict, simulate, summary
 
 
 def with_cusp(offset: tuple[float, float, float]) -> Scenario:
@@ -31,18 +28,6 @@ def with_cusp(offset: tuple[float, float, float]) -> Scenario:
 NEAR, ASIDE = (0.3, 0.2, 0.05), (0.5, 2.5, 0.3)
 
 
-def planned(result: RunResult) -> bool:
-    """Whether it stood and planned before it drove."""
-    return result.cycles.status[0] is Status.PLANNING
-
-
-def test_a_goal_within_reach_changes_nothing() -> None:
-    result = simulate(with_cusp(NEAR))
-    assert not planned(result)
-    assert summary(result)["direction_changes"] == 1
-    assert summary(result)["docked"]
-
-
 def test_a_goal_out_of_reach_is_come_to_by_another_way_from_the_start() -> None:
     scenario = with_cusp(ASIDE)
     controller = docking_controller(scenario)
@@ -55,28 +40,3 @@ def test_a_goal_out_of_reach_is_come_to_by_another_way_from_the_start() -> None:
     assert controller.state.route is not None
     assert controller.state.route.ways == 2
     assert figures["min_clearance_m"] > 0.0
-
-
-@pytest.mark.parametrize(("preset", "method"), [("paper", "dynamic"), ("default", "separated")])
-def test_where_no_other_way_is_planned_nothing_is_tried(preset: str, method: str) -> None:
-    scenario = with_cusp(NEAR)
-    run = docking_controller(scenario, preset=preset, method=method)
-    simulate(scenario, controller=run)
-    assert run.state.route is None or run.state.route.rehearsed is None
-
-
-def test_without_a_change_of_direction_there_is_nothing_to_try() -> None:
-    scenario = scenario_from_dict(
-        {
-            "name": "straight",
-            "path": {
-                "start": [0.0, 0.0, 0.0],
-                "segments": [{"direction": 1, "curvature": 0.0, "length": 6.0}],
-            },
-            "corridor": {"left": 4.0, "right": -4.0},
-        }
-    )
-    run = docking_controller(scenario)
-    simulate(scenario, controller=run)
-    assert run.state.route is not None
-    assert run.state.route.rehearsed is None

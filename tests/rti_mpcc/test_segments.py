@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf, nan
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,7 @@ import pytest
 
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
-from rti_mpcc.config import Behaviour, ControllerConfig, Method
-from rti_mpcc.manoeuvre import FinalObjective, PlannedStop
-from rti_mpcc.ocp.objectives import CONTOURING
-from rti_mpcc.planning import search
-from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import RunResult, scenario_from_dict, simulate
 from rti_mpcc.types import Status
@@ -38,7 +34,6 @@ SCENARIO = scenario_from_dict(
 )
 PATH = SCENARIO.build_path()
 CONFIG = SCENARIO.controller_config()
-GIVE_UP_TIME = CONFIG.retries.give_up_time
 
 
 def controller(first: dict[str, Any]) -> DockingController:
@@ -58,14 +53,6 @@ def stood_at_cusp(run: RunResult) -> float:
     return float(run.truth.times[end] - run.truth.times[begin])
 
 
-@pytest.mark.acceptance
-def test_by_default_the_segments_are_those_of_the_path() -> None:
-    plain = simulate(SCENARIO)
-    given = simulate(SCENARIO, controller=controller({}))
-    np.testing.assert_array_equal(plain.truth.poses, given.truth.poses)
-    assert given.cycles.status[-1] is Status.DOCKED
-
-
 def test_a_vehicle_dwells_at_the_cusp_and_docks_so_much_later() -> None:
     plain, dwelling = simulate(SCENARIO), simulate(SCENARIO, controller=controller({"dwell": 4.0}))
     assert dwelling.cycles.status[-1] is Status.DOCKED
@@ -76,28 +63,6 @@ def test_a_vehicle_dwells_at_the_cusp_and_docks_so_much_later() -> None:
 
 
 @pytest.mark.acceptance
-def test_after_a_long_dwell_a_first_search_without_time_is_no_failure(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A vehicle that has stood for longer than it waits for a first plan has not looked for one yet."""
-    converge = search.converge
-    in_vain: list[float] = []
-
-    def without_time(mpcc: Any, s: Any, *rest: Any) -> SqpResult:
-        if s.task.segment.index == 0 or len(in_vain) >= 5:
-            return converge(mpcc, s, *rest)
-        in_vain.append(s.now)
-        return SqpResult(solutions=(), problem=search.NO_TIME, corridor_infeasible=False, out_of_time=True)
-
-    monkeypatch.setattr(search, "converge", without_time)
-    run = simulate(SCENARIO, controller=controller({"dwell": GIVE_UP_TIME + 1.0}))
-    assert len(in_vain) == 5
-    assert stood_at_cusp(run) > GIVE_UP_TIME
-    assert Status.FAILED not in run.cycles.status
-    assert run.cycles.status[-1] is Status.DOCKED
-
-
-@pytest.mark.acceptance
 def test_a_segment_has_limits_of_its_own() -> None:
     plain, slow = simulate(SCENARIO), simulate(SCENARIO, controller=controller({"speed": 0.5}))
     assert slow.cycles.status[-1] is Status.DOCKED
@@ -105,12 +70,6 @@ def test_a_segment_has_limits_of_its_own() -> None:
     assert np.abs(slow.truth.v[first]).max() <= 0.52
     assert np.abs(slow.truth.v[~first]).max() > 0.8
     assert np.abs(plain.truth.v[np.asarray(plain.truth.part) == 0]).max() > 0.8
-
-
-def test_a_separated_docking_is_one_segment_more() -> None:
-    ends = [segment.end for segment in segments_of(PATH, ControllerConfig(method=Method.SEPARATED))]
-    assert ends == [SegmentEnd.CUSP, SegmentEnd.STAGING_POSE, SegmentEnd.GOAL]
-    assert [segment.end for segment in segments_of(PATH, CONFIG)] == [SegmentEnd.CUSP, SegmentEnd.GOAL]
 
 
 @pytest.mark.parametrize(
@@ -128,29 +87,6 @@ def test_a_separated_docking_is_one_segment_more() -> None:
 def test_bad_values_are_told(values: dict[str, Any], named: str) -> None:
     with pytest.raises(InputError, match=named):
         Segment(part=PATH.parts[0], index=0, **values)
-
-
-def test_a_planned_segment_keeps_what_was_planned_and_no_less_than_may_be_driven() -> None:
-    segment, caution = segments_of(PATH, CONFIG)[0], CONFIG.caution
-    least = caution.hard_minimum + caution.contact_tolerance
-    assert segment.limited(CONFIG) is CONFIG
-    assert replace(segment, margin=0.3).limited(CONFIG) is CONFIG
-    for planned, kept in ((0.08, 0.08), (0.051, least), (0.0, least)):
-        assert replace(segment, margin=planned).limited(CONFIG).footprint.margin == kept
-
-
-@pytest.mark.parametrize("within", [0.0, -1.0, nan])
-def test_a_final_objective_is_for_some_of_the_path(within: float) -> None:
-    with pytest.raises(InputError, match="within"):
-        FinalObjective(CONTOURING, within=within)
-
-
-def test_the_tolerance_at_a_cusp_is_a_setting() -> None:
-    tight = Behaviour(cusp_tolerance=(0.05, 0.04, 0.03))
-    for method in Method:
-        *before, goal = segments_of(PATH, ControllerConfig(method=method, behaviour=tight))
-        assert {segment.tolerance for segment in before} == {tight.cusp_tolerance}
-        assert goal.tolerance == ControllerConfig().goal_tolerance
 
 
 def test_what_is_no_manoeuvre_is_told() -> None:

@@ -13,7 +13,6 @@ import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Limits, Status
-from rti_mpcc.simulation import changed, load_scenario, simulate, summary
 from tests.rti_mpcc.encounters import Car, Drive, drive
 
 CONFIG = ControllerConfig(dead_time=0.18)
@@ -101,15 +100,6 @@ def test_docks_in_time(course: str, slope: float, offset: float) -> None:
 
 
 @pytest.mark.acceptance
-@pytest.mark.parametrize("course", list(COURSES))
-@pytest.mark.parametrize("slope", [-0.5, -0.3, 0.0, 0.3, 0.5])
-@pytest.mark.parametrize("offset", [-OFFSET, 0.0, OFFSET])
-@pytest.mark.parametrize("noise", [None, 1])
-def test_docks_in_time_everywhere(course: str, slope: float, offset: float, noise: int | None) -> None:
-    check_docked(driven(course, slope=slope, offset=offset, noise=noise), course)
-
-
-@pytest.mark.acceptance
 @pytest.mark.parametrize(("slope", "offset"), [(0.3, 0.0), (-0.5, OFFSET), (0.5, -OFFSET)])
 def test_docks_with_actuators_that_lag(slope: float, offset: float) -> None:
     seconds = SLOWER * undisturbed("cusp") + 5.0
@@ -118,15 +108,6 @@ def test_docks_with_actuators_that_lag(slope: float, offset: float) -> None:
     assert np.abs(result.states[-60:, 3]).max() < 0.02
     error = Pose2(*result.states[-1, :3]).relative_to(COURSES["cusp"].end)
     assert max(abs(error.x), abs(error.y)) <= 0.05
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.acceptance)])
-def test_an_offset_leaves_no_lateral_error(sign: float) -> None:
-    result = driven("reverse", offset=sign * OFFSET)
-    check_docked(result, "reverse")
-    error = Pose2(*result.states[-1, :3]).relative_to(COURSES["reverse"].end)
-    assert abs(error.y) <= 0.005
 
 
 def test_a_vehicle_that_turns_too_widely_plans_with_that() -> None:
@@ -146,21 +127,6 @@ def test_a_docked_vehicle_is_held_on_a_slope() -> None:
     assert np.abs(at[:, 3]).max() < 0.02
 
 
-@pytest.mark.acceptance
-def test_what_is_told_is_what_is_measured() -> None:
-    """Planned speed and steering of a command are those measured when it has acted for a cycle."""
-    result = driven("cusp", slope=0.3, offset=OFFSET)
-    late = slice(100, len(result.commands) - 20)
-    times = result.times + CONFIG.dead_time + CONFIG.cycle
-    for column, planned in ((3, "speed"), (4, "steering")):
-        measured = np.interp(times, result.times, result.states[:, column])[late]
-        told = np.array([getattr(command, planned) for command in result.commands])[late]
-        assert np.abs(measured - told).max() < 0.03, planned
-    steering = np.array([command.trajectory.states[0, 4] for command in result.commands[late]])
-    at = np.interp(result.times[late] + CONFIG.dead_time, result.times, result.states[:, 4])
-    assert np.abs(steering - at).max() < 0.03
-
-
 WEAK = ControllerConfig(dead_time=0.18, limits=Limits(acceleration=0.5))
 
 
@@ -174,51 +140,3 @@ def test_a_drive_that_is_too_weak_says_so(slope: float) -> None:
         assert command.acceleration * slope <= 0.0
         assert abs(command.acceleration) <= WEAK.limits.acceleration
     assert result.commands[-1].diagnostics.disturbance == pytest.approx(slope, abs=0.05)
-
-
-@pytest.mark.acceptance
-def test_a_weak_drive_that_can_hold_still_docks() -> None:
-    result = driven("cusp", slope=-0.3, config=WEAK)
-    check_docked(result, "cusp")
-
-
-def test_nothing_is_counted_on_where_it_is_switched_off() -> None:
-    config = ControllerConfig(dead_time=0.18, disturbance={"enabled": False})  # type: ignore[arg-type]
-    result = driven("forward", slope=0.3, seconds=3.0, config=config)
-    assert all(command.diagnostics.disturbance == 0.0 for command in result.commands)
-    assert not ControllerConfig.paper().disturbance.enabled
-    assert not ControllerConfig.paper_printed().disturbance.enabled
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize(
-    ("slope", "gain"),
-    [
-        (-0.5, 1.1),
-        pytest.param(0.5, 0.9, marks=pytest.mark.acceptance),
-        pytest.param(-0.5, 0.9, marks=pytest.mark.acceptance),
-        pytest.param(0.5, 1.1, marks=pytest.mark.acceptance),
-    ],
-)
-def test_a_drive_of_another_gain_holds_on_a_slope(slope: float, gain: float) -> None:
-    """What holds depends on both: 1.1 times a is to be -d."""
-    scenario = load_scenario("docking_inside")
-    wrong = {"simulation.acceleration_offset": slope, "simulation.acceleration_gain": gain}
-    after = simulate(changed(scenario, wrong), seed=1)
-    found = summary(after)
-    assert found["docked"]
-    assert np.abs(after.truth.v[-20:]).max() < 0.01
-    assert found["time_to_dock_s"] <= SLOWER * 21.72  # without slope, and with the gain known
-
-
-@pytest.mark.acceptance
-@pytest.mark.parametrize("slope", [-0.5, -0.3, 0.3, 0.5])
-@pytest.mark.parametrize("offset", [-OFFSET, OFFSET])
-def test_the_full_course_of_the_paper(slope: float, offset: float) -> None:
-    scenario = load_scenario("docking_full_course")
-    before = summary(simulate(scenario))
-    sloping = {"simulation.acceleration_offset": slope, "simulation.steering_offset": offset}
-    after = summary(simulate(changed(scenario, sloping)))
-    assert after["docked"]
-    assert after["min_clearance_m"] >= 0.0
-    assert after["time_to_dock_s"] <= SLOWER * before["time_to_dock_s"]

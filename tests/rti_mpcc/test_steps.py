@@ -36,17 +36,13 @@ WITH_POSE = "only of a dock with a pose, to which a way is planned"
 
 @pytest.mark.parametrize(("kind", "word"), list(zip(KINDS, WORDS, strict=True)), ids=WORDS)
 def test_all_have_a_word_and_what_all_steps_have(kind: Callable[..., Any], word: str) -> None:
-    step = kind()
-    assert step.word == word
-    assert (step.timeout, step.patience, step.retries, step.retry_from, step.then) == (
-        inf,
-        15.0,
-        0,
-        None,
-        "stop",
-    )
+    def common(step: Any) -> tuple[Any, ...]:
+        return step.timeout, step.patience, step.retries, step.retry_from, step.then
+
+    assert kind().word == word
+    assert common(kind()) == (inf, 15.0, 0, None, "stop")
     full = kind(timeout=5, patience=inf, retries=2, retry_from=0, then="home")
-    assert (full.timeout, full.patience, full.retries, full.retry_from, full.then) == (5, inf, 2, 0, "home")
+    assert common(full) == (5, inf, 2, 0, "home")
 
 
 def _said(name: str, value: Any, allowed: str) -> str:
@@ -134,25 +130,15 @@ def test_what_is_wrong_is_refused_and_said(made: Callable[[], Any], said: str) -
 
 @pytest.mark.parametrize("kind", [int, float, Fraction, np.float32, np.int64])
 def test_numbers_of_any_kind_are_kept_as_floats(kind: Callable[[int], Any]) -> None:
-    one, two = kind(1), kind(2)
-    common = {"timeout": two, "patience": one}
-    three, move = (one, one, two), Straight(-two, speed=one, steering=one, tolerance=(one, two), **common)
-    steps = [
-        Wait(two, **common), move, Undock(-two, **common), DriveTo(POSE, tolerance=three, **common),
-        Dock(
-            POSE, approach=Approach(two, -one), tolerance=three, contact=move, body=SQUARE,
-            uncertainty=(two, one), **common,
-        ),
-    ]  # fmt: skip
-    same = Straight(-2.0, speed=1.0, steering=1.0, tolerance=(1.0, 2.0), timeout=2.0, patience=1.0)
-    assert repr(steps) == repr([
-        Wait(2.0, timeout=2.0, patience=1.0), same, Undock(-2.0, timeout=2.0, patience=1.0),
-        DriveTo(POSE, tolerance=(1.0, 1.0, 2.0), timeout=2.0, patience=1.0),
-        Dock(
-            POSE, approach=Approach(2.0, -1), tolerance=(1.0, 1.0, 2.0), contact=same, body=SQUARE,
-            uncertainty=(2.0, 1.0), timeout=2.0, patience=1.0,
-        ),
-    ])  # fmt: skip
+    def steps(one: Any, two: Any, three: Any) -> list[Any]:
+        move = Straight(-two, speed=one, steering=one, tolerance=(one, two), timeout=two, patience=one)
+        dock = Dock(
+            POSE, approach=Approach(two, -1), tolerance=(one, one, two), contact=move, body=SQUARE,
+            uncertainty=(two, one), timeout=two, patience=one,
+        )  # fmt: skip
+        return [Wait(two, timeout=three), move, Undock(-two), DriveTo(POSE, tolerance=(one, one, two)), dock]
+
+    assert repr(steps(kind(1), kind(2), kind(3))) == repr(steps(1.0, 2.0, 3.0))
 
 
 def test_counts_are_kept_as_integers_and_pairs_as_tuples() -> None:

@@ -13,7 +13,6 @@ from rti_mpcc.types import Array, Source
 
 CONFIG = ControllerConfig()
 LIMITS = CONFIG.limits
-MOST = (LIMITS.acceleration, LIMITS.steering_rate)
 
 
 def state(v: float = 1.0, delta: float = 0.0) -> Array:
@@ -87,29 +86,6 @@ def test_what_is_not_finite_becomes_braking(value: float) -> None:
 def test_a_measurement_that_is_not_finite_is_left_out(value: float) -> None:
     control = gated(0.3, -0.2, measured=(value, value))
     assert (control.acceleration, control.steering_rate) == (0.3, -0.2)
-
-
-def test_without_a_measurement_it_goes_by_the_state() -> None:
-    control = ControlInput(acceleration=0.3, steering_rate=9.0, source=Source.SOLUTION)
-    admission = saturate(control, state(), None, CONFIG)
-    assert (admission.acceleration, admission.steering_rate) == (0.3, LIMITS.steering_rate)
-
-
-@pytest.mark.parametrize("d", [-9.0, -0.5, 0.3, 20.0])
-@pytest.mark.parametrize("o", [-0.7, 0.0, 0.03])
-@pytest.mark.parametrize("v", [-10.0, 0.0, 9.9])
-@pytest.mark.parametrize("delta", [-0.6, 0.0, 0.59])
-def test_what_is_sent_is_within_the_limits_whatever_is_estimated(
-    d: float, o: float, v: float, delta: float
-) -> None:
-    known = Disturbance(acceleration=d, steering=o)
-    for a, rate in ((5.0, 1.0), (-5.0, -1.0), (0.0, 0.0)):
-        wanted = ControlInput(acceleration=a, steering_rate=rate, source=Source.SOLUTION)
-        control = saturate(wanted, known.effective(state(v, delta)), state(v, delta), CONFIG, known)
-        assert abs(control.acceleration) <= LIMITS.acceleration
-        assert abs(delta + CONFIG.cycle * control.steering_rate) <= LIMITS.steering + 1e-12
-        can = LIMITS.acceleration > abs(d)
-        assert not can or abs(v + CONFIG.cycle * (control.acceleration + d)) <= LIMITS.speed + 1e-12
 
 
 def test_a_command_takes_the_disturbance_up() -> None:
