@@ -16,7 +16,7 @@ from rti_mpcc.safety import contact
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.encounters import square
 
-CONFIG = ControllerConfig()
+CONFIG = ControllerConfig(dead_time=0.18)
 LEAST = CONFIG.caution.hard_minimum
 WALL_AT = 20.0
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
