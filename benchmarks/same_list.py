@@ -11,6 +11,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -162,19 +164,23 @@ def generators() -> dict[str, Callable[[str, int], Any]]:
 
     The only place that knows where a tree has them.
     """
-    from rti_mpcc.simulation.campaign import CampaignCase, Level, Problems
-    from rti_mpcc.simulation.missions import drawn_mission, drawn_undocking
+    try:
+        modules = [import_module(f"benchmarks.problems.{name}") for name in ("case", "levels", "missions")]
+    except ModuleNotFoundError:  # a tree of before these were studies
+        campaign = import_module("rti_mpcc.simulation.campaign")
+        modules = [campaign, campaign, import_module("rti_mpcc.simulation.missions")]
+    case, levels, missions = modules
 
-    def case(problems: Problems) -> Callable[[str, int], Any]:
-        return lambda level, i: CampaignCase(
-            seed=SEED, level=Level(level), index=i, problems=problems
-        ).scenario()
+    def scenario(problems: str, level: str, index: int) -> Any:
+        kind = case.Problems(problems)
+        chosen = case.CampaignCase(seed=SEED, level=levels.Level(level), index=index, problems=kind)
+        return chosen.scenario()
 
     return {
-        "course": case(Problems.COURSES),
-        "scene": case(Problems.SCENES),
-        "mission": lambda _, i: drawn_mission(SEED, i).scenario,
-        "undocking": lambda _, i: drawn_undocking(SEED, i),
+        "course": partial(scenario, "courses"),
+        "scene": partial(scenario, "scenes"),
+        "mission": lambda _, index: missions.drawn_mission(SEED, index).scenario,
+        "undocking": lambda _, index: missions.drawn_undocking(SEED, index),
     }
 
 

@@ -44,6 +44,13 @@ def test_each_part_has_one_direction_of_motion() -> None:
     assert (reverse.states[:, 0, SPEED] == -4.0).all()
 
 
+def test_each_stage_has_the_speed_that_its_own_room_allows() -> None:
+    target = Target(pose=Pose2(0.0, 0.0, 0.0), theta=30.0, theta_end=30.0, kind=TargetKind.POSE)
+    most = np.linspace(1.0, 8.0, 70)
+    got = stage_bounds(ControllerConfig(limits=LIMITS), target, 1, THETAS, most=most)
+    np.testing.assert_array_equal(got.states[:, 1, SPEED], np.minimum(most, 4.0))
+
+
 @pytest.mark.parametrize("direction", [1, -1])
 def test_one_that_turns_may_drive_both_ways_as_fast_as_the_vehicle_can(direction: int) -> None:
     got, usual = bounds(direction, turns=True), bounds(direction)

@@ -13,7 +13,7 @@ from rti_mpcc.safety import contact
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.encounters import square
 
-CONFIG = ControllerConfig()
+CONFIG = ControllerConfig(dead_time=0.18)
 LEAST = CONFIG.caution.hard_minimum
 WALL_AT = 20.0
 
