@@ -103,7 +103,7 @@ def measurement(cycle: int, state: VehicleState, **changes: Any) -> GoalMeasurem
     vehicle, noise = Pose2(state.x, state.y, state.phi), np.diag([1e-3, 2e-3, 1e-4])
     seen, stamp = GOAL.relative_to(vehicle), cycle * CYCLE
     given = GoalMeasurement(stamp=stamp, x=seen.x + 0.01, y=seen.y - 0.02, phi=seen.phi, covariance=noise)
-    return replace(given, **({"frame": Frame.VEHICLE, "vehicle": vehicle} | changes))
+    return replace(replace(given, frame=Frame.VEHICLE, vehicle=vehicle), **changes)
 
 
 EVENTFUL = 36
