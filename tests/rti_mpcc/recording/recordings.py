@@ -100,18 +100,10 @@ def box(x: float, y: float) -> np.ndarray[Any, Any]:
 
 def measurement(cycle: int, state: VehicleState, **changes: Any) -> GoalMeasurement:
     """The goal seen from the vehicle, a little off."""
-    vehicle = Pose2(state.x, state.y, state.phi)
-    seen = GOAL.relative_to(vehicle)
-    given = GoalMeasurement(
-        stamp=cycle * CYCLE,
-        x=seen.x + 0.01,
-        y=seen.y - 0.02,
-        phi=seen.phi,
-        covariance=np.diag([1e-3, 2e-3, 1e-4]),
-        frame=Frame.VEHICLE,
-        vehicle=vehicle,
-    )
-    return replace(given, **changes)
+    vehicle, noise = Pose2(state.x, state.y, state.phi), np.diag([1e-3, 2e-3, 1e-4])
+    seen, stamp = GOAL.relative_to(vehicle), cycle * CYCLE
+    given = GoalMeasurement(stamp=stamp, x=seen.x + 0.01, y=seen.y - 0.02, phi=seen.phi, covariance=noise)
+    return replace(replace(given, frame=Frame.VEHICLE, vehicle=vehicle), **changes)
 
 
 EVENTFUL = 36

@@ -129,6 +129,7 @@ def test_area(boundary: Any, shift: float, tmp_path: Path) -> None:
     obstacles = [np.asarray(each) + shift for each in OBSTACLES]
     area = Area(boundary=None if boundary is None else boundary + shift, obstacles=obstacles)
     header = back(DockingController.in_area(area), tmp_path)
+    assert (header.steps, header.home) == (None, None)
     again = header.corridor.area
     assert again is not None
     assert repr(again.boundary) == repr(area.boundary)
@@ -161,12 +162,6 @@ def test_every_field_of_every_step_of_a_mission(steps: Sequence[AnyStep], tmp_pa
     assert isinstance(again, DockingMission)
     for one, other in zip((*mission.steps, home), (*again.steps, again.home), strict=True):
         assert_same(one, other)
-
-
-def test_a_controller_alone_has_no_mission(tmp_path: Path) -> None:
-    header = back(DockingController(ROUTE, WIDE), tmp_path)
-    assert (header.steps, header.home) == (None, None)
-    assert isinstance(header.driver(), DockingController)
 
 
 def test_cycles_come_back_typed(recording: Path) -> None:

@@ -99,11 +99,6 @@ def test_a_header_without_its_content_and_a_setting_out_of_range(recording: Path
     assert "$.config" in refusal(written(tmp_path, to_line(data), *lines[1:]))
 
 
-def test_a_folder_and_nothing_at_all(tmp_path: Path) -> None:
-    assert refusal(tmp_path) == "cannot be read, Is a directory"
-    assert refusal(tmp_path / "nowhere") == "cannot be read, No such file or directory"
-
-
 def test_a_changed_header_or_end_is_refused(recording: Path, tmp_path: Path) -> None:
     lines = lines_of(recording)
     file = written(tmp_path, lines[0].replace(b'"cycle":0.05', b'"cycle":0.06'), *lines[1:])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from geometry import Pose2
-from rti_mpcc.errors import InputError, RecordingError
+from rti_mpcc.errors import InputError
 from rti_mpcc.recording import Recorder, load_problem, read_recording, replay
 from rti_mpcc.types import Reason, VehicleState
 from tests.rti_mpcc.docking_runs import drive as drive_bare
@@ -162,16 +162,3 @@ def test_a_folder_that_is_gone_does_not_stop_the_drive(
         shutil.rmtree(tmp_path / "qp")
         assert len(drive(recorder, range(FAILED.stop), eventful)) == FAILED.stop
     assert sum("was not written" in message for message in caplog.messages) == len(FAILED)
-
-
-def test_other_files_are_no_qp(tmp_path: Path) -> None:
-    file = tmp_path / "file.npz"
-    with pytest.raises(RecordingError, match=r"file\.npz: cannot be read, No such file"):
-        load_problem(file)
-    for content in (b"", b"words", b"PK\x03\x04 but no archive"):
-        file.write_bytes(content)
-        with pytest.raises(RecordingError, match=r"file\.npz: is not a QP of rti-mpcc"):
-            load_problem(file)
-    np.savez(file, q=np.zeros(3))
-    with pytest.raises(RecordingError, match=r"file\.npz: is not a QP of rti-mpcc"):
-        load_problem(file)

@@ -17,9 +17,9 @@ from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Machine, Recorder, ReplayReport, read_recording, replay
 from rti_mpcc.recording.contents import CHANGED
 from rti_mpcc.recording.replay import TIMES, differences
-from rti_mpcc.simulation import changed, docking_controller, load_scenario, simulate
+from rti_mpcc.simulation import changed, docking_controller, simulate
 from rti_mpcc.simulation.faults import Kind
-from rti_mpcc.types import Command, Diagnostics, Status, VehicleState
+from rti_mpcc.types import Command, Diagnostics, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
     BACK,
@@ -96,22 +96,6 @@ def test_a_clock_of_any_mood_replays_bit_for_bit(tmp_path: Path) -> None:
     assert_identical(replay(file), 60)
 
 
-def test_a_controller_in_an_area_replays_bit_for_bit(tmp_path: Path) -> None:
-    """A map, and polygons that fill the way; slices of the search that had no time have none again."""
-    blocked = {"kind": "blocked", "from": 1.5, "to": 3.0, "size": 3.0}
-    for name, tables in (
-        ("aisle_dock", {"controller.deadline": 0.1}),
-        ("obstacle_appears", {"faults": [blocked], "goal.measurement": {}}),
-    ):
-        scenario = changed(load_scenario(name), {"simulation.duration": 4.0, **tables})
-        with Recorder(docking_controller(scenario), tmp_path / name) as recorder:
-            simulate(scenario, controller=recorder)
-        cycles = read_recording(tmp_path / name).cycles
-        statuses = [cycle.command.status for cycle in cycles if cycle.command]
-        assert statuses[0] is Status.PLANNING
-        assert_identical(replay(tmp_path / name), len(cycles))
-
-
 def edited(change: Callable[[Any], Any], *place: str | int) -> Edit:
     """Replace the value at a place in a line."""
 
@@ -143,8 +127,6 @@ COVARIANCE = ("inputs", "measurements", 0, "covariance", 0, 0)
     ("cycle", "edit"),
     [
         (5, flip("inputs", "state", "x")),
-        (DETECTED, flip(*COVARIANCE)),
-        (BEFORE, flip("inputs", "obstacles", 1, 2, 0)),
         (AWAY, put(False, "inputs", "goal_cleared")),
         (9, put([False], "decisions", "granted")),
     ],
