@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ from rti_mpcc.simulation.scenario_writer import save_scenario
 
 PAGE, NUMBERS, WORST = "report.html", "report.json", "worst"
 COMFORT = ("acceleration", "lateral_acceleration", "steering_rate", "jerk")
+OVER_GAIN = "acceleration_over_gain"
+"""Peak acceleration with the gain of the plant divided out: what was commanded."""
 SUMS = {
     "iteration_limit_cycles": "figures.solver.iteration_limit_cycles",
     "solver_failures": "figures.solver.failures",
@@ -39,6 +41,7 @@ COLUMNS = {
     "time_to_dock": "figures.time_to_dock_s",
     "expected_time": "figures.expected_time_s",
     "energy_ratio": "figures.energy_ratio",
+    "gain": "disturbances.acceleration_gain",
     **{f"{kind}.{name}": f"figures.{kind}.{name}" for kind in ("peak", "comfort") for name in COMFORT},
     **{f"cycle_ms.{name}": f"timed.cycle_ms.{name}" for name in ("p50", "p99", "max")},
 }
@@ -72,6 +75,11 @@ def read_table(folder: Path) -> pd.DataFrame:
         crossed=table["min_clearance_m"] < 0.0,
         time_ratio=table["time_to_dock"] / table["expected_time"],
         **{f"over_comfort.{name}": table[f"peak.{name}"] / table[f"comfort.{name}"] for name in COMFORT},
+        **{
+            f"over_comfort.{OVER_GAIN}": table["peak.acceleration"]
+            / table["gain"]
+            / table["comfort.acceleration"]
+        },
     )
 
 
@@ -92,7 +100,7 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
         "clearance_p5_m": known(clearance.quantile(0.05)),
         "clearance_p50_m": known(clearance.quantile(0.5)),
         **{f"{name}_{key}": value for name, of in times.items() for key, value in of.items()},
-        "comfort": {name: spread(rows[f"over_comfort.{name}"]) for name in COMFORT},
+        "comfort": {name: spread(rows[f"over_comfort.{name}"]) for name in (*COMFORT, OVER_GAIN)},
         "energy_ratio": spread(docked["energy_ratio"]),
         "time_ratio": spread(docked["time_ratio"]),
         "cycle_ms": {name: known(rows[f"cycle_ms.{name}"].agg(how)) for name, how in cycles.items()},
@@ -128,43 +136,31 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
 
 
 def write_report(
-    folder: Path,
-    settings: Mapping[str, Any],
-    cases: Sequence[DrawnCase],
-    *,
-    worst: int,
-    progress: Callable[[int], None] | None = None,
+    folder: Path, settings: Mapping[str, Any], cases: Sequence[DrawnCase], *, worst: int
 ) -> tuple[dict[str, str], tuple[Path, ...]]:
     """Write report.json, report.html, and the worst cases as scenario files into the folder of a campaign.
 
     Args:
         settings: what was driven, for both files; cases: of the campaign.
         worst: so many of the worst cases are driven again, saved and shown.
-        progress: given the number of worst cases that were driven again, after each.
 
     Returns the figures for people, and what was written. Raises InputError where there is no row, OSError.
     """
     rows, by_index = read_table(folder), {case.index: case for case in cases}
     figures, shown = overall(rows), []
-    for done, (index, why) in enumerate(worst_cases(rows, worst).items(), start=1):
+    for index, why in worst_cases(rows, worst).items():
         row = rows.loc[index]
         said = {name: str(row[name]) for name in ("scenario", "outcome", "detail")}
         numbers = {name: known(row[name]) for name in ("time_to_dock", "min_clearance_m")}
         drives = said["outcome"] != CaseOutcome.WORKER_DIED.value
         command, picture = _driven_again(by_index[index], folder, drives=drives)
         shown.append(({"index": index, "why": why, **said, **numbers, "command": command}, picture))
-        if progress is not None:
-            progress(done)
     files, table = (folder / PAGE, folder / NUMBERS), words(figures)
     title = f"Campaign {folder.resolve().name}"
     page = rendered("campaign.html", title, figures=figures, table=table, shown=shown, settings=settings)
     files[0].write_text(page, encoding="utf-8")
-    more = {
-        "settings": dict(settings),
-        "worst": [one for one, _ in shown],
-        "versions": Machine.here().versions,
-    }
-    write_json({**figures, **more}, files[1])
+    more = {"settings": dict(settings), "versions": Machine.here().versions}
+    write_json({**figures, **more, "worst": [one for one, _ in shown]}, files[1])
     return table, (*files, *([folder / WORST] if shown else []))
 
 
