@@ -11,10 +11,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
+from rti_mpcc.errors import InputError
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation import load_scenario
-from rti_mpcc.simulation.campaign import ROWS, DrawnCase, run_campaign
+from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
 from rti_mpcc.simulation.variation import PARTS, VariedCase
 
 
@@ -65,6 +66,8 @@ def drive_and_report(
     # Not at the top: pandas, matplotlib and scipy.stats take longer to load than other commands need.
     from rti_mpcc.report.campaign import write_report
 
+    if len(cases) > MOST:
+        raise InputError(f"count = {len(cases)}: must be <= {MOST}")
     make_writable(folder)
     with progress_bar("campaign", "{task.completed:.0f} cases") as progress:
         run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=progress)
