@@ -55,9 +55,9 @@ LARGEST = {
 
 
 def read_table(folder: Path) -> pd.DataFrame:
-    """The rows of a campaign by index, with what was timed; columns are the paths of their JSON, `COLUMNS`,
+    """The rows of a campaign by index, with what was timed.
 
-    `docked`: the controller says so, and it is true; `crossed`: the body left the corridor or area, or met an
+    Columns are the paths of their JSON; the short names of `COLUMNS`; `docked`: the controller says so, and it is true; `crossed`: the body left the corridor or area, or met an
     obstacle; `over_comfort.<name>`: peaks over comfort; `time_ratio`: time to dock over the expected one.
 
     Raises InputError where there is no row.
@@ -88,7 +88,7 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
     docked, clearance = rows[rows["docked"]], rows["min_clearance_m"]
     outcomes, cycles = rows["outcome"].value_counts(), {"p50": "median", "p99": "median", "max": "max"}
     interval = binomtest(len(docked), len(rows)).proportion_ci(confidence_level=0.95, method="exact")
-    times = {name: spread(docked[name]) for name in ("time_to_tolerance", "time_to_dock")}
+    times = {name: percentiles(docked[name]) for name in ("time_to_tolerance", "time_to_dock")}
     return {
         "cases": len(rows),
         "outcomes": {outcome.value: int(outcomes[outcome.value]) for outcome in CaseOutcome},
@@ -100,9 +100,9 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
         "clearance_p5_m": known(clearance.quantile(0.05)),
         "clearance_p50_m": known(clearance.quantile(0.5)),
         **{f"{name}_{key}": value for name, of in times.items() for key, value in of.items()},
-        "comfort": {name: spread(rows[f"over_comfort.{name}"]) for name in (*COMFORT, OVER_GAIN)},
-        "energy_ratio": spread(docked["energy_ratio"]),
-        "time_ratio": spread(docked["time_ratio"]),
+        "comfort": {name: percentiles(rows[f"over_comfort.{name}"]) for name in (*COMFORT, OVER_GAIN)},
+        "energy_ratio": percentiles(docked["energy_ratio"]),
+        "time_ratio": percentiles(docked["time_ratio"]),
         "cycle_ms": {name: known(rows[f"cycle_ms.{name}"].agg(how)) for name, how in cycles.items()},
         **{name: int(rows[name].sum()) for name in SUMS},
         **{name: _summed(rows, f"figures.{name}.") for name in ("hard_braking", "cycles_by_status")},
@@ -155,7 +155,7 @@ def write_report(
         drives = said["outcome"] != CaseOutcome.WORKER_DIED.value
         command, picture = _driven_again(by_index[index], folder, drives=drives)
         shown.append(({"index": index, "why": why, **said, **numbers, "command": command}, picture))
-    files, table = (folder / PAGE, folder / NUMBERS), words(figures)
+    files, table = (folder / PAGE, folder / NUMBERS), readable_figures(figures)
     title = f"Campaign {folder.resolve().name}"
     page = rendered("campaign.html", title, figures=figures, table=table, shown=shown, settings=settings)
     files[0].write_text(page, encoding="utf-8")
@@ -178,7 +178,7 @@ def _driven_again(case: DrawnCase, folder: Path, *, drives: bool) -> tuple[str, 
         return f"{type(error).__name__}: {error}", None
 
 
-def words(figures: Mapping[str, Any]) -> dict[str, str]:
+def readable_figures(figures: Mapping[str, Any]) -> dict[str, str]:
     """The figures for tables that people read."""
     low, high = map(percent, figures["success_interval"])
     tail, clearances = "p50 / p95 / p99 / largest", ("min_clearance_m", "clearance_p5_m", "clearance_p50_m")
@@ -205,7 +205,7 @@ def several(values: Mapping[str, float | None], digits: int = 2) -> str:
     return " / ".join(number(value, digits) for value in values.values())
 
 
-def spread(values: pd.Series[Any]) -> dict[str, float | None]:
+def percentiles(values: pd.Series[Any]) -> dict[str, float | None]:
     """Percentiles as p50, ..., and the largest as max, of what is known; None where nothing is."""
     found = {f"p{share}": known(values.quantile(share / 100.0)) for share in (50, 95, 99)}
     return {**found, "max": known(values.max())}

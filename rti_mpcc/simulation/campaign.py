@@ -1,7 +1,7 @@
 """Campaigns: many cases, each driven and kept as a row, by processes of this machine or a Dask cluster.
 
-Joblib does the work. What joblib does not do is done here: a case that ends its worker becomes a row, and the
-other cases go on.
+Joblib distributes the cases. This module adds one thing: a case that ends its worker becomes a row, and the
+other cases are driven all the same.
 """
 
 from __future__ import annotations
