@@ -57,7 +57,7 @@ LARGEST = {
 def read_table(folder: Path) -> pd.DataFrame:
     """The rows of a campaign by index, with what was timed.
 
-    Columns are the paths of their JSON and the short names of `COLUMNS`. And `docked`: the controller says so,
+    Columns: the paths of their JSON; the short names of `COLUMNS`; `docked`: the controller says so,
     and it is true; `crossed`: the body left the corridor or area, or met an obstacle; `over_comfort.<name>`:
     peaks over comfort; `time_ratio`: time to dock over the expected one.
 
