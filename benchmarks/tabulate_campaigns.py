@@ -19,7 +19,7 @@ from typing import Any
 import pandas as pd
 
 from benchmarks.tables import ROOT, number, origin, replace_block, table, told
-from rti_mpcc.report.campaign import COMFORT, read_table, several
+from rti_mpcc.report.campaign import COMFORT, OVER_GAIN, read_table, several
 from rti_mpcc.report.numbers import in_words
 
 COMMAND = "python -m benchmarks.tabulate_campaigns"
@@ -73,7 +73,7 @@ def rides(columns: Sequence[dict[str, Any]]) -> str:
     }
     rows = [
         [f"peak {in_words(name)} over comfort", *(several(each["comfort"][name]) for each in columns)]
-        for name in COMFORT
+        for name in (*COMFORT, OVER_GAIN)
     ]
     rows += [[said, *(several(each[name]) for each in columns)] for name, said in words.items()]
     rows.append(["cycles with a QP at its iteration limit [%]", *(_at_limit(each) for each in columns)])

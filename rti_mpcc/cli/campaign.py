@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
-from rti_mpcc.report.console import Advance, rate_bar, tell_tables, tell_written
+from rti_mpcc.errors import InputError
+from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable
 from rti_mpcc.simulation import load_scenario
 from rti_mpcc.simulation.campaign import MOST, ROWS, DrawnCase, run_campaign
@@ -42,7 +43,7 @@ def add_to(commands: Commands) -> None:
 
 def add_campaign_options(parser: argparse.ArgumentParser) -> None:
     """How many cases of which seed, and the workers."""
-    parser.add_argument("--count", type=_count, required=True, metavar="N", help="number of cases")
+    parser.add_argument("--count", type=at_least_one, required=True, metavar="N", help="number of cases")
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed of all that is drawn")
     workers = parser.add_mutually_exclusive_group()
     workers.add_argument(
@@ -65,12 +66,12 @@ def drive_and_report(
     # Not at the top: pandas, matplotlib and scipy.stats take longer to load than other commands need.
     from rti_mpcc.report.campaign import write_report
 
+    if len(cases) > MOST:
+        raise InputError(f"count = {len(cases)}: must be <= {MOST}")
     make_writable(folder)
-    with rate_bar("campaign", "cases") as bar:
-        run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=_progress(bar, len(cases)))
-    with rate_bar("worst cases", "cases") as bar:
-        progress = _progress(bar, asked.worst)
-        table, files = write_report(folder, settings, cases, worst=asked.worst, progress=progress)
+    with progress_bar("campaign", "{task.completed:.0f} cases") as progress:
+        run_campaign(cases, folder, jobs=asked.jobs, dask=asked.dask, progress=progress)
+    table, files = write_report(folder, settings, cases, worst=asked.worst)
     console = Table("", "value", title=f"Campaign {folder}", title_justify="left")
     for name, value in table.items():
         console.add_row(escape(name), value)
@@ -79,23 +80,12 @@ def drive_and_report(
     return DONE
 
 
-def _progress(bar: Advance | None, count: int) -> Callable[[int], None] | None:
-    return None if bar is None else lambda done: bar(done, count)
-
-
 def _campaign(asked: argparse.Namespace) -> int:
     base = load_scenario(asked.scenario)
     folder = asked.out or Path("runs") / f"campaign-{base.name}"
-
-    cases = [
-        VariedCase(base=base, vary=asked.vary, seed=asked.seed, index=index) for index in range(asked.count)
-    ]
-    settings = {
-        "scenario": asked.scenario,
-        "vary": list(asked.vary),
-        "count": asked.count,
-        "seed": asked.seed,
-    }
+    drawn = {"vary": asked.vary, "seed": asked.seed}
+    cases = [VariedCase(base=base, index=index, **drawn) for index in range(asked.count)]
+    settings = {"scenario": asked.scenario, "count": asked.count, **drawn}
     cases[0].scenario()  # what can't be varied is refused before anything is driven
     return drive_and_report(cases, settings, asked, folder)
 
@@ -105,9 +95,3 @@ def _parts(text: str) -> tuple[str, ...]:
     if wrong := [part for part in parts if part not in PARTS]:
         raise argparse.ArgumentTypeError(f"unknown {wrong[0]!r}; must be some of {','.join(PARTS)}")
     return parts
-
-
-def _count(text: str) -> int:
-    if (count := at_least_one(text)) > MOST:
-        raise argparse.ArgumentTypeError(f"{count} must be <= {MOST}")
-    return count

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ from rti_mpcc.simulation.scenario_writer import save_scenario
 
 PAGE, NUMBERS, WORST = "report.html", "report.json", "worst"
 COMFORT = ("acceleration", "lateral_acceleration", "steering_rate", "jerk")
+OVER_GAIN = "acceleration_over_gain"
+"""Peak acceleration with the gain of the plant divided out: what was commanded."""
 SUMS = {
     "iteration_limit_cycles": "figures.solver.iteration_limit_cycles",
     "solver_failures": "figures.solver.failures",
@@ -39,6 +41,7 @@ COLUMNS = {
     "time_to_dock": "figures.time_to_dock_s",
     "expected_time": "figures.expected_time_s",
     "energy_ratio": "figures.energy_ratio",
+    "gain": "disturbances.acceleration_gain",
     **{f"{kind}.{name}": f"figures.{kind}.{name}" for kind in ("peak", "comfort") for name in COMFORT},
     **{f"cycle_ms.{name}": f"timed.cycle_ms.{name}" for name in ("p50", "p99", "max")},
 }
@@ -52,10 +55,11 @@ LARGEST = {
 
 
 def read_table(folder: Path) -> pd.DataFrame:
-    """The rows of a campaign by index, with what was timed; columns are the paths of their JSON, `COLUMNS`,
+    """The rows of a campaign by index, with what was timed.
 
-    `docked`: the controller says so, and it is true; `crossed`: the body left the corridor or area, or met an
-    obstacle; `over_comfort.<name>`: peaks over comfort; `time_ratio`: time to dock over the expected one.
+    Columns: the paths of their JSON; the short names of `COLUMNS`; `docked`: the controller says so,
+    and it is true; `crossed`: the body left the corridor or area, or met an obstacle; `over_comfort.<name>`:
+    peaks over comfort; `time_ratio`: time to dock over the expected one.
 
     Raises InputError where there is no row.
     """
@@ -72,6 +76,11 @@ def read_table(folder: Path) -> pd.DataFrame:
         crossed=table["min_clearance_m"] < 0.0,
         time_ratio=table["time_to_dock"] / table["expected_time"],
         **{f"over_comfort.{name}": table[f"peak.{name}"] / table[f"comfort.{name}"] for name in COMFORT},
+        **{
+            f"over_comfort.{OVER_GAIN}": table["peak.acceleration"]
+            / table["gain"]
+            / table["comfort.acceleration"]
+        },
     )
 
 
@@ -80,7 +89,7 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
     docked, clearance = rows[rows["docked"]], rows["min_clearance_m"]
     outcomes, cycles = rows["outcome"].value_counts(), {"p50": "median", "p99": "median", "max": "max"}
     interval = binomtest(len(docked), len(rows)).proportion_ci(confidence_level=0.95, method="exact")
-    times = {name: spread(docked[name]) for name in ("time_to_tolerance", "time_to_dock")}
+    times = {name: percentiles(docked[name]) for name in ("time_to_tolerance", "time_to_dock")}
     return {
         "cases": len(rows),
         "outcomes": {outcome.value: int(outcomes[outcome.value]) for outcome in CaseOutcome},
@@ -92,9 +101,9 @@ def overall(rows: pd.DataFrame) -> dict[str, Any]:
         "clearance_p5_m": known(clearance.quantile(0.05)),
         "clearance_p50_m": known(clearance.quantile(0.5)),
         **{f"{name}_{key}": value for name, of in times.items() for key, value in of.items()},
-        "comfort": {name: spread(rows[f"over_comfort.{name}"]) for name in COMFORT},
-        "energy_ratio": spread(docked["energy_ratio"]),
-        "time_ratio": spread(docked["time_ratio"]),
+        "comfort": {name: percentiles(rows[f"over_comfort.{name}"]) for name in (*COMFORT, OVER_GAIN)},
+        "energy_ratio": percentiles(docked["energy_ratio"]),
+        "time_ratio": percentiles(docked["time_ratio"]),
         "cycle_ms": {name: known(rows[f"cycle_ms.{name}"].agg(how)) for name, how in cycles.items()},
         **{name: int(rows[name].sum()) for name in SUMS},
         **{name: _summed(rows, f"figures.{name}.") for name in ("hard_braking", "cycles_by_status")},
@@ -128,43 +137,31 @@ def worst_cases(rows: pd.DataFrame, count: int) -> dict[int, str]:
 
 
 def write_report(
-    folder: Path,
-    settings: Mapping[str, Any],
-    cases: Sequence[DrawnCase],
-    *,
-    worst: int,
-    progress: Callable[[int], None] | None = None,
+    folder: Path, settings: Mapping[str, Any], cases: Sequence[DrawnCase], *, worst: int
 ) -> tuple[dict[str, str], tuple[Path, ...]]:
     """Write report.json, report.html, and the worst cases as scenario files into the folder of a campaign.
 
     Args:
         settings: what was driven, for both files; cases: of the campaign.
         worst: so many of the worst cases are driven again, saved and shown.
-        progress: given the number of worst cases that were driven again, after each.
 
     Returns the figures for people, and what was written. Raises InputError where there is no row, OSError.
     """
     rows, by_index = read_table(folder), {case.index: case for case in cases}
     figures, shown = overall(rows), []
-    for done, (index, why) in enumerate(worst_cases(rows, worst).items(), start=1):
+    for index, why in worst_cases(rows, worst).items():
         row = rows.loc[index]
         said = {name: str(row[name]) for name in ("scenario", "outcome", "detail")}
         numbers = {name: known(row[name]) for name in ("time_to_dock", "min_clearance_m")}
         drives = said["outcome"] != CaseOutcome.WORKER_DIED.value
         command, picture = _driven_again(by_index[index], folder, drives=drives)
         shown.append(({"index": index, "why": why, **said, **numbers, "command": command}, picture))
-        if progress is not None:
-            progress(done)
-    files, table = (folder / PAGE, folder / NUMBERS), words(figures)
+    files, table = (folder / PAGE, folder / NUMBERS), readable_figures(figures)
     title = f"Campaign {folder.resolve().name}"
     page = rendered("campaign.html", title, figures=figures, table=table, shown=shown, settings=settings)
     files[0].write_text(page, encoding="utf-8")
-    more = {
-        "settings": dict(settings),
-        "worst": [one for one, _ in shown],
-        "versions": Machine.here().versions,
-    }
-    write_json({**figures, **more}, files[1])
+    more = {"settings": dict(settings), "versions": Machine.here().versions}
+    write_json({**figures, **more, "worst": [one for one, _ in shown]}, files[1])
     return table, (*files, *([folder / WORST] if shown else []))
 
 
@@ -182,7 +179,7 @@ def _driven_again(case: DrawnCase, folder: Path, *, drives: bool) -> tuple[str, 
         return f"{type(error).__name__}: {error}", None
 
 
-def words(figures: Mapping[str, Any]) -> dict[str, str]:
+def readable_figures(figures: Mapping[str, Any]) -> dict[str, str]:
     """The figures for tables that people read."""
     low, high = map(percent, figures["success_interval"])
     tail, clearances = "p50 / p95 / p99 / largest", ("min_clearance_m", "clearance_p5_m", "clearance_p50_m")
@@ -209,7 +206,7 @@ def several(values: Mapping[str, float | None], digits: int = 2) -> str:
     return " / ".join(number(value, digits) for value in values.values())
 
 
-def spread(values: pd.Series[Any]) -> dict[str, float | None]:
+def percentiles(values: pd.Series[Any]) -> dict[str, float | None]:
     """Percentiles as p50, ..., and the largest as max, of what is known; None where nothing is."""
     found = {f"p{share}": known(values.quantile(share / 100.0)) for share in (50, 95, 99)}
     return {**found, "max": known(values.max())}

@@ -5,67 +5,38 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.progress import (
     BarColumn,
-    MofNCompleteColumn,
     Progress,
-    ProgressColumn,
-    Task,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
-from rich.text import Text
 
 from rti_mpcc.report.table import failure_lines, summary_table
 
 Advance = Callable[[float, float], None]
 """Given what is done and what there is in all."""
 _TABLE_WIDTH = 120
-_RATE_OVER = 300.0
-"""The rate of many cases is that of so many seconds past [s]."""
-
-
-def progress_bar(name: str, done: str) -> AbstractContextManager[Advance | None]:
-    """On a terminal a bar, told by (done, in all), with `done` as its text; None elsewhere."""
-    return _bar(TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn(), refresh_per_second=4)
-
-
-def rate_bar(name: str, what: str) -> AbstractContextManager[Advance | None]:
-    """As `progress_bar`, for many cases: how many of `what` there are a minute, and the time that remains."""
-    columns = TextColumn(name), BarColumn(), MofNCompleteColumn(), _Rate(what), TimeElapsedColumn()
-    remaining = TextColumn("remaining"), TimeRemainingColumn()
-    return _bar(*columns, *remaining, refresh_per_second=2, speed_estimate_period=_RATE_OVER)
 
 
 @contextmanager
-def _bar(*columns: ProgressColumn, **options: Any) -> Iterator[Advance | None]:
+def progress_bar(name: str, done: str) -> Iterator[Advance | None]:
+    """On a terminal a bar, told by (done, in all), with `done` as its text; None elsewhere."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield None
         return
-    with Progress(*columns, console=console, transient=True, **options) as bar:
+    columns = TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
         task = bar.add_task("", total=None)
         yield lambda completed, total: bar.update(task, completed=completed, total=total)
-
-
-class _Rate(ProgressColumn):
-    """So many a minute."""
-
-    def __init__(self, what: str) -> None:
-        super().__init__()
-        self._what = what
-
-    def render(self, task: Task) -> Text:
-        """The rate so far; a dash before the second case."""
-        speed = task.finished_speed or task.speed
-        return Text(f"{'–' if speed is None else f'{60.0 * speed:.1f}'} {self._what}/min")
 
 
 def tell_run(figures: dict[str, Any], written: Sequence[Path]) -> None:

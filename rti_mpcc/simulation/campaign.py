@@ -1,7 +1,7 @@
 """Campaigns: many cases, each driven and kept as a row, by processes of this machine or a Dask cluster.
 
-Joblib does the work. What joblib does not do is done here: a case that ends its worker becomes a row, and the
-other cases go on.
+Joblib distributes the cases. This module adds one thing: a case that ends its worker becomes a row, and the
+other cases are driven all the same.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
@@ -69,13 +69,13 @@ def drive_case(case: DrawnCase) -> CampaignRow:
 
 
 def run_campaign(
-    cases: Iterable[DrawnCase],
+    cases: Sequence[DrawnCase],
     folder: Path,
     *,
     jobs: int | None = None,
     dask: str | None = None,
     drive: Drive = drive_case,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Drive all cases; keep a row of each in FOLDER/rows.jsonl, and what was timed in FOLDER/timed.jsonl.
 
@@ -84,7 +84,7 @@ def run_campaign(
         jobs: number of processes; default: one a core.
         dask: address of the scheduler of a Dask cluster, which drives the cases instead.
         drive: makes a row of a case.
-        progress: given the number of cases that have ended, after each.
+        progress: given (done, in all) after each case.
 
     Raises InputError for jobs < 1, CampaignError where the workers are lost, MissingExtraError where Dask is
     missing, OSError where the rows can't be written.
@@ -102,7 +102,7 @@ def run_campaign(
             if row.timed is not None:
                 _write(times, {"index": row.index, **row.timed})
             if progress is not None:
-                progress(done)
+                progress(done, len(cases))
 
 
 def read_rows(folder: Path, file: str = ROWS) -> list[dict[str, Any]]:
@@ -202,14 +202,12 @@ def _counted(case: DrawnCase) -> Iterator[int]:
 
     Joblib waits for ever for a case that Dask gives up, so a case has to be given up here before that.
     """
-    if (distributed := sys.modules.get("distributed")) is None:
-        yield 0
-        return
     try:
-        client, key = distributed.get_worker().client, ["rti-mpcc campaign", case.name]
-    except ValueError:  # not in a worker
+        client = sys.modules["distributed"].get_worker().client
+    except (KeyError, ValueError):  # not in a worker
         yield 0
         return
+    key = ["rti-mpcc campaign", case.name]
     before: int = client.get_metadata(key, default=0)
     client.set_metadata(key, before + 1)
     yield before

@@ -6,7 +6,8 @@ each time, so a case has the same start whether or not the noise varies, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import radians
 from typing import Any
@@ -33,7 +34,8 @@ WHEELBASE_ERROR, STEERING_OFFSET, GAIN, DEAD_TIME = 0.05, radians(1.0), 0.2, 0.0
 """Errors of the plant that the controller does not know: relative, [rad], relative, [s]."""
 PARTS = ("start", "goal", "noise", "plant")
 ROOM = 0.1
-"""A shift is halved until the body has so much room [m] at the start, and at the goal in an area."""
+"""A shift is halved until the body has so much room [m], or as much as without it, at the start and at the
+goal of an area."""
 DIGITS = 5
 """Of all that is drawn, so that a saved case is readable."""
 HALVINGS = 6
@@ -82,11 +84,15 @@ def varied(scenario: Scenario, vary: Collection[str], random: np.random.Generato
     """The scenario with some of `PARTS` drawn. Raises ScenarioError where it allows no change of a part."""
     start, goal = ([_drawn(random, most) for most in shift] for shift in (START, GOAL))
     changes = {"noise": _noise(scenario, random), "plant": _plant(scenario, random)}
-    for part, of in changes.items():
-        scenario = changed(scenario, of) if part in vary else scenario
+    for part in ("noise", "plant"):
+        scenario = changed(scenario, changes[part]) if part in vary else scenario
     if "start" in vary:
-        scenario = _shifted(scenario, start, _start_shifted)
-    return _shifted(scenario, goal, _goal_shifted) if "goal" in vary else scenario
+        scenario = _shifted(scenario, "simulation.start_offset", scenario.simulation.start_offset, start)
+    if "goal" in vary:
+        own = scenario.goal
+        key, pose = ("goal.offset", own.offset) if own.pose is None else ("goal.pose", own.pose)
+        scenario = _shifted(scenario, key, pose or (0.0, 0.0, 0.0), goal)
+    return scenario
 
 
 def _noise(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
@@ -116,45 +122,27 @@ def _plant(scenario: Scenario, random: np.random.Generator) -> dict[str, Any]:
 
 
 def _shifted(
-    scenario: Scenario, shift: Sequence[float], by: Callable[[Scenario, Pose2], Scenario]
+    scenario: Scenario, key: str, pose: tuple[float, float, float], shift: Sequence[float]
 ) -> Scenario:
-    """Shifted, by less where there is no room."""
+    """The scenario with the pose at a key shifted in its own frame, by less where there is no room."""
+    least = min(ROOM, _room(scenario))
     for halved in range(HALVINGS):
-        try:
-            return by(scenario, Pose2(*(round(0.5**halved * value, DIGITS) for value in shift)))
-        except InputError:
-            continue
+        moved = Pose2(*pose).compose(Pose2(*(0.5**halved * value for value in shift)))
+        with suppress(InputError):
+            found = changed(scenario, {key: _rounded(moved)})
+            if _room(found) >= least:
+                return found
     return scenario
 
 
-def _start_shifted(scenario: Scenario, shift: Pose2) -> Scenario:
-    """Raises InputError where the body has no room at the start."""
-    own = Pose2(*scenario.simulation.start_offset)
-    found = changed(scenario, {"simulation.start_offset": _numbers(own.compose(shift))})
-    return _with_room(found, found.start_pose())
-
-
-def _goal_shifted(scenario: Scenario, shift: Pose2) -> Scenario:
-    """Raises InputError where the body has no room at the goal, or it is out of reach of the path."""
-    goal = scenario.goal
-    if goal.pose is not None:
-        found = changed(scenario, {"goal.pose": _numbers(Pose2(*goal.pose).compose(shift))})
-    else:
-        own = Pose2(*(goal.offset or (0.0, 0.0, 0.0)))
-        found = changed(scenario, {"goal.offset": _numbers(own.compose(shift))})
-    return _with_room(found, found.goal_pose()) if found.in_area else found
-
-
-def _with_room(scenario: Scenario, pose: Pose2) -> Scenario:
-    """The scenario. Raises InputError where the body has no room at its start, or a pose of its area."""
-    poses, vehicle = np.array([_numbers(pose)]), scenario.build_vehicle()
+def _room(scenario: Scenario) -> float:
+    """Least clearance of the body at the start, and at the goal of an area [m]."""
+    poses, vehicle = [_rounded(scenario.start_pose())], scenario.build_vehicle()
     if scenario.in_area:
-        room = SolidThings.of(scenario.build_area()).clearance(poses, vehicle)
-    else:
-        room = scenario.build_corridor(scenario.build_path()).clearance(0, body_polygons(poses, vehicle))
-    if room[0] < ROOM:
-        raise InputError(f"{scenario.name}: the body has {room[0]:.3f} m of room, needs {ROOM} m")
-    return scenario
+        poses.append(_rounded(scenario.goal_pose()))
+        return float(SolidThings.of(scenario.build_area()).clearance(np.array(poses), vehicle).min())
+    bodies = body_polygons(np.array(poses), vehicle)
+    return float(scenario.build_corridor(scenario.build_path()).clearance(0, bodies)[0])
 
 
 def _goal(scenario: Scenario) -> Pose2:
@@ -166,9 +154,5 @@ def _drawn(random: np.random.Generator, most: float) -> float:
     return round(float(random.uniform(-most, most)), DIGITS)
 
 
-def _numbers(pose: Pose2) -> list[float]:
-    return [pose.x, pose.y, pose.phi]
-
-
 def _rounded(pose: Pose2) -> list[float]:
-    return [round(value, DIGITS) for value in _numbers(pose)]
+    return [round(value, DIGITS) for value in (pose.x, pose.y, pose.phi)]

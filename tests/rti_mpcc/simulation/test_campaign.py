@@ -40,7 +40,7 @@ def test_rows_are_the_same_whatever_drives_them(
     address = request.getfixturevalue("cluster") if how == "dask" else None
     jobs = {"one process": 1, "two processes": 2, "dask": None}[how]
     done: list[int] = []
-    run_campaign(CASES[:3], tmp_path, jobs=jobs, dask=address, progress=done.append)
+    run_campaign(CASES[:3], tmp_path, jobs=jobs, dask=address, progress=lambda now, total: done.append(now))
     expected = {case.index: drive_case(case).table() for case in CASES[:3]}
     found = by_index(tmp_path)
     assert found.keys() == expected.keys()
