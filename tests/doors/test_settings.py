@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
@@ -14,13 +13,11 @@ from rti_mpcc import (
     ControllerConfig,
     DockingController,
     Limits,
-    ScenarioError,
     Status,
     Vehicle,
     VehicleState,
 )
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
-from rti_mpcc.simulation.scenario_file import scenario_from_dict
 
 CONFIG: Any = ControllerConfig
 VEHICLE: Any = Vehicle
@@ -78,21 +75,6 @@ def test_errors_have_the_unit_and_the_likely_name(make: Any, said: str) -> None:
     with pytest.raises(ConfigError) as raised:
         make()
     assert said in str(raised.value)
-
-
-def test_an_unknown_key_of_a_file_has_a_likely_name() -> None:
-    with pytest.raises(ScenarioError, match="did you mean 'wheelbase'"):
-        scenario_from_dict({"name": "a", "vehicle": {"wheel_base": 1.0}})
-
-
-def test_numbers_of_numpy_do() -> None:
-    limits = LIMITS(speed=np.float32(2.5), acceleration=np.int64(2), steering=np.array(0.5))
-    assert limits == Limits(speed=2.5, acceleration=2.0, steering=0.5)
-    assert CONFIG(goal_tolerance=np.array([0.1, 0.1, 0.05])).goal_tolerance == (
-        0.1,
-        0.1,
-        0.05,
-    )
 
 
 def test_a_wheelbase_alone_scales_the_body_and_says_so(caplog: pytest.LogCaptureFixture) -> None:

@@ -99,22 +99,6 @@ def _turned(angle: float) -> Array:
     return np.array([(c, s), (-s, c)])
 
 
-@pytest.mark.parametrize(
-    ("body", "pose", "expected"),
-    [
-        ([(0.0, 0.0)], (9.0, 0.0, 0.0), 4.0),
-        ([(0.0, 0.0)], (5.0, 0.0, 0.0), 0.0),
-        ([(0.0, 0.0)], (3.0, 0.0, 0.3), 0.0),
-        ([(0.0, 0.0), (1.0, 0.0)], (-2.0, 0.0, 0.0), 1.0),
-        ([(0.0, 0.0), (1.0, 0.0)], (-1.0, 0.0, 0.0), 0.0),
-        ([(0.0, 0.0), (1.0, 0.0)], (7.0, 7.0, 0.0), np.hypot(2.0, 7.0)),
-    ],
-)
-def test_thin_bodies_on_the_line_of_a_wall(body: Any, pose: Any, expected: float) -> None:
-    area = Area(obstacles=[[(0.0, 0.0), (5.0, 0.0)]])
-    assert area.signed_distances(Body.of(body), np.array([pose]))[0] == pytest.approx(expected, abs=1e-12)
-
-
 # -- routes and rides ----------------------------------------------------------------------------------------
 
 

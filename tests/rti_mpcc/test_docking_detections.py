@@ -43,12 +43,6 @@ def exact(stamp: float, seen: Pose2) -> GoalMeasurement:
     return GoalMeasurement(stamp=stamp, x=seen.x, y=seen.y, phi=seen.phi, frame=Frame.VEHICLE)
 
 
-def shifted(stamp: float, seen: Pose2, x: float, y: float) -> GoalMeasurement:
-    """A detection `x`, `y` [m] off in the goal's frame."""
-    there = seen.compose(Pose2(x, y, 0.0))
-    return exact(stamp, there)
-
-
 def noisy(**measurement: Any) -> Scenario:
     """The short course with detections in place of the goal."""
     return changed(short(), {"goal.measurement": {"visible_range": 15.0, **measurement}})
@@ -102,16 +96,6 @@ def test_late_detections_are_placed_by_where_the_vehicle_was() -> None:
 
 
 # -- jumps -----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.acceptance
-def test_a_jump_for_half_a_second_is_not_followed() -> None:
-    def burst(stamp: float, seen: Pose2) -> GoalMeasurement:
-        return shifted(stamp, seen, 0.0, 2.0) if 5.0 <= stamp < 5.5 else exact(stamp, seen)
-
-    result = simulate(noisy(), detector=Scripted(script=burst))
-    assert_docked_on_the_true_goal(result)
-    assert np.nanmax(estimate_errors(result)[result.cycles.times > 1.0]) < 0.01
 
 
 @pytest.mark.acceptance

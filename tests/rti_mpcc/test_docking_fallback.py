@@ -13,7 +13,7 @@ import pytest
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.simulation import docking_controller
+from rti_mpcc.simulation import changed, docking_controller
 from rti_mpcc.simulation.forced_clock import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
@@ -320,6 +320,13 @@ def test_a_vehicle_that_does_not_move_as_commanded_is_named_and_not_driven_any_m
     assert any("does not change" in command.diagnostics.reason for command in commands[:40])
     assert sum(command.source is Source.SOLUTION for command in commands) < 40
     assert commands[-1].source is Source.STANDSTILL
+
+
+def test_a_vehicle_that_starts_with_a_frozen_state_is_doubted_before_it_is_fast() -> None:
+    scenario = changed(short(), {"controller.comfort_acceleration": 2.0, "controller.comfort_jerk": 10.0})
+    run = list(drive(scenario, 2.0, controller=Given(docking_controller(scenario), told_from(0.0, frozen()))))
+    doubted = next(plant for plant, command in run if "does not change" in command.diagnostics.reason)
+    assert abs(doubted.v) < 0.6
 
 
 def test_after_a_gap_without_cycles_the_state_is_taken_as_it_is() -> None:

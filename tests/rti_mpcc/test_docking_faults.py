@@ -15,7 +15,6 @@ from tests.rti_mpcc.fault_runs import (
     braked,
     check_all,
     contact_speed,
-    drive,
     with_fault,
 )
 
@@ -28,8 +27,8 @@ USUAL = ("nan_state", "solver_fail", "stuck_steering")
     [kind if kind in USUAL else pytest.param(kind, marks=pytest.mark.acceptance) for kind in get_args(Kind)],
 )
 def test_it_docks_when_the_fault_is_over(kind: str) -> None:
-    result, noted = drive(with_fault(short(), kind, 5.0, 1.0))
-    check_all(result, noted)
+    result = simulate(with_fault(short(), kind, 5.0, 1.0))
+    check_all(result)
     assert result.ended == "docked"
     assert result.cycles.status[-1] is Status.DOCKED
 
@@ -47,8 +46,8 @@ def test_what_appears_close_by_is_gone_into_no_deeper_than_it_must(
     scenario: str, begin: float, gap: float
 ) -> None:
     base = short() if scenario == "short" else load_scenario(scenario)
-    result, noted = drive(with_fault(base, "blocked", begin, 3.0, gap))
-    check_all(result, noted)
+    result = simulate(with_fault(base, "blocked", begin, 3.0, gap))
+    check_all(result)
 
 
 # -- the yardstick itself --------------------------------------------------------------------------------
