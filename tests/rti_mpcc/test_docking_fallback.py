@@ -18,6 +18,7 @@ from rti_mpcc.simulation.forced_clock import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short
+from tests.rti_mpcc.yards import YARD, Driver
 
 Run = list[tuple[PlantState, Command]]
 PLENTY = 40
@@ -350,3 +351,16 @@ def test_a_vehicle_that_starts_in_its_goal_is_docked_at_once() -> None:
     state = VehicleState(x=goal.x + 0.02, y=goal.y, phi=goal.phi, v=0.0, delta=0.3)
     command = docking_controller(short()).step(state, now=0.0, goal=goal)
     assert (command.docked, command.acceleration, command.steering_rate) == (True, 0.0, 0.0)
+
+
+def test_after_lost_cycles_a_heading_is_doubted_that_no_steering_makes() -> None:
+    """0.7 s without cycles at 1.5 m/s: it may have turned by 0.25 rad more, as sharply as it can."""
+
+    def measured(plant: PlantState) -> VehicleState:
+        state = plant.measured
+        return replace(state, phi=state.phi + 0.65) if plant.time >= 2.99 else state
+
+    driver = Driver(area=YARD, measured=measured, lost=lambda now: 2.3 <= now < 2.99)
+    drive = driver.drive(3.1)
+    assert any("heading by 0.6" in reason for reason in drive.reasons[-2:]), drive.reasons[-2:]
+    assert drive.states[-1, 3] > 1.0
