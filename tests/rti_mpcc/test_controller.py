@@ -291,17 +291,6 @@ def test_mirrored_problems_have_mirrored_plans() -> None:
     np.testing.assert_allclose(plans[0].states, plans[1].states * sign, atol=1e-3)
 
 
-def test_the_world_may_lie_anywhere_and_be_turned() -> None:
-    plans = []
-    for start in (Pose2(0.0, 0.0, 0.0), Pose2(5000.0, -3000.0, 3.1)):
-        path = ReferencePath.from_segments(start, [(-1, 0.1, 10.0), (-1, 0.0, 10.0)])
-        corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
-        mpcc = RtiMpcc(path.parts[0], corridor, ControllerConfig(**SMALL))
-        mpcc.set_goal(path.end.compose(Pose2(-1.0, 1.5, 0.2)))
-        plans.append(arrive(mpcc, at(mpcc, 0.0), 20.0).trajectory)
-    np.testing.assert_allclose(plans[0].controls[:, :2], plans[1].controls[:, :2], atol=1e-4)
-
-
 @pytest.mark.parametrize("preset", [ControllerConfig, ControllerConfig.paper, ControllerConfig.paper_printed])
 def test_all_presets_solve_their_first_problem(preset: Any) -> None:
     mpcc = core([(1, 0.0, 60.0)], preset=preset, vehicle=Vehicle())

@@ -116,9 +116,6 @@ def test_a_qp_that_failed_is_solved_once_more_from_a_clean_start() -> None:
     assert [command.diagnostics.retried for _, command in run].count(True) == 1
 
 
-# -- what was not driven ---------------------------------------------------------------------------------
-
-
 # -- so many iterations in every cycle -------------------------------------------------------------------
 
 
@@ -151,9 +148,7 @@ def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
 
 
 @pytest.mark.acceptance
-@pytest.mark.parametrize(
-    "iterations", [1, *(pytest.param(each, marks=pytest.mark.acceptance) for each in (3, 5))]
-)
+@pytest.mark.parametrize("iterations", [1, 3, 5])
 def test_stops_before_a_wall_with_few_iterations_a_cycle_and_goes_on(iterations: int) -> None:
     scenario = course()
     outline = wall(scenario.build_path(), 16.0, 3.2)

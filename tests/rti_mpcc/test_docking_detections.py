@@ -87,14 +87,6 @@ def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     assert (part == 1).all()  # visible after the cusp only
 
 
-def test_late_detections_are_placed_by_where_the_vehicle_was() -> None:
-    """At up to 1.4 m/s a detection 0.4 s late is 0.5 m off if it is taken from where it arrives."""
-    result = simulate(noisy(delay=0.4), detector=Scripted(script=exact, delay=0.4))
-    assert_docked_on_the_true_goal(result)
-    errors = estimate_errors(result)
-    assert np.nanmax(errors) < 0.01
-
-
 # -- jumps -----------------------------------------------------------------------------------------------
 
 

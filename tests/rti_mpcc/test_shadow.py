@@ -34,13 +34,6 @@ def test_a_module_loaded_already_is_named(
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_a_module_without_a_file_is_refused(monkeypatch: pytest.MonkeyPatch, package: str) -> None:
-    monkeypatch.setitem(sys.modules, package, ModuleType(package))
-    with pytest.raises(ImportError, match="<memory> shadows it"):
-        check_packages()
-
-
-@pytest.mark.parametrize("package", PACKAGES)
 @pytest.mark.parametrize("name", ["{}.py", "{}/__init__.py"])
 def test_a_file_earlier_on_the_path_is_named_and_not_run(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: str, name: str
