@@ -7,17 +7,15 @@ from typing import Any
 
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import (
     ConfigError,
     ControllerConfig,
     DockingController,
     Limits,
-    Status,
     Vehicle,
-    VehicleState,
 )
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from tests.rti_mpcc.yards import Driver
 
 CONFIG: Any = ControllerConfig
 VEHICLE: Any = Vehicle
@@ -100,16 +98,8 @@ def test_vehicles_of_six_kinds_dock(kind: str) -> None:
     )
     side = config.vehicle.width + 1.0
     controller = DockingController(path, Corridor.from_offsets(path, left=side, right=-side), config)
-    parameters, plant = PlantParameters.of(config.vehicle, config.limits), PlantState(x=0.0, y=0.0, phi=0.0)
-    for _ in range(round(120.0 / config.cycle)):
-        state = VehicleState(plant.x, plant.y, plant.phi, plant.v, plant.delta)
-        command = controller.step(state, now=plant.time)
-        if command.docked:
-            break
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
-        plant = advance(plant, parameters, plant.time + config.cycle)
-    assert command.status is Status.DOCKED
-    error = Pose2(plant.x, plant.y, plant.phi).relative_to(path.end)
-    assert error.within(config.goal_tolerance)
+    open_yard = Area(boundary=[(-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)])
+    driver = Driver(area=open_yard, controller=controller, config=config, goal_at=lambda now: path.end)
+    drive = driver.drive(120.0)
+    assert drive.docked
+    assert drive.error(path.end).within(config.goal_tolerance)

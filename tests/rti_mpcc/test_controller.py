@@ -260,25 +260,6 @@ def test_a_qp_that_is_not_solved_leaves_the_plan_that_was_linearised_about() -> 
     np.testing.assert_array_equal(solution.trajectory.controls, linear.trajectory.controls)
 
 
-def test_numbers_that_are_no_numbers_are_refused_and_the_next_cycle_works() -> None:
-    mpcc = core()
-    state = at(mpcc, 3.0, v=1.0)
-    good = cruise(mpcc, state, 3)
-    mpcc.prepare(0.0, last=good, damping=DAMPING)
-    expected = mpcc.feedback(state, 0.0)
-    for quantity in (X, V, THETA):
-        spoilt = state.copy()
-        spoilt[quantity] = np.nan
-        mpcc.prepare(0.0, last=good)
-        refused = mpcc.feedback(spoilt, 0.0)
-        assert not refused.solved
-        assert np.isfinite(refused.trajectory.states).all()
-    mpcc.prepare(0.0, last=good, damping=DAMPING)
-    again = mpcc.feedback(state, 0.0)
-    assert again.solved
-    np.testing.assert_allclose(again.trajectory.states, expected.trajectory.states, atol=1e-2)
-
-
 def test_mirrored_problems_have_mirrored_plans() -> None:
     plans = []
     for side in (1.0, -1.0):

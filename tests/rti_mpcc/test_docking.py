@@ -65,15 +65,6 @@ def test_docking_inside(inside: RunResult) -> None:
     assert found["step_at_change_over"] <= 0.15
 
 
-def test_docks_with_a_noisy_state() -> None:
-    noise = [0.01, 0.01, radians(0.3), 0.02, 0.0]
-    result = simulate(short(state_noise=noise), seed=1)
-    found = docking_figures(result)
-    assert found["docked"]
-    assert found["solver_failures"] == 0
-    assert found["direction_changes"] == 0
-
-
 # -- obstacles -------------------------------------------------------------------------------------------
 
 
