@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geometry import PathPart, Pose2, ReferencePath, wrap
+from rti_mpcc.config import Vehicle
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock, Decisions, PlayedBack
 from rti_mpcc.qp.solver import Stop
@@ -68,6 +69,15 @@ def between_obstacles(direction: int, aside: float = 0.0, length: float = 40.0) 
     sides = [(aside + half, 2.9), (-2.9, aside - half)]
     outlines = [[[begin, low], [end, low], [end, high], [begin, high]] for low, high in sides]
     return straight(direction, length, corridor={"obstacles": outlines})
+
+
+def before_a_wall(direction: int, room: float) -> Scenario:
+    """12 m to a goal with a wall 3 m wide across the way, `room` [m] ahead of the body there."""
+    vehicle = Vehicle()
+    near = 12.0 + room + (vehicle.front if direction > 0 else vehicle.rear)
+    begin, end = direction * near, direction * (near + 0.3)
+    outline = [[begin, -1.5], [end, -1.5], [end, 1.5], [begin, 1.5]]
+    return straight(direction, 12.0, corridor={"obstacles": [outline]}, duration=40.0)
 
 
 def wall(path: ReferencePath, theta: float, half_width: float, thickness: float = 0.5) -> Array:
