@@ -10,7 +10,7 @@ import json
 import math
 import platform
 import subprocess
-from collections.abc import Generator, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -18,48 +18,6 @@ from typing import Any
 import pytest
 
 PROPERTY = "acceptance_figure"
-
-
-class Figures(MutableMapping[str, Any]):
-    """The running test's figures by name; numbers, text, and lists and mappings of them.
-
-    One object serves the whole session and files what is set under the test that is running, also from a
-    fixture of wider scope (then under the test that set it up). Non-finite numbers become null.
-    """
-
-    def __init__(self) -> None:
-        self.test: pytest.Item | None = None
-
-    def __setitem__(self, name: str, value: Any) -> None:
-        properties = self._properties()
-        properties[:] = [entry for entry in properties if not _holds(entry, name)]
-        properties.append((PROPERTY, [name, plain(value)]))
-
-    def __getitem__(self, name: str) -> Any:
-        for entry in self._properties():
-            if _holds(entry, name):
-                return entry[1][1]
-        raise KeyError(name)
-
-    def __delitem__(self, name: str) -> None:
-        self[name]
-        properties = self._properties()
-        properties[:] = [entry for entry in properties if not _holds(entry, name)]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter([value[0] for key, value in self._properties() if key == PROPERTY])
-
-    def __len__(self) -> int:
-        return sum(key == PROPERTY for key, _ in self._properties())
-
-    def _properties(self) -> list[tuple[str, Any]]:
-        if self.test is None:
-            raise RuntimeError("figures can be set only while an acceptance test runs")
-        return self.test.user_properties
-
-
-def _holds(entry: tuple[str, Any], name: str) -> bool:
-    return entry[0] == PROPERTY and entry[1][0] == name
 
 
 def plain(value: Any) -> Any:
@@ -120,11 +78,7 @@ def git(root: Path, *arguments: str) -> str | None:
     return done.stdout.strip()
 
 
-FIGURES = pytest.StashKey[Figures]()
-
-
 def pytest_configure(config: pytest.Config) -> None:
-    config.stash[FIGURES] = Figures()
     if not hasattr(config, "workerinput"):  # an xdist worker hands its reports on
         config.pluginmanager.register(Record(config.rootpath))
 
@@ -136,17 +90,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("acceptance")
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    recorder = item.config.stash[FIGURES]
-    recorder.test = item
-    try:
-        return (yield)
-    finally:
-        recorder.test = None
-
-
-@pytest.fixture(scope="session")
-def figures(pytestconfig: pytest.Config) -> Figures:
-    """Figures of the running test: `figures["time_to_tolerance_s"] = 21.3`. A MutableMapping[str, Any]."""
-    return pytestconfig.stash[FIGURES]
+@pytest.fixture
+def figures(record_property: Callable[[str, object], None]) -> Iterator[MutableMapping[str, Any]]:
+    """Figures of the running test by name: numbers, text, and lists and mappings of them."""
+    found: dict[str, Any] = {}
+    yield found
+    for name, value in found.items():
+        record_property(PROPERTY, [name, plain(value)])

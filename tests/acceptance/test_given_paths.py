@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc import ControllerConfig, DockingController, Limits, Vehicle
-from rti_mpcc.model.footprint import body_of
-from rti_mpcc.planning.surroundings import area_along
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
+from rti_mpcc import ControllerConfig, DockingController
+from tests.rti_mpcc.yards import Driver
 
 CONFIG = ControllerConfig(cycle=0.05, dead_time=0.18)
 PATHS = {
@@ -32,26 +30,16 @@ STARTS = {
 }
 
 
-def docks(
-    path: ReferencePath, half: float, start: Pose2, seconds: float = 120.0
-) -> tuple[float | None, float]:
+def docks(path: ReferencePath, half: float, start: Pose2) -> tuple[float | None, float]:
     """When it docks [s], or None, and the least clearance of the body on the way [m]."""
     corridor = Corridor.from_offsets(path, left=half, right=-half)
     controller = DockingController(path, corridor, CONFIG)
-    parameters = PlantParameters.of(Vehicle(), Limits())
-    plant, poses = PlantState(x=start.x, y=start.y, phi=start.phi), []
-    docked = None
-    while plant.time < seconds and docked is None:
-        command = controller.step(plant.measured, now=plant.time)
-        poses.append((plant.x, plant.y, plant.phi))
-        docked = plant.time if command.docked else None
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
-        plant = advance(plant, parameters, plant.time + CONFIG.cycle)
     # In all of the corridor and its open ends, where another way may lead.
-    area = area_along(path, corridor, CONFIG)
-    return docked, float(area.signed_distances(body_of(CONFIG.vehicle), np.array(poses), 5.0).min())
+    area = controller.area
+    assert area is not None
+    driver = Driver(area=area, controller=controller, config=CONFIG, start=start, goal_at=lambda now: None)
+    drive = driver.drive(120.0, after_docking=CONFIG.cycle)
+    return float(drive.times[-1]) if drive.docked else None, float(drive.clearance.min())
 
 
 @pytest.mark.parametrize("direction", [1, -1])

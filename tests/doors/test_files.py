@@ -84,12 +84,6 @@ def test_a_file_that_is_far_too_large_is_refused_unread(
     assert taken < 1e6
 
 
-@pytest.mark.parametrize("kind", ["scenario", "map", "path", "recording", "problem"])
-def test_a_name_with_a_null_byte_is_refused(kind: str, tmp_path: Path) -> None:
-    reader, error, name = READERS[kind]
-    assert "null byte" in refusal(reader, error, tmp_path / f"a\0{name}")
-
-
 def test_a_byte_order_mark_says_nothing(tmp_path: Path) -> None:
     mark = b"\xef\xbb\xbf"
     file = tmp_path / "short.toml"
@@ -191,17 +185,6 @@ def test_a_checkerboard_is_read_in_little_memory_or_refused(tmp_path: Path) -> N
     assert "occupied cells make 2880000 runs, 2000000 are allowed" in said
     assert tracemalloc.get_traced_memory()[1] < 150e6
     tracemalloc.stop()
-
-
-def test_a_picture_of_far_too_many_pixels_is_not_unpacked(tmp_path: Path) -> None:
-    Image.new("1", (20_000, 8_000)).save(tmp_path / "yard.png")
-    (tmp_path / "yard.yaml").write_text(MAP.format(image="yard.png"), encoding="utf-8")
-    tracemalloc.start()
-    said = refusal(Area.from_map, AreaError, tmp_path / "yard.yaml")
-    taken = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert said.endswith("yard.png has too many pixels, 64000000 are allowed.")
-    assert taken < 5e6
 
 
 # -- recordings ----------------------------------------------------------------------------------------------

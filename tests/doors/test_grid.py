@@ -54,11 +54,6 @@ def test_values(array: Any, expected: list[list[int]]) -> None:
     assert solid(area, np.shape(array), 0.2) == expected
 
 
-def test_unknown_cells_may_count_as_free() -> None:
-    area = Area.from_grid([[100.0, 65.0, 64.0, 26.0, 0.0, -1.0, nan]], 0.2, unknown_is_free=True)
-    assert solid(area, (1, 7), 0.2) == [[1, 1, 0, 0, 0, 0, 0]]
-
-
 def test_it_is_the_same_as_the_map_with_these_cells(tmp_path: Path) -> None:
     cells = np.random.default_rng(0).random((20, 30)) < 0.3
     Image.fromarray(np.where(cells[::-1], 0, 255).astype(np.uint8)).save(tmp_path / "yard.png")

@@ -5,22 +5,17 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-import numpy as np
 import pytest
 
-from geometry import Corridor, Pose2, ReferencePath
+from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import (
     ConfigError,
     ControllerConfig,
     DockingController,
     Limits,
-    ScenarioError,
-    Status,
     Vehicle,
-    VehicleState,
 )
-from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
-from rti_mpcc.simulation.scenario_file import scenario_from_dict
+from tests.rti_mpcc.yards import Driver
 
 CONFIG: Any = ControllerConfig
 VEHICLE: Any = Vehicle
@@ -80,21 +75,6 @@ def test_errors_have_the_unit_and_the_likely_name(make: Any, said: str) -> None:
     assert said in str(raised.value)
 
 
-def test_an_unknown_key_of_a_file_has_a_likely_name() -> None:
-    with pytest.raises(ScenarioError, match="did you mean 'wheelbase'"):
-        scenario_from_dict({"name": "a", "vehicle": {"wheel_base": 1.0}})
-
-
-def test_numbers_of_numpy_do() -> None:
-    limits = LIMITS(speed=np.float32(2.5), acceleration=np.int64(2), steering=np.array(0.5))
-    assert limits == Limits(speed=2.5, acceleration=2.0, steering=0.5)
-    assert CONFIG(goal_tolerance=np.array([0.1, 0.1, 0.05])).goal_tolerance == (
-        0.1,
-        0.1,
-        0.05,
-    )
-
-
 def test_a_wheelbase_alone_scales_the_body_and_says_so(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
         small = Vehicle(wheelbase=0.5 * Vehicle().wheelbase)
@@ -118,16 +98,8 @@ def test_vehicles_of_six_kinds_dock(kind: str) -> None:
     )
     side = config.vehicle.width + 1.0
     controller = DockingController(path, Corridor.from_offsets(path, left=side, right=-side), config)
-    parameters, plant = PlantParameters.of(config.vehicle, config.limits), PlantState(x=0.0, y=0.0, phi=0.0)
-    for _ in range(round(120.0 / config.cycle)):
-        state = VehicleState(plant.x, plant.y, plant.phi, plant.v, plant.delta)
-        command = controller.step(state, now=plant.time)
-        if command.docked:
-            break
-        plant = issue(
-            plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
-        )
-        plant = advance(plant, parameters, plant.time + config.cycle)
-    assert command.status is Status.DOCKED
-    error = Pose2(plant.x, plant.y, plant.phi).relative_to(path.end)
-    assert error.within(config.goal_tolerance)
+    open_yard = Area(boundary=[(-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)])
+    driver = Driver(area=open_yard, controller=controller, config=config, goal_at=lambda now: path.end)
+    drive = driver.drive(120.0)
+    assert drive.docked
+    assert drive.error(path.end).within(config.goal_tolerance)

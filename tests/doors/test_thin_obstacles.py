@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, nan
-from pathlib import Path
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,10 @@ from numpy.typing import ArrayLike
 
 from geometry import Area, AreaError, Corridor, CorridorError, Pose2, ReferencePath
 from geometry.shape_grid import Body
-from rti_mpcc import ControllerConfig, DockingController, VehicleState, plan_manoeuvre
-from rti_mpcc.recording import Recorder, replay
+from rti_mpcc import DockingController, VehicleState
 from rti_mpcc.types import Array, Status
 from tests.rti_mpcc.encounters import body_at
-from tests.rti_mpcc.yards import BEYOND, BRISK, YARD, Driver, block
+from tests.rti_mpcc.yards import BRISK, YARD, Driver, block
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 14.0)])
 CAR = Body.of([(-1.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-1.0, 1.0)])
@@ -99,42 +97,7 @@ def _turned(angle: float) -> Array:
     return np.array([(c, s), (-s, c)])
 
 
-@pytest.mark.parametrize(
-    ("body", "pose", "expected"),
-    [
-        ([(0.0, 0.0)], (9.0, 0.0, 0.0), 4.0),
-        ([(0.0, 0.0)], (5.0, 0.0, 0.0), 0.0),
-        ([(0.0, 0.0)], (3.0, 0.0, 0.3), 0.0),
-        ([(0.0, 0.0), (1.0, 0.0)], (-2.0, 0.0, 0.0), 1.0),
-        ([(0.0, 0.0), (1.0, 0.0)], (-1.0, 0.0, 0.0), 0.0),
-        ([(0.0, 0.0), (1.0, 0.0)], (7.0, 7.0, 0.0), np.hypot(2.0, 7.0)),
-    ],
-)
-def test_thin_bodies_on_the_line_of_a_wall(body: Any, pose: Any, expected: float) -> None:
-    area = Area(obstacles=[[(0.0, 0.0), (5.0, 0.0)]])
-    assert area.signed_distances(Body.of(body), np.array([pose]))[0] == pytest.approx(expected, abs=1e-12)
-
-
 # -- routes and rides ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("things", [DOOR, POSTS, [*DOOR, *POSTS]])
-def test_a_route_leads_between_them(things: Any) -> None:
-    found = plan_manoeuvre(Pose2(0.0, 0.0, 0.0), BEYOND, YARD.with_obstacles(things))
-    assert found.found, found.reason
-    assert least(found.path, things) == pytest.approx(found.clearance, abs=0.01)
-    assert found.clearance >= 0.05
-
-
-def least(path: ReferencePath, things: Any) -> float:
-    """Clearance of the body on a path to lines and points, by shapely."""
-    shapes = [shapely.LineString(each) if len(each) > 1 else shapely.Point(each[0]) for each in things]
-    found = inf
-    for at in path.sample(0.02):
-        for x, y, phi in zip(at.x, at.y, at.phi, strict=True):
-            body = body_at(x, y, phi, ControllerConfig().vehicle)
-            found = min(found, *(body.distance(shape) for shape in shapes))
-    return found
 
 
 @pytest.mark.parametrize("given", ["area", "step"])
@@ -180,16 +143,3 @@ def test_one_that_the_body_stands_on_is_named(thing: list[tuple[float, float]]) 
         )
     assert command.status is Status.BLOCKED
     assert "the body overlaps area.obstacles[1]" in command.diagnostics.reason
-
-
-def test_rides_with_them_are_recorded_and_replayed(tmp_path: Path) -> None:
-    area, file = YARD.with_obstacles(DOOR), tmp_path / "ride.jsonl"
-    with Recorder(DockingController.in_area(area, BRISK), file) as recorder:
-        driver = Driver(
-            area=YARD, controller=recorder, obstacles_at=lambda now: [np.array(each) for each in POSTS],
-            standing_at=lambda now: [],
-        )  # fmt: skip
-        driver.drive(3.0)
-    report = replay(file)
-    assert report.mismatch is None
-    assert report.complete

@@ -7,10 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from geometry import Area, Corridor, Pose2, ReferencePath
-from rti_mpcc import DockingController
+from geometry import Area, Pose2
 from rti_mpcc.types import Array
-from tests.rti_mpcc.yards import BRISK, START, Drive, Driver, block
+from tests.rti_mpcc.yards import Drive, Driver, block
 
 OUTLINE = [(-8.0, -8.5), (22.0, -8.5), (22.0, 8.0), (-8.0, 8.0)]
 BAY = Area(
@@ -43,19 +42,12 @@ def person(walk: Walk, now: float) -> Array:
     return block(x - 0.3, CORNER - 0.3, x + 0.3, CORNER + 0.3)
 
 
-def ride(walk: Walk | None, *, path: ReferencePath | None = None) -> Drive:
-    """Into the bay, on a path or on a planned route, with a person who walks or with none."""
-    controller = None
-    if path is not None:
-        corridor = Corridor.from_polygon(path, OUTLINE, obstacles=BAY.obstacles)
-        controller = DockingController(path, corridor, BRISK)
-    stand = list(BAY.obstacles) if path is not None else []
+def ride(walk: Walk | None) -> Drive:
+    """Into the bay, with a person who walks or with none."""
     driver = Driver(
         area=BAY,
-        controller=controller,
-        start=START if path is None else path.start,
         goal_at=lambda now: IN_BAY,
-        obstacles_at=lambda now: stand if walk is None else [*stand, person(walk, now)],
+        obstacles_at=lambda now: [] if walk is None else [person(walk, now)],
         standing_at=lambda now: [],
     )
     return driver.drive(60.0)
@@ -64,13 +56,5 @@ def ride(walk: Walk | None, *, path: ReferencePath | None = None) -> Drive:
 @pytest.mark.parametrize("walk", [to_and_fro, stops_between])
 def test_in_an_area(walk: Walk) -> None:
     alone, together = ride(None), ride(walk)
-    assert alone.docked
-    np.testing.assert_array_equal(together.commanded(), alone.commanded())
-
-
-@pytest.mark.parametrize("walk", [to_and_fro, stops_between])
-def test_on_a_path(walk: Walk) -> None:
-    path = ReferencePath.from_segments(Pose2(11.9, 6.0, -0.5 * np.pi), [(1, 0.0, 9.9)])
-    alone, together = ride(None, path=path), ride(walk, path=path)
     assert alone.docked
     np.testing.assert_array_equal(together.commanded(), alone.commanded())

@@ -25,7 +25,6 @@ from rti_mpcc import (
     Status,
     Wait,
 )
-from rti_mpcc.planning.clock import Decisions, PlayedBack
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 
 START = Pose2(0.0, 0.0, 0.0)
@@ -130,17 +129,6 @@ def test_after_a_refused_goal_another_one_or_none_is_driven_to(better: Pose2 | N
     assert last.goal.source is (GoalOrigin.GIVEN if better else GoalOrigin.PATH_END)
 
 
-def test_a_goal_that_is_refused_on_the_way_to_the_paths_end_brakes_the_vehicle() -> None:
-    ride = Ride(on_path())
-    ride.drive(3.0)
-    assert ride.plant.v > 0.5
-    last = ride.drive(6.0, goal=FAR)
-    assert (last.status, last.docked) == (Status.GOAL_REJECTED, False)
-    assert ride.plant.v == pytest.approx(0.0, abs=0.02)
-    assert ride.plant.x < 7.0
-    assert min(each.acceleration for each in ride.commands) > -2.0 * CONFIG.comfort_acceleration
-
-
 def test_a_later_goal_that_is_refused_leaves_the_older_one_but_that_is_not_docked() -> None:
     ride, older = Ride(on_path()), Pose2(14.0, 0.5, 0.0)
     ride.drive(3.0, goal=older)
@@ -152,17 +140,6 @@ def test_a_later_goal_that_is_refused_leaves_the_older_one_but_that_is_not_docke
     assert (last.goal.pose, last.goal.source) == (older, GoalOrigin.GIVEN)
     assert "goal (15, 6, 0) out of reach, a boundary lies between it" in last.diagnostics.reason
     assert ride.drive(1.0, goal=older).docked  # asked for once more
-
-
-def test_a_refused_goal_inside_whose_tolerance_the_vehicle_stands_is_reached() -> None:
-    """Noise of a goal beside something makes it cross that by a millimetre now and then."""
-    ride, wall = Ride(on_path()), [box(12.0, HALF + 0.03, 5.0)]
-    assert ride.drive(60.0, docked, goal=Pose2(14.0, 0.0, 0.0)).docked
-    last = ride.drive(0.1, goal=Pose2(14.0, 0.3, 0.0), obstacles=wall)
-    assert (last.status, last.docked) == (Status.GOAL_REJECTED, False)
-    last = ride.drive(0.1, goal=Pose2(14.0, 0.04, 0.0), obstacles=wall)
-    assert "goal (14, 0.04, 0) out of reach" in last.diagnostics.reason
-    assert last.docked
 
 
 @pytest.mark.parametrize(
@@ -366,19 +343,3 @@ def test_a_vehicle_that_waits_until_its_way_is_clear_says_what_was_in_it() -> No
     assert waits.diagnostics.cause is Reason.WAITS_UNTIL_CLEAR
     assert "(last: contact in " in waits.diagnostics.reason
     assert "m with obstacles[0] at (" in waits.diagnostics.reason
-
-
-def test_where_the_deadline_holds_the_vehicle_it_does_not_say_blocked() -> None:
-    """What is beside the way 10 m ahead needs no stop yet: only the time for a plan past it was missing."""
-    path = ReferencePath.from_segments(START, [(1, 0.0, 25.0)])
-    corridor = Corridor.from_offsets(path, left=4.0, right=-4.0)
-    controller = DockingController(path, corridor, CONFIG)
-    ride, near = Ride(controller), [box(12.0, HALF + 0.02)]
-    assert ride.drive(0.05).diagnostics.cause is Reason.DRIVES
-    last = ride.drive(0.05, obstacles=near, clock=PlayedBack(Decisions(granted=())))
-    assert (last.status, last.diagnostics.cause) == (Status.FAILED, Reason.OUT_OF_TIME)
-    assert last.diagnostics.reason.startswith("the deadline left no time for an iteration")
-    assert "m with obstacles[0] at (1" in last.diagnostics.reason
-    waits = ride.drive(0.05, obstacles=[])
-    assert waits.diagnostics.cause is Reason.OUT_OF_TIME
-    assert ride.drive(2.0, obstacles=[]).diagnostics.cause is Reason.DRIVES

@@ -5,18 +5,14 @@ from __future__ import annotations
 from math import isfinite
 
 import numpy as np
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
-from rti_mpcc.model.layout import A, V
-from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.safety import fallback
 from rti_mpcc.safety.contact import stopping_distance
 from rti_mpcc.safety.limiter import saturate
-from rti_mpcc.safety.stopping import stopping_motion
 from rti_mpcc.types import Array, Source
 from tests.properties.magnitudes import examples, from_zero, positive, signed
 
@@ -60,28 +56,6 @@ def test_what_is_braked_before_a_contact_is_within_limits_and_falls_with_the_dis
     left = distance - CONFIG.fallback.stop_distance
     if here < MOST:
         assert speed**2 / (2.0 * here) <= left * (1.0 + 1e-9)
-
-
-@given(speeds, from_zero(1e-9, 1.4), positive(1e-3, 100.0), positive(0.1, 10.0), cycles)
-@example(0.0, 0.0, 1e-3, 2.875, 0.05)
-@example(30.0, 1.4, 1e-3, 0.1, 0.05)
-@examples
-def test_a_stopping_motion_drives_at_most_the_braking_distance_and_ends_at_rest(
-    speed: float, steering: float, deceleration: float, wheelbase: float, cycle: float
-) -> None:
-    start = state(speed, steering)
-    times = stage_times(0.0, stage_lengths(10.0, cycle, 70, 0.1))
-    motion = stopping_motion(start, times, deceleration, wheelbase)
-    assert np.isfinite(motion.states).all()
-    assert np.isfinite(motion.controls).all()
-    way = float(motion.states[-1, 5])
-    assert way <= speed**2 / (2.0 * deceleration) * (1.0 + 1e-9)
-    assert np.hypot(*motion.states[-1, :2]) <= way * (1.0 + 1e-9)
-    assert (np.abs(motion.states[:, V]) <= abs(speed)).all()
-    if deceleration * 10.0 >= abs(speed):
-        assert motion.states[-1, V] == pytest.approx(0.0, abs=1e-9)
-        assert way == pytest.approx(speed**2 / (2.0 * deceleration), rel=1e-6, abs=1e-12)
-    assert np.abs(motion.controls[:, A]).max() <= deceleration * (1.0 + 1e-6)
 
 
 @given(from_zero(1e-9, 100.0), st.floats(1.0, 3.0))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import isfinite
 
 import numpy as np
@@ -12,10 +11,8 @@ from hypothesis import strategies as st
 
 from geometry import Pose2
 from rti_mpcc.baselines import cartesian_weights
-from rti_mpcc.config import Comfort, Weights
-from rti_mpcc.model.layout import CONTROLS, STATES, A
-from rti_mpcc.ocp.objectives import StageWeights, arrival_weights, contouring_weights, sigma
-from rti_mpcc.ocp.stage_cost import quadratic_cost
+from rti_mpcc.config import Weights
+from rti_mpcc.ocp.objectives import arrival_weights, contouring_weights, sigma
 from rti_mpcc.ocp.targets import Target, TargetKind
 from tests.properties.magnitudes import examples, from_zero, positive, signed
 
@@ -70,39 +67,3 @@ def test_any_weight_may_be_0_and_the_cost_is_still_brought_to_size(
         # Scaled, the largest weight on a state is about 1, so that the solver's tolerance means something.
         largest = max(float(each.max()) for each in (found.lag, found.acceleration, found.goal))
         assert found.scale * largest <= 10.0
-
-
-def no_weights() -> StageWeights:
-    """No weight on anything."""
-    weights = Weights(lag=0.0, contouring=0.0, acceleration=0.0, steering_rate=0.0, progress_reward=0.0)
-    found = arrival_weights(weights, target_at(10.0), THETA, LENGTHS, (0.0, 0.0, 0.0))
-    return replace(found, goal=np.zeros(3), goal_speed=0.0)
-
-
-def slope_of_comfort(
-    acceleration: float, comfort: float, ease: float = 0.05, clip: float = 0.1
-) -> tuple[float, float]:
-    """Gradient and Hessian of what goes beyond a comfort acceleration [m/s²], of weight 1."""
-    weights = no_weights()
-    weights = replace(weights, comfort=weights.comfort._replace(acceleration=np.ones(N)))
-    states, controls = np.zeros((N + 1, STATES)), np.zeros((N, CONTROLS))
-    controls[:, A] = acceleration
-    cost = quadratic_cost(
-        states, controls, weights, None, None, Pose2(0.0, 0.0, 0.0), WHEELBASE,
-        Comfort(comfort, 1.0, 1.0, 1.0), Weights(comfort_ease=ease, comfort_clip=clip),
-    )  # fmt: skip
-    return float(cost.control_gradient[0, A]), float(cost.control_hessian[0, A])
-
-
-@given(signed(1e-12, 1e3), positive(1e-6, 1e3), positive(1e-6, 10.0), positive(1e-3, 10.0))
-@example(0.0, 0.4, 0.05, 0.1)
-@example(1e3, 1e-6, 1e-6, 1e-3)
-@example(0.4, 0.4, 0.05, 0.1)
-@examples
-def test_what_goes_beyond_comfort_costs_linearly_at_most_and_pulls_back(
-    acceleration: float, comfort: float, ease: float, clip: float
-) -> None:
-    gradient, hessian = slope_of_comfort(acceleration, comfort, ease, clip)
-    assert gradient * acceleration >= 0.0
-    assert abs(gradient) <= 2.0 * clip * (1.0 + 1e-9)
-    assert 0.0 <= hessian <= 2.0 * (1.0 + 1e-9)

@@ -10,9 +10,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from estimation import (
-    Camera,
-    CharucoBoard,
-    DetectionNoise,
     DisturbanceFilterConfig,
     Frame,
     GoalFilterConfig,
@@ -21,9 +18,8 @@ from estimation import (
     MeasurementNoise,
     PoseHistory,
 )
-from estimation.board_pose import fit_board
 from estimation.disturbance import Motion, first_estimate, updated
-from estimation.vehicle_filter import QUANTITIES, _gain, filtered
+from estimation.vehicle_filter import QUANTITIES, filtered
 from geometry import Pose2, wrap
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
@@ -79,40 +75,6 @@ def test_ahead_of_the_latest_pose_a_pose_is_no_farther_than_the_vehicle_can_have
 # -- detections ----------------------------------------------------------------------------------------------
 
 
-TINY = st.floats(-300.0, 0.0).map(lambda n: 10.0**n)
-
-
-@FEW
-@given(std=TINY, floor=TINY, drift=TINY, reference=st.floats(-300.0, 12.0).map(lambda n: 10.0**n))
-@example(std=0.05, floor=0.002, drift=0.005, reference=10.0)
-@example(std=0.05, floor=0.002, drift=0.005, reference=1e-160)
-@example(std=1e-200, floor=1e-200, drift=1e-200, reference=10.0)
-def test_with_any_noise_that_settings_allow_a_filter_takes_detections_of_a_goal_at_its_place(
-    std: float, floor: float, drift: float, reference: float
-) -> None:
-    try:
-        config = GoalFilterConfig(
-            noise=DetectionNoise(
-                position_std=std,
-                heading_std=std,
-                position_floor=floor,
-                heading_floor=floor,
-                reference_range=reference,
-            ),
-            position_drift=drift,
-            heading_drift=drift,
-        )
-    except ValueError:
-        return  # Settings that no filter can work with are refused at the door.
-    goals = GoalPoseFilter(config)
-    for k in range(4):
-        goals.predict(0.1 * k)
-        goals.update(GoalMeasurement(stamp=0.1 * k, x=3.0, y=4.0, phi=0.5, vehicle=Pose2(0.0, 0.0, 0.0)))
-    pose = goals.estimate(0.3).pose
-    assert pose is not None
-    assert (pose.x, pose.y, pose.phi) == pytest.approx((3.0, 4.0, 0.5))
-
-
 @FEW
 @given(
     stamps=st.lists(st.sampled_from([0.0, 1e-12, 0.1, 0.1, 0.2]), min_size=2, max_size=5),
@@ -151,22 +113,6 @@ def test_an_estimate_is_finite_for_detections_at_a_range_of_0_and_at_one_time(
 
 
 # -- the vehicle's own state ---------------------------------------------------------------------------------
-
-
-@FEW
-@given(r=VARIANCES, q=VARIANCES)
-@example(r=0.0, q=0.0)
-@example(r=0.0, q=1.0)
-@example(r=1.0, q=0.0)
-@example(r=1e-17, q=1.0)
-@example(r=1e-16, q=1.0)
-def test_the_gain_is_the_steady_one_of_a_kalman_filter(r: float, q: float) -> None:
-    gain = _gain(r, q)
-    assert 0.0 <= gain <= 1.0
-    # r K² = q (1 - K), the fixed point of the variances.
-    assert r * gain**2 == pytest.approx(q * (1.0 - gain), abs=1e-9 * (q + r))
-    if r == 0.0:
-        assert gain == 1.0
 
 
 @FEW
@@ -227,21 +173,3 @@ def test_estimated_offsets_are_finite_within_their_limits_and_no_less_sure_than_
 
 
 # -- the camera ----------------------------------------------------------------------------------------------
-
-
-@settings(FEW, max_examples=25)
-@given(away=st.floats(0.0, 8.0), phi=st.floats(-0.5, 0.5), aside=st.floats(-0.3, 0.3))
-@example(away=0.0, phi=0.0, aside=0.0)  # docked
-@example(away=0.0, phi=1e-17, aside=0.0)
-def test_corners_without_error_give_the_goal_without_error_and_a_covariance(
-    away: float, phi: float, aside: float
-) -> None:
-    camera, board = Camera(), CharucoBoard()
-    flat = np.stack(np.meshgrid(np.arange(1, 5), np.arange(1, 4)), axis=-1).reshape(-1, 2) * board.square
-    corners, truth = board.in_goal_frame(flat), np.array([-away, aside, phi])
-    c, s = np.cos(phi), np.sin(phi)
-    seen = corners @ np.array([(c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)]) + (-away, aside, 0.0)
-    found = fit_board(camera, corners, camera.project(seen), [truth + np.array([0.05, -0.02, 0.02])])
-    assert found is not None
-    assert found.value == pytest.approx(truth, abs=1e-5)
-    assert np.linalg.eigvalsh(found.covariance)[0] > 0.0

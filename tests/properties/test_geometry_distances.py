@@ -23,7 +23,6 @@ from geometry.convex import (
     WITNESS,
     signed_distance,
 )
-from geometry.outline import checked_polygon, convex_pieces
 from geometry.shape_grid import Body
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
@@ -123,18 +122,6 @@ def test_the_normal_between_two_bodies_has_length_1_and_leads_from_one_to_the_ot
 
 
 @FEW
-@given(ring=st.sampled_from([CONVEX, L_SHAPE, T_SHAPE]).flatmap(repeated))
-@example(ring=L_SHAPE)
-@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]])  # the corner to the inside twice
-def test_the_pieces_of_a_polygon_are_convex_and_have_its_area(ring: Ring) -> None:
-    shape = checked_polygon(ring, "polygon")
-    pieces = [shapely.Polygon(piece) for piece in convex_pieces(shape)]
-    assert sum(piece.area for piece in pieces) == pytest.approx(shape.area)
-    for piece in pieces:
-        assert piece.convex_hull.area == pytest.approx(piece.area)
-
-
-@FEW
 @given(
     ring=st.sampled_from([CONVEX, L_SHAPE, T_SHAPE]).flatmap(repeated),
     x=st.floats(-3.0, 8.0),
@@ -154,22 +141,6 @@ def test_a_body_is_as_far_from_an_obstacle_however_often_its_corners_are_told(
     truth = float(shapely.distance(shapely.Polygon(box(0.6, 0.4, x, y, phi)), shapely.Polygon(ring)))
     assert max(apart, 0.0) == pytest.approx(truth, abs=1e-9)
     assert max(float(in_corridor), 0.0) == pytest.approx(truth, abs=1e-9)
-
-
-@FEW
-@given(
-    ring=st.sampled_from([L_SHAPE, T_SHAPE]).flatmap(repeated), x=st.floats(-1.0, 7.0), y=st.floats(-1.0, 5.0)
-)
-@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]], x=0.5, y=0.5)
-@example(ring=[*L_SHAPE[:4], *L_SHAPE[3:]], x=2.0, y=2.0)
-def test_a_point_is_clear_just_where_it_is_in_the_boundary(ring: Ring, x: float, y: float) -> None:
-    point, shape = Body.of([(0.0, 0.0)]), shapely.Polygon(ring)
-    apart = float(Area(boundary=ring).signed_distances(point, np.array([(x, y, 0.0)]))[0])
-    truth = float(shapely.distance(shapely.Point(x, y), shape.exterior))
-    if shape.contains(shapely.Point(x, y)):
-        assert apart == pytest.approx(truth, abs=1e-9)
-    else:
-        assert apart <= 1e-9
 
 
 # -- half-planes beside a body -------------------------------------------------------------------------------

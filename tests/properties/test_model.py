@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rti_mpcc.model.bicycle import linearised_step
-from rti_mpcc.model.delay import QueuedCommand, mean_acceleration, roll_forward
+from rti_mpcc.model.delay import QueuedCommand, roll_forward
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import DELTA, THETA, V, X, Y
 from tests.properties.magnitudes import examples, from_zero, positive, signed
@@ -64,17 +64,6 @@ def test_a_state_rolled_forward_over_any_time_stays_within_what_the_commands_can
     way = (abs(speed) + (1.1 * 5.0 + 0.2) * seconds) * seconds
     assert np.hypot(reached[X], reached[Y]) <= way * (1.0 + 1e-9)
     assert reached[THETA] == 0.0
-
-
-@given(queues, st.floats(-1.0, 2.0), from_zero(1e-15, 2.0))
-@example([], 0.0, 0.0)
-@example([QueuedCommand(0.0, 1.0, 0.0)], 0.0, 0.0)
-@examples
-def test_the_mean_of_the_commands_is_no_more_than_the_largest_of_them(
-    queue: list[QueuedCommand], begin: float, seconds: float
-) -> None:
-    mean = mean_acceleration(queue, begin, begin + seconds)
-    assert abs(mean) <= max((abs(each.acceleration) for each in queue), default=0.0) * (1.0 + 1e-9)
 
 
 gains = st.floats(0.1, 1.9)

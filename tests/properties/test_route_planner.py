@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import cos, hypot, pi, sin
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -15,9 +14,6 @@ from rti_mpcc.config import ControllerConfig, RoutePlanner, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
 from rti_mpcc.route_planner.mending import mended_path
 from rti_mpcc.route_planner.planner import plan_manoeuvre
-
-Direction = Literal[-1, 0, 1]
-BOTH_WAYS: tuple[Direction, ...] = (1, -1)
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 FEWER = settings(FEW, max_examples=20)
@@ -89,28 +85,6 @@ def test_a_route_leads_to_a_goal_however_close_the_start_is_to_it(
         )
         assert made.outcome is PlanOutcome.FOUND, made.reason
         assert leads_to_its_goal(made)
-
-
-@FEWER
-@given(
-    close=CLOSE,
-    bearing=st.floats(-pi, pi),
-    straight=st.sampled_from([0.1, 2.0]),
-    direction=st.sampled_from(BOTH_WAYS),
-)
-@example(close=0.0, bearing=0.0, straight=2.0, direction=1)
-@example(close=1e-10, bearing=0.0, straight=2.0, direction=1)
-@example(close=1e-7, bearing=0.0, straight=2.0, direction=1)
-def test_a_route_into_a_dock_is_found_from_where_its_straight_approach_begins(
-    close: float, bearing: float, straight: float, direction: Direction
-) -> None:
-    config = ControllerConfig(route=RoutePlanner(final_straight=straight, final_direction=direction))
-    goal = Pose2(3.0, 1.0, 0.4)
-    before = goal.compose(Pose2(-direction * straight, 0.0, 0.0))
-    start = Pose2(before.x + close * cos(bearing), before.y + close * sin(bearing), before.phi)
-    made = plan_manoeuvre(start, goal, yard(30.0), config)
-    assert made.outcome is PlanOutcome.FOUND, made.reason
-    assert leads_to_its_goal(made)
 
 
 @pytest.mark.parametrize("half", [1e-6, 0.3, 1.0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, inf, nan
+from math import inf, nan
 
 import pytest
 from hypothesis import example, given, settings
@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from geometry import Area, InputError, Pose2
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.mission.straight import mendable, straight_on
-from rti_mpcc.mission.way_out import ways_out
+from rti_mpcc.mission.straight import straight_on
 from rti_mpcc.steps import Approach, Straight, Undock
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
@@ -37,20 +36,6 @@ def test_a_step_of_no_distance_is_refused(distance: float) -> None:
 
 
 @FEW
-@given(distance=DISTANCES)
-@example(distance=1e-9)
-@example(distance=-1e-9)
-@example(distance=5e-324)
-@example(distance=3.0)
-def test_from_an_open_place_there_is_a_way_out_of_any_length(distance: float) -> None:
-    ends = ways_out(HERE, Undock(distance).distance, YARD, CONFIG)
-    assert len(ends) > 0
-    for end in ends:
-        assert hypot(end.x - HERE.x, end.y - HERE.y) <= abs(distance) * (1.0 + 1e-9) + 1e-12
-        assert abs(end.phi - HERE.phi) <= max(abs(distance) * CONFIG.max_curvature, 1.5) + 1e-12
-
-
-@FEW
 @given(distance=DISTANCES.filter(lambda distance: abs(distance) > 1e-300), steering=TURNS)
 @example(distance=1e-17, steering=0.05)
 @example(distance=-1.0, steering=0.05)
@@ -64,17 +49,3 @@ def test_a_straight_move_without_errors_is_as_long_as_its_distance_however_littl
     assert problem == ""
     assert order is not None
     assert order.manoeuvre.segments[0].length == pytest.approx(abs(distance))
-
-
-@FEW
-@given(y=st.floats(-0.2, 0.2), phi=st.floats(-0.2, 0.2), way=st.floats(-3.0, 3.0))
-@example(y=0.0, phi=0.0, way=0.0)
-@example(y=0.01, phi=0.0, way=1.0)
-@example(y=0.3, phi=-0.1, way=3.0)
-def test_who_cannot_steer_goes_straight_on(y: float, phi: float, way: float) -> None:
-    lateral, heading = 0.02, 0.05
-    straight = abs(y + phi * way) <= lateral and abs(phi) <= heading
-    for curvature in (0.0, 1e-300, 1e-100, 1e-20):
-        found = mendable(Pose2(0.0, y, phi), way, curvature, (lateral, heading), 21)
-        if min(abs(abs(y + phi * way) - lateral), abs(abs(phi) - heading)) > 1e-9:
-            assert found == straight

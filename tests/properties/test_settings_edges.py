@@ -12,11 +12,7 @@ from hypothesis import strategies as st
 
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc import DockingController, VehicleState
-from rti_mpcc.config import ControllerConfig, Limits, SolverSettings, Vehicle, Weights
-from rti_mpcc.model.layout import CONTROLS, STATES
-from rti_mpcc.ocp.bounds import StageBounds
-from rti_mpcc.qp.filling import empty_values, fill_bounds
-from rti_mpcc.qp.pattern import build_pattern
+from rti_mpcc.config import ControllerConfig, Limits, Vehicle, Weights
 from rti_mpcc.simulation.plant import PlantFault, PlantParameters, PlantState, advance, issue
 from rti_mpcc.types import Source
 from tests.properties.magnitudes import few_examples, from_zero, positive, signed
@@ -54,29 +50,6 @@ def test_a_straight_path_is_driven_whatever_the_settings_are(changes: dict[str, 
         assert isfinite(command.acceleration)
         assert isfinite(command.steering_rate)
     assert command.source is Source.SOLUTION, command.diagnostics.reason
-
-
-@given(signed(1e-12, 1e12), st.floats(1.0, 1e6), positive(1e-3, 1e3))
-@example(0.0, 1e4, 0.02)
-@few_examples
-def test_however_far_a_bound_is_its_row_is_scaled_by_a_bounded_factor_and_stays_the_same_bound(
-    distance: float, most: float, scaled_from: float
-) -> None:
-    settings = SolverSettings(row_scaling_from=scaled_from, row_scaling_most=most)
-    pattern = build_pattern(2, 0, 0, settings)
-    values = empty_values(pattern)
-    limits = np.empty((2, 2, 2, CONTROLS))
-    limits[:, :, 0], limits[:, :, 1] = -np.inf, distance
-    bounds = StageBounds(states=limits[0], controls=limits[1])
-    fill_bounds(values, pattern, bounds, np.zeros((3, STATES)), np.zeros((2, CONTROLS)))
-    by = values.row_scaling_by.bounds
-    assert (by >= 1.0).all()
-    assert (by <= most).all()
-    assert np.isfinite(values.constraints).all()
-    np.testing.assert_allclose(
-        values.upper_by.bounds * by * pattern.bound_units[:, None], distance, rtol=1e-9
-    )
-    assert (values.lower_by.bounds == -np.inf).all()
 
 
 faults = st.builds(

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from geometry import PathPart, Pose2, ReferencePath, wrap
+from rti_mpcc.config import Vehicle
 from rti_mpcc.docking import DockingController
 from rti_mpcc.planning.clock import CycleClock, Decisions, PlayedBack
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, summary
 from rti_mpcc.simulation.closed_loop import Controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
-from rti_mpcc.types import Array, Command, Objective, Status, VehicleState
+from rti_mpcc.types import Array, Command, Objective, VehicleState
 
 DOCKING = ("docking_inside", "docking_behind", "docking_full_course", "long_approach")
 """The built-in scenarios that end in a goal pose."""
@@ -68,6 +69,15 @@ def between_obstacles(direction: int, aside: float = 0.0, length: float = 40.0) 
     sides = [(aside + half, 2.9), (-2.9, aside - half)]
     outlines = [[[begin, low], [end, low], [end, high], [begin, high]] for low, high in sides]
     return straight(direction, length, corridor={"obstacles": outlines})
+
+
+def before_a_wall(direction: int, room: float) -> Scenario:
+    """12 m to a goal with a wall 3 m wide across the way, `room` [m] ahead of the body there."""
+    vehicle = Vehicle()
+    near = 12.0 + room + (vehicle.front if direction > 0 else vehicle.rear)
+    begin, end = direction * near, direction * (near + 0.3)
+    outline = [[begin, -1.5], [end, -1.5], [end, 1.5], [begin, 1.5]]
+    return straight(direction, 12.0, corridor={"obstacles": [outline]}, duration=40.0)
 
 
 def wall(path: ReferencePath, theta: float, half_width: float, thickness: float = 0.5) -> Array:
@@ -143,29 +153,15 @@ def docking_figures(result: RunResult) -> dict[str, Any]:
         "solver_failures": found["solver"]["failures"],
         "iterations_p95": found["solver"]["iterations_p95"],
         "cycle_ms_p50": found["cycle_ms"]["p50"],
-        **acceleration_steps(result),
+        "step_at_change_over": step_at_change_over(result),
     }
 
 
-def acceleration_steps(result: RunResult) -> dict[str, float]:
-    """Largest change of the commanded acceleration [m/s²] from one cycle to the next.
-
-    At the change from contouring to arrival while driving; elsewhere in a plan that is driven on; and where a
-    plan is begun from rest, or braking takes over from it.
-    """
-    cycles, driving = result.cycles, (Status.FOLLOWING, Status.ARRIVING)
-    changes = np.abs(np.diff(cycles.acceleration))
-    found = {"step_at_change_over": 0.0, "step_elsewhere": 0.0, "step_at_begin_or_end": 0.0}
+def step_at_change_over(result: RunResult) -> float:
+    """Largest change [m/s²] of the commanded acceleration where contouring turns into an arrival."""
+    changes, objectives = np.abs(np.diff(result.cycles.acceleration)), pairwise(result.cycles.objective)
     order = (Objective.CONTOURING, Objective.ARRIVAL)
-    for change, status, objective in zip(
-        changes, pairwise(cycles.status), pairwise(cycles.objective), strict=True
-    ):
-        if not (status[0] in driving and status[1] in driving):
-            name = "step_at_begin_or_end"
-        else:
-            name = "step_at_change_over" if objective == order else "step_elsewhere"
-        found[name] = max(found[name], float(change))
-    return found
+    return max((float(c) for c, pair in zip(changes, objectives, strict=True) if pair == order), default=0.0)
 
 
 def deviation(base: Array, other: Array) -> float:

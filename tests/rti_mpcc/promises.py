@@ -51,7 +51,8 @@ def world(rng: Generator) -> tuple[ReferencePath, Corridor]:
                 curvature = 0.24 * rng.choice([0.0, rng.uniform(-1.0, 1.0), rng.uniform(-1.5, 1.5)])
                 segments.append((direction, float(curvature), float(0.5 * 120.0 ** rng.random())))
             direction = -direction
-        start = Pose2(*rng.uniform(-50.0, 50.0, 2), rng.uniform(-10.0, 10.0))
+        x, y, phi = (rng.uniform(-1.0, 1.0, 3) * (50.0, 50.0, 10.0)).tolist()
+        start = Pose2(x, y, phi)
         path = ReferencePath.from_segments(start, segments)
         try:
             return path, _corridor(rng, path)
@@ -61,10 +62,10 @@ def world(rng: Generator) -> tuple[ReferencePath, Corridor]:
 
 def _corridor(rng: Generator, path: ReferencePath) -> Corridor:
     first = path.parts[0]
-    obstacles = [
-        box(first.pose(rng.uniform(0.0, first.end)), *rng.uniform(-6.0, 6.0, 2), size)
-        for size in rng.uniform(0.1, 3.0, rng.integers(0, 3))
-    ]
+    obstacles = []
+    for size in rng.uniform(0.1, 3.0, rng.integers(0, 3)):
+        along, across = rng.uniform(-6.0, 6.0, 2)
+        obstacles.append(box(first.pose(rng.uniform(0.0, first.end)), along, across, size))
     if rng.random() < 0.25:
         line = np.concatenate([np.stack([s.x, s.y], axis=-1) for s in path.sample(0.5)])
         outline = shapely.buffer(shapely.LineString(line), rng.uniform(1.5, 8.0))
@@ -148,7 +149,7 @@ def outlines(rng: Generator, path: ReferencePath) -> list[Any]:
         elif kind < 0.8:
             found.append(rng.uniform(-60.0, 60.0, (rng.integers(1, 7), 2)))
         else:
-            found.append([wild(rng, rng.integers(1, 4)) for _ in range(rng.integers(0, 5))])
+            found.append([wild(rng, int(rng.integers(1, 4))) for _ in range(rng.integers(0, 5))])
     return found
 
 

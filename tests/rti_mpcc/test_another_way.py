@@ -78,6 +78,29 @@ def test_a_start_turned_off_the_path_is_driven_from(turn: float) -> None:
     assert_docked(result, 45.0)
 
 
+def test_a_goal_that_the_last_part_of_a_path_misses_is_come_to_by_another_way_from_the_start() -> None:
+    """Forward, then 8 m in reverse to a goal 2.5 m aside."""
+    rows = [(1, 0.05, 12.0), (-1, 0.1, 8.0)]
+    tables: dict[str, Any] = {
+        "name": "with_cusp",
+        "path": {
+            "start": [3.0, -2.0, 2.9],
+            "segments": [{"direction": d, "curvature": k, "length": s} for d, k, s in rows],
+        },
+        "corridor": {"left": 4.0, "right": -4.0},
+        "goal": {"offset": [0.5, 2.5, 0.3]},
+        "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 60.0},
+    }
+    result = simulate(scenario_from_dict(tables))
+    figures = summary(result)
+    assert result.cycles.reason[0].startswith("planning a way: ")
+    assert figures["docked"]
+    assert figures["direction_changes"] <= 1
+    assert figures["time_to_dock_s"] <= 1.15 * figures["expected_time_s"]
+    assert figures["min_clearance_m"] > 0.0
+    assert figures["planning"]["replans"] == 1
+
+
 # -- a goal that moves --------------------------------------------------------------------------------------
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.rti_mpcc.test_docking_before_walls import LENGTH, before_a_wall
 
 from rti_mpcc.model.layout import X
 from rti_mpcc.qp.filling import empty_values
 from rti_mpcc.simulation import load_scenario
 from tests.rti_mpcc.convergence import examine
+from tests.rti_mpcc.docking_runs import before_a_wall
 from tests.rti_mpcc.frozen import FrozenProblem, iterate, take
 from tests.rti_mpcc.nonlinear_program import NonlinearProgram
 
@@ -45,7 +45,7 @@ def test_a_plan_that_a_wall_ahead_holds_solves_the_nonlinear_program(
     scenario = before_a_wall(1, room)
     scenario = scenario.model_copy(update={"goal": scenario.goal.model_copy(update={"offset": offset})})
     (problem,) = take(scenario, "default", [12.18], monkeypatch)
-    assert problem.solution.trajectory.states[-1, X] < LENGTH - 0.02
+    assert problem.solution.trajectory.states[-1, X] < 12.0 - 0.02
     examine(problem).check()
 
 

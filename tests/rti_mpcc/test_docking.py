@@ -17,6 +17,7 @@ from rti_mpcc.simulation import (
     load_scenario,
     scenario_from_dict,
     simulate,
+    summary,
 )
 from rti_mpcc.types import Source, Status
 from tests.rti_mpcc.docking_runs import (
@@ -62,15 +63,6 @@ def test_docking_inside(inside: RunResult) -> None:
     assert found["direction_changes"] == 0
     assert found["min_clearance_m"] > 0.05
     assert found["step_at_change_over"] <= 0.15
-
-
-def test_docks_with_a_noisy_state() -> None:
-    noise = [0.01, 0.01, radians(0.3), 0.02, 0.0]
-    result = simulate(short(state_noise=noise), seed=1)
-    found = docking_figures(result)
-    assert found["docked"]
-    assert found["solver_failures"] == 0
-    assert found["direction_changes"] == 0
 
 
 # -- obstacles -------------------------------------------------------------------------------------------
@@ -155,6 +147,25 @@ def test_the_direction_changes_only_once_the_queue_is_drained() -> None:
     assert abs(pose.phi) <= radians(3.0)
 
 
+@pytest.mark.acceptance
+def test_a_vehicle_changes_direction_clear_of_a_narrowing_of_the_next_part() -> None:
+    rows = [(-1, 0.0, 8.0), (1, 0.08, 14.0)]
+    scenario = scenario_from_dict(
+        {
+            "name": "narrowed_behind_the_cusp",
+            "path": {
+                "start": [0.0, 0.0, 0.0],
+                "segments": [{"direction": d, "curvature": k, "length": s} for d, k, s in rows],
+            },
+            "corridor": {"left": 4.0, "right": -4.0, "narrowings": [{"from": 9.0, "to": 10.0, "left": 0.96}]},
+            "simulation": {"dead_time": 0.18, "cycle": 0.05, "duration": 15.0},
+        }
+    )
+    figures = summary(simulate(scenario))
+    assert figures["direction_changes"] == 1  # it is on its way, clear of the narrowing
+    assert figures["min_clearance_m"] > 0.05
+
+
 # -- commands --------------------------------------------------------------------------------------------
 
 
@@ -197,6 +208,3 @@ def test_a_command_comes_with_the_plan_that_it_belongs_to() -> None:
             assert command.steering_rate == pytest.approx(plan.controls[0, 1])
             assert command.speed == pytest.approx(plan.states[1, 3], abs=5e-3)
             assert command.steering == pytest.approx(plan.states[1, 4], abs=5e-3)
-
-
-# -- no hidden state -------------------------------------------------------------------------------------

@@ -103,15 +103,6 @@ def test_late_without_a_plan_from_before_it_brakes_while_it_rolls() -> None:
     assert run[-1][1].docked
 
 
-@pytest.mark.acceptance
-def test_one_that_is_always_late_drives_with_a_cycle_more_of_delay() -> None:
-    run = run_with(lambda now: granting(PLENTY, late=True), 20.0)
-    assert Source.SOLUTION not in {command.source for _, command in run}
-    assert cycle(run, 0.0).source is Source.STANDSTILL
-    assert cycle(run, 5.0).source is Source.SHIFTED_PLAN
-    assert run[-1][1].docked
-
-
 # -- once more from a clean start ------------------------------------------------------------------------
 
 
@@ -123,16 +114,6 @@ def test_a_qp_that_failed_is_solved_once_more_from_a_clean_start() -> None:
     assert not again.diagnostics.failed
     assert np.isfinite(again.diagnostics.residuals).all()
     assert [command.diagnostics.retried for _, command in run].count(True) == 1
-
-
-def test_without_time_for_it_nothing_is_solved_once_more() -> None:
-    run = run_with(at(5.0, lambda: granting(1, stops=(FAILED,))), 5.2)
-    once = cycle(run, 5.0)
-    assert (once.source, once.diagnostics.retried) == (Source.SHIFTED_PLAN, False)
-    assert cycle(run, 5.0 + CYCLE).source is Source.SOLUTION
-
-
-# -- what was not driven ---------------------------------------------------------------------------------
 
 
 # -- so many iterations in every cycle -------------------------------------------------------------------
@@ -167,9 +148,7 @@ def test_docks_with_few_iterations_a_cycle(iterations: int) -> None:
 
 
 @pytest.mark.acceptance
-@pytest.mark.parametrize(
-    "iterations", [1, *(pytest.param(each, marks=pytest.mark.acceptance) for each in (3, 5))]
-)
+@pytest.mark.parametrize("iterations", [1, 3, 5])
 def test_stops_before_a_wall_with_few_iterations_a_cycle_and_goes_on(iterations: int) -> None:
     scenario = course()
     outline = wall(scenario.build_path(), 16.0, 3.2)

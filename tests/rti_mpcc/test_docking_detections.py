@@ -43,33 +43,9 @@ def exact(stamp: float, seen: Pose2) -> GoalMeasurement:
     return GoalMeasurement(stamp=stamp, x=seen.x, y=seen.y, phi=seen.phi, frame=Frame.VEHICLE)
 
 
-def shifted(stamp: float, seen: Pose2, x: float, y: float) -> GoalMeasurement:
-    """A detection `x`, `y` [m] off in the goal's frame."""
-    there = seen.compose(Pose2(x, y, 0.0))
-    return exact(stamp, there)
-
-
 def noisy(**measurement: Any) -> Scenario:
     """The short course with detections in place of the goal."""
     return changed(short(), {"goal.measurement": {"visible_range": 15.0, **measurement}})
-
-
-def largest_steps(result: RunResult, begin: float, end: float) -> tuple[float, float]:
-    """Largest change of acceleration [m/s²] and steering rate [rad/s] from cycle to cycle in a time span."""
-    cycles = result.cycles
-    span = (cycles.times >= begin) & (cycles.times <= end)
-    return (
-        float(np.abs(np.diff(cycles.acceleration[span])).max()),
-        float(np.abs(np.diff(cycles.steering_rate[span])).max()),
-    )
-
-
-def estimate_errors(result: RunResult) -> np.ndarray[Any, Any]:
-    """Distance of each cycle's estimate to the true goal (m,) [m]; NaN before there is one."""
-    assert result.tracking is not None
-    goals = result.truth.goals[np.searchsorted(result.truth.times, result.cycles.times - 1e-9)]
-    x, y = (result.tracking.estimates[:, :2] - goals[:, :2]).T
-    return np.asarray(np.hypot(x, y))
 
 
 def assert_docked_on_the_true_goal(result: RunResult) -> dict[str, Any]:
@@ -93,25 +69,7 @@ def test_docking_noisy_docks_on_the_true_goal(seed: int) -> None:
     assert (part == 1).all()  # visible after the cusp only
 
 
-def test_late_detections_are_placed_by_where_the_vehicle_was() -> None:
-    """At up to 1.4 m/s a detection 0.4 s late is 0.5 m off if it is taken from where it arrives."""
-    result = simulate(noisy(delay=0.4), detector=Scripted(script=exact, delay=0.4))
-    assert_docked_on_the_true_goal(result)
-    errors = estimate_errors(result)
-    assert np.nanmax(errors) < 0.01
-
-
 # -- jumps -----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.acceptance
-def test_a_jump_for_half_a_second_is_not_followed() -> None:
-    def burst(stamp: float, seen: Pose2) -> GoalMeasurement:
-        return shifted(stamp, seen, 0.0, 2.0) if 5.0 <= stamp < 5.5 else exact(stamp, seen)
-
-    result = simulate(noisy(), detector=Scripted(script=burst))
-    assert_docked_on_the_true_goal(result)
-    assert np.nanmax(estimate_errors(result)[result.cycles.times > 1.0]) < 0.01
 
 
 @pytest.mark.acceptance
@@ -119,13 +77,15 @@ def test_a_goal_that_moves_for_good_is_followed_without_a_jump_of_the_commands()
     scenario = changed(noisy(), {"goal.shifts": [{"at_distance": 9.0, "offset": [-1.5, 0.1, 0.0]}]})
     result = simulate(scenario, detector=Scripted(script=exact))
     assert_docked_on_the_true_goal(result)
-    moved = float(result.truth.times[np.argmax(np.diff(result.truth.goals[:, 0]) != 0.0)])
-    errors = estimate_errors(result)
-    assert errors[result.cycles.times > moved + 1.5].max() < 0.01
-    acceleration, steering_rate = largest_steps(result, moved, moved + 5.0)
-    assert acceleration < 0.15
-    assert steering_rate < 0.2
-    assert np.abs(result.cycles.acceleration).max() < 0.5
+    assert result.tracking is not None
+    cycles, truth = result.cycles, result.truth
+    moved = float(truth.times[np.argmax(np.diff(truth.goals[:, 0]) != 0.0)])
+    late = cycles.times > moved + 1.5
+    assert np.abs(result.tracking.estimates[late, :2] - truth.goals[-1, :2]).max() < 0.01
+    after = (cycles.times >= moved) & (cycles.times <= moved + 5.0)
+    assert np.abs(np.diff(cycles.acceleration[after])).max() < 0.15
+    assert np.abs(np.diff(cycles.steering_rate[after])).max() < 0.2
+    assert np.abs(cycles.acceleration).max() < 0.5
 
 
 @pytest.mark.acceptance

@@ -13,11 +13,12 @@ import pytest
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
 from rti_mpcc.planning.clock import CycleClock
-from rti_mpcc.simulation import docking_controller
+from rti_mpcc.simulation import changed, docking_controller
 from rti_mpcc.simulation.forced_clock import FAILED
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
 from tests.rti_mpcc.docking_runs import Clocked, drive, granting, short
+from tests.rti_mpcc.yards import YARD, Driver
 
 Run = list[tuple[PlantState, Command]]
 PLENTY = 40
@@ -74,16 +75,15 @@ def test_a_plan_is_not_driven_from_far_off_it() -> None:
     def clock_at(now: float) -> CycleClock:
         return granting(PLENTY, stops=(FAILED,) * PLENTY if now >= 4.99 else ())
 
-    controller = Clocked(docking_controller(short()), clock_at)
     for turned in (0.25, -0.25):
-        told = told_from(5.1, lambda state, now, t=turned: replace(state, phi=state.phi + t))
-        run = list(drive(short(), 8.0, controller=Given(controller, told)))
-        assert {command.source for _, command in during(run, 5.2, 5.4)} <= {
-            Source.SHIFTED_PLAN,
-            Source.BRAKING,
-        }
-        assert abs(run[-1][0].v) <= 0.02
+
+        def turn(state: VehicleState, now: float, turned: float = turned) -> VehicleState:
+            return replace(state, phi=state.phi + turned)
+
         controller = Clocked(docking_controller(short()), clock_at)
+        run = list(drive(short(), 8.0, controller=Given(controller, told_from(5.1, turn))))
+        assert Source.BRAKING in {command.source for _, command in during(run, 5.15, 5.4)}
+        assert abs(run[-1][0].v) <= 0.02
 
 
 def test_without_a_first_plan_it_does_not_move_and_starts_once_there_is_one() -> None:
@@ -322,6 +322,13 @@ def test_a_vehicle_that_does_not_move_as_commanded_is_named_and_not_driven_any_m
     assert commands[-1].source is Source.STANDSTILL
 
 
+def test_a_vehicle_that_starts_with_a_frozen_state_is_doubted_before_it_is_fast() -> None:
+    scenario = changed(short(), {"controller.comfort_acceleration": 2.0, "controller.comfort_jerk": 10.0})
+    run = list(drive(scenario, 2.0, controller=Given(docking_controller(scenario), told_from(0.0, frozen()))))
+    doubted = next(plant for plant, command in run if "does not change" in command.diagnostics.reason)
+    assert abs(doubted.v) < 0.6
+
+
 def test_after_a_gap_without_cycles_the_state_is_taken_as_it_is() -> None:
     controller = docking_controller(short())
     for k in range(5):
@@ -343,3 +350,16 @@ def test_a_vehicle_that_starts_in_its_goal_is_docked_at_once() -> None:
     state = VehicleState(x=goal.x + 0.02, y=goal.y, phi=goal.phi, v=0.0, delta=0.3)
     command = docking_controller(short()).step(state, now=0.0, goal=goal)
     assert (command.docked, command.acceleration, command.steering_rate) == (True, 0.0, 0.0)
+
+
+def test_after_lost_cycles_a_heading_is_doubted_that_no_steering_makes() -> None:
+    """0.7 s without cycles at 1.5 m/s: it may have turned by 0.25 rad more, as sharply as it can."""
+
+    def measured(plant: PlantState) -> VehicleState:
+        state = plant.measured
+        return replace(state, phi=state.phi + 0.65) if plant.time >= 2.99 else state
+
+    driver = Driver(area=YARD, measured=measured, lost=lambda now: 2.3 <= now < 2.99)
+    drive = driver.drive(3.1)
+    assert any("heading by 0.6" in reason for reason in drive.reasons[-2:]), drive.reasons[-2:]
+    assert drive.states[-1, 3] > 1.0

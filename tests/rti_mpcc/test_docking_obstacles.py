@@ -16,6 +16,7 @@ from tests.rti_mpcc.docking_runs import (
     BODY_HALF_WIDTH,
     FREE_SIDE,
     Clocked,
+    before_a_wall,
     box,
     docking_figures,
     granting,
@@ -170,10 +171,7 @@ def test_it_does_so_with_few_iterations_a_cycle(
 
 
 def before_wall(direction: int, room: float) -> list[Any]:
-    """A wall 3 m wide across the way, `room` [m] ahead of the body's leading end at 12 m."""
-    near = 12.0 + room + (FRONT if direction > 0 else REAR)
-    begin, end = direction * near, direction * (near + 0.3)
-    return [[[begin, -1.5], [end, -1.5], [end, 1.5], [begin, 1.5]]]
+    return [outline.tolist() for outline in np.asarray(before_a_wall(direction, room).corridor.obstacles)]
 
 
 def between_blocks(direction: int, room: float) -> list[Any]:

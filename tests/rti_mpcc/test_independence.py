@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from threading import Barrier
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,41 +19,28 @@ from tests.rti_mpcc.docking_runs import between_obstacles, narrow, short, straig
 CYCLES = 80
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Task:
-    """A scenario, and whether its goal is known from detections only."""
-
-    scenario: Scenario
-    detected: bool = False
-
-
-TASKS = {
-    "short, detected": Task(scenario=short(), detected=True),
-    "reverse, obstacles": Task(scenario=between_obstacles(-1)),
-    "forward, detected": Task(scenario=straight(1, 15.0), detected=True),
-    "reverse, narrow": Task(scenario=narrow(-1, 0.2)),
+TASKS: dict[str, tuple[Scenario, bool]] = {
+    "short, detected": (short(), True),
+    "reverse, obstacles": (between_obstacles(-1), False),
+    "forward, detected": (straight(1, 15.0), True),
+    "reverse, narrow": (narrow(-1, 0.2), False),
 }
+"""Scenarios, and whether the goal is known from detections only."""
 
 
-def commands(task: Task) -> Iterator[Command]:
+def commands(name: str) -> Iterator[Command]:
     """The commands of a run, one a cycle, as the plant goes on."""
-    scenario = task.scenario
+    scenario, detected = TASKS[name]
     path, parameters = scenario.build_path(), scenario.plant_parameters()
     controller, goal = docking_controller(scenario), scenario.goal_pose(path)
     noise = np.random.default_rng(1)
     plant = PlantState(x=path.start.x, y=path.start.y, phi=path.start.phi)
     for cycle in range(CYCLES):
-        now = cycle * scenario.simulation.cycle
-        plant = advance(plant, parameters, now)
-        seen = np.array([goal.x, goal.y, goal.phi]) + noise.normal(0.0, [0.05, 0.05, 0.01])
-        x, y, phi = seen.tolist()
-        detections = [GoalMeasurement(stamp=now, x=x, y=y, phi=phi)] if task.detected else []
-        command = controller.step(
-            plant.measured,
-            now=now,
-            goal=None if task.detected else goal,
-            measurements=detections,
-        )
+        plant = advance(plant, parameters, cycle * scenario.simulation.cycle)
+        x, y, phi = (np.array([goal.x, goal.y, goal.phi]) + noise.normal(0.0, [0.05, 0.05, 0.01])).tolist()
+        seen = GoalMeasurement(stamp=plant.time, x=x, y=y, phi=phi)
+        given: dict[str, Any] = {"measurements": [seen]} if detected else {"goal": goal}
+        command = controller.step(plant.measured, now=plant.time, **given)
         yield command
         plant = issue(
             plant, parameters, acceleration=command.acceleration, steering_rate=command.steering_rate
@@ -62,7 +49,7 @@ def commands(task: Task) -> Iterator[Command]:
 
 @pytest.fixture(scope="module")
 def alone() -> dict[str, list[Command]]:
-    return {name: list(commands(task)) for name, task in TASKS.items()}
+    return {name: list(commands(name)) for name in TASKS}
 
 
 def assert_same(run: list[Command], other: list[Command]) -> None:
@@ -84,12 +71,12 @@ def numbers(command: Command) -> list[str]:
 
 def test_the_same_run_again_is_the_same(alone: dict[str, list[Command]]) -> None:
     name = "short, detected"
-    assert_same(list(commands(TASKS[name])), alone[name])
+    assert_same(list(commands(name)), alone[name])
 
 
 def test_two_that_take_turns_are_as_alone(alone: dict[str, list[Command]]) -> None:
     one, two = "short, detected", "reverse, obstacles"
-    both = list(zip(commands(TASKS[one]), commands(TASKS[two]), strict=True))
+    both = list(zip(commands(one), commands(two), strict=True))
     assert_same([first for first, _ in both], alone[one])
     assert_same([second for _, second in both], alone[two])
 
@@ -98,11 +85,11 @@ def test_two_that_take_turns_are_as_alone(alone: dict[str, list[Command]]) -> No
 def test_one_in_each_of_four_threads_is_as_alone(alone: dict[str, list[Command]]) -> None:
     together = Barrier(len(TASKS))
 
-    def run(task: Task) -> list[Command]:
+    def run(name: str) -> list[Command]:
         together.wait()
-        return list(commands(task))
+        return list(commands(name))
 
     with ThreadPoolExecutor(len(TASKS)) as threads:
-        found = dict(zip(TASKS, threads.map(run, TASKS.values()), strict=True))
+        found = dict(zip(TASKS, threads.map(run, TASKS), strict=True))
     for name in TASKS:
         assert_same(found[name], alone[name])

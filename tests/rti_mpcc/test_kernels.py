@@ -15,7 +15,6 @@ import pytest
 from numba.core import config
 
 from geometry import compiled
-from rti_mpcc.cli import main
 from rti_mpcc.kernels import make_ready
 
 ROOT = Path(__file__).parents[2]
@@ -72,10 +71,3 @@ def test_compiling_is_told_once(missing: list[str], caplog: pytest.LogCaptureFix
     told, then = caplog.messages
     assert told.startswith("compiling 3 kernels, ")
     assert then == f"the compiled kernels are kept in {compiled.directory()}"
-
-
-def test_the_command_tells_what_it_compiled(missing: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["warm"]) == 0
-    assert capsys.readouterr().out.startswith("compiled 3 kernels, kept in ")
-    assert main(["warm"]) == 0
-    assert capsys.readouterr().out.startswith("all kernels are ready, kept in ")

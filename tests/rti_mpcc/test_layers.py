@@ -167,22 +167,3 @@ def test_the_wrong_way_is_found(tmp_path: Path, file: str, statement: str) -> No
     path.parent.mkdir(parents=True)
     path.write_text(statement, encoding="utf-8")
     assert len(violations(tmp_path)) == 1
-
-
-@pytest.mark.parametrize(
-    ("file", "statement"),
-    [
-        ("geometry/path.py", "from .pose import Pose2"),
-        ("rti_mpcc/config.py", "from rti_mpcc.errors import ConfigError"),
-        ("rti_mpcc/model/bicycle.py", "from rti_mpcc import config, types"),
-        ("rti_mpcc/docking.py", "from estimation import GoalFilter\nfrom .safety import accept"),
-        ("rti_mpcc/__init__.py", "from .docking import DockingController"),
-        ("rti_mpcc/cli.py", "from rti_mpcc import __version__\nfrom rti_mpcc.report import table"),
-        ("rti_mpcc/__main__.py", "from rti_mpcc.cli import main"),
-    ],
-)
-def test_the_right_way_passes(tmp_path: Path, file: str, statement: str) -> None:
-    path = tmp_path / file
-    path.parent.mkdir(parents=True)
-    path.write_text(statement, encoding="utf-8")
-    assert violations(tmp_path) == []

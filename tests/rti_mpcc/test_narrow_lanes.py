@@ -17,7 +17,6 @@ WIDE = 3.0
 BEND = 1.0 / 33.0
 """On it the front of the default vehicle reaches 0.21 m farther out than its rear axle."""
 LENGTH = 20.0
-long = pytest.mark.acceptance
 
 
 @cache
@@ -38,9 +37,9 @@ def peaks(found: Drive) -> tuple[float, float]:
     ("half", "curvature", "direction"),
     [
         (1.3, BEND, 1),
-        *(pytest.param(half, 0.0, d, marks=long) for half in (1.5, 1.25, 1.15, 1.1) for d in (1, -1)),
-        *(pytest.param(half, BEND, d, marks=long) for half in (2.0, 1.5, 1.35, 1.3) for d in (1, -1)),
-        *(pytest.param(half, -BEND, d, marks=long) for half in (1.4, 1.3) for d in (1, -1)),
+        *((half, 0.0, d) for half in (1.5, 1.25, 1.15, 1.1) for d in (1, -1)),
+        *((half, BEND, d) for half in (2.0, 1.5, 1.35) for d in (1, -1)),
+        *((half, -BEND, d) for half in (1.4, 1.3) for d in (1, -1)),
     ],
 )
 def test_no_lane_is_driven_faster_than_a_wide_one(half: float, curvature: float, direction: int) -> None:
@@ -103,7 +102,7 @@ def parked(slot: float, lane: float, kerb: float) -> tuple[Drive, Pose2]:
     [
         (5.9, 2.3, 0.3),
         *(
-            pytest.param(slot, *place, marks=long)
+            (slot, *place)
             for slot in (5.6, 5.75, 6.05, 6.2)
             for place in ((2.3, 0.3), (2.5, 0.3), (2.3, 0.5))
         ),

@@ -165,7 +165,8 @@ def test_under_a_fault_that_lasts_it_stands_and_says_why(name: str) -> None:
     "seed", [0, 1, 2, *(pytest.param(k, marks=pytest.mark.acceptance) for k in range(3, 103))]
 )
 def test_the_promises_hold_under_any_two_faults(seed: int) -> None:
-    rng, given = np.random.default_rng(seed), {}
+    rng = np.random.default_rng(seed)
+    given: dict[str, Any] = {}
     for kind in rng.choice(sorted(FAULTS), 2):
         begin = rng.uniform(0.0, 5.0)
         given |= FAULTS[str(kind)](begin, begin + rng.uniform(0.05, 3.0))

@@ -12,7 +12,6 @@ import pytest
 
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
-from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.recording import Recorder
 from rti_mpcc.simulation import RunResult, scenario_from_dict, simulate
 from rti_mpcc.types import Status
@@ -91,7 +90,6 @@ def test_bad_values_are_told(values: dict[str, Any], named: str) -> None:
 
 def test_what_is_no_manoeuvre_is_told() -> None:
     corridor, (to_cusp, to_goal) = SCENARIO.build_corridor(PATH), segments_of(PATH, CONFIG)
-    before = PlannedStop(at=1.0, goal=None, obstacles=0, since=0.0)
     for segments, told in (
         ((), "at least"),
         ((to_cusp,), "ends at the goal"),
@@ -102,9 +100,6 @@ def test_what_is_no_manoeuvre_is_told() -> None:
         ((to_goal,), r"parts \[1\]"),
         ((to_cusp, replace(to_goal, end=SegmentEnd.CUSP), to_cusp, to_goal), r"parts \[0, 1, 0, 1\]"),
         ((replace(to_cusp, end=SegmentEnd.STOP), to_goal), "made by the controller"),
-        ((replace(to_cusp, stop=before), to_goal), "made by the controller"),
-        ((to_cusp, replace(to_goal, piece_of=to_goal)), "made by the controller"),
-        ((to_cusp.stopped(before, (0.1, 0.1, 0.1)), to_goal), "made by the controller"),
     ):
         with pytest.raises(InputError, match=told):
             DockingController(PATH, corridor, CONFIG, segments=segments)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -175,8 +175,3 @@ class Driver:
 def _shape(outline: Array) -> Any:
     """A polygon, or a line or a point."""
     return shapely.Polygon(outline) if len(outline) > 2 else shapely.MultiPoint(outline).convex_hull
-
-
-def put_down(plant: PlantState, pose: Pose2) -> PlantState:
-    """The vehicle at rest somewhere else; commands under way stay."""
-    return replace(plant, x=pose.x, y=pose.y, phi=pose.phi, v=0.0)

@@ -50,19 +50,6 @@ def test_from_rest_it_is_the_square_root_of_six_ways() -> None:
     assert time_to_go(24.0, 0.0, 0.4, LEAST) == pytest.approx(sqrt(6.0 * 24.0 / 0.4))
 
 
-def test_to_end_evenly_takes_half_the_ramp_more() -> None:
-    free = time_to_go(24.0, 1.0, 0.4, LEAST)
-    assert time_to_go(24.0, 1.0, 0.4, LEAST, jerk=2.0) == pytest.approx(free + 0.1)
-
-
-def test_out_of_a_cruise_it_begins_without_a_step_in_acceleration() -> None:
-    speed = 3.0
-    distance = 4.0 * speed**2 / (3.0 * COMFORT)
-    assert cubic(distance, speed, time_to_go(distance, speed, COMFORT, LEAST), 0.0)[2] == pytest.approx(
-        0.0, abs=1e-12
-    )
-
-
 def test_too_fast_for_the_comfort_acceleration_it_is_the_constant_deceleration() -> None:
     distance, speed = 5.0, 4.0
     duration = time_to_go(distance, speed, COMFORT, LEAST)

@@ -5,7 +5,7 @@ from math import pi, sqrt
 import pytest
 
 from geometry import Pose2, ReferencePath
-from rti_mpcc.config import ControllerConfig, Limits, Method, Weights
+from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.planning.timing import config_for_docking_time, expected_docking_time
 
@@ -78,19 +78,3 @@ def test_a_time_beyond_the_limits_is_refused_with_what_is_possible() -> None:
 def test_without_planned_arrivals_no_time_is_known() -> None:
     with pytest.raises(ConfigError, match="arrival = False"):
         expected_docking_time(route(REVERSE), ControllerConfig.paper())
-
-
-@pytest.mark.parametrize("method", [Method.SEPARATED, Method.SWITCHED])
-def test_of_the_other_methods_no_time_is_known(method: Method) -> None:
-    with pytest.raises(ConfigError, match=f"method = '{method.value}'"):
-        expected_docking_time(route(REVERSE), ControllerConfig(method=method))
-
-
-@pytest.mark.parametrize("weights", [Weights(progress_reward=0.0), Weights(acceleration=0.0)])
-def test_a_cruise_that_nothing_drives_or_holds_back_has_no_time(weights: Weights) -> None:
-    config = ControllerConfig(weights=weights)
-    assert expected_docking_time(route(REVERSE), config) == expected_docking_time(
-        route(REVERSE), ControllerConfig()
-    )
-    with pytest.raises(ConfigError, match=r"weights\.progress_reward = .* only if both are > 0"):
-        expected_docking_time(route([(1, 0.0, 100.0)]), config)

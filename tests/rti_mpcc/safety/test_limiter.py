@@ -82,12 +82,6 @@ def test_what_is_not_finite_becomes_braking(value: float) -> None:
         assert control.steering_rate == 0.0
 
 
-@pytest.mark.parametrize("value", [nan, inf])
-def test_a_measurement_that_is_not_finite_is_left_out(value: float) -> None:
-    control = gated(0.3, -0.2, measured=(value, value))
-    assert (control.acceleration, control.steering_rate) == (0.3, -0.2)
-
-
 def test_a_command_takes_the_disturbance_up() -> None:
     known = Disturbance(acceleration=-0.3, steering=0.02)
     control = ControlInput(acceleration=0.2, steering_rate=0.1, source=Source.SOLUTION)
