@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from rich.console import Console
-
 from geometry import compiled
 from rti_mpcc.cli.arguments import DOCKED, Commands
 from rti_mpcc.kernels import make_ready
+from rti_mpcc.report.console import tell_lines
 
 
 def add_to(commands: Commands) -> None:
@@ -27,5 +26,5 @@ def _warm(arguments: argparse.Namespace) -> int:
     said = f"compiled {compiled_now} kernels" if compiled_now else "all kernels are ready"
     problem = compiled.not_kept()
     where = f", but they are not kept: {problem}" if problem else f", kept in {compiled.directory()}"
-    Console(highlight=False).print(f"{said}{where}", markup=False, soft_wrap=True)
+    tell_lines([f"{said}{where}"])
     return DOCKED

@@ -1,4 +1,4 @@
-"""What a command shows on the terminal besides its answer: progress, the table of a run, warnings."""
+"""Output of a command on the terminal: progress, tables, lines, warnings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -15,64 +14,37 @@ from rich.progress import (
     MofNCompleteColumn,
     Progress,
     ProgressColumn,
-    Task,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
-from rich.text import Text
-
-from rti_mpcc.report.table import failure_lines, summary_table
 
 Advance = Callable[[float, float], None]
-"""Given what is done and what there is in all."""
+"""Called with the work done and all of it."""
 _TABLE_WIDTH = 120
-_RATE_OVER = 300.0
-"""The rate of many cases is that of so many seconds past [s]."""
 
 
 def progress_bar(name: str, done: str) -> AbstractContextManager[Advance | None]:
-    """On a terminal a bar, told by (done, in all), with `done` as its text; None elsewhere."""
-    return _bar(TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn(), refresh_per_second=4)
+    """On a terminal a bar, moved by (done, all), with `done` as its text; None elsewhere."""
+    return _bar(TextColumn(name), BarColumn(), TextColumn(done), TimeElapsedColumn())
 
 
 def rate_bar(name: str, what: str) -> AbstractContextManager[Advance | None]:
-    """As `progress_bar`, for many cases: how many of `what` there are a minute, and the time that remains."""
-    columns = TextColumn(name), BarColumn(), MofNCompleteColumn(), _Rate(what), TimeElapsedColumn()
-    remaining = TextColumn("remaining"), TimeRemainingColumn()
-    return _bar(*columns, *remaining, refresh_per_second=2, speed_estimate_period=_RATE_OVER)
+    """As `progress_bar`, for many cases: the number of `what`, and the elapsed and remaining time."""
+    columns = TextColumn(name), BarColumn(), MofNCompleteColumn(), TextColumn(what), TimeElapsedColumn()
+    return _bar(*columns, TextColumn("remaining"), TimeRemainingColumn())
 
 
 @contextmanager
-def _bar(*columns: ProgressColumn, **options: Any) -> Iterator[Advance | None]:
+def _bar(*columns: ProgressColumn) -> Iterator[Advance | None]:
     console = Console(stderr=True)
     if not console.is_terminal:
         yield None
         return
-    with Progress(*columns, console=console, transient=True, **options) as bar:
+    with Progress(*columns, console=console, transient=True, speed_estimate_period=300.0) as bar:
         task = bar.add_task("", total=None)
         yield lambda completed, total: bar.update(task, completed=completed, total=total)
-
-
-class _Rate(ProgressColumn):
-    """So many a minute."""
-
-    def __init__(self, what: str) -> None:
-        super().__init__()
-        self._what = what
-
-    def render(self, task: Task) -> Text:
-        """The rate so far; a dash before the second case."""
-        speed = task.finished_speed or task.speed
-        return Text(f"{'–' if speed is None else f'{60.0 * speed:.1f}'} {self._what}/min")
-
-
-def tell_run(figures: dict[str, Any], written: Sequence[Path]) -> None:
-    """Print the table of a run, why steps of its mission failed, and which files were written."""
-    tell_tables([summary_table(figures)])
-    tell_lines(failure_lines(figures.get("mission")))
-    tell_written(written)
 
 
 def tell_tables(tables: Sequence[Table]) -> None:

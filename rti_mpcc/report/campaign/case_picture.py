@@ -13,7 +13,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
-from rti_mpcc.report.ground import draw_area, draw_obstacles, draw_path, draw_ways, show_driven
+from rti_mpcc.report.ground import draw_area, draw_outlines, draw_path, draw_routes, show_driven
 from rti_mpcc.report.overview import fit_plane
 from rti_mpcc.simulation import RunResult, Scenario
 from rti_mpcc.simulation.metrics import clearances
@@ -30,7 +30,7 @@ def case_figure(scenario: Scenario, result: RunResult | None, title: str) -> Fig
     In an area what is solid in it, and the ways that were planned. `result`: None for a case that was not
     driven: then the body stands at its start. Scales are equal.
     """
-    figure = Figure()
+    figure = Figure(layout="constrained")
     axes = figure.add_subplot()
     path = None if scenario.in_area else scenario.build_path()
     if path is None:
@@ -82,8 +82,8 @@ def _draw_ways(axes: Axes, scenario: Scenario, result: RunResult | None) -> None
     draw_area(axes, scenario.build_area())
     if result is None:
         return
-    draw_obstacles(axes, [outline for _, outlines in result.besides for outline in outlines])
-    draw_ways(axes, [path for _, path in result.paths])
+    draw_outlines(axes, [outline for _, outlines in result.besides for outline in outlines])
+    draw_routes(axes, [path for _, path in result.paths])
 
 
 def _draw_run(axes: Axes, scenario: Scenario, result: RunResult) -> None:
