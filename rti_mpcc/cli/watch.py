@@ -22,7 +22,6 @@ def add_to(commands: Commands) -> None:
         help="open a window on a run or a recording, with a time slider",
         description="Open a window on a run, which is simulated first, or on a recording: the plane and the "
         "plan at the time of a slider, and speed, steering, acceleration and progress over time.",
-        epilog="Keys: comma and full stop go back and on by a cycle.",
     )
     watch.add_argument(
         "what",

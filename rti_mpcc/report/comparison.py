@@ -19,7 +19,6 @@ _SHOWN = (
     "min_clearance_m",
     "rms",
     "energy",
-    "cycle_ms",
 )
 """Figures of `simulation.summary` in a table: those of the paper's Tables II and III, and some more."""
 RATIOS = (
@@ -52,10 +51,13 @@ def comparison_tables(runs: Sequence[Figures]) -> list[Table]:
     tables = []
     for scenario in dict.fromkeys(run["scenario"] for run in runs):
         own = [run for run in compared(runs) if run["scenario"] == scenario]
-        table = Table("", *(label(run) for run in own), "unit", title=scenario)
+        table = Table("", *(label(run).replace(" ", "\n") for run in own), "unit", title=scenario)
         for column in table.columns[1:-1]:
-            column.justify = "right"
-        rows = [list(figure_rows({name: run[name] for name in _SHOWN})) for run in own]
+            column.justify, column.overflow = "right", "fold"
+        rows = []
+        for run in own:
+            times = {name: run["cycle_ms"][name] for name in ("p50", "p95")}
+            rows.append(list(figure_rows({name: run[name] for name in _SHOWN} | {"cycle_ms": times})))
         for cells in zip(*rows, strict=True):
             table.add_row(cells[0][0], *(value for _, value, _ in cells), max(unit for *_, unit in cells))
         names = [name for name, *_ in figure_rows(dict.fromkeys(RATIOS))]

@@ -125,13 +125,9 @@ def status_line(moment: Moment) -> str:
 def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
     """(2, 2) x and y of both ends of the bicycle's front wheel [m]."""
     x, y, phi = pose.tolist()
-    ends = (
-        x
-        + 1j * y
-        + wheelbase * np.exp(1j * phi)
-        + _WHEEL * np.array([-1.0, 1.0]) * np.exp(1j * (phi + delta))
-    )
-    return np.array([ends.real, ends.imag])
+    centre = np.array([[x + wheelbase * np.cos(phi)], [y + wheelbase * np.sin(phi)]])
+    ahead = _WHEEL * np.array([[np.cos(phi + delta)], [np.sin(phi + delta)]])
+    return centre + ahead * np.array([-1.0, 1.0])
 
 
 class WeightBars:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from textwrap import fill
 from typing import Any
 
-from matplotlib.backend_bases import Event
+import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.widgets import Slider
 
@@ -16,8 +16,6 @@ from rti_mpcc.report.ride import Ride
 from rti_mpcc.report.scene import Scene
 from rti_mpcc.report.timeline import MOTION, strip_charts
 
-KEYS = {",": -1, ".": 1}
-"""Keys that go back or on by a cycle."""
 _WIDTH = 80
 """Letters in a line of text."""
 
@@ -30,7 +28,7 @@ class Viewer:
     """
 
     def __init__(self, figure: Figure, ride: Ride) -> None:
-        self.ride, self.index = ride, 0
+        self.ride, self.index, self._figure = ride, 0, figure
         figure.set_size_inches(15.0, 8.5)
         parts: Any = figure.subfigures(2, 1, height_ratios=(12, 1))  # its stub knows one subfigure
         left, right = parts[0].subfigures(1, 2)
@@ -42,12 +40,11 @@ class Viewer:
         self.cursors = [
             axes.axvline(ride.moments[0].time, color=style.BLACK, linewidth=1.0) for axes in charts
         ]
-        start, end = ride.moments[0].time, ride.moments[-1].time
+        times = np.unique([moment.time for moment in ride.moments])
         place = parts[1].add_axes((0.1, 0.3, 0.75, 0.5))
-        self.slider = Slider(place, "time", start, max(end, start + 1e-3), valinit=start, valfmt="%.2f s")
+        last = max(times[-1], times[0] + 1e-3)
+        self.slider = Slider(place, "time", times[0], last, valinit=times[0], valstep=times, valfmt="%.2f s")
         self.slider.on_changed(lambda time: self.show(ride.at(time)))
-        figure.canvas.mpl_connect("key_press_event", self.press)
-        self._figure = figure
         self.show(0)
 
     def show(self, index: int) -> None:
@@ -60,16 +57,6 @@ class Viewer:
         line = f"cycle {index + 1} of {len(self.ride.moments)}, {told.step_ms:.1f} ms"
         self.text.set_text(f"{line}\n{fill(told.reason or '-', _WIDTH)}")
         self._figure.canvas.draw_idle()
-
-    def press(self, event: Event) -> None:
-        """Go back or on by a cycle."""
-        step = KEYS.get(str(getattr(event, "key", None)), 0)
-        index = min(max(self.index + step, 0), len(self.ride.moments) - 1)
-        if step:
-            self.slider.eventson = False  # of several cycles at the same time the slider knows one
-            self.slider.set_val(self.ride.moments[index].time)
-            self.slider.eventson = True
-            self.show(index)
 
 
 def open_window() -> Figure:

@@ -23,6 +23,7 @@ from rti_mpcc.recording.codec import structured
 from rti_mpcc.recording.lines import from_line, to_line
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.ground import drawn_outlines
+from rti_mpcc.report.ride import ride_of_run
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
 from rti_mpcc.types import Array, Status
 from tests.rti_mpcc.encounters import body_at
@@ -290,7 +291,7 @@ def test_scenario_files_have_them(data: dict[str, Any], tmp_path: Path) -> None:
     result = simulate(scenario, obstacles_at=lambda now: [*known, *come] if now > 0.45 else known)
     assert 0.0 < summary(result)["min_clearance_m"] < 3.2
     assert 1.0 < summary(result)["min_clearance_m"] < 1.97
-    write_files(result, summary(result), tmp_path)
+    write_files(ride_of_run(result), summary(result), tmp_path)
     assert (tmp_path / "overview.png").stat().st_size > 1000
 
 

@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
-from rti_mpcc.report.film import film_of_run
+from rti_mpcc.report.ride import Observer, ride_of_run
 from rti_mpcc.report.scene import Scene
-from rti_mpcc.report.views import Observer
 from rti_mpcc.simulation import (
     RunResult,
     Scenario,
@@ -213,16 +212,16 @@ def test_clearance_is_told_by_the_whole_corridor_once_it_has_left_its_path() -> 
     assert np.isfinite(summary(result)["min_clearance_m"])
 
 
-def test_a_film_shows_the_way_in_place_of_the_path_once_it_was_left() -> None:
+def test_a_scene_shows_the_planned_route_once_the_path_was_left() -> None:
     scenario = beside_a_wall(1, **{"simulation.duration": 4.0})
     observer = Observer(docking_controller(scenario))
     result = simulate(scenario, controller=observer)
-    film = film_of_run(result, observer.observed)
-    assert film.path is result.given_path
-    assert film.corridor is not None
-    scene = Scene(Figure().add_subplot(), film)
+    ride = ride_of_run(result, observer.moments)
+    assert ride.path is result.given_path
+    assert ride.corridor is not None
+    scene = Scene(Figure().add_subplot(), ride)
     scene.show(0)
-    assert len(scene.planned.get_segments()) == 0
-    scene.show(len(film.views) - 1)
-    assert len(scene.planned.get_segments()) == len(result.path.parts)
-    assert len(scene.walls.get_segments()) == sum(map(len, film.corridor.lines(0)))
+    assert len(scene.route.get_segments()) == 0
+    scene.show(len(ride.moments) - 1)
+    assert len(scene.route.get_segments()) == len(result.path.parts)
+    assert len(scene.walls.get_segments()) == sum(map(len, ride.corridor.lines(0)))

@@ -1,4 +1,4 @@
-"""`rti-mpcc compare`: tables, JSON, moving pictures, refusals."""
+"""`rti-mpcc compare`: tables, JSON, animations, refusals."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_every_method_and_preset_is_run_and_told(capsys: pytest.CaptureFixture[s
     ]
     assert all(run["scenario"] == "short" for run in found)
     assert found[0]["ratios"]["energy.acceleration"] == 1.0
-    for name in ("dynamic (paper)", "constant_50 (default)", "times that of dynamic (paper)", "not docked"):
+    for name in ("dynamic", "(paper)", "constant_50", "energy acceleration, ratio"):
         assert name in said.out
     assert "there/comparison.json" in said.out
 
@@ -46,7 +46,7 @@ def test_two_scenarios_of_one_name_are_refused(capsys: pytest.CaptureFixture[str
     assert not Path("runs").exists()
 
 
-def test_moving_pictures_show_the_runs_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
+def test_animations_show_the_runs_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "short.toml", "--methods", "dynamic", "switched", "--animate"]) == 0
     (file,) = (file for file in Path("runs/compare").iterdir() if file.stem == "short")
     assert str(file) in capsys.readouterr().out

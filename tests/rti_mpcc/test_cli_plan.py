@@ -69,7 +69,7 @@ def test_a_way_that_is_found_exits_0_and_writes_its_files(
     assert main(["plan", "hall.toml"]) == 0
     said = capsys.readouterr()
     assert said.err == ""
-    assert "smallest clearance" in said.out
+    assert "min clearance" in said.out
     folder = Path("runs/hall")
     assert {file.name for file in folder.iterdir()} == FILES
     assert all(str(folder / name) in said.out for name in FILES)
@@ -111,8 +111,8 @@ def test_no_way_exits_1_says_how_far_it_got_and_leaves_no_old_route(
     said = capsys.readouterr()
     assert said.err == ""
     first, second, _ = said.out.splitlines()
-    assert first == "hall: no way was found: too narrow"
-    assert second == "hall: the search came within 1.50 m of the goal, 1000 poses in 2.0 s"
+    assert first == "hall: no route was found: too narrow"
+    assert second == "hall: the search came within 1.50 m of the goal, 1000 nodes expanded in 2.0 s"
     figures = json.loads(Path("runs/hall/plan.json").read_text())
     nothing = dict.fromkeys(("length_m", "cusps", "min_clearance_m"))
     assert figures == {"found": False, "seconds": 2.0, "nodes": 1000, **nothing}
@@ -128,7 +128,7 @@ def test_a_scenario_with_a_path_is_refused(capsys: pytest.CaptureFixture[str]) -
     (line,) = refusal(capsys, "plan", "docking_inside").splitlines()
     assert line == (
         "rti-mpcc: error: docking_inside: has a [path], which is driven as it is: "
-        "only the way of one with [start], [area] and goal.pose is planned"
+        "a route is planned only for a scenario with [start], [area] and goal.pose"
     )
     assert not Path("runs").exists()
 

@@ -39,9 +39,7 @@ def test_a_recorded_run_replays_identically(recording: Path, capsys: pytest.Capt
     assert main(["replay", str(recording)]) == 0
     said = capsys.readouterr()
     assert said.err == ""
-    assert said.out == (
-        "identical: 11 cycles compared bit for bit, on the machine and with the versions of the recording\n"
-    )
+    assert said.out == ("identical: 11 cycles compared bit for bit, on the same machine and versions\n")
 
 
 def test_a_run_in_an_area_is_recorded_and_replays(capsys: pytest.CaptureFixture[str]) -> None:
@@ -108,11 +106,11 @@ def test_a_tolerance_is_told(
     recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert main(["replay", str(recording), "--tolerance", "1e-6"]) == 0
-    assert "within 1e-06, on the machine" in capsys.readouterr().out
+    assert "within 1e-06, on the same machine" in capsys.readouterr().out
     other = Machine(architecture="", processor="", versions={})
     monkeypatch.setattr(Machine, "here", lambda: other)
     assert main(["replay", str(recording)]) == 0
-    assert "within 1e-09, on another machine or versions than the recording's" in capsys.readouterr().out
+    assert "within 1e-09, on another machine or other versions" in capsys.readouterr().out
 
 
 def test_a_truncated_recording(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -124,7 +122,7 @@ def test_a_truncated_recording(recording: Path, capsys: pytest.CaptureFixture[st
     )
     assert main(["replay", str(recording), "--partial"]) == 0
     assert "10 cycles" in (said := capsys.readouterr().out)
-    assert said.endswith(", which is truncated\n")
+    assert said.endswith("; the recording is truncated\n")
 
 
 def test_what_is_no_recording_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
