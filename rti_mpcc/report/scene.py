@@ -127,7 +127,8 @@ def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
     x, y, phi = pose.tolist()
     centre = np.array([[x + wheelbase * np.cos(phi)], [y + wheelbase * np.sin(phi)]])
     ahead = _WHEEL * np.array([[np.cos(phi + delta)], [np.sin(phi + delta)]])
-    return centre + ahead * np.array([-1.0, 1.0])
+    ends: Array = centre + ahead * np.array([-1.0, 1.0])
+    return ends
 
 
 class WeightBars:

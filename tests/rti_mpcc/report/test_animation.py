@@ -10,7 +10,6 @@ from shutil import which
 import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from rti_mpcc.errors import InputError
@@ -21,7 +20,6 @@ from rti_mpcc.report.animation import (
     Stage,
     animation_file,
     picture_times,
-    pictures,
     write_animation,
 )
 from rti_mpcc.report.ride import Ride
@@ -103,18 +101,6 @@ def test_long_rides_are_shown_faster(ride: Ride, end: float, step: float, count:
     assert len(times) == count
     assert np.diff(times) == pytest.approx(np.full(count - 1, step))
     assert times[-1] >= end - 1e-6
-
-
-def test_pictures_have_even_sizes_and_show_all_as_if_drawn_at_once(brief: Ride) -> None:
-    (shown,) = pictures([brief], [0.2])
-    assert (shown.shape[0] % 2, shown.shape[1] % 2, shown.shape[2]) == (0, 0, 4)
-    stage = Stage([brief])
-    stage.show(0.2)
-    canvas = FigureCanvasAgg(stage.figure)
-    for _ in range(2):
-        canvas.draw()  # type: ignore[no-untyped-call]
-    whole = np.asarray(canvas.buffer_rgba()).astype(int)  # type: ignore[no-untyped-call]
-    assert np.abs(whole - shown).mean() < 0.2
 
 
 def test_several_rides_share_the_time_and_one_that_has_ended_stays(ride: Ride, brief: Ride) -> None:

@@ -61,13 +61,6 @@ def test_it_shows_the_dock_and_what_is_around_it(tmp_path: Path) -> None:
     assert sorted(board[:, 0]) == pytest.approx([9.5, 10.5])
 
 
-def test_the_arrow_leads_from_the_rear_axle_to_the_front(tmp_path: Path) -> None:
-    (axes,) = figure_of(tmp_path, FIRST).axes
-    (arrow,) = (each for each in axes.texts if isinstance(each, Annotation) and each.arrow_patch)
-    assert arrow.xyann == (10.0, 5.0)
-    assert arrow.xy == pytest.approx((10.0, 5.0 + Vehicle().front))
-
-
 def test_scale_labels_and_legend(tmp_path: Path) -> None:
     area = "[area]\nboundary = [[0, 0], [30, 0], [30, 20], [0, 20]]\n"
     figure = figure_of(tmp_path, FIRST + SECOND + area)
@@ -80,11 +73,6 @@ def test_scale_labels_and_legend(tmp_path: Path) -> None:
     told = [text.get_text() for text in legend.get_texts()]
     assert len(told) == len(ALL)
     assert set(told) == ALL
-
-
-def test_what_is_not_there_is_not_in_the_legend(tmp_path: Path) -> None:
-    (legend,) = figure_of(tmp_path, SECOND).legends
-    assert [text.get_text() for text in legend.get_texts()] == ["docked vehicle"]
 
 
 def heading(degrees: float) -> str:

@@ -22,9 +22,8 @@ from rti_mpcc.report import style
 from rti_mpcc.report.axes import save
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.ride import Ride, ride_of_run
-from rti_mpcc.report.timeline import FARTHEST, GOAL_ROWS, draw_bands, name_bands, timeline_figure
+from rti_mpcc.report.timeline import GOAL_ROWS, timeline_figure
 from rti_mpcc.simulation import GoalSource, RunResult, scenario_from_dict, simulate, summary
-from rti_mpcc.types import MissionResult
 from tests.rti_mpcc.planned import OnPlannedPath
 from tests.rti_mpcc.report.conftest import driven
 from tests.rti_mpcc.short_missions import short
@@ -104,18 +103,6 @@ def test_each_goal_is_drawn_at_its_place(detected: tuple[RunResult, Ride]) -> No
         known = [each.pose for each in ride.detections if each.accepted is accepted and each.pose]
         expected = np.array([(pose.x, pose.y) for pose in known])
         assert np.asarray(drawn(figure, label).get_offsets()) == pytest.approx(expected)
-
-
-def test_known_goal_has_no_planned_one(detected: tuple[RunResult, Ride]) -> None:
-    known = ride_of_run(replace(detected[0], goal_source=GoalSource.KNOWN, tracking=None))
-    assert {"planned goal", "detection, accepted"}.isdisjoint(labels(overview_figure(known)))
-
-
-def test_wild_detection_does_not_widen_the_view(detected: tuple[RunResult, Ride]) -> None:
-    wild = Judgement(stamp=1.0, outcome=Outcome.REJECTED, pose=Pose2(500.0, 0.0, 0.0))
-    ride = detected[1]
-    wilder = replace(ride, detections=(*ride.detections, wild))
-    assert overview_figure(wilder).axes[0].get_xlim() == overview_figure(ride).axes[0].get_xlim()
 
 
 def test_overview_in_an_area_shows_static_and_other_obstacles_and_routes(hall: Ride) -> None:
@@ -302,20 +289,6 @@ def test_wrong_detection_is_marked_at_the_edge_and_leaves_the_axis_alone(ride: R
     assert "rejected, farther off" in labels(rows[0])
 
 
-def test_goal_rows_reach_as_far_as_curves_and_accepted_detections(ride: Ride) -> None:
-    aside, tolerance = GOAL.compose(Pose2(0.4, -0.3, 0.1)), ride.config.goal_tolerance
-    for changes, reach in (
-        ({"setpoint": aside, "detections": (told(1.0, Pose2(0.0, 0.5, 0.0)),)}, [0.44, 0.55, 6.3025]),
-        ({}, [1.65 * tolerance[0], 1.65 * tolerance[1], 1.65 * np.degrees(tolerance[2])]),
-        ({"offset": Pose2(0.0, 0.0, 0.0), "covariance": np.eye(3)}, list(FARTHEST)),
-        # A setpoint that far off is a stop on the route.
-        ({"setpoint": GOAL.compose(Pose2(8.0, 0.0, 0.0))}, [1.65 * tolerance[0]]),
-    ):
-        rows = known(ride, **changes)  # type: ignore[arg-type]
-        found = [axes.get_ylim()[1] for axes in rows][: len(reach)]
-        assert found == pytest.approx(reach, rel=1e-3)
-
-
 def test_steps_of_a_mission_are_bands_with_names(mission: tuple[RunResult, Ride]) -> None:
     result, ride = mission
     figure = timeline_figure(ride, summary(result))
@@ -324,27 +297,6 @@ def test_steps_of_a_mission_are_bands_with_names(mission: tuple[RunResult, Ride]
     assert set(labels(figure.axes[0])) == marks | {"true"}
     assert not set(labels(figure.axes[1])) & marks
     assert [len(axes.patches) for axes in figure.axes] == [3, 3, 3, 0, 0, 0]
-
-
-def test_bands_of_failed_running_and_short_steps(mission: tuple[RunResult, Ride]) -> None:
-    ride = mission[1]
-    first, wait, move = ride.steps
-    late = replace(first, result=MissionResult.TIMED_OUT, end=first.begin + 0.2)
-    again = replace(first, begin=first.begin + 0.2, end=first.begin + 0.4, attempt=1)
-    on = replace(move, result=MissionResult.RUNNING, end=None)
-    changed, axes = replace(ride, steps=(late, again, wait, on)), Figure().add_subplot()
-    draw_bands(axes, changed, waited="lowered")
-    assert set(axes.get_legend_handles_labels()[1]) == {
-        "step, failed",
-        "step, succeeded",
-        "step, running",
-        "lowered",
-    }
-    last = axes.patches[-1].get_window_extent().transformed(axes.transData.inverted())
-    assert last.x1 == pytest.approx(ride.end)
-    # On two lines, without overlap.
-    assert name_bands(axes, changed) == 2.0 * name_bands(Figure().add_subplot(), ride)
-    assert [text.get_text() for text in axes.texts] == ["dock: TIMED_OUT", "dock", "wait", "straight"]
 
 
 def test_overview_of_a_mission_shows_the_docked_object_and_the_ends_of_steps(

@@ -17,14 +17,13 @@ from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.mission import DockingMission
 from rti_mpcc.recording import Recorder, read_recording
 from rti_mpcc.report.ride import CameraFrames, Moment, Observer, Ride, ride_of_recording, ride_of_run
-from rti_mpcc.simulation import RunResult, changed, docking_controller, load_scenario, simulate
+from rti_mpcc.simulation import RunResult, docking_controller
 from rti_mpcc.simulation.camera import BoardCamera, Optics
 from rti_mpcc.simulation.scenario_camera import CameraSection
 from rti_mpcc.steps import AnyStep, DriveTo, Wait
 from rti_mpcc.types import Status, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
-    BACK,
     BEFORE,
     BLIND,
     CYCLE,
@@ -99,12 +98,6 @@ def test_obstacles_come_and_go_as_recorded(replayed: Ride) -> None:
     assert boxes(replayed.moments[AWAY]) == pytest.approx([2.0, 4.0])
 
 
-def test_time_of_a_ride_never_goes_back(replayed: Ride) -> None:
-    times = replayed.motion.times
-    assert (np.diff(times) >= 0.0).all()
-    assert times[BACK] == times[BACK - 1] == pytest.approx((BACK - 1) * CYCLE)
-
-
 def test_whole_cycles_of_a_truncated_recording_are_shown(recorded: Path, tmp_path: Path) -> None:
     cut, told = tmp_path / "cut.jsonl", list[tuple[int, int]]()
     lines = recorded.read_bytes().splitlines(keepends=True)
@@ -131,19 +124,6 @@ def test_ride_of_a_recorded_mission_has_its_routes(tmp_path: Path) -> None:
         assert moment.command.mission == live.command.mission
         assert (moment.route is None) == (live.route is None)
     assert ride.moments[-1].command.status is Status.WAITING
-
-
-def test_ride_of_a_recording_in_an_area(tmp_path: Path) -> None:
-    scenario = changed(load_scenario("bay_perpendicular"), {"simulation.duration": 2.0})
-    with Recorder(docking_controller(scenario), tmp_path / "bay.jsonl") as recorder:
-        simulate(scenario, controller=recorder)
-    ride = ride_of_recording(tmp_path / "bay.jsonl")
-    assert (ride.path, ride.corridor) == (None, None)
-    assert ride.area is not None
-    assert np.array_equal(np.array(ride.area.boundary), np.array(scenario.build_area().boundary))
-    ((start, route),) = ride.routes
-    assert (start > 0.0, ride.moments[0].route) == (True, None)
-    assert route.start.x == pytest.approx(scenario.start_pose().x)
 
 
 def test_a_recording_without_a_cycle_is_refused(tmp_path: Path) -> None:

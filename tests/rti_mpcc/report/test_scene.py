@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.ride import Ride
-from rti_mpcc.report.scene import CameraView, Scene, WeightBars, status_line
+from rti_mpcc.report.scene import CameraView, Scene, status_line
 from rti_mpcc.report.viewer import Viewer
 from rti_mpcc.simulation import changed, load_scenario
 from tests.rti_mpcc.report.conftest import driven
@@ -83,18 +83,6 @@ def test_scene_in_an_area_shows_the_route_of_the_cycle() -> None:
     assert "corridor" not in labels
 
 
-def test_bars_are_the_effective_weights(ride: Ride) -> None:
-    bars = WeightBars(Figure().add_subplot(), 1e5)
-    bars.show(ride.moments[20])
-    weights = ride.moments[20].command.diagnostics.weights
-    assert [bar.get_width() for bar in bars.moving] == [
-        weights.lag,
-        weights.contouring,
-        weights.progress_reward,
-        weights.goal_position,
-    ]
-
-
 def test_camera_shows_its_last_picture() -> None:
     frames = [
         (stamp, cv2.imencode(".jpg", np.full((6, 8, 3), grey, np.uint8))[1].tobytes())
@@ -119,4 +107,4 @@ def test_slider_shows_a_cycle(ride: Ride) -> None:
     assert viewer.index == 10
     assert viewer.scene.status.get_text() == status_line(ride.moments[10])
     assert viewer.text.get_text().startswith("cycle 11 of 33, ")
-    assert {cursor.get_xdata()[0] for cursor in viewer.cursors} == {ride.moments[10].time}  # type: ignore[index]
+    assert {cursor.get_xdata()[0] for cursor in viewer.cursors} == {ride.moments[10].time}

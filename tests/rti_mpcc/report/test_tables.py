@@ -18,7 +18,7 @@ from rti_mpcc.report.comparison import compared, comparison_tables
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.numbers import counted, number, percent
 from rti_mpcc.report.ride import Ride, ride_of_run
-from rti_mpcc.report.table import SHOWN, failure_lines, mission_rows, replay_lines, summary_table
+from rti_mpcc.report.table import failure_lines, mission_rows, replay_lines, summary_table
 from rti_mpcc.simulation import RunResult, summary
 
 
@@ -55,11 +55,6 @@ def test_pictures_are_written(ride: Ride, figures: dict[str, Any], tmp_path: Pat
     written = write_files(ride, figures, tmp_path)
     assert [file.name for file in written[2:]] == ["overview.png", "timeline.png"]
     assert all(file.read_bytes().startswith(b"\x89PNG") for file in written[2:])
-
-
-def test_summary_with_infinity_is_not_written(ride: Ride, figures: dict[str, Any], tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="JSON"):
-        write_files(ride, {**figures, "distance_m": float("inf")}, tmp_path, plots=False)
 
 
 def test_table_has_each_figure_with_its_unit(figures: dict[str, Any]) -> None:
@@ -166,7 +161,12 @@ def test_ratios_are_to_the_first_run_of_the_same_scenario() -> None:
 def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
     first, second = comparison_tables(RUNS)
     assert (first.title, second.title) == ("inside", "behind")
-    assert [column.header for column in first.columns] == ["", "dynamic (paper)", "separated (paper)", "unit"]
+    assert [column.header for column in first.columns] == [
+        "",
+        "dynamic\n(paper)",
+        "separated\n(paper)",
+        "unit",
+    ]
     rows = shown(first)
     for name, cells in {
         "docked": ["yes", "no", ""],
@@ -215,13 +215,6 @@ def test_an_identical_replay_is_one_line() -> None:
 def test_a_difference_says_where_and_what(changes: dict[str, Any], lines: list[str]) -> None:
     mismatch = Mismatch(**{"cycle": 4, "time": 0.2, "changed": "", "fields": (), **changes})
     assert replay_lines(replace(SAME, mismatch=mismatch))[:-1] == lines
-
-
-def test_many_fields_are_counted() -> None:
-    mismatch = Mismatch(cycle=4, time=0.2, changed="", fields=(SPEED,) * (SHOWN + 3))
-    told = replay_lines(replace(SAME, mismatch=mismatch))
-    assert len(told) == SHOWN + 3
-    assert told[-2] == "  and 3 more fields"
 
 
 def test_numbers_have_no_sign_of_zero_and_only_all_is_all() -> None:
