@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from geometry import compiled
 from rti_mpcc import __version__
 from rti_mpcc.cli import (
     campaign,
@@ -16,11 +17,11 @@ from rti_mpcc.cli import (
     plan,
     replay,
     run,
-    warm,
     watch,
 )
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
+from rti_mpcc.kernels import make_ready
 from rti_mpcc.report.console import tell_lines, warnings_on_stderr
 from rti_mpcc.simulation import builtin_names, load_scenario
 
@@ -65,9 +66,24 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     listing = commands.add_parser("scenarios", help="list the built-in scenarios")
     listing.set_defaults(command=_scenarios)
-    for module in (run, plan, docks, compare, campaign, campaign_case, campaign_report, replay, watch, warm):
+    for module in (run, plan, docks, compare, campaign, campaign_case, campaign_report, replay, watch):
         module.add_to(commands)
+    warm = commands.add_parser(
+        "warm",
+        help="compile the kernels now",
+        description="Compile the kernels that this machine has not compiled yet. The first controller of a "
+        "process does it otherwise, before its first cycle.",
+    )
+    warm.set_defaults(command=_warm)
     return parser
+
+
+def _warm(arguments: argparse.Namespace) -> int:
+    count, problem = make_ready(), compiled.not_kept()
+    said = f"compiled {count} kernels" if count else "all kernels are ready"
+    where = f"but they are not kept: {problem}" if problem else f"kept in {compiled.directory()}"
+    tell_lines([f"{said}, {where}"])
+    return DOCKED
 
 
 def _scenarios(arguments: argparse.Namespace) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,6 @@ FOUND, NOT_FOUND = 0, 1
 """Exit status of a search for a route."""
 Commands = Any
 """The type that argparse adds commands to; its own name for it is private."""
-Command = Callable[[argparse.Namespace], int]
 SCENARIO: dict[str, Any] = {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"}
 """Of an argument that names scenarios."""
 
@@ -54,19 +52,17 @@ def tolerance(text: str) -> float:
 
 def add_method_and_preset(parser: argparse.ArgumentParser) -> None:
     """`--method METHOD` and `--preset PRESET`."""
-    parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
-    parser.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
+    parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: dynamic")
+    parser.add_argument("--preset", choices=PRESETS, default="default", help="default: default")
 
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
     """`--seed N`."""
-    parser.add_argument(
-        "--seed", type=seed, default=0, metavar="N", help="random seed for all noise; default: %(default)s"
-    )
+    told = "random seed for all noise; default: 0"
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help=told)
 
 
 def add_dump_failed(parser: argparse.ArgumentParser) -> None:
     """`--dump-failed DIR`."""
-    parser.add_argument(
-        "--dump-failed", type=Path, metavar="DIR", help="write the QP of each failed cycle there, as .npz"
-    )
+    told = "write the QP of each failed cycle there, as .npz"
+    parser.add_argument("--dump-failed", type=Path, metavar="DIR", help=told)

@@ -24,47 +24,27 @@ def add_to(commands: Commands) -> None:
         "compare",
         help="run scenarios by several methods and presets, print their figures side by side",
         description="Run each scenario by each method and preset, print the figures of the paper's Tables II "
-        "and III and some more side by side, and write all of them to DIR/comparison.json.",
+        "and III and some more side by side, and write all to DIR/comparison.json.",
         # SCENARIO first: after --methods it would be taken for one.
         usage="%(prog)s [-h] SCENARIO [SCENARIO ...] [--methods METHOD ...] [--presets PRESET ...]\n"
         "                        [--seed N] [--out DIR] [--jobs K] [--animate]",
-        epilog="Ratios are to the first method and preset named. Exit status: 0 all ran, 2 bad input.",
+        epilog="By default the paper's three methods by the default preset; ratios are to the first method and "
+        "preset named. With several jobs the cycle times are longer. Exit status: 0 all ran, 2 bad input.",
     )
     parser.add_argument("scenarios", nargs="+", **SCENARIO)
-    parser.add_argument(
-        "--methods",
-        nargs="+",
-        choices=METHODS,
-        default=["dynamic", "separated", "switched"],
-        metavar="METHOD",
-        help=f"methods, of {', '.join(METHODS)}; default: the paper's three",
-    )
-    parser.add_argument(
-        "--presets",
-        nargs="+",
-        choices=PRESETS,
-        default=["default"],
-        metavar="PRESET",
-        help=f"presets, of {', '.join(PRESETS)}; default: default",
-    )
+    several = {"nargs": "+", "metavar": "NAME"}
+    usual, one = ["dynamic", "separated", "switched"], ["default"]
+    names = ", ".join(METHODS)
+    parser.add_argument("--methods", choices=METHODS, default=usual, help=f"some of {names}", **several)
+    parser.add_argument("--presets", choices=PRESETS, default=one, help=f"of {', '.join(PRESETS)}", **several)
     add_seed(parser)
-    parser.add_argument(
-        "--out",
-        type=Path,
-        default=Path("runs/compare"),
-        metavar="DIR",
-        help="folder of comparison.json; default: %(default)s",
-    )
-    parser.add_argument(
-        "--jobs",
-        type=at_least_one,
-        metavar="K",
-        help="number of runs at a time; default: one a core. With more than one the cycle times are longer",
-    )
+    folder = Path("runs/compare")
+    parser.add_argument("--out", type=Path, default=folder, metavar="DIR", help="default: %(default)s")
+    parser.add_argument("--jobs", type=at_least_one, metavar="K", help="runs at a time; default: one a core")
     parser.add_argument(
         "--animate",
         action="store_true",
-        help="also write an animation of each scenario's runs side by side (one run at a time then)",
+        help="also animate each scenario's runs side by side, run one by one",
     )
     parser.set_defaults(command=_compare)
 

@@ -21,13 +21,8 @@ def add_to(commands: Commands) -> None:
         epilog="Exit status: 0 identical, 1 a difference, 2 bad input.",
     )
     again.add_argument("file", metavar="FILE", type=Path, help="file of `run --record`")
-    again.add_argument(
-        "--tolerance",
-        type=tolerance,
-        metavar="X",
-        help="tolerance of numbers, relative above 1; 0 is bit for bit; default: 0 on the machine and "
-        "with the versions of the recording, 1e-9 elsewhere",
-    )
+    usual = "0: bit for bit; default: 0 on the machine and versions of the recording, 1e-9 elsewhere"
+    again.add_argument("--tolerance", type=tolerance, metavar="X", help=usual)
     again.add_argument(
         "--partial", action="store_true", help="replay the whole cycles of a truncated recording"
     )

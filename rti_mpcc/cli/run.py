@@ -62,35 +62,17 @@ def add_to(commands: Commands) -> None:
 def add_run_options(parser: argparse.ArgumentParser) -> None:
     """The options of one run beside its scenario and seed."""
     add_method_and_preset(parser)
-    parser.add_argument(
-        "--ride",
-        choices=get_args(config.Ride),
-        help="smooth: least acceleration energy, brisk: least time, within comfort; default: the scenario's "
-        "ride, else smooth",
-    )
-    parser.add_argument(
-        "--docking-time",
-        type=float,
-        metavar="SECONDS",
-        help="duration of the docking; the comfort values are scaled so that it is expected",
-    )
+    rides = "smooth: least acceleration energy, brisk: least time, within comfort; default: the scenario's"
+    parser.add_argument("--ride", choices=get_args(config.Ride), help=rides)
+    scaled = "duration of the docking, for which the comfort values are scaled"
+    parser.add_argument("--docking-time", type=float, metavar="SECONDS", help=scaled)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the files; default: runs/<name>")
-    parser.add_argument(
-        "--goal-source",
-        choices=[source.value for source in GoalSource],
-        default=GoalSource.DETECTED.value,
-        help="source of the goal in a scenario with [goal.measurement]: filtered detections, the newest "
-        "detection as it is, or the truth; default: %(default)s",
-    )
+    sources = [source.value for source in GoalSource]
+    known = "filtered detections, the newest detection as it is, or the truth; default: detected"
+    parser.add_argument("--goal-source", choices=sources, default=GoalSource.DETECTED.value, help=known)
     parser.add_argument("--no-plots", action="store_true", help="write no pictures")
-    parser.add_argument(
-        "--animate",
-        nargs="?",
-        const="",
-        metavar="FILE",
-        help="write an animation, .mp4 or .gif; default: animation.mp4 beside the other files, .gif where "
-        "ffmpeg is not installed",
-    )
+    written = "write an animation, .mp4 or .gif; default: animation.mp4, .gif where there is no ffmpeg"
+    parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
     parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
     add_dump_failed(parser)
 

@@ -23,17 +23,13 @@ def add_to(commands: Commands) -> None:
         description="Open a window on a run, which is simulated first, or on a recording: the plane and the "
         "plan at the time of a slider, and speed, steering, acceleration and progress over time.",
     )
-    watch.add_argument(
-        "what",
-        metavar="RECORDING_OR_SCENARIO",
-        help="file of `run --record`, name of a built-in scenario, or a .toml file",
-    )
+    what = "file of `run --record`, name of a built-in scenario, or a .toml file"
+    watch.add_argument("what", metavar="RECORDING_OR_SCENARIO", help=what)
     add_method_and_preset(watch)
     add_seed(watch)
     unset = dict.fromkeys(_OF_SCENARIO)  # a recording has its own
-    watch.set_defaults(
-        command=_watch, goal_source=GoalSource.DETECTED.value, record=None, animate="", **unset
-    )
+    usual = {"goal_source": GoalSource.DETECTED.value, "record": None, "animate": ""}
+    watch.set_defaults(command=_watch, **usual, **unset)
 
 
 def _watch(arguments: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isfinite
 from os import PathLike
@@ -158,7 +158,6 @@ def _moment(controller: Any, state: VehicleState, command: Command, time: float)
     )
 
 
-@dataclass(slots=True)
 class CameraFrames:
     """Keeps the pictures of a run, with the detections drawn on them; to be given to `simulate` as `seen`.
 
@@ -168,12 +167,9 @@ class CameraFrames:
         section: the scenario's camera.
     """
 
-    section: CameraSection
-    frames: list[tuple[float, bytes]] = field(default_factory=list, init=False)
-    _detector: CharucoGoalDetector = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._detector = CharucoGoalDetector(self.section.mount, self.section.board)
+    def __init__(self, section: CameraSection) -> None:
+        self.frames: list[tuple[float, bytes]] = []
+        self._detector = CharucoGoalDetector(section.mount, section.board)
 
     def __call__(self, stamp: float, picture: Image, detection: CharucoDetection | None) -> None:
         """Keep a picture."""

@@ -55,7 +55,7 @@ class Viewer:
             cursor.set_xdata([moment.time, moment.time])
         told = moment.command.diagnostics
         line = f"cycle {index + 1} of {len(self.ride.moments)}, {told.step_ms:.1f} ms"
-        self.text.set_text(f"{line}\n{fill(told.reason or '-', _WIDTH)}")
+        self.text.set_text(f"{line}\n{fill(told.reason, _WIDTH)}")
         self._figure.canvas.draw_idle()
 
 
