@@ -28,7 +28,7 @@ def add_to(commands: Commands) -> None:
         # SCENARIO first: after --methods it would be taken for one.
         usage="%(prog)s [-h] SCENARIO [SCENARIO ...] [--methods METHOD ...] [--presets PRESET ...]\n"
         "                        [--seed N] [--out DIR] [--jobs K] [--animate]",
-        epilog="By default the paper's three methods by the default preset; ratios are to the first method and "
+        epilog="By default the paper's three methods, default preset; ratios are to the first method and "
         "preset named. With several jobs the cycle times are longer. Exit status: 0 all ran, 2 bad input.",
     )
     parser.add_argument("scenarios", nargs="+", **SCENARIO)

@@ -50,22 +50,6 @@ def test_default_is_mp4_where_ffmpeg_is_installed(
     assert animation_file(Path("mine.GIF"), Path("runs/x")) == Path("mine.GIF")
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("mine.mp4", r"mine\.mp4: \.mp4 needs the program ffmpeg, which is not installed"),
-        *(
-            (name, rf"{name}: an animation must end in \.mp4 or \.gif")
-            for name in ("mine.png", "mine", "gif")
-        ),
-    ],
-)
-def test_what_cannot_be_written_is_refused(monkeypatch: pytest.MonkeyPatch, name: str, message: str) -> None:
-    with_ffmpeg(monkeypatch, False)
-    with pytest.raises(InputError, match=message):
-        animation_file(Path(name), Path())
-
-
 def test_gif_has_a_picture_for_each_tenth_of_a_second_in_the_colours_of_the_other_pictures(
     brief: Ride, tmp_path: Path
 ) -> None:

@@ -19,7 +19,7 @@ from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report.axes import save
-from rti_mpcc.report.plan import ROUTE, SPACING, plan_figure, route_rows, write_plan
+from rti_mpcc.report.plan import SPACING, plan_figure, route_rows, write_plan
 from rti_mpcc.simulation.solid import SolidThings
 from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
 
@@ -76,13 +76,6 @@ def test_files_of_a_route(tmp_path: Path) -> None:
         "cusps": 2,
         "nodes": 42,
     }
-
-
-def test_files_where_no_route_was_found(tmp_path: Path) -> None:
-    nothing = dict.fromkeys(("length_m", "cusps", "min_clearance_m"))
-    figures, lines = files(tmp_path, IN_VAIN)
-    assert figures == {"found": False, "seconds": 2.0, "nodes": 1000, **nothing}
-    assert lines == [",".join(ROUTE)]
 
 
 def test_route_far_from_the_origin_keeps_its_digits(tmp_path: Path) -> None:

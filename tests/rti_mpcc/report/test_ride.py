@@ -10,23 +10,17 @@ import numpy as np
 import pytest
 
 from estimation import Camera, CharucoBoard, CharucoGoalDetector
-from geometry import Area, Pose2
-from rti_mpcc.config import ControllerConfig
-from rti_mpcc.docking import DockingController
+from geometry import Pose2
 from rti_mpcc.errors import InputError, RecordingError
-from rti_mpcc.mission import DockingMission
 from rti_mpcc.recording import Recorder, read_recording
-from rti_mpcc.report.ride import CameraFrames, Moment, Observer, Ride, ride_of_recording, ride_of_run
+from rti_mpcc.report.ride import CameraFrames, Moment, Ride, ride_of_recording, ride_of_run
 from rti_mpcc.simulation import RunResult, docking_controller
 from rti_mpcc.simulation.camera import BoardCamera, Optics
 from rti_mpcc.simulation.scenario_camera import CameraSection
-from rti_mpcc.steps import AnyStep, DriveTo, Wait
-from rti_mpcc.types import Status, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
     BEFORE,
     BLIND,
-    CYCLE,
     EVENTFUL,
     SCENARIO,
     drive,
@@ -106,24 +100,6 @@ def test_whole_cycles_of_a_truncated_recording_are_shown(recorded: Path, tmp_pat
     assert ride.title == "cut.jsonl (truncated)"
     assert len(ride.moments) == 5
     assert told == [(done, 5) for done in range(1, 6)]
-
-
-def test_ride_of_a_recorded_mission_has_its_routes(tmp_path: Path) -> None:
-    steps: list[AnyStep] = [Wait(until=lambda: False), DriveTo(Pose2(5.0, 0.0, 0.0))]
-    mission = DockingMission(DockingController.in_area(Area(), ControllerConfig()), steps)
-    rest = VehicleState(x=0.0, y=0.0, phi=0.0, v=0.0, delta=0.0)
-    with Recorder(mission, tmp_path / "mission.jsonl") as recorder:
-        observer = Observer(recorder)
-        for cycle in range(12):
-            if cycle == 10:
-                recorder.cancel()
-            observer.step(rest, now=cycle * CYCLE, signal=cycle == 1)
-    ride = ride_of_recording(tmp_path / "mission.jsonl")
-    assert (ride.path, ride.area is None) == (None, False)
-    for moment, live in zip(ride.moments, observer.moments, strict=True):
-        assert moment.command.mission == live.command.mission
-        assert (moment.route is None) == (live.route is None)
-    assert ride.moments[-1].command.status is Status.WAITING
 
 
 def test_a_recording_without_a_cycle_is_refused(tmp_path: Path) -> None:

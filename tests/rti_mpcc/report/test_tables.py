@@ -13,12 +13,11 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from rti_mpcc.recording import FieldDifference, Mismatch, ReplayReport
 from rti_mpcc.report.comparison import compared, comparison_tables
 from rti_mpcc.report.files import write_files
 from rti_mpcc.report.numbers import counted, number, percent
 from rti_mpcc.report.ride import Ride, ride_of_run
-from rti_mpcc.report.table import failure_lines, mission_rows, replay_lines, summary_table
+from rti_mpcc.report.table import failure_lines, mission_rows, summary_table
 from rti_mpcc.simulation import RunResult, summary
 
 
@@ -49,12 +48,6 @@ def test_trajectory_is_the_truth_at_every_plant_step(
     write_files(far, figures, tmp_path, plots=False)
     row = written[1].read_text().splitlines()[1].split(",")
     assert (float(row[1]), float(row[2])) == (poses[0, 0], poses[0, 1])
-
-
-def test_pictures_are_written(ride: Ride, figures: dict[str, Any], tmp_path: Path) -> None:
-    written = write_files(ride, figures, tmp_path)
-    assert [file.name for file in written[2:]] == ["overview.png", "timeline.png"]
-    assert all(file.read_bytes().startswith(b"\x89PNG") for file in written[2:])
 
 
 def test_table_has_each_figure_with_its_unit(figures: dict[str, Any]) -> None:
@@ -179,42 +172,6 @@ def test_a_table_for_each_scenario_has_a_column_for_each_run() -> None:
         assert rows[name] == cells
     (alone,) = comparison_tables(RUNS[:1])
     assert not [name for name in shown(alone) if name.endswith(", ratio")]
-
-
-SAME = ReplayReport(cycles=5, tolerance=0.0, same_machine=True, complete=True, mismatch=None)
-SPEED = FieldDifference(field="command.speed", recorded=1.0, replayed=1.25, size=0.25)
-STATUS = FieldDifference(field="command.status", recorded="docked", replayed=None, size=None)
-
-
-def test_an_identical_replay_is_one_line() -> None:
-    (line,) = replay_lines(SAME)
-    assert line == "identical: 5 cycles compared bit for bit, on the same machine and versions"
-    (line,) = replay_lines(replace(SAME, tolerance=1e-9, same_machine=False, complete=False))
-    where = "on another machine or other versions; the recording is truncated"
-    assert line == f"identical: 5 cycles compared within 1e-09, {where}"
-
-
-@pytest.mark.parametrize(
-    ("changes", "lines"),
-    [
-        (
-            {"fields": (SPEED, STATUS)},
-            [
-                "different: cycle 4 at 0.200 s",
-                "  command.speed: recorded 1.0, replayed 1.25, difference 0.25",
-                "  command.status: recorded 'docked', replayed None",
-            ],
-        ),
-        (
-            {"changed": "changed"},
-            ["different: cycle 4 at 0.200 s: changed", "  all compared fields are equal"],
-        ),
-        ({"changed": "changed", "time": None}, ["different: cycle 4: changed"]),
-    ],
-)
-def test_a_difference_says_where_and_what(changes: dict[str, Any], lines: list[str]) -> None:
-    mismatch = Mismatch(**{"cycle": 4, "time": 0.2, "changed": "", "fields": (), **changes})
-    assert replay_lines(replace(SAME, mismatch=mismatch))[:-1] == lines
 
 
 def test_numbers_have_no_sign_of_zero_and_only_all_is_all() -> None:
