@@ -17,6 +17,7 @@ from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetect
 from geometry import Pose2
 from rti_mpcc import prepare_process
 from rti_mpcc.report.overview import overview_figure
+from rti_mpcc.report.ride import ride_of_run
 from rti_mpcc.simulation import scenario_from_dict, simulate
 from rti_mpcc.simulation.camera import BoardCamera, CameraDetector, Image, Optics
 
@@ -50,7 +51,7 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     for name, (_, picture, detection) in (("first", found[0]), ("last", found[-1])):
         cv2.imwrite(str(options.out / f"{name}.png"), detector.annotated(picture, detection))
-    overview_figure(result).savefig(options.out / "overview.png")
+    overview_figure(ride_of_run(result)).savefig(options.out / "overview.png")
     assert result.ended == "docked"
     assert max(abs(error.x), abs(error.y)) < 0.05
     assert abs(degrees(error.phi)) < 2.0

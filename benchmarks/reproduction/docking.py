@@ -9,6 +9,8 @@ import numpy as np
 
 from benchmarks.reproduction import causes
 from benchmarks.reproduction.claims import claims, missed_causes, times_of
+from benchmarks.reproduction.columns import PAPER as PAPER_COLUMNS
+from benchmarks.reproduction.columns import Column
 from benchmarks.reproduction.content import Block, Picture, Section, Table, found, say
 from benchmarks.reproduction.docking_pictures import (
     BODY_EVERY,
@@ -27,8 +29,6 @@ from benchmarks.reproduction.verdicts import (
     times_told,
 )
 from rti_mpcc.report.axes import png
-from rti_mpcc.report.comparison import PAPER as PAPER_COLUMNS
-from rti_mpcc.report.comparison import Column
 from rti_mpcc.report.numbers import number
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome

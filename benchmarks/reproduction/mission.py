@@ -15,9 +15,10 @@ from benchmarks.reproduction.content import Block, Picture, Section, Table, foun
 from benchmarks.reproduction.verdicts import came_out
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import grid, legend_below, png
-from rti_mpcc.report.mission_bands import draw_bands, name_bands
 from rti_mpcc.report.numbers import number
 from rti_mpcc.report.overview import overview_figure
+from rti_mpcc.report.ride import ride_of_run
+from rti_mpcc.report.timeline import draw_bands, name_bands
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome
 from rti_mpcc.simulation.ending import STANDSTILL_SPEED
@@ -83,7 +84,7 @@ def mission_section(outcome: Outcome) -> Section:
         ),
         Picture(
             name="mission_plane",
-            png=png(overview_figure(result)),
+            png=png(overview_figure(ride_of_run(result))),
             caption="The same from above: the planned goal, the capsule and where each step ended.",
             told="The yard with two capsules and the body of the vehicle each second.",
         ),
@@ -109,7 +110,7 @@ def motion_figure(result: RunResult, figures: Mapping[str, Any]) -> Figure:
     steering.set_ylabel("steering δ [rad]")
     for axes in (speed, steering):
         _mark(axes, result, figures)
-    speed.set_title("docking mission", pad=_PAD + name_bands(speed, result))
+    speed.set_title("docking mission", pad=_PAD + name_bands(speed, ride_of_run(result)))
     steering.set_xlabel("time [s]")
     steering.set_xlim(0.0, float(truth.times[-1]))
     legend_below(figure, columns=5)
@@ -117,7 +118,7 @@ def motion_figure(result: RunResult, figures: Mapping[str, Any]) -> Figure:
 
 
 def _mark(axes: Axes, result: RunResult, figures: Mapping[str, Any]) -> None:
-    draw_bands(axes, result, waited="end of the lowering")
+    draw_bands(axes, ride_of_run(result), waited="end of the lowering")
     grid(axes)
     at_goal = figures["time_to_tolerance_s"]
     if at_goal is not None:

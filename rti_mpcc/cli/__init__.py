@@ -6,8 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from rich.console import Console
-
+from geometry import compiled
 from rti_mpcc import __version__
 from rti_mpcc.cli import (
     campaign,
@@ -16,12 +15,12 @@ from rti_mpcc.cli import (
     plan,
     replay,
     run,
-    warm,
     watch,
 )
 from rti_mpcc.cli.arguments import BAD_INPUT, DOCKED
 from rti_mpcc.errors import RtiMpccError
-from rti_mpcc.report.console import warnings_on_stderr
+from rti_mpcc.kernels import make_ready
+from rti_mpcc.report.console import tell_lines, warnings_on_stderr
 from rti_mpcc.simulation import builtin_names, load_scenario
 
 _INTERRUPTED = 130
@@ -30,8 +29,8 @@ _INTERRUPTED = 130
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with `argv` (default: the process's own) and return the exit status, without exiting.
 
-    0: docked, or a way was found, or identical in replay; 1: not docked, or the body crossed a boundary, or a
-    step of a mission failed for good, or no way was found, or a replay differs; 2: bad input, told in one
+    0: docked, or a route was found, or a replay is identical; 1: not docked, or the body crossed a boundary,
+    or a step of a mission failed for good, or no route was found, or a replay differs; 2: bad input, in one
     message on stderr.
     """
     return exit_status(_parser(), argv)
@@ -65,24 +64,30 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     listing = commands.add_parser("scenarios", help="list the built-in scenarios")
     listing.set_defaults(command=_scenarios)
-    run.add_to(commands)
-    plan.add_to(commands)
-    docks.add_to(commands)
-    compare.add_to(commands)
-    campaign.add_to(commands)
-    replay.add_to(commands)
-    watch.add_to(commands)
-    warm.add_to(commands)
+    for module in (run, plan, docks, compare, campaign, replay, watch):
+        module.add_to(commands)
+    warm = commands.add_parser(
+        "warm",
+        help="compile the kernels now",
+        description="Compile the kernels that this machine has not compiled yet. The first controller of a "
+        "process does it otherwise, before its first cycle.",
+    )
+    warm.set_defaults(command=_warm)
     return parser
+
+
+def _warm(arguments: argparse.Namespace) -> int:
+    count, problem = make_ready(), compiled.not_kept()
+    said = f"compiled {count} kernels" if count else "all kernels are ready"
+    where = f"but they are not kept: {problem}" if problem else f"kept in {compiled.directory()}"
+    tell_lines([f"{said}, {where}"])
+    return DOCKED
 
 
 def _scenarios(arguments: argparse.Namespace) -> int:
     names = builtin_names()
     width = max(map(len, names))
-    console = Console(highlight=False)
-    for name in names:
-        line = f"{name:{width}}  {load_scenario(name).description}"
-        console.print(line, markup=False, soft_wrap=True)
+    tell_lines([f"{name:{width}}  {load_scenario(name).description}" for name in names])
     return DOCKED
 
 

@@ -1,4 +1,4 @@
-"""What the commands share: exit statuses, and what an argument may be."""
+"""What the commands share: exit statuses, options, and the values that an argument may have."""
 
 from __future__ import annotations
 
@@ -7,15 +7,20 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from rti_mpcc.baselines import METHODS
+from rti_mpcc.simulation.scenario import PRESETS
+
 DOCKED, NOT_DOCKED, BAD_INPUT = 0, 1, 2
 DONE = 0
 """Exit status."""
 IDENTICAL, DIFFERENT = 0, 1
-"""The same of a replay."""
+"""Exit status of a replay."""
 FOUND, NOT_FOUND = 0, 1
-"""The same of a search for a way."""
+"""Exit status of a search for a route."""
 Commands = Any
-"""What argparse adds commands to; its own name for it is private."""
+"""The type that argparse adds commands to; its own name for it is private."""
+SCENARIO: dict[str, Any] = {"metavar": "SCENARIO", "help": "name of a built-in scenario, or a .toml file"}
+"""Of an argument that names scenarios."""
 
 
 def seed(text: str) -> int:
@@ -45,8 +50,19 @@ def tolerance(text: str) -> float:
     return value
 
 
+def add_method_and_preset(parser: argparse.ArgumentParser) -> None:
+    """`--method METHOD` and `--preset PRESET`."""
+    parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: dynamic")
+    parser.add_argument("--preset", choices=PRESETS, default="default", help="default: default")
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """`--seed N`."""
+    told = "random seed for all noise; default: 0"
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help=told)
+
+
 def add_dump_failed(parser: argparse.ArgumentParser) -> None:
     """`--dump-failed DIR`."""
-    parser.add_argument(
-        "--dump-failed", type=Path, metavar="DIR", help="write the QP of each failed cycle there, as .npz"
-    )
+    told = "write the QP of each failed cycle there, as .npz"
+    parser.add_argument("--dump-failed", type=Path, metavar="DIR", help=told)

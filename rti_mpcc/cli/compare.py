@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rti_mpcc.baselines import METHODS
-from rti_mpcc.cli.arguments import DONE, Commands, at_least_one, seed
+from rti_mpcc.cli.arguments import DONE, SCENARIO, Commands, add_seed, at_least_one
 from rti_mpcc.errors import InputError
 from rti_mpcc.report.comparison import compared, comparison_tables, label
 from rti_mpcc.report.console import progress_bar, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_json
-from rti_mpcc.report.views import Observer
+from rti_mpcc.report.ride import Observer, Ride, ride_of_run
 from rti_mpcc.simulation import docking_controller, load_scenario
 from rti_mpcc.simulation.batch import Case, Outcome, drive, drive_all
 from rti_mpcc.simulation.scenario import PRESETS, Scenario
@@ -24,51 +24,27 @@ def add_to(commands: Commands) -> None:
         "compare",
         help="run scenarios by several methods and presets, print their figures side by side",
         description="Run each scenario by each method and preset, print the figures of the paper's Tables II "
-        "and III and some more side by side, and write all of them to DIR/comparison.json.",
+        "and III and some more side by side, and write all to DIR/comparison.json.",
         # SCENARIO first: after --methods it would be taken for one.
         usage="%(prog)s [-h] SCENARIO [SCENARIO ...] [--methods METHOD ...] [--presets PRESET ...]\n"
         "                        [--seed N] [--out DIR] [--jobs K] [--animate]",
-        epilog="Ratios are to the first method and preset named. Exit status: 0 all ran, 2 bad input.",
+        epilog="By default the paper's three methods, default preset; ratios are to the first method and "
+        "preset named. With several jobs the cycle times are longer. Exit status: 0 all ran, 2 bad input.",
     )
-    parser.add_argument(
-        "scenarios", metavar="SCENARIO", nargs="+", help="name of a built-in scenario, or a .toml file"
-    )
-    parser.add_argument(
-        "--methods",
-        nargs="+",
-        choices=METHODS,
-        default=["dynamic", "separated", "switched"],
-        metavar="METHOD",
-        help=f"of {', '.join(METHODS)}; default: the paper's three",
-    )
-    parser.add_argument(
-        "--presets",
-        nargs="+",
-        choices=PRESETS,
-        default=["default"],
-        metavar="PRESET",
-        help=f"of {', '.join(PRESETS)}; default: default",
-    )
-    parser.add_argument(
-        "--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s"
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        default=Path("runs/compare"),
-        metavar="DIR",
-        help="where comparison.json goes; default: %(default)s",
-    )
-    parser.add_argument(
-        "--jobs",
-        type=at_least_one,
-        metavar="K",
-        help="runs at a time; default: one a core. With more than one the cycle times say less",
-    )
+    parser.add_argument("scenarios", nargs="+", **SCENARIO)
+    several = {"nargs": "+", "metavar": "NAME"}
+    usual, one = ["dynamic", "separated", "switched"], ["default"]
+    names = ", ".join(METHODS)
+    parser.add_argument("--methods", choices=METHODS, default=usual, help=f"some of {names}", **several)
+    parser.add_argument("--presets", choices=PRESETS, default=one, help=f"of {', '.join(PRESETS)}", **several)
+    add_seed(parser)
+    folder = Path("runs/compare")
+    parser.add_argument("--out", type=Path, default=folder, metavar="DIR", help="default: %(default)s")
+    parser.add_argument("--jobs", type=at_least_one, metavar="K", help="runs at a time; default: one a core")
     parser.add_argument(
         "--animate",
         action="store_true",
-        help="also write moving pictures of each scenario's runs side by side (one run at a time then)",
+        help="also animate each scenario's runs side by side, run one by one",
     )
     parser.set_defaults(command=_compare)
 
@@ -109,22 +85,21 @@ def _scenarios(asked: Sequence[str]) -> list[Scenario]:
 def _animated(
     cases: Sequence[Case], folder: Path, progress: Callable[[int, int], None] | None
 ) -> tuple[list[Outcome], list[Path]]:
-    """Drive the cases one by one, looked at, and write one moving picture a scenario."""
+    """Drive the cases one by one, and write one animation a scenario."""
     # Not at the top: matplotlib takes longer to load than a comparison without pictures needs it.
-    from rti_mpcc.report.animation import animate_runs, animation_file
+    from rti_mpcc.report.animation import animation_file, write_animation
 
     outcomes: list[Outcome] = []
-    written: list[Path] = []
-    for name in dict.fromkeys(case.scenario.name for case in cases):
-        looked = []
-        for case in (case for case in cases if case.scenario.name == name):
-            observer = Observer(docking_controller(case.scenario, preset=case.preset, method=case.method))
-            outcome = drive(case, observer)
-            outcomes.append(outcome)
-            looked.append((label(outcome.figures), outcome.result, observer.observed))
-            if progress is not None:
-                progress(len(outcomes), len(cases))
-        file = animation_file(None, folder).with_stem(name)
-        animate_runs(looked, file)
-        written.append(file)
-    return outcomes, written
+    rides: dict[str, list[Ride]] = {}
+    for case in cases:
+        observer = Observer(docking_controller(case.scenario, preset=case.preset, method=case.method))
+        outcome = drive(case, observer)
+        outcomes.append(outcome)
+        ride = ride_of_run(outcome.result, observer.moments, title=label(outcome.figures))
+        rides.setdefault(case.scenario.name, []).append(ride)
+        if progress is not None:
+            progress(len(outcomes), len(cases))
+    files = {name: animation_file(None, folder).with_stem(name) for name in rides}
+    for name, file in files.items():
+        write_animation(rides[name], file)
+    return outcomes, list(files.values())

@@ -21,7 +21,7 @@ def add_to(commands: Commands) -> None:
         epilog="Exit status: 0 all can be used, 2 bad input, with a line for each problem.",
     )
     docks.add_argument("file", metavar="FILE", type=Path, help="a .toml file of docks")
-    docks.add_argument("--out", type=Path, metavar="DIR", help="where docks.png goes; default: runs/<file>")
+    docks.add_argument("--out", type=Path, metavar="DIR", help="folder of docks.png; default: runs/<file>")
     docks.set_defaults(command=_docks)
 
 
@@ -30,12 +30,11 @@ def _docks(arguments: argparse.Namespace) -> int:
     folder = arguments.out if arguments.out is not None else Path("runs") / arguments.file.stem
     make_writable(folder)
     # Not at the top: matplotlib takes long to load.
-    from rti_mpcc.report import style
-    from rti_mpcc.report.docks_figure import docks_figure, docks_rows
+    from rti_mpcc.report.axes import save
+    from rti_mpcc.report.docks_figure import docks_figure
 
     picture = folder / "docks.png"
-    # Tight: long names may stand out of the plane, and of the figure.
-    docks_figure(arguments.file.name, docks).savefig(picture, dpi=style.DPI, bbox_inches="tight")
-    tell_tables([docks_table(arguments.file.name, docks_rows(docks))])
+    save(docks_figure(arguments.file.name, docks), picture)
+    tell_tables([docks_table(arguments.file.name, docks)])
     tell_written((picture,))
     return DONE

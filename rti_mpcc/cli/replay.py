@@ -1,16 +1,14 @@
-"""`rti-mpcc replay`: drive a controller by a recording and compare."""
+"""`rti-mpcc replay`: drive a controller with the inputs of a recording and compare."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from rich.console import Console
-
 from rti_mpcc.cli.arguments import DIFFERENT, IDENTICAL, Commands, add_dump_failed, tolerance
 from rti_mpcc.recording import replay
-from rti_mpcc.report.console import progress_bar
-from rti_mpcc.report.replay_lines import replay_lines
+from rti_mpcc.report.console import progress_bar, tell_lines
+from rti_mpcc.report.table import replay_lines
 
 
 def add_to(commands: Commands) -> None:
@@ -18,19 +16,16 @@ def add_to(commands: Commands) -> None:
     again = commands.add_parser(
         "replay",
         help="run the controller on a recording and compare",
-        description="Drive the controller by the inputs of a recording and tell where its commands differ "
-        "from the recorded ones.",
+        description="Drive the controller with the inputs of a recording, and print the first cycle that "
+        "differs from the recorded one.",
         epilog="Exit status: 0 identical, 1 a difference, 2 bad input.",
     )
-    again.add_argument("file", metavar="FILE", type=Path, help="what `run --record` wrote")
+    again.add_argument("file", metavar="FILE", type=Path, help="file of `run --record`")
+    usual = "0: bit for bit; default: 0 on the machine and versions of the recording, 1e-9 elsewhere"
+    again.add_argument("--tolerance", type=tolerance, metavar="X", help=usual)
     again.add_argument(
-        "--tolerance",
-        type=tolerance,
-        metavar="X",
-        help="of numbers, relative above 1; 0 is bit for bit; default: 0 on the machine and with the "
-        "versions of the recording, 1e-9 elsewhere",
+        "--partial", action="store_true", help="replay the whole cycles of a truncated recording"
     )
-    again.add_argument("--partial", action="store_true", help="replay what is whole of a truncated recording")
     add_dump_failed(again)
     again.set_defaults(command=_replay)
 
@@ -44,7 +39,5 @@ def _replay(arguments: argparse.Namespace) -> int:
             dump_failed=arguments.dump_failed,
             progress=progress,
         )
-    console = Console(highlight=False)
-    for line in replay_lines(report):
-        console.print(line, markup=False, soft_wrap=True)
+    tell_lines(replay_lines(report))
     return IDENTICAL if report.identical else DIFFERENT

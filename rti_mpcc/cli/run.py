@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import NamedTuple, get_args
+from typing import get_args
 
-from rti_mpcc.baselines import METHODS
-from rti_mpcc.cli.arguments import DOCKED, NOT_DOCKED, Commands, add_dump_failed, seed
-from rti_mpcc.config import Ride
+from rti_mpcc import config
+from rti_mpcc.cli.arguments import (
+    DOCKED,
+    NOT_DOCKED,
+    SCENARIO,
+    Commands,
+    add_dump_failed,
+    add_method_and_preset,
+    add_seed,
+)
 from rti_mpcc.errors import InputError
 from rti_mpcc.process import prepare_process
 from rti_mpcc.recording import Recorder
-from rti_mpcc.report.camera_frames import CameraFrames, Frame
-from rti_mpcc.report.console import progress_bar, tell_lines, tell_run
+from rti_mpcc.report.console import progress_bar, tell_lines, tell_tables, tell_written
 from rti_mpcc.report.files import make_writable, write_files
-from rti_mpcc.report.views import ObservedCycle, Observer
+from rti_mpcc.report.ride import CameraFrames, Observer, Ride, ride_of_run
+from rti_mpcc.report.table import failure_lines, summary_table
 from rti_mpcc.simulation import (
-    Controller,
     GoalSource,
     RunResult,
     Scenario,
@@ -31,7 +36,6 @@ from rti_mpcc.simulation import (
 )
 from rti_mpcc.simulation.goal_feed import source_in
 from rti_mpcc.simulation.mission import all_succeeded
-from rti_mpcc.simulation.scenario import PRESETS
 
 
 def add_to(commands: Commands) -> None:
@@ -46,88 +50,70 @@ def add_to(commands: Commands) -> None:
         "                    [--ride RIDE] [--docking-time SECONDS] [--out DIR] [--goal-source SOURCE]\n"
         "                    [--no-plots]\n"
         "                    [--animate [FILE]] [--record FILE] [--dump-failed DIR]",
-        epilog="Exit status: 0 docked, and all steps of its mission succeeded, 1 not docked, or a boundary "
-        "was crossed, or a step failed for good, 2 bad input.",
+        epilog="Exit status: 0 docked, and all steps of its mission succeeded; 1 not docked, or a boundary "
+        "was crossed, or a step failed for good; 2 bad input.",
     )
-    run.add_argument("scenario", metavar="SCENARIO", help="name of a built-in scenario, or a .toml file")
-    run.add_argument("--seed", type=seed, default=0, metavar="N", help="of all noise; default: %(default)s")
+    run.add_argument("scenario", **SCENARIO)
+    add_seed(run)
     add_run_options(run)
-    run.set_defaults(command=_run)
+    run.set_defaults(command=lambda arguments: run_scenario(load_scenario(arguments.scenario), arguments))
 
 
 def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """What can be asked for of one run besides its scenario and seed."""
-    parser.add_argument("--method", choices=METHODS, default="dynamic", help="default: %(default)s")
-    parser.add_argument("--preset", choices=PRESETS, default="default", help="default: %(default)s")
-    parser.add_argument(
-        "--ride",
-        choices=get_args(Ride),
-        help="smooth: least acceleration energy, brisk: least time, within comfort; default: what the "
-        "scenario says, else smooth",
-    )
-    parser.add_argument(
-        "--docking-time",
-        type=float,
-        metavar="SECONDS",
-        help="how long the docking shall take: the comfort values are scaled so that it is expected to",
-    )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="where files go; default: runs/<name>")
-    parser.add_argument(
-        "--goal-source",
-        choices=[source.value for source in GoalSource],
-        default=GoalSource.DETECTED.value,
-        help="what tells the goal in a scenario with [goal.measurement]: filtered detections, the newest "
-        "detection as it is, or the truth; default: %(default)s",
-    )
+    """The options of one run beside its scenario and seed."""
+    add_method_and_preset(parser)
+    rides = "smooth: least acceleration energy, brisk: least time, within comfort; default: the scenario's"
+    parser.add_argument("--ride", choices=get_args(config.Ride), help=rides)
+    scaled = "duration of the docking, for which the comfort values are scaled"
+    parser.add_argument("--docking-time", type=float, metavar="SECONDS", help=scaled)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the files; default: runs/<name>")
+    sources = [source.value for source in GoalSource]
+    known = "filtered detections, the newest detection as it is, or the truth; default: detected"
+    parser.add_argument("--goal-source", choices=sources, default=GoalSource.DETECTED.value, help=known)
     parser.add_argument("--no-plots", action="store_true", help="write no pictures")
-    parser.add_argument(
-        "--animate",
-        nargs="?",
-        const="",
-        metavar="FILE",
-        help="write a moving picture, .mp4 or .gif; default: animation.mp4 beside the other files, .gif "
-        "where ffmpeg is not installed",
-    )
+    written = "write an animation, .mp4 or .gif; default: animation.mp4, .gif where there is no ffmpeg"
+    parser.add_argument("--animate", nargs="?", const="", metavar="FILE", help=written)
     parser.add_argument("--record", type=Path, metavar="FILE", help="record all cycles, for `replay`")
     add_dump_failed(parser)
 
 
-def _run(arguments: argparse.Namespace) -> int:
-    return run_scenario(load_scenario(arguments.scenario), arguments)
-
-
 def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
-    """Run it by the options of `add_run_options` and a seed, tell and write; the exit status."""
-    if arguments.ride is not None:
-        scenario = changed(scenario, {"controller.ride": arguments.ride})
-    if arguments.docking_time is not None:
-        scenario = changed(scenario, {"controller.docking_time": arguments.docking_time})
-    # simulate() would find what is wrong, too, but after the folder was made.
+    """Run it by the options of `add_run_options` and a seed, print and write; returns the exit status."""
+    for option in ("ride", "docking_time"):
+        if (value := getattr(arguments, option)) is not None:
+            scenario = changed(scenario, {f"controller.{option}": value})
+    # simulate() would refuse this, too, but after the folder was made.
     scenario.controller_config(arguments.preset, method=arguments.method)
-    source_in(
-        scenario.name,
-        GoalSource(arguments.goal_source),
-        detector=scenario.goal.measurement is not None,
-    )
+    detector = scenario.goal.measurement is not None
+    source_in(scenario.name, GoalSource(arguments.goal_source), detector=detector)
     if scenario.goal.camera is not None:
         scenario.goal.camera.check()
     if arguments.dump_failed is not None and arguments.record is None:
-        raise InputError("--dump-failed needs --record: what is recorded is looked through for failed cycles")
+        raise InputError("--dump-failed needs --record: the recorded cycles are searched for failed ones")
     folder = arguments.out if arguments.out is not None else Path("runs") / scenario.name
-    animation = _animation(arguments.animate, folder)
+    animation: list[Path] = []
+    if arguments.animate is not None:
+        # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
+        from rti_mpcc.report.animation import animation_file
+
+        animation = [animation_file(Path(arguments.animate) if arguments.animate else None, folder)]
     for place in [folder, *(file.parent for file in animation)]:
         make_writable(place)
-    result, observed, frames, problem = simulated(scenario, arguments)
+    result, ride, problem = simulated(scenario, arguments)
     figures = summary(result)
-    written = write_files(result, figures, folder, plots=not arguments.no_plots)
+    written = write_files(ride, figures, folder, plots=not arguments.no_plots)
     for file in animation:
-        _animate(result, observed, frames, file)
+        from rti_mpcc.report.animation import write_animation
+
+        with progress_bar(file.name, "{task.completed:.1f} s") as progress:
+            write_animation([ride], file, progress=progress)
     if arguments.record is not None and not problem:
-        written = (*written, arguments.record)
-    written = (*written, *animation)
-    tell_run(figures, written)
+        written.append(arguments.record)
+    tell_tables([summary_table(figures)])
+    tell_lines(failure_lines(figures.get("mission")))
+    tell_written([*written, *animation])
     if result.planning is not None and not result.paths:
-        tell_lines([f"{scenario.name}: no way was found: {result.cycles.reason[-1]}"])
+        tell_lines([f"{scenario.name}: no route was found: {result.cycles.reason[-1]}"])
     if problem:
         raise OSError(f"{arguments.record}: does not hold the whole run: {problem}")
     whole = all_succeeded(result.mission_result, result.mission)
@@ -135,49 +121,19 @@ def run_scenario(scenario: Scenario, arguments: argparse.Namespace) -> int:
     return DOCKED if figures["docked"] and not crossed and whole else NOT_DOCKED
 
 
-def _animation(asked: str | None, folder: Path) -> tuple[Path, ...]:
-    """The animation to write, if one is asked for: "" leaves the name open. Raises InputError."""
-    if asked is None:
-        return ()
-    # Not at the top: matplotlib takes longer to load than a run without pictures needs it.
-    from rti_mpcc.report.animation import animation_file
-
-    return (animation_file(Path(asked) if asked else None, folder),)
-
-
-def _animate(
-    result: RunResult, observed: Sequence[ObservedCycle], frames: Sequence[Frame], file: Path
-) -> None:
-    from rti_mpcc.report.animation import animate_run
-
-    with progress_bar(file.name, "{task.completed:.1f} s") as progress:
-        animate_run(result, observed, file, frames=frames, progress=progress)
-
-
-class Simulated(NamedTuple):
-    """A run, what was seen of its cycles, and by its camera; why its recording is not whole, or ""."""
-
-    result: RunResult
-    observed: Sequence[ObservedCycle]
-    frames: Sequence[Frame]
-    problem: str
-
-
-def simulated(scenario: Scenario, arguments: argparse.Namespace) -> Simulated:
-    """The run, recorded and looked at if that is asked for."""
+def simulated(scenario: Scenario, arguments: argparse.Namespace) -> tuple[RunResult, Ride, str]:
+    """The run, the same as a ride, and why its recording is not whole, or "" where it is."""
     source, duration = GoalSource(arguments.goal_source), scenario.simulation.duration
     with ExitStack() as stack:
         core = driver_of(scenario, preset=arguments.preset, method=arguments.method, goal_source=source)
-        controller: Controller = core
-        observer = camera = recorder = None
+        recorder = camera = None
         if arguments.record is not None:
             arguments.record.parent.mkdir(parents=True, exist_ok=True)
             recorder = Recorder(core, arguments.record, dump_failed=arguments.dump_failed)
-            controller = stack.enter_context(recorder)
-        if arguments.animate is not None:
-            controller = observer = Observer(controller)
-            if scenario.goal.camera is not None:
-                camera = CameraFrames(scenario.goal.camera)
+            stack.enter_context(recorder)
+        if arguments.animate is not None and scenario.goal.camera is not None:
+            camera = CameraFrames(scenario.goal.camera)
+        observer = Observer(recorder or core)
         prepare_process()
         progress = stack.enter_context(progress_bar(scenario.name, "{task.completed:.1f} s"))
         result = simulate(
@@ -186,13 +142,9 @@ def simulated(scenario: Scenario, arguments: argparse.Namespace) -> Simulated:
             method=arguments.method,
             seed=arguments.seed,
             progress=progress and (lambda time: progress(time, duration)),
-            controller=controller,
+            controller=observer,
             goal_source=source,
             seen=camera,
         )
-    return Simulated(
-        result=result,
-        observed=observer.observed if observer else (),
-        frames=camera.frames if camera else (),
-        problem=recorder.problem if recorder else "",
-    )
+    ride = ride_of_run(result, observer.moments, frames=camera.frames if camera else ())
+    return result, ride, recorder.problem if recorder else ""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from io import BytesIO
+from pathlib import Path
+from typing import Any
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -13,6 +15,13 @@ from rti_mpcc.report import style
 
 PRINT_DPI = 160
 """Resolution of the pictures [dots/inch]."""
+BESIDE: dict[str, Any] = {
+    "loc": "upper left",
+    "bbox_to_anchor": (1.01, 1.0),
+    "borderaxespad": 0.0,
+    "frameon": False,
+}
+"""Where a legend stands: right of its axes."""
 
 
 def plane(axes: Axes) -> None:
@@ -52,5 +61,11 @@ def entries_once(several: Iterable[Axes]) -> tuple[list[Artist], list[str]]:
 def png(figure: Figure) -> bytes:
     """The picture of a figure."""
     stream = BytesIO()
-    figure.savefig(stream, format="png", dpi=PRINT_DPI)
+    save(figure, stream, dpi=PRINT_DPI)
     return stream.getvalue()
+
+
+def save(figure: Figure, file: Path | BytesIO, *, dpi: int = style.DPI) -> None:
+    """Write a figure as PNG. Raises OSError."""
+    # Tight: the layout doesn't know the tick labels that the final size brings.
+    figure.savefig(file, format="png", dpi=dpi, bbox_inches="tight")

@@ -1,4 +1,4 @@
-"""What a command shows on the terminal besides its answer: progress, the table of a run, warnings."""
+"""Output of a command on the terminal: progress, tables, lines, warnings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -19,10 +18,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from rti_mpcc.report.table import failure_lines, summary_table
-
 Advance = Callable[[float, float], None]
-"""Given what is done and what there is in all."""
+"""Called with the work done and all of it."""
 _TABLE_WIDTH = 120
 
 
@@ -37,13 +34,6 @@ def progress_bar(name: str, done: str) -> Iterator[Advance | None]:
     with Progress(*columns, console=console, transient=True, refresh_per_second=4) as bar:
         task = bar.add_task("", total=None)
         yield lambda completed, total: bar.update(task, completed=completed, total=total)
-
-
-def tell_run(figures: dict[str, Any], written: Sequence[Path]) -> None:
-    """Print the table of a run, why steps of its mission failed, and which files were written."""
-    tell_tables([summary_table(figures)])
-    tell_lines(failure_lines(figures.get("mission")))
-    tell_written(written)
 
 
 def tell_tables(tables: Sequence[Table]) -> None:

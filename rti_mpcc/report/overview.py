@@ -1,172 +1,112 @@
-"""The plane from above: path, corridor or area, the driven body each second, the goal and its detections."""
+"""The plane from above: route, corridor or area, the driven body each second, the goal and its detections."""
 
 from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from geometry import Area
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.report import style
-from rti_mpcc.report.axes import plane
+from rti_mpcc.report.axes import entries_once, plane
 from rti_mpcc.report.ground import (
+    boundaries_of,
     draw_area,
+    draw_bodies,
     draw_boundaries,
-    draw_obstacles,
-    draw_ways,
+    draw_outlines,
+    draw_routes,
+    path_lines,
     show_driven,
 )
-from rti_mpcc.report.mission_bands import docked_at, draw_ends
-from rti_mpcc.simulation import GoalSource, RunResult
-from rti_mpcc.types import Array
+from rti_mpcc.report.ride import Ride
+from rti_mpcc.simulation.plant import SAME_TIME
 
 _BODY_EVERY = 1.0
 """Time between two drawn bodies [s]."""
 _WIDEST, _HIGHEST, _LOWEST = 6.5, 8.5, 2.5
 """Bounds on the size of the axes [inch]."""
-_DOT = 10.0
-"""Area of the dot of a detection [points²]."""
-_MARGINS = {"left": 0.9, "right": 2.3, "bottom": 0.6, "top": 0.5}
-"""Room beside the axes for labels and legend [inch]."""
+_BESIDE, _ABOVE = 3.2, 1.1
+"""Room for labels, legend and title [inch]."""
+_DETECTIONS = (
+    (True, "detection, accepted", style.GREEN, "."),
+    (False, "detection, rejected", style.RED, "x"),
+)
 
 
-def overview_figure(result: RunResult) -> Figure:
-    """Path, corridor or what is solid in the area, obstacles, body each second and at the end, goals.
+def overview_figure(ride: Ride) -> Figure:
+    """Route, corridor or static obstacles, obstacles that came, body each second and at the end, goals.
 
-    The true goal is drawn where it was at the end, and before it moved; where it was known from detections,
-    the planned goal and the detected ones (dots where they put the rear axle) are drawn too. Axes are equal,
-    in metres; the legend stands outside of the data.
+    The true goal is drawn at its last place, and at each one before it moved; the detected goals are dots at
+    the place of the rear axle. Axes are equal, in metres; the legend stands outside of the data.
     """
-    figure = Figure()
+    figure = Figure(layout="constrained")
     axes = figure.add_subplot()
-    if result.area is not None:
-        _draw_area(axes, result.area, result)
-    else:
-        _draw_corridor(axes, result)
-        draw_ways(axes, [path for _, path in result.paths])
-    poses = _poses_drawn(result)
-    _draw_bodies(axes, result, poses)
-    _draw_goals(axes, result)
-    draw_ends(axes, result)
+    if ride.area is not None:
+        draw_area(axes, ride.area)
+    if ride.path is not None and ride.corridor is not None:
+        draw_boundaries(axes, ride.corridor, ride.path)
+    draw_outlines(axes, ride.obstacles)
+    routes = [route for _, route in ride.routes]
+    draw_routes(axes, routes, label="path" if routes == [ride.path] else "route")
+    motion, vehicle = ride.motion, ride.config.vehicle
+    rows = np.searchsorted(motion.times, np.arange(motion.times[0], ride.end, _BODY_EVERY))
+    poses = motion.poses[np.unique([*rows, len(motion.times) - 1])]
+    draw_bodies(axes, poses, vehicle, style.BLUE, "body each second", linewidths=0.6)
+    axes.plot(*motion.poses[:, :2].T, color=style.BLUE, linewidth=1.5, label="rear axle, driven")
+    draw_bodies(axes, poses[-1], vehicle, style.BLUE, "body at the end", facecolors=style.SKY, alpha=0.6)
+    _draw_goals(axes, ride)
+    _draw_steps(axes, ride)
     plane(axes)
-    axes.set_anchor("NW")
-    if result.area is not None:
-        bodies = body_polygons(np.concatenate((poses, result.truth.goals[[0, -1]])), result.config.vehicle)
-        show_driven(axes, bodies.reshape(-1, 2), result.area)
-    else:
-        axes.margins(0.05)
-        axes.autoscale_view()
+    show_ride(axes, ride)
     fit_plane(figure, axes)
-    _draw_detections(axes, result)
-    axes.set_title(f"{result.title}: {result.truth.times[-1]:.1f} s in all")
-    axes.legend(
-        loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, markerscale=1.5
-    )
+    axes.set_autoscale_on(False)  # a wild detection may lie far outside
+    for accepted, name, color, marker in _DETECTIONS:
+        known = [each.pose for each in ride.detections if each.accepted is accepted and each.pose is not None]
+        if known:
+            x, y = np.array([(pose.x, pose.y) for pose in known]).T
+            axes.scatter(x, y, s=10.0, color=color, marker=marker, linewidths=0.8, label=name, zorder=3)
+    axes.set_title(f"{ride.title}: {ride.end:.1f} s in all")
+    figure.legend(*entries_once([axes]), loc="outside right upper", frameon=False, markerscale=1.5)
     return figure
+
+
+def show_ride(axes: Axes, ride: Ride) -> None:
+    """Show all that was driven, the goals, and along a path the corridor and all obstacles."""
+    planned = [] if ride.planned_goal is None else [ride.planned_goal[None]]
+    poses = np.concatenate([ride.motion.poses, ride.motion.goals[[0, -1]], *planned])
+    points = [body_polygons(poses[np.isfinite(poses).all(axis=1)], ride.config.vehicle).reshape(-1, 2)]
+    if ride.path is not None and ride.corridor is not None:
+        points += [*boundaries_of(ride.corridor, ride.path), *path_lines(ride.path), *ride.obstacles]
+    show_driven(axes, np.concatenate(points), ride.area)
 
 
 def fit_plane(figure: Figure, axes: Axes) -> None:
     """A wide course gets a low picture and a tall one a high picture, within limits [inch]."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    width, height = _WIDEST, _WIDEST * (top - bottom) / (right - left)
-    if height > _HIGHEST:
-        width, height = _HIGHEST * width / height, _HIGHEST
-    height = max(height, _LOWEST)
-    whole = (width + _MARGINS["left"] + _MARGINS["right"], height + _MARGINS["bottom"] + _MARGINS["top"])
-    figure.set_size_inches(*whole)
-    # By hand: matplotlib's own layouts cut labels off where the aspect is fixed.
-    axes.set_position(
-        (_MARGINS["left"] / whole[0], _MARGINS["bottom"] / whole[1], width / whole[0], height / whole[1])
-    )
+    scale = min(_WIDEST / (right - left), _HIGHEST / (top - bottom))
+    height = max(scale * (top - bottom), _LOWEST)
+    figure.set_size_inches(scale * (right - left) + _BESIDE, height + _ABOVE)
 
 
-def _poses_drawn(result: RunResult) -> Array:
-    """(k, 3) true poses each second and at the end."""
-    truth = result.truth
-    wanted = np.arange(truth.times[0], truth.times[-1], _BODY_EVERY)
-    rows = np.append(np.searchsorted(truth.times, wanted), len(truth.times) - 1)
-    poses: Array = truth.poses[np.unique(rows)]
-    return poses
+def _draw_goals(axes: Axes, ride: Ride) -> None:
+    goals, vehicle = ride.motion.goals, ride.config.vehicle
+    if np.isfinite(goals[-1]).all():
+        moved = goals[np.flatnonzero((goals[1:] != goals[:-1]).any(axis=1))]
+        draw_bodies(axes, moved, vehicle, style.RED, "goal before it moved", linewidths=0.5)
+        draw_bodies(axes, goals[-1], vehicle, style.RED, "goal", linewidths=1.5, linestyles=["dashed"])
+    if ride.planned_goal is not None:
+        look = {"linewidths": 1.2, "linestyles": [(0.0, (2.0, 1.0))]}
+        draw_bodies(axes, ride.planned_goal, vehicle, style.PINK, "planned goal", **look)
 
 
-def _draw_corridor(axes: Axes, result: RunResult) -> None:
-    draw_boundaries(axes, result.corridors[0][1], result.paths[0][1])
-    draw_obstacles(axes, [obstacle for _, scene in result.corridors for obstacle in scene.obstacles])
-
-
-def _draw_area(axes: Axes, area: Area, result: RunResult) -> None:
-    """What is solid, what came and went besides, and all paths that were planned."""
-    draw_area(axes, area)
-    docked = docked_at(result)  # it is drawn by itself
-    others = [outline for _, outlines in result.besides for outline in outlines]
-    draw_obstacles(axes, [each for each in others if docked is None or not np.array_equal(each, docked)])
-    draw_ways(axes, [path for _, path in result.paths])
-
-
-def _draw_bodies(axes: Axes, result: RunResult, poses: Array) -> None:
-    vehicle, truth = result.config.vehicle, result.truth
-    bodies = body_polygons(poses, vehicle)
-    driven = PolyCollection(
-        list(bodies), facecolors="none", edgecolors=style.BLUE, linewidths=0.6, label="body each second"
-    )
-    axes.add_collection(driven)
-    axes.plot(
-        truth.poses[:, 0], truth.poses[:, 1], color=style.BLUE, linewidth=1.5, label="rear axle, driven"
-    )
-    last = PolyCollection(
-        [bodies[-1]], facecolors=style.SKY, edgecolors=style.BLUE, alpha=0.6, label="body at the end"
-    )
-    axes.add_collection(last)
-
-
-def _draw_goals(axes: Axes, result: RunResult) -> None:
-    goals = result.truth.goals
-    moved = np.flatnonzero((goals[1:] != goals[:-1]).any(axis=1))
-    _add_goals(axes, result, goals[moved], style.RED, "solid", 0.5, "goal before it moved")
-    _add_goals(axes, result, goals[-1:], style.RED, "dashed", 1.5, "goal")
-    planned = _planned_goal(result)
-    if planned is not None:
-        _add_goals(axes, result, np.array([planned]), style.PINK, (0.0, (2.0, 1.0)), 1.2, "planned goal")
-
-
-def _planned_goal(result: RunResult) -> tuple[float, float, float] | None:
-    """The goal that a run began with, where that was not the true one."""
-    if result.scenario.goal.measurement is None or result.goal_source is GoalSource.KNOWN:
-        return None
-    planned = result.scenario.planned_goal(result.given_path)
-    return None if planned is None else (planned.x, planned.y, planned.phi)
-
-
-def _add_goals(
-    axes: Axes,
-    result: RunResult,
-    goals: Array,
-    color: str,
-    dashes: str | tuple[float, tuple[float, float]],
-    width: float,
-    label: str,
-) -> None:
-    """The body at each of the goals (k, 3)."""
-    if not len(goals):
-        return
-    bodies = list(body_polygons(goals, result.config.vehicle))
-    axes.add_collection(
-        PolyCollection(
-            bodies, facecolors="none", edgecolors=color, linewidths=width, linestyles=[dashes], label=label
-        )
-    )
-
-
-def _draw_detections(axes: Axes, result: RunResult) -> None:
-    """Dots where the goal was detected. They don't widen the axes: a wild one may lie far outside."""
-    told = result.tracking.detections if result.tracking is not None else ()
-    axes.set_autoscale_on(False)
-    kinds = ((True, "detection, accepted", style.GREEN, "."), (False, "detection, rejected", style.RED, "x"))
-    for accepted, name, color, marker in kinds:
-        poses = [judged.pose for judged in told if judged.accepted is accepted]
-        known = np.array([(pose.x, pose.y) for pose in poses if pose is not None])
-        if len(known):
-            x, y = known.T
-            axes.scatter(x, y, s=_DOT, color=color, marker=marker, linewidths=0.8, label=name, zorder=3)
+def _draw_steps(axes: Axes, ride: Ride) -> None:
+    """The object at the dock, and the body where each step of the mission ended."""
+    docked = [] if ride.docked_object is None else [ride.docked_object]
+    draw_outlines(axes, docked, "docked object", style.PINK, zorder=1.5)
+    ends = [step.end - SAME_TIME for step in ride.steps if step.end is not None]
+    poses = ride.motion.poses[
+        np.minimum(np.searchsorted(ride.motion.times, ends), len(ride.motion.times) - 1)
+    ]
+    label, vehicle = "body at the end of a step", ride.config.vehicle
+    draw_bodies(axes, poses, vehicle, style.GREEN, label, linewidths=1.4, zorder=3)

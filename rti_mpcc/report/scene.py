@@ -1,33 +1,28 @@
-"""Scene: the plane from above at one cycle, with the plan and the half-planes that hold it."""
+"""Scene: the plane from above at one cycle, with the plan, its status, weights and the camera's picture."""
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Sequence
+from io import BytesIO
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from PIL import Image
 
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.model.layout import X, Y
 from rti_mpcc.report import style
 from rti_mpcc.report.axes import plane
-from rti_mpcc.report.film import Film
-from rti_mpcc.report.ground import (
-    boundaries_of,
-    draw_area,
-    draw_boundaries,
-    draw_path,
-    drawn_outlines,
-    path_lines,
-)
-from rti_mpcc.report.views import ActivePlanes, CycleView
+from rti_mpcc.report.ground import draw_area, draw_boundaries, draw_path, drawn_outlines, path_lines
+from rti_mpcc.report.overview import show_ride
+from rti_mpcc.report.ride import Moment, Ride
 from rti_mpcc.types import Array
 
-MARGIN, AROUND = 1.0, 4.0
-"""Room around all that is driven and stands there, and in an area around all that is driven [m]."""
-PLANE, NORMAL = 0.7, 0.5
-"""Half the drawn length of a half-plane's edge, and the length of its normal [m]."""
 _BODIES = 6
 """Bodies drawn along the plan, the last one at its end."""
 _WHEEL = 0.45
@@ -35,153 +30,152 @@ _WHEEL = 0.45
 
 
 class Scene:
-    """Axes on which path and boundaries or the area are drawn once, and all else where the cycle has it.
+    """Axes with the surroundings drawn once, and all else where a moment of the ride has it.
 
     Args:
-        axes: to draw on, empty; film: whose cycles are shown.
+        axes: to draw on, empty; ride: with moments.
+
+    Attributes:
+        moving: the artists that change, in the order in which they are drawn.
     """
 
-    def __init__(self, axes: Axes, film: Film) -> None:
-        self.axes = axes
-        self.film = film
-        self._driven = np.array([view.pose for view in film.views])
-        anew = any(view.observed.planned is not None for view in film.views)
-        if film.area is not None:
-            draw_area(axes, film.area)
-        if film.path is not None and film.corridor is not None:
-            if len(film.path.parts) > 1:
-                others = {"color": style.GREY, "label": "corridor, other part"}
-                draw_boundaries(axes, film.corridor, film.path, **others)
-            told = {"color": style.PINK, "label": "earlier path"} if anew else {}
-            draw_path(axes, film.path, **told)
-        # What changes with the cycle: the active part's boundaries, and ways that are planned.
-        in_area = film.area is not None
-        self.walls = self._lines(style.BLACK, "" if in_area else "corridor")
-        self.planned = self._lines(style.ORANGE, "path" if in_area else "path" if anew else "")
-        self._add_bodies()
-        self._add_lines()
-        _lay_out(axes, film)
-        self.show(0)
+    def __init__(self, axes: Axes, ride: Ride) -> None:
+        self.axes, self.ride = axes, ride
+        self.moving: list[Artist] = []
+        replanned = ride.path is not None and len(ride.routes) > 1
+        if ride.area is not None:
+            draw_area(axes, ride.area)
+        if ride.path is not None and ride.corridor is not None:
+            if len(ride.path.parts) > 1:
+                look = {"color": style.GREY, "label": "corridor, other segment"}
+                draw_boundaries(axes, ride.corridor, ride.path, **look)
+            earlier = {"color": style.PINK, "label": "earlier route"}
+            draw_path(axes, ride.path, **(earlier if replanned else {}))
+        self.walls = self._lines(style.BLACK, "corridor" if ride.area is None else "_")
+        self.route = self._lines(style.ORANGE, "route" if ride.path is None or replanned else "_")
+        there = "obstacle" if any(moment.obstacles for moment in ride.moments) else "_"
+        self.obstacles = self._shapes(there, style.BLACK, facecolors=style.GREY)
+        self.plan_bodies = self._shapes("body, predicted", style.GREEN, linewidths=0.5)
+        self.body = self._shapes("body", style.BLUE, facecolors=style.SKY, alpha=0.8)
+        self.target = self._shapes("end of the segment", style.BLACK, linestyles="dotted")
+        known = "goal" if any(moment.goal is not None for moment in ride.moments) else "_"
+        self.goal = self._shapes(known, style.RED, linewidths=1.5, linestyles="dashed")
+        self.driven, self.wheel, self.plan = axes.plot([], [], [], [], [], [])
+        self.driven.set(color=style.BLUE, linewidth=1.5, label="rear axle, driven")
+        self.wheel.set(color=style.BLACK, linewidth=2.5, solid_capstyle="butt")
+        self.plan.set(color=style.GREEN, linewidth=1.5, marker=".", markersize=4.0, label="predicted")
+        self.moving += [self.driven, self.wheel, self.plan]
+        self.status = axes.text(0.5, 1.01, "", transform=axes.transAxes, ha="center", va="bottom")
+        self.moving.append(self.status)
+        axes.set_title(ride.title, pad=20.0)
+        plane(axes)
+        show_ride(axes, ride)
+        self._driven = np.array([moment.pose[:2] for moment in ride.moments])
 
-    def _add_bodies(self) -> None:
-        views = self.film.views
-        there = any(view.obstacles for view in views)
-        self.obstacles = self._polygons(
-            "obstacle" if there else "", facecolors=style.GREY, edgecolors=style.BLACK
-        )
-        self.plan_bodies = self._polygons(
-            "body, predicted", facecolors="none", edgecolors=style.GREEN, linewidths=0.5
-        )
-        self.body = self._polygons("body", facecolors=style.SKY, edgecolors=style.BLUE, alpha=0.8)
-        dotted = {"edgecolors": style.BLACK, "linewidths": 1.0, "linestyles": "dotted"}
-        self.aim = self._polygons("pose aimed at", facecolors="none", **dotted)
-        known = any(view.goal is not None for view in views)
-        dashed = {"edgecolors": style.RED, "linewidths": 1.5, "linestyles": "dashed"}
-        self.goal = self._polygons("goal" if known else "", facecolors="none", **dashed)
-
-    def _lines(self, color: str, label: str) -> LineCollection:
-        lines = LineCollection([], colors=color, linewidths=1.2, label=label or "_")
+    def _lines(self, color: str, label: str, **look: Any) -> LineCollection:
+        lines = LineCollection([], colors=color, label=label, **{"linewidths": 1.2} | look)
         self.axes.add_collection(lines, autolim=False)
+        self.moving.append(lines)
         return lines
 
-    def _polygons(self, label: str, **view: Any) -> PolyCollection:
-        shapes = PolyCollection([], label=label or "_", **view)
+    def _shapes(self, label: str, color: str, **look: Any) -> PolyCollection:
+        shapes = PolyCollection([], label=label, edgecolors=color, **{"facecolors": "none"} | look)
         self.axes.add_collection(shapes, autolim=False)
+        self.moving.append(shapes)
         return shapes
 
-    def _add_lines(self) -> None:
-        axes = self.axes
-        (self.driven,) = axes.plot([], [], color=style.BLUE, linewidth=1.5, label="rear axle, driven")
-        (self.plan,) = axes.plot(
-            [], [], color=style.GREEN, linewidth=1.5, marker=".", markersize=4.0, label="predicted"
-        )
-        (self.wheel,) = axes.plot([], [], color=style.BLACK, linewidth=2.5, solid_capstyle="butt")
-        self.planes = LineCollection([], colors=style.PINK, linewidths=2.5, label="active half-plane")
-        self.normals = LineCollection([], colors=style.PINK, linewidths=0.8)
-        for lines in (self.planes, self.normals):
-            axes.add_collection(lines, autolim=False)
-            lines.set_zorder(3.0)
-
-    @property
-    def moving(self) -> list[Artist]:
-        """What differs from cycle to cycle, in the order in which it is drawn."""
-        bodies = [self.obstacles, self.plan_bodies, self.body, self.aim, self.goal]
-        return [
-            self.walls,
-            self.planned,
-            *bodies,
-            self.driven,
-            self.wheel,
-            self.plan,
-            self.planes,
-            self.normals,
-        ]
-
     def show(self, index: int) -> None:
-        """Show the cycle with this index in the film."""
-        view, vehicle = self.film.views[index], self.film.config.vehicle
-        states = view.observed.command.trajectory.states
-        self._show_course(view)
-        self.obstacles.set_verts(drawn_outlines(view.obstacles))
-        self.aim.set_verts(list(body_polygons(view.aim[None], vehicle)))
-        goals = np.zeros((0, 3)) if view.goal is None else view.goal[None]
-        self.goal.set_verts(list(body_polygons(goals, vehicle)))
-        self.body.set_verts(list(body_polygons(view.pose[None], vehicle)))
+        """Show the moment with this index."""
+        moment, vehicle = self.ride.moments[index], self.ride.config.vehicle
+        states, aim = moment.command.trajectory.states, moment.command.diagnostics.aim
+        self._show_route(moment)
+        self.obstacles.set_verts(drawn_outlines(moment.obstacles))
         places = np.linspace(0, len(states) - 1, _BODIES + 1).round().astype(int)[1:]
-        self.plan_bodies.set_verts(list(body_polygons(states[places], vehicle)))
-        self.driven.set_data(*self._driven[: index + 1, :2].T)
-        self.plan.set_data(states[:, 0], states[:, 1])
-        self.wheel.set_data(*_front_wheel(view.pose, view.observed.state.delta, vehicle.wheelbase).T)
-        edges, normals = plane_lines(view.planes)
-        self.planes.set_segments(list(edges))
-        self.normals.set_segments(list(normals))
+        target = np.array([[aim.x, aim.y, aim.phi]])
+        goal = np.zeros((0, 3)) if moment.goal is None else moment.goal[None]
+        for shapes, poses in (
+            (self.plan_bodies, states[places]),
+            (self.body, moment.pose[None]),
+            (self.target, target),
+            (self.goal, goal),
+        ):
+            shapes.set_verts(list(body_polygons(poses, vehicle)))
+        self.driven.set_data(*self._driven[: index + 1].T)
+        self.plan.set_data(states[:, X], states[:, Y])
+        self.wheel.set_data(*_front_wheel(moment.pose, moment.state.delta, vehicle.wheelbase))
+        self.status.set_text(status_line(moment))
 
-    def _show_course(self, view: CycleView) -> None:
-        """The boundaries that act, and the way that was planned: in place of a path all of them act."""
-        corridor, planned = self.film.corridor, view.observed.planned
-        if corridor is not None:
-            part = view.observed.command.diagnostics.part
-            acting = range(len(corridor.walls)) if planned is not None else (part,)
-            self.walls.set_segments([line for k in acting for side in corridor.lines(k) for line in side])
-        if planned is not None or corridor is not None:
-            self.planned.set_segments([] if planned is None else path_lines(planned))
+    def _show_route(self, moment: Moment) -> None:
+        """The route that was planned, and the boundaries that act: on a planned route all of them."""
+        given, area = self.ride.corridor, None if moment.corridor is None else moment.corridor.area
+        planned = None if area is None else moment.route
+        self.route.set_segments([] if planned is None else path_lines(planned))
+        if given is not None:
+            active = (moment.command.diagnostics.part,) if planned is None else range(len(given.walls))
+            self.walls.set_segments([line for part in active for side in given.lines(part) for line in side])
 
 
-def plane_lines(planes: ActivePlanes) -> tuple[Array, Array]:
-    """Edges and normals of half-planes as line segments (k, 2, 2) [m]."""
-    along = np.stack([-planes.normals[:, 1], planes.normals[:, 0]], axis=-1)
-    ends = planes.points[:, None] + PLANE * np.array([-1.0, 1.0])[:, None] * along[:, None]
-    normals = planes.points[:, None] + NORMAL * np.array([0.0, 1.0])[:, None] * planes.normals[:, None]
-    return ends, normals
+def status_line(moment: Moment) -> str:
+    """Time, status and source of a cycle."""
+    command = moment.command
+    step = "" if command.mission is None else f"{command.mission.kind}, "
+    return f"{moment.time:.1f} s: {step}{command.status.value} ({command.source.value})"
 
 
 def _front_wheel(pose: Array, delta: float, wheelbase: float) -> Array:
-    """(2, 2) ends of the bicycle's front wheel [m]."""
+    """(2, 2) x and y of both ends of the bicycle's front wheel [m]."""
     x, y, phi = pose.tolist()
-    centre = np.array([x + wheelbase * np.cos(phi), y + wheelbase * np.sin(phi)])
-    half = _WHEEL * np.array([np.cos(phi + delta), np.sin(phi + delta)])
-    return np.stack([centre - half, centre + half])
+    centre = np.array([[x + wheelbase * np.cos(phi)], [y + wheelbase * np.sin(phi)]])
+    ahead = _WHEEL * np.array([[np.cos(phi + delta)], [np.sin(phi + delta)]])
+    ends: Array = centre + ahead * np.array([-1.0, 1.0])
+    return ends
 
 
-def extent(film: Film) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top of all that a scene has to show [m]."""
-    vehicle = film.config.vehicle
-    found = [pose for view in film.views for pose in (view.pose, view.goal, view.aim) if pose is not None]
-    poses = np.array(found)
-    bodies = body_polygons(poses[np.isfinite(poses).all(axis=1)], vehicle).reshape(-1, 2)
-    lines: list[Array] = []
-    if film.path is not None and film.corridor is not None:
-        lines = [*boundaries_of(film.corridor, film.path), *path_lines(film.path)]
-    obstacles = {id(outline): outline for view in film.views for outline in view.obstacles}
-    points = np.concatenate([bodies, *lines, *obstacles.values()])
-    room = MARGIN if film.area is None else AROUND
-    (left, bottom), (right, top) = points.min(axis=0) - room, points.max(axis=0) + room
-    return float(left), float(right), float(bottom), float(top)
+class WeightBars:
+    """One bar for each effective weight.
+
+    Args:
+        axes: to draw on, empty; largest: of all weights that are to be shown.
+    """
+
+    def __init__(self, axes: Axes, largest: float) -> None:
+        names, colors = zip(*style.WEIGHTS, strict=True)
+        self.moving = list(axes.barh(range(len(names)), [0.0] * len(names), color=colors, height=0.7).patches)
+        # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
+        axes.set_xscale("symlog", linthresh=1.0)
+        axes.set_xlim(0.0, 10.0 * max(1.0, largest))
+        axes.set_ylim(len(names) - 0.5, -0.5)
+        axes.set_yticks(range(len(names)), names)
+        axes.set_xlabel("effective weights of the first stage, goal position of the last")
+        axes.grid(axis="x", color=style.GREY, alpha=0.25, linewidth=0.5)
+
+    def show(self, moment: Moment) -> None:
+        """Show the weights of this cycle."""
+        for bar, value in zip(self.moving, moment.weights, strict=True):
+            bar.set_width(value)
 
 
-def _lay_out(axes: Axes, film: Film) -> None:
-    left, right, bottom, top = extent(film)
-    axes.set_autoscale_on(False)
-    plane(axes)
-    axes.set_xlim(left, right)
-    axes.set_ylim(bottom, top)
+class CameraView:
+    """The last picture of the camera.
+
+    Args:
+        axes: to draw on; frames: (stamp [s], JPEG file), at least one, in order of time.
+    """
+
+    def __init__(self, axes: Axes, frames: Sequence[tuple[float, bytes]]) -> None:
+        self._frames = frames
+        axes.set_axis_off()
+        axes.set_title("camera")
+        self._image = axes.imshow(self._picture(0), alpha=0.0)
+        self._word = axes.text(0.5, 0.5, "", transform=axes.transAxes, ha="center", va="center")
+        self.moving: list[Artist] = [self._image, self._word]
+
+    def _picture(self, place: int) -> Array:
+        return np.asarray(Image.open(BytesIO(self._frames[place][1])))
+
+    def show(self, time: float) -> None:
+        """Show the last picture at this time [s]."""
+        place = bisect_right(self._frames, time, key=itemgetter(0)) - 1
+        self._image.set_alpha(float(place >= 0))
+        self._image.set_data(self._picture(max(place, 0)))
+        self._word.set_text("no picture yet" if place < 0 else "")

@@ -10,6 +10,7 @@ GREEN = "#009e73"
 BLUE = "#0072b2"
 RED = "#d55e00"
 PINK = "#cc79a7"
+COLORS = (BLACK, GREY, ORANGE, SKY, GREEN, BLUE, RED, PINK)
 
 WEIGHTS = (
     ("lag", BLACK),

@@ -1,131 +1,150 @@
-"""The summary of a run as a table for a terminal."""
+"""The figures of a run, of a planned route, docks and a replay for a terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import degrees
+from textwrap import shorten
 from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
 
-from rti_mpcc.simulation import GoalSource
+from rti_mpcc.recording import ReplayReport
+from rti_mpcc.report.numbers import in_words, number
+from rti_mpcc.simulation.docks_file import Docks
 from rti_mpcc.types import MissionResult
 
-_NEVER = "never"
-_COMFORT = (
-    ("acceleration", "m/s²"),
-    ("lateral_acceleration", "m/s²"),
-    ("steering_rate", "rad/s"),
-    ("jerk", "m/s³"),
-)
+SHOWN, LONGEST = 12, 200
+"""Largest number of fields of a replay's difference that are shown, and of characters of a value."""
+Row = tuple[str, str, str]
+"""Name, value, unit."""
+_DIRECTIONS = {1: "forward", -1: "in reverse"}
+_TITLE = ("scenario", "method", "preset")
+_APART = (*_TITLE, "mission", "comfort", "energy_to_dock")
+"""Figures of a run that have no row of their own in the table."""
+_ENDINGS = {"_s": ("s", 1.0, 2), "_m": ("m", 1.0, 3), "_rad": ("rad", 1.0, 3), "seconds": ("s", 1.0, 3)}
+_ERRORS = {"_m": ("mm", 1e3, 1), "_rad": ("deg", degrees(1.0), 2)}
+"""Unit, factor and digits by the end of a name, and below a name that holds errors."""
+_UNITS = {
+    "steering": "rad",
+    "steering_rate": "rad/s",
+    "acceleration": "m/s²",
+    "lateral_acceleration": "m/s²",
+    "jerk": "m/s³",
+}
+_SQUARED = {"steering_rate": "rad²/s", "acceleration": "m²/s³", "lateral_acceleration": "m²/s³"}
 
 
-def summary_table(summary: dict[str, Any]) -> Table:
-    """The figures of `simulation.summary` with names and units for humans."""
-    table = Table(title=f"{summary['scenario']}, method {summary['method']}, preset {summary['preset']}")
-    table.add_column("", no_wrap=True)
-    table.add_column("value", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    for name, value, unit in _rows(summary):
-        table.add_row(name, value, "" if value == _NEVER else unit)
-    return table
+def summary_table(summary: Mapping[str, Any]) -> Table:
+    """The figures of `simulation.summary`, each with its unit."""
+    comfort, hard = summary["comfort"], summary["hard_braking"]
+    figures = {name: value for name, value in summary.items() if name not in _APART}
+    figures["hard_braking"] = ", ".join(f"{count} {reason}" for reason, count in hard.items()) or "none"
+    figures["peak / comfort"] = {
+        name: _against(value, comfort[name]) for name, value in figures.pop("peak").items()
+    }
+    title = "{}, method {}, preset {}".format(*(summary[name] for name in _TITLE))
+    return _table(title, [*figure_rows(figures), *mission_rows(summary.get("mission"))])
 
 
-def plan_table(name: str, figures: dict[str, Any]) -> Table:
-    """The figures of a way that was found, with names and units for humans."""
-    table = Table(title=f"{name}, the way that was found")
-    table.add_column("", no_wrap=True)
-    table.add_column("value", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    for row in (
-        ("length", _number(figures["length_m"], 2), "m"),
-        ("cusps", str(figures["cusps"]), ""),
-        ("smallest clearance", _number(figures["min_clearance_m"], 3), "m"),
-        ("time of the search", _number(figures["seconds"], 3), "s"),
-        ("poses looked at", str(figures["nodes"]), ""),
-    ):
-        table.add_row(*row)
-    return table
+def plan_table(name: str, figures: Mapping[str, Any]) -> Table:
+    """The figures of a route that was found, each with its unit."""
+    return _table(f"{name}, planned route", figure_rows(figures))
 
 
-def docks_table(name: str, rows: Sequence[tuple[str, ...]]) -> Table:
-    """Docks, one a row, see `docks_figure.docks_rows`."""
+def docks_table(name: str, docks: Docks) -> Table:
+    """Docks, one a row: kind, pose, approach, tolerance, contact move."""
     table = Table(title=escape(name))
-    names = "kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"
+    heads = "kind", "x, y [m], heading [deg]", "approach [m]", "tolerance [m, m, deg]", "contact [m]"
     table.add_column("dock", overflow="fold")  # a long name takes nothing from the other columns
-    for column in map(escape, names):
-        table.add_column(column, no_wrap=True)
-    for row in rows:
-        table.add_row(*map(escape, row))
+    for head in heads:
+        table.add_column(escape(head), no_wrap=True)
+    for dock in docks.docks.values():
+        pose, approach, contact, most = dock.pose, dock.approach, dock.contact, dock.tolerance
+        assert pose is not None
+        assert dock.kind is not None
+        table.add_row(
+            escape(dock.name),
+            dock.kind.value,
+            f"{pose.x:.2f}, {pose.y:.2f}, {degrees(pose.phi):.1f}",
+            "-" if approach is None else f"{approach.length:g} {_DIRECTIONS[approach.direction]}",
+            "-" if most is None else f"{most[0]:g}, {most[1]:g}, {degrees(most[2]):.2f}",
+            "-" if contact is None else f"{contact.distance:g}",
+        )
     return table
 
 
-def _rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
-    error, solver = summary["final_error"], summary["solver"]
-    rms, energy = summary["rms"], summary["energy"]
-    peak, comfort = summary["peak"], summary["comfort"]
-    return [
-        ("docked", "yes" if summary["docked"] else "no", ""),
-        ("time to tolerance", _number(summary["time_to_tolerance_s"], 2), "s"),
-        ("time to dock", _number(summary["time_to_dock_s"], 2), "s"),
-        ("time expected", _number(summary["expected_time_s"], 2) if summary["expected_time_s"] else "-", "s"),
-        ("final error, longitudinal", _number(1e3 * error["longitudinal_m"], 1), "mm"),
-        ("final error, lateral", _number(1e3 * error["lateral_m"], 1), "mm"),
-        ("final error, heading", _number(degrees(error["heading_rad"]), 2), "deg"),
-        ("smallest clearance", _number(summary["min_clearance_m"], 3), "m"),
-        ("direction changes", str(summary["direction_changes"]), ""),
-        ("distance", _number(summary["distance_m"], 2), "m"),
-        ("largest steering", _number(summary["max_steering_rad"], 3), "rad"),
-        ("rms steering", _number(rms["steering"], 3), "rad"),
-        ("rms steering rate", _number(rms["steering_rate"], 3), "rad/s"),
-        ("rms acceleration", _number(rms["acceleration"], 3), "m/s²"),
-        ("rms lateral acceleration", _number(rms["lateral_acceleration"], 3), "m/s²"),
-        ("energy steering rate", _number(energy["steering_rate"], 3), "rad²/s"),
-        ("energy acceleration", _number(energy["acceleration"], 3), "m²/s³"),
-        ("energy lateral acceleration", _number(energy["lateral_acceleration"], 3), "m²/s³"),
-        *(
-            (f"peak / comfort {name.replace('_', ' ')}", _against_comfort(peak[name], comfort[name]), unit)
-            for name, unit in _COMFORT
-        ),
-        ("acceleration energy over the least", _ratio(summary["energy_ratio"]), ""),
-        ("cycles that brake hard", _hard(summary["hard_braking"]), ""),
-        ("cycle p50 / p95 / p99 / max", _spread(summary["cycle_ms"]), "ms"),
-        ("feedback p50 / p95 / p99 / max", _spread(summary["feedback_ms"]), "ms"),
-        ("iterations p50 / p95", _pair(solver), ""),
-        ("solver failures", str(solver["failures"]), ""),
-        ("cycles at the iteration limit", str(solver["iteration_limit_cycles"]), ""),
-        ("fallback cycles", str(summary["fallback_cycles"]), ""),
-        ("deadline misses", str(summary["deadline_misses"]), ""),
-        *_planning_rows(summary.get("planning")),
-        *_goal_rows(summary["goal"]),
-        *mission_rows(summary.get("mission")),
-    ]
+def figure_rows(figures: Mapping[str, Any], above: str = "") -> Iterator[Row]:
+    """A row for each figure; a figure that was never reached or measured is a dash."""
+    for key, value in figures.items():
+        name = f"{above} {key}".strip()
+        endings = _ERRORS if "error" in above else _ENDINGS
+        ending = next((each for each in endings if key.endswith(each)), "")
+        unit, factor, digits = endings.get(ending, ("", 1.0, 3))
+        words = in_words(name.removesuffix(ending) if ending.startswith("_") else name)
+        if isinstance(value, Mapping) and any(each.endswith("p50") for each in value):
+            spread = {
+                each: value[each] for each in value if each.rpartition("_")[2] in ("p50", "p95", "p99", "max")
+            }
+            heads = " / ".join(each.rpartition("_")[2] for each in spread)
+            told = " / ".join(number(each, 1) for each in spread.values())
+            kind = "ms" if key.endswith("_ms") else ""
+            yield in_words(f"{key.removesuffix('_ms')} {'' if kind else 'iterations '}{heads}"), told, kind
+            yield from figure_rows({each: value[each] for each in value if each not in spread}, name)
+        elif isinstance(value, Mapping):
+            yield from figure_rows(value, name)
+        elif isinstance(value, bool):
+            yield words, "yes" if value else "no", ""
+        elif value is None or isinstance(value, float):
+            known = (_SQUARED if above.startswith("energy") else _UNITS).get(key, "")
+            told = number(None if value is None else factor * value, digits)
+            yield words, told, "" if value is None else unit or known
+        else:
+            yield words, str(value), _UNITS.get(key, "") if above.startswith("peak") else ""
 
 
-def mission_rows(steps: list[dict[str, Any]] | None) -> list[tuple[str, str, str]]:
-    """What the table of a run says of each step: when it was, what it came to, and the error at its end."""
-    found = []
+def mission_rows(steps: Sequence[Mapping[str, Any]] | None) -> Iterator[Row]:
+    """Of each step: its result and times, and the error at its end."""
     for step in steps or []:
         end = "" if step["end_s"] is None else f"{step['end_s']:.2f}"
-        told = f"{step['result']} {step['begin_s']:.2f} to {end}"
-        found.append((_step_name(step), told, "s"))
-        error = step["final_error"]
-        if error is not None:
-            along, across = 1e3 * error["longitudinal_m"], 1e3 * error["lateral_m"]
-            errors = f"{along:.1f} / {across:.1f} / {degrees(error['heading_rad']):.2f}"
-            found.append(("error at its end, along / across / heading", errors, "mm, deg"))
-    return found
+        yield _step_name(step), f"{step['result']} {step['begin_s']:.2f} to {end}", "s"
+        if step["final_error"] is not None:
+            told = " / ".join(value for _, value, _ in figure_rows(step["final_error"], "error"))
+            yield "error at its end, along / across / heading", told, "mm, deg"
 
 
 def failure_lines(steps: Sequence[Mapping[str, Any]] | None) -> list[str]:
     """Why steps failed, a line for each that did."""
     over = (MissionResult.SUCCEEDED.value, MissionResult.RUNNING.value)
-    failed = [step for step in steps or [] if step["result"] not in over]
     return [
         f"{_step_name(step)}: {step['result']}" + (f": {step['reason']}" if step["reason"] else "")
-        for step in failed
+        for step in steps or []
+        if step["result"] not in over
     ]
+
+
+def replay_lines(report: ReplayReport) -> list[str]:
+    """One line if the replay is identical; otherwise the first difference: cycle, time and fields."""
+    how = "bit for bit" if report.tolerance == 0.0 else f"within {report.tolerance:g}"
+    where = "the same machine and versions" if report.same_machine else "another machine or other versions"
+    whole = "" if report.complete else "; the recording is truncated"
+    compared, mismatch = f"{report.cycles} cycles compared {how}, on {where}{whole}", report.mismatch
+    if mismatch is None:
+        return [f"identical: {compared}"]
+    time = "" if mismatch.time is None else f" at {mismatch.time:.3f} s"
+    lines = [
+        f"different: cycle {mismatch.cycle}{time}" + (f": {mismatch.changed}" if mismatch.changed else "")
+    ]
+    for field in mismatch.fields[:SHOWN]:
+        size = "" if field.size is None else f", difference {field.size:.3g}"
+        recorded, replayed = (shorten(repr(value), LONGEST) for value in (field.recorded, field.replayed))
+        lines.append(f"  {field.field}: recorded {recorded}, replayed {replayed}{size}")
+    if mismatch.time is not None and not mismatch.fields:
+        lines.append("  all compared fields are equal")
+    if len(mismatch.fields) > SHOWN:
+        lines.append(f"  and {len(mismatch.fields) - SHOWN} more fields")
+    return [*lines, compared]
 
 
 def _step_name(step: Mapping[str, Any]) -> str:
@@ -133,66 +152,18 @@ def _step_name(step: Mapping[str, Any]) -> str:
     return f"step {step['step']}: {step['kind']}{again}"
 
 
-def _planning_rows(planning: dict[str, Any] | None) -> list[tuple[str, str, str]]:
-    """What a run in an area has besides."""
-    if planning is None:
-        return []
-    cusps = "-" if planning["cusps"] is None else str(planning["cusps"])
-    return [
-        ("time of planning", _number(planning["seconds"], 3), "s"),
-        ("planned anew", str(planning["replans"]), ""),
-        ("planned way", "none" if planning["length_m"] is None else _number(planning["length_m"], 2), "m"),
-        ("cusps of it", cusps, ""),
-    ]
+def _against(peak: float, comfort: float) -> str:
+    above = round(peak, 3) > round(comfort, 3)
+    return (
+        f"[bold red]{peak:.3f}[/] (limit {comfort:.3f} exceeded)" if above else f"{peak:.3f} / {comfort:.3f}"
+    )
 
 
-def _goal_rows(goal: dict[str, Any] | None) -> list[tuple[str, str, str]]:
-    """What a run with a detector has besides; how a filter did, where there was one."""
-    if goal is None:
-        return []
-    source = ("goal source", goal["source"], "")
-    if goal["source"] != GoalSource.DETECTED.value:
-        return [source]
-    error = goal["estimate_error"]
-    counts = " / ".join(str(goal[name]) for name in ("accepted", "rejected", "refused"))
-    return [
-        source,
-        ("goal first seen", _number(goal["first_seen_s"], 2), "s"),
-        ("detections accepted / rejected / refused", counts, ""),
-        ("goal estimate, longitudinal", _scaled(error["longitudinal_m"], 1e3, 1), "mm"),
-        ("goal estimate, lateral", _scaled(error["lateral_m"], 1e3, 1), "mm"),
-        ("goal estimate, heading", _scaled(error["heading_rad"], degrees(1.0), 2), "deg"),
-        ("mean NIS of accepted detections", _number(goal["mean_nis"], 2), ""),
-        ("goal status at the end", goal["final_status"] or _NEVER, ""),
-    ]
-
-
-def _against_comfort(peak: float, comfort: float) -> str:
-    above = "[bold red]above[/] " if round(peak, 3) > round(comfort, 3) else ""
-    return f"{above}{peak:.3f} / {comfort:.3f}"
-
-
-def _hard(cycles: dict[str, int]) -> str:
-    told = ", ".join(f"{count} {reason}" for reason, count in cycles.items())
-    return f"{sum(cycles.values())} ({told})" if told else "0"
-
-
-def _ratio(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f}"
-
-
-def _scaled(value: float | None, factor: float, digits: int) -> str:
-    return _number(None if value is None else factor * value, digits)
-
-
-def _number(value: float | None, digits: int) -> str:
-    return _NEVER if value is None else f"{value:.{digits}f}"
-
-
-def _spread(values: dict[str, float | None]) -> str:
-    return " / ".join("-" if value is None else f"{value:.1f}" for value in values.values())
-
-
-def _pair(solver: dict[str, Any]) -> str:
-    values = (solver["iterations_p50"], solver["iterations_p95"])
-    return " / ".join("-" if value is None else f"{value:.0f}" for value in values)
+def _table(title: str, rows: Iterable[Row]) -> Table:
+    table = Table(title=title)
+    table.add_column("", no_wrap=True)
+    table.add_column("value", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -1,135 +1,238 @@
-"""The run over time: motion, inputs, progress, the goal as detected, effective weights, computing time."""
+"""The ride over time: motion, inputs, progress, the goal as detected, effective weights, computing time."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
+from estimation import GoalStatus, stds_in
+from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.report import style
-from rti_mpcc.report.axes import grid
-from rti_mpcc.report.goal_rows import NAMES, draw_goal_rows, has_goal_rows
-from rti_mpcc.report.mission_bands import BAND_LABELS, LOWERED, draw_bands, name_bands
-from rti_mpcc.simulation import RunResult
+from rti_mpcc.report.axes import BESIDE, entries_once, grid
+from rti_mpcc.report.ride import Ride
+from rti_mpcc.simulation.goal_metrics import errors_to
+from rti_mpcc.simulation.plant import SAME_TIME
+from rti_mpcc.types import MissionResult
+
+MOTION = 4
+"""Number of the first rows: speed, steering, acceleration, progress."""
+FARTHEST = (1.0, 1.0, 30.0)
+"""No row of the goal's errors reaches farther than this [m], [m], [deg]."""
+GOAL_ROWS = ("goal error\nlongitudinal [m]", "goal error\nlateral [m]", "goal error\nheading [deg]")
+_SIGMAS = 3.0
+"""Half the width of the band around the estimate [standard deviations]."""
+_UNITS = np.array([1.0, 1.0, 180.0 / np.pi])
+_ROOM, _TOLERANCES = 1.1, 1.5
+"""A row of errors reaches this much farther than its curves, and this multiple of the goal tolerance."""
+_SHADES = {
+    GoalStatus.SEARCHING: (style.GREY, 0.3),
+    GoalStatus.TRACKING: (style.SKY, 0.1),
+    GoalStatus.COASTING: (style.ORANGE, 0.25),
+    GoalStatus.LOST: (style.PINK, 0.35),
+}
+_BANDED = 3
+"""Number of the first rows that show the steps of a mission."""
+_OVER = {
+    MissionResult.SUCCEEDED: (style.GREEN, "step, succeeded"),
+    MissionResult.RUNNING: (style.GREY, "step, running"),
+}
+_FAILED = (style.RED, "step, failed")
+_PAD, _LINE_HEIGHT, _LETTER = 6.0, 12.0, 0.012
+"""Distance of the title, height of a line of names [points]; width of a letter, in widths of the axes."""
 
 
-def timeline_figure(result: RunResult, summary: dict[str, Any]) -> Figure:
-    """v, delta, a, theta, effective weights and computing time above one another, on one time axis.
-
-    Where a filter watched the goal, three rows below theta show what it knew, see `goal_rows`. `summary`
-    gives the times that are marked: inside tolerance, the paper's T_goal (dotted), and docked (dashed). The
-    steps of a mission are bands in the first rows, see `mission_bands`. Legends stand beside the axes.
-    """
-    goal_rows = len(NAMES) if has_goal_rows(result) else 0
-    figure = Figure(figsize=(10.0, 2.0 * (6 + goal_rows)), layout="constrained")
-    axes = figure.subplots(6 + goal_rows, 1, sharex=True)
-    _draw_speed(axes[0], result)
-    _draw_steering(axes[1], result)
-    _draw_acceleration(axes[2], result)
-    _draw_progress(axes[3], result)
-    if goal_rows:
-        draw_goal_rows(axes[4:-2], result)
-    _draw_weights(axes[-2], result)
-    _draw_computing(axes[-1], result)
-    for place, one in enumerate(axes):
-        if place < _BANDED:
-            draw_bands(one, result)
-        _mark(one, summary)
-        grid(one)
-        # Marks are named once, in the first legend.
-        handles, labels = one.get_legend_handles_labels()
-        kept = [k for k, label in enumerate(labels) if place == 0 or label not in _MARKS]
-        one.legend(
-            [handles[k] for k in kept],
-            [labels[k] for k in kept],
-            loc="upper left",
-            bbox_to_anchor=(1.01, 1.0),
-            borderaxespad=0.0,
-            frameon=False,
-            fontsize="small",
-        )
-    axes[0].set_title(result.title, pad=_PAD + name_bands(axes[0], result))
-    axes[-1].set_xlabel("time [s]")
-    axes[-1].set_xlim(0.0, max(float(result.truth.times[-1]), 1e-3))
+def timeline_figure(ride: Ride, summary: Mapping[str, Any]) -> Figure:
+    """All strip charts of a ride above one another, on one time axis, see `strip_charts`."""
+    rows = MOTION + (2 + len(GOAL_ROWS) * ride.filtered if ride.moments else 0)
+    figure = Figure(figsize=(10.0, 2.0 * rows), layout="constrained")
+    axes = figure.subplots(rows, 1, sharex=True)
+    strip_charts(axes, ride, summary)
+    axes[0].set_title(ride.title, pad=_PAD + name_bands(axes[0], ride))
     return figure
 
 
-_MARKS = ("inside tolerance", "docked", LOWERED, *BAND_LABELS)
-_BANDED = 3
-"""So many rows show the steps of a mission: speed, steering, acceleration."""
-_PAD = 6.0
-"""Between the title and what is below it [points]."""
+def strip_charts(rows: Sequence[Axes], ride: Ride, summary: Mapping[str, Any]) -> None:
+    """Charts over time with legends beside them: v, delta, a, theta; in further rows the errors of the goal
+    (where a filter was in use), effective weights and computing time.
 
-
-def _mark(axes: Axes, summary: dict[str, Any]) -> None:
-    for key, label, dashes in (
-        ("time_to_tolerance_s", "inside tolerance", "dotted"),
-        ("time_to_dock_s", "docked", "dashed"),
-    ):
-        if summary[key] is not None:
-            axes.axvline(summary[key], color=style.GREEN, linestyle=dashes, linewidth=1.2, label=label)
-
-
-def _draw_speed(axes: Axes, result: RunResult) -> None:
-    axes.plot(result.truth.times, result.truth.v, color=style.BLUE, label="true")
-    axes.set_ylabel("v [m/s]")
-
-
-def _draw_steering(axes: Axes, result: RunResult) -> None:
-    limit = result.config.limits.steering
-    axes.plot(result.truth.times, result.truth.delta, color=style.BLUE, label="true")
-    for side in (-limit, limit):
-        axes.axhline(
-            side, color=style.GREY, linestyle="dashdot", linewidth=0.8, label="limit" if side > 0.0 else None
-        )
-    axes.set_ylabel("delta [rad]")
-
-
-def _draw_acceleration(axes: Axes, result: RunResult) -> None:
-    cycles = result.cycles
-    axes.step(
-        cycles.times, cycles.acceleration, where="post", color=style.ORANGE, linewidth=0.8, label="commanded"
-    )
-    axes.plot(result.truth.times, result.truth.acceleration, color=style.BLUE, label="true")
-    axes.set_ylabel("a [m/s²]")
-
-
-def _draw_progress(axes: Axes, result: RunResult) -> None:
-    axes.plot(result.truth.times, result.truth.theta, color=style.BLUE, label="true")
-    last, cusp = float(result.truth.times[-1]), "cusp"
-    ends = [*(begin for begin, _ in result.paths[1:]), last]
-    for (begin, path), end in zip(result.paths, ends, strict=False):
-        for at in path.cusps:
-            axes.plot((begin, end), (at, at), color=style.RED, linestyle="dashdot", linewidth=0.8, label=cusp)
-            cusp = "_"
-    for k, (begin, _) in enumerate(result.paths[1:]):
-        label = "_" if k else "planned anew"
-        axes.axvline(begin, color=style.PINK, linestyle="dotted", linewidth=1.2, label=label)
-    axes.set_ylabel("theta [m]")
-
-
-def _draw_weights(axes: Axes, result: RunResult) -> None:
-    weights = result.cycles.weights
-    for (name, color), values in zip(style.WEIGHTS, weights.T, strict=True):
-        axes.step(result.cycles.times, values, where="post", color=color, label=name)
-    # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
-    axes.set_yscale("symlog", linthresh=1.0)
-    axes.set_ylim(0.0, 10.0 * max(1.0, float(np.max(weights, initial=0.0))))
-    axes.set_ylabel("effective weights")
-
-
-def _draw_computing(axes: Axes, result: RunResult) -> None:
-    cycles = result.cycles
+    `summary` gives the times that are marked: inside tolerance, the paper's T_goal (dotted), and docked
+    (dashed). The steps of a mission are bands in the first rows.
+    """
+    motion, limit = ride.motion, ride.config.limits.steering
+    times = [moment.time for moment in ride.moments]
+    commands = [moment.command.acceleration for moment in ride.moments]
+    rows[2].step(times, commands, where="post", **_thin(style.ORANGE, "commanded"))
+    label = "true" if np.isfinite(motion.goals).any() else "measured"
     curves = (
-        (cycles.step_ms, style.GREY, "whole cycle"),
-        (cycles.feedback_ms, style.ORANGE, "feedback phase"),
-        (cycles.solve_ms, style.BLUE, "solver"),
+        (motion.v, "v [m/s]"),
+        (motion.delta, "delta [rad]"),
+        (motion.acceleration, "a [m/s²]"),
+        (motion.theta, "theta [m]"),
     )
-    # Logarithmic: a new part or objective takes several QPs and would hide the common cycle.
-    axes.set_yscale("log")
-    for values, color, name in curves:
-        shown = np.where(values > 0.0, values, np.nan)
-        axes.plot(cycles.times, shown, color=color, linewidth=0.8, label=name)
-    axes.set_ylabel("time a cycle [ms]")
+    for axes, (values, name) in zip(rows, curves, strict=False):
+        if np.isfinite(values).any():
+            axes.plot(motion.times, values, color=style.BLUE, label=label)
+        axes.set_ylabel(name)
+    for side in (limit, -limit):
+        rows[1].axhline(side, linestyle="dashdot", **_thin(style.GREY, "limit"))
+    _draw_routes(rows[3], ride)
+    if len(rows) > MOTION:
+        if ride.filtered:
+            _draw_goal(rows[MOTION:-2], ride)
+        _draw_control(rows[-2], rows[-1], ride)
+    goal = MOTION + len(GOAL_ROWS) if ride.filtered and len(rows) > MOTION else MOTION
+    for place, axes in enumerate(rows):
+        # The goal's rows have one legend; marks are named once, in the first legend.
+        same = rows[MOTION:goal] if MOTION <= place < goal else [axes]
+        entries = entries_once(same) if place not in range(MOTION + 1, goal) else ([], [])
+        if place < _BANDED:
+            draw_bands(axes, ride)
+        for key, name, dashes in (
+            ("time_to_tolerance_s", "inside tolerance", "dotted"),
+            ("time_to_dock_s", "docked", "dashed"),
+        ):
+            if summary.get(key) is not None:
+                axes.axvline(summary[key], color=style.GREEN, linestyle=dashes, linewidth=1.2, label=name)
+        grid(axes)
+        axes.legend(*(entries if place else entries_once(same)), fontsize="small", **BESIDE)
+    rows[-1].set_xlabel("time [s]")
+    start = float(motion.times[0])
+    rows[-1].set_xlim(start, max(ride.end, start + 1e-3))
+
+
+def _thin(color: str, label: str) -> dict[str, Any]:
+    return {"color": color, "label": label, "linewidth": 0.8}
+
+
+def _draw_routes(axes: Axes, ride: Ride) -> None:
+    """The cusps of each route, and the times of replanning."""
+    borders = [*(start for start, _ in ride.routes[1:]), ride.end]
+    for (start, route), end in zip(ride.routes, borders, strict=False):
+        for at in route.cusps:
+            axes.plot((start, end), (at, at), linestyle="dashdot", **_thin(style.RED, "cusp"))
+    for start in borders[:-1]:
+        axes.axvline(start, color=style.PINK, linestyle="dotted", linewidth=1.2, label="replanned")
+
+
+def _draw_control(weights: Axes, computing: Axes, ride: Ride) -> None:
+    times = [moment.time for moment in ride.moments]
+    values = np.array([moment.weights for moment in ride.moments])
+    for (name, color), each in zip(style.WEIGHTS, values.T, strict=True):
+        weights.step(times, each, where="post", color=color, label=name)
+    # From 0 to 1e5: linear below 1, so that a weight that is switched off still shows.
+    weights.set_yscale("symlog", linthresh=1.0)
+    weights.set_ylim(0.0, 10.0 * max(1.0, float(values.max())))
+    weights.set_ylabel("effective weights")
+    # Logarithmic: a new segment or objective takes several QPs and would hide the common cycle.
+    computing.set_yscale("log")
+    for name, color, label in (
+        ("step_ms", style.GREY, "whole cycle"),
+        ("feedback_ms", style.ORANGE, "feedback phase"),
+        ("solve_ms", style.BLUE, "solver"),
+    ):
+        spent = np.array([getattr(moment.command.diagnostics, name) for moment in ride.moments])
+        computing.plot(times, np.where(spent > 0.0, spent, np.nan), **_thin(color, label))
+    computing.set_ylabel("time a cycle [ms]")
+
+
+def _draw_goal(rows: Sequence[Axes], ride: Ride) -> None:
+    """Setpoint, estimate and detections of the goal against the true one, in its frame."""
+    times, tolerance = [moment.time for moment in ride.moments], np.array(ride.config.goal_tolerance) * _UNITS
+    goals, setpoints, estimates, covariances, statuses = ride.goals_known()
+    estimate, setpoint = errors_to(goals, estimates) * _UNITS, errors_to(goals, setpoints) * _UNITS
+    half = _SIGMAS * stds_in(goals, covariances) * _UNITS
+    told = [(each, each.pose) for each in ride.detections if each.pose is not None]
+    stamps = np.array([each.stamp for each, _ in told])
+    poses = np.array([(pose.x, pose.y, pose.phi) for _, pose in told]).reshape(-1, 3)
+    then = np.minimum(np.searchsorted(ride.motion.times, stamps - SAME_TIME), len(ride.motion.times) - 1)
+    detections = errors_to(ride.motion.goals[then], poses) * _UNITS
+    accepted = np.array([each.accepted for each, _ in told], dtype=np.bool_)
+    # A setpoint that is farther off is a stop on the route, and not the goal.
+    near = setpoint[(np.abs(setpoint) <= FARTHEST).all(axis=1)]
+    shown = np.concatenate([np.abs(estimate) + half, near, detections[accepted], np.zeros((1, 3))])
+    largest = np.max(np.abs(np.nan_to_num(shown)), axis=0)
+    reach = np.minimum(_ROOM * np.maximum(largest, _TOLERANCES * tolerance), FARTHEST)
+    for column, axes in enumerate(rows):
+        _draw_status(axes, times, ride.end, statuses)
+        low, high = estimate[:, column] - half[:, column], estimate[:, column] + half[:, column]
+        band: dict[str, Any] = {"color": style.BLUE, "alpha": 0.4, "linewidth": 0.0}
+        axes.fill_between(times, low, high, label=f"± {_SIGMAS:g} sigma", **band)
+        axes.plot(times, setpoint[:, column], **_thin(style.BLACK, "goal setpoint"))
+        axes.plot(times, estimate[:, column], color=style.BLUE, linewidth=1.2, label="estimate")
+        for side in (-1.0, 1.0):
+            limit = side * tolerance[column]
+            axes.axhline(limit, linestyle="dashdot", **_thin(style.GREY, "goal tolerance"))
+        edge = float(reach[column])
+        values = detections[:, column]
+        beyond, places = np.abs(values) > edge, np.clip(values, -0.95 * edge, 0.95 * edge)
+        for kind, name, color, marker in (
+            (accepted, "accepted", style.GREEN, "."),
+            (~accepted, "rejected", style.RED, "x"),
+        ):
+            for own, drawn, label, symbol in (
+                (kind & ~beyond, values, name, marker),
+                (kind & beyond & (values > 0.0), places, f"{name}, farther off", "^"),
+                (kind & beyond & (values < 0.0), places, f"{name}, farther off", "v"),
+            ):
+                if own.any():
+                    axes.scatter(stamps[own], drawn[own], s=14.0, color=color, marker=symbol, label=label)
+        axes.set_ylim(-edge, edge)
+        axes.set_ylabel(GOAL_ROWS[column])
+
+
+def _draw_status(axes: Axes, times: ArrayLike, end: float, statuses: Sequence[GoalStatus | None]) -> None:
+    """The status of the filter as the background."""
+    starts = [k for k, status in enumerate(statuses) if k == 0 or status is not statuses[k - 1]]
+    for (start, until), k in zip(pairwise([*np.asarray(times)[starts], end]), starts, strict=True):
+        status = statuses[k]
+        if status is not None:
+            color, alpha = _SHADES[status]
+            look: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0.0, "zorder": 0}
+            axes.axvspan(start, until, label=status.value, **look)
+
+
+def draw_bands(axes: Axes, ride: Ride, *, waited: str = "end of a wait") -> None:
+    """A band for each step of a mission, in the colour of its result, and a mark at the end of each wait.
+
+    Args:
+        waited: label of that mark.
+    """
+    for step in ride.steps:
+        color, label = _OVER.get(step.result, _FAILED)
+        start, end = _span(step, ride.end)
+        axes.axvspan(start, end, facecolor=color, edgecolor=color, alpha=0.12, linewidth=0.8, label=label)
+        axes.axvline(start, color=style.GREY, linewidth=0.6)
+        if step.kind == "wait" and step.end is not None:
+            axes.axvline(end, color=style.ORANGE, linestyle="dashed", linewidth=1.2, label=waited)
+
+
+def name_bands(axes: Axes, ride: Ride) -> float:
+    """The kinds of the steps above the axes, with the results of failed steps, on lines without overlap;
+    returns the height of these lines [points]."""
+    free: list[float] = []  # where each line is free from, in widths of the axes
+    for step in ride.steps:
+        name = step.kind if step.result in _OVER else f"{step.kind}: {step.result.value}"
+        middle = 0.5 * sum(_span(step, ride.end))
+        centre, half = middle / max(ride.end, SAME_TIME), 0.5 * _LETTER * (len(name) + 1)
+        line = next((k for k, start in enumerate(free) if start <= centre - half), len(free))
+        free[line : line + 1] = [centre + half]
+        axes.annotate(
+            name,
+            (middle, 1.0),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(0.0, 3.0 + line * _LINE_HEIGHT),
+            textcoords="offset points",
+            ha="center",
+            fontsize="small",
+        )
+    return _LINE_HEIGHT * len(free)
+
+
+def _span(step: StepRecord, last: float) -> tuple[float, float]:
+    return step.begin, last if step.end is None else step.end

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
+from rti_mpcc.cli import main
+
 SCENARIO = """
 name = "short"
 [path]
@@ -52,3 +56,12 @@ distance = -1.5
 def write_mission(duration: float) -> None:
     """delivery.toml, in the current folder: to a dock, in contact with it, and out again."""
     Path("delivery.toml").write_text(MISSION.replace("DURATION", str(duration)))
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """What a call that must be refused says: on stderr alone, without a traceback."""
+    assert main(arguments) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "Traceback" not in said.err
+    return said.err

@@ -1,4 +1,4 @@
-"""The command line: what it writes, its exit status, and one clear message on bad input."""
+"""The command line: `run` and `scenarios`, exit statuses, and one clear message on bad input."""
 
 from __future__ import annotations
 
@@ -13,84 +13,56 @@ import pytest
 
 from rti_mpcc import cli
 from rti_mpcc.cli import main
-from rti_mpcc.simulation import summary
+from rti_mpcc.simulation import builtin_names, save_scenario, summary
+from tests.rti_mpcc.cli_runs import SCENARIO, refused
+from tests.rti_mpcc.short_missions import short
 
-SCENARIO = """
-name = "short"
-[path]
-start = [0, 0, 0]
-segments = [{ direction = 1, curvature = CURVATURE, length = 6.0 }]
-[corridor]
-left = 4
-right = -4
-[simulation]
-duration = DURATION
-"""
+FOLDER = Path("runs/short")
 
 
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    write()
 
 
-def scenario_file(*, curvature: float = 0.0, duration: float = 30.0) -> str:
-    text = SCENARIO.replace("CURVATURE", str(curvature)).replace("DURATION", str(duration))
-    Path("short.toml").write_text(text)
-    return "short.toml"
+def write(*, curvature: float = 0.0, duration: float = 0.2, more: str = "") -> None:
+    """short.toml."""
+    text = SCENARIO.replace("curvature = 0.0", f"curvature = {curvature}").replace("DURATION", str(duration))
+    Path("short.toml").write_text(text + more)
 
 
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The message on stderr of a call that must be refused."""
-    assert main(arguments) == 2
-    said = capsys.readouterr()
-    assert "Traceback" not in said.out + said.err
-    assert said.out == ""
-    return said.err
+def figures(folder: Path = FOLDER) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "summary.json").read_text())
+    return found
 
 
 def test_scenarios_lists_the_built_in_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["scenarios"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    names = [
-        "aisle_dock",
-        "bay_perpendicular",
-        "docking_behind",
-        "docking_blackout",
-        "docking_full_course",
-        "docking_inside",
-        "docking_mission",
-        "docking_moving_goal",
-        "docking_noisy",
-        "long_approach",
-        "obstacle_appears",
-        "path_following",
-        "slot_parallel",
-        "yard_dead_end",
-    ]
-    assert [line.split()[0] for line in lines] == names
+    assert [line.split()[0] for line in lines] == list(builtin_names())
     assert all(len(line.split()) > 3 for line in lines)
 
 
 def test_docked_run_prints_a_table_writes_its_files_and_exits_0(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", scenario_file()]) == 0
+    write(duration=30.0)
+    assert main(["run", "short.toml"]) == 0
     said = capsys.readouterr()
-    assert "time to dock" in said.out
-    assert said.err == ""
-    folder = Path("runs/short")
+    assert ("time to dock" in said.out, said.err) == (True, "")
     names = {"summary.json", "trajectory.csv", "overview.png", "timeline.png"}
-    assert {file.name for file in folder.iterdir()} == names
-    written = json.loads((folder / "summary.json").read_text())
-    assert written["docked"] is True
-    assert (written["scenario"], written["method"], written["preset"], written["seed"]) == (
+    assert {file.name for file in FOLDER.iterdir()} == names
+    assert all(str(FOLDER / name) in said.out for name in names)
+    told = figures()
+    assert [told[name] for name in ("docked", "scenario", "method", "preset", "seed")] == [
+        True,
         "short",
         "dynamic",
         "default",
         0,
-    )
-    assert all(str(folder / name) in said.out for name in names)
+    ]
 
 
-def test_options_reach_the_run() -> None:
+def test_options_reach_the_run_which_exits_1_where_it_does_not_dock() -> None:
     arguments = [
         "--method",
         "dynamic",
@@ -102,46 +74,30 @@ def test_options_reach_the_run() -> None:
         "here/there",
         "--no-plots",
     ]
-    assert main(["run", scenario_file(duration=0.2), *arguments]) == 1
-    written = json.loads(Path("here/there/summary.json").read_text())
-    assert (written["preset"], written["seed"]) == ("paper", 7)
+    assert main(["run", "short.toml", *arguments]) == 1
+    told = figures(Path("here/there"))
+    assert [told[name] for name in ("preset", "seed", "docked", "time_to_dock_s")] == [
+        "paper",
+        7,
+        False,
+        None,
+    ]
     assert {file.name for file in Path("here/there").iterdir()} == {"summary.json", "trajectory.csv"}
 
 
-DETECTED = """
-[goal.measurement]
-initial_offset = [0.1, 0.0, 0.0]
-"""
+@pytest.mark.parametrize("source", [None, "detected", "raw", "known"])
+def test_goal_source_reaches_the_run(source: str | None) -> None:
+    write(more="[goal.measurement]\ninitial_offset = [0.1, 0.0, 0.0]\n")
+    assert main(["run", "short.toml", "--no-plots", *(["--goal-source", source] if source else [])]) == 1
+    assert figures()["goal"]["source"] == (source or "detected")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "source"),
-    [([], "detected"), *[(["--goal-source", source], source) for source in ("detected", "raw", "known")]],
-)
-def test_goal_source_reaches_the_run(arguments: list[str], source: str) -> None:
-    Path("seen.toml").write_text(Path(scenario_file(duration=0.2)).read_text() + DETECTED)
-    assert main(["run", "seen.toml", "--no-plots", *arguments]) == 1
-    assert json.loads(Path("runs/short/summary.json").read_text())["goal"]["source"] == source
-
-
-def test_goal_source_without_detections_is_refused_before_anything_is_written(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    for source in ("raw", "known"):
-        (line,) = refusal(capsys, "run", scenario_file(), "--goal-source", source).splitlines()
-        assert line == (
-            f"rti-mpcc: error: goal_source = '{source}': must be 'detected', the default, "
-            "in a scenario without [goal.measurement] such as short"
-        )
+def test_goal_source_without_detections_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert refused(capsys, "run", "short.toml", "--goal-source", "raw") == (
+        "rti-mpcc: error: goal_source = 'raw': must be 'detected', the default, "
+        "in a scenario without [goal.measurement] such as short\n"
+    )
     assert not Path("runs").exists()
-    assert main(["run", scenario_file(duration=0.2), "--no-plots", "--goal-source", "detected"]) == 1
-    assert json.loads(Path("runs/short/summary.json").read_text())["goal"] is None
-
-
-def test_run_that_does_not_dock_exits_1() -> None:
-    assert main(["run", scenario_file(duration=0.5), "--no-plots"]) == 1
-    written = json.loads(Path("runs/short/summary.json").read_text())
-    assert (written["docked"], written["time_to_dock_s"]) == (False, None)
 
 
 @pytest.mark.parametrize(("clearance", "status"), [(0.01, 0), (None, 0), (-0.001, 1)])
@@ -152,83 +108,121 @@ def test_contact_exits_1_even_when_docked(
         return {**summary(result), "docked": True, "min_clearance_m": clearance}
 
     monkeypatch.setattr(cli.run, "summary", docked)
-    assert main(["run", scenario_file(duration=0.2), "--no-plots"]) == status
+    assert main(["run", "short.toml", "--no-plots"]) == status
 
 
-def test_too_sharp_a_path_is_told_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
-    main(["run", scenario_file(curvature=0.26, duration=0.2), "--no-plots"])
-    line, change = capsys.readouterr().err.splitlines()
-    assert line.startswith("rti-mpcc: warning: short.toml: path: its largest curvature 0.26 1/m")
-    assert "the path, part 0, theta = 0.00 to" in change
-    assert change.endswith("left as it is, no smooth way is clear there")
+LATE = {"kind": "undock", "distance": 5.0, "timeout": 1.0}
 
 
-def test_warnings_leave_no_handler_behind(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("steps", "status", "lines"),
+    [
+        (None, 0, ["step 2: straight"]),
+        ([{"kind": "dock"}, LATE], 1, ["step 1: undock: TIMED_OUT: it took 1 s"]),
+        # Of a step that is tried again the last try counts.
+        (
+            [{"kind": "dock", "timeout": 4.0, "retries": 3}],
+            0,
+            ["step 0: dock, try 2", "step 0: dock: TIMED_OUT: it took 4 s"],
+        ),
+        # A mission that continues after a failure did not succeed with all steps.
+        ([{"kind": "dock"}, LATE | {"then": "continue"}, {"kind": "wait", "seconds": 0.1}], 1, ["SUCCEEDED"]),
+    ],
+)
+def test_the_status_says_whether_all_steps_succeeded(
+    capsys: pytest.CaptureFixture[str], steps: Any, status: int, lines: list[str]
+) -> None:
+    file = save_scenario(short() if steps is None else short(mission=steps), Path())
+    assert main(["run", str(file), "--no-plots", "--out", "out"]) == status
+    said = capsys.readouterr().out
+    assert all(line in said for line in lines)
+
+
+def test_too_sharp_a_path_is_told_on_stderr_once_a_run(capsys: pytest.CaptureFixture[str]) -> None:
+    write(curvature=0.26)
     for _ in range(2):
-        main(["run", scenario_file(curvature=0.26, duration=0.2), "--no-plots"])
-        assert len(capsys.readouterr().err.splitlines()) == 2
+        main(["run", "short.toml", "--no-plots"])
+        line, change = capsys.readouterr().err.splitlines()
+        assert line.startswith("rti-mpcc: warning: short.toml: path: its largest curvature 0.26 1/m")
+        assert "the path, part 0, theta = 0.00 to" in change
 
 
 def test_bad_scenarios_have_one_line_a_problem(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("bad.toml").write_text(Path(scenario_file()).read_text() + "cycle = 9\nspeed = 3\n")
-    lines = refusal(capsys, "run", "bad.toml").splitlines()
-    assert lines[0] == "rti-mpcc: error: bad.toml: simulation.cycle = 9: must be <= 0.2"
-    assert lines[1].startswith(
-        "rti-mpcc: error: bad.toml: simulation.speed = 3: unknown key, allowed are plant_step"
-    )
-    assert len(lines) == 2
+    write(more="cycle = 9\nspeed = 3\n")
+    first, second = refused(capsys, "run", "short.toml").splitlines()
+    assert first == "rti-mpcc: error: short.toml: simulation.cycle = 9: must be <= 0.2"
+    assert second.startswith("rti-mpcc: error: short.toml: simulation.speed = 3: unknown key, allowed are ")
     assert not Path("runs").exists()
 
 
 def test_files_that_are_not_there_or_not_toml(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "nowhere.toml: cannot be read, No such file" in refusal(capsys, "run", "nowhere.toml")
-    assert "docking: must be a .toml file or one of aisle_dock" in refusal(capsys, "run", "docking")
     Path("broken.toml").write_text("name = ")
-    assert "broken.toml: is not TOML" in refusal(capsys, "run", "broken.toml")
     Path("binary.toml").write_bytes(b"\xff\xfe")
-    assert "binary.toml: is not UTF-8 text" in refusal(capsys, "run", "binary.toml")
+    Path("path.toml").write_text('name = "bad"\n[path]\nfile = "no.csv"\n[corridor]\nleft = 3\nright = -3\n')
+    for name, message in (
+        ("nowhere.toml", "nowhere.toml: cannot be read, No such file"),
+        ("docking", "docking: must be a .toml file or one of aisle_dock"),
+        ("broken.toml", "broken.toml: is not TOML"),
+        ("binary.toml", "binary.toml: is not UTF-8 text"),
+        ("path.toml", "path.toml: path.file"),
+    ):
+        assert message in refused(capsys, "run", name)
 
 
-def test_bad_path_file_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("bad.toml").write_text('name = "bad"\n[path]\nfile = "no.csv"\n[corridor]\nleft = 3\nright = -3\n')
-    message = refusal(capsys, "run", "bad.toml")
-    assert "bad.toml: path.file" in message
-    assert "no.csv" in message
-
-
+@pytest.mark.parametrize("command", ["run", "plan"])
 def test_folder_that_cannot_be_made_is_refused_before_the_run(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
     monkeypatch.setattr(cli.run, "simulate", None)
+    monkeypatch.setattr(cli.plan, "plan_manoeuvre", None)
     Path("file").write_text("")
-    assert "file: " in refusal(capsys, "run", scenario_file(), "--out", "file")
-    assert "file/below: " in refusal(capsys, "run", scenario_file(), "--out", "file/below")
+    scenario = {"run": "short.toml", "plan": "bay_perpendicular"}[command]
+    assert "file: " in refused(capsys, command, scenario, "--out", "file")
+    assert "file/below: " in refused(capsys, command, scenario, "--out", "file/below")
 
 
 def test_file_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     Path("out/summary.json").mkdir(parents=True)
-    message = refusal(capsys, "run", scenario_file(duration=0.2), "--out", "out", "--no-plots")
-    assert "out/summary.json: " in message
+    assert "out/summary.json: " in refused(capsys, "run", "short.toml", "--out", "out", "--no-plots")
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "required: COMMAND"),
-        (["dock"], "invalid choice: 'dock'"),
-        (["run"], "required: SCENARIO"),
-        (["run", "docking_inside", "--method", "best"], "invalid choice: 'best'"),
-        (["run", "docking_inside", "--preset", "best"], "invalid choice: 'best'"),
-        (["run", "docking_noisy", "--goal-source", "radar"], "invalid choice: 'radar'"),
-        (["run", "docking_inside", "--seed", "-1"], "'-1' must be an integer >= 0"),
-        (["run", "docking_inside", "--seed", "1.5"], "'1.5' must be an integer >= 0"),
-        (["run", "docking_inside", "--fast"], "unrecognized arguments: --fast"),
+        ("", "required: COMMAND"),
+        ("dock", "invalid choice: 'dock'"),
+        ("run", "required: SCENARIO"),
+        ("run docking_inside --method best", "invalid choice: 'best'"),
+        ("run docking_inside --preset best", "invalid choice: 'best'"),
+        ("run docking_noisy --goal-source radar", "invalid choice: 'radar'"),
+        ("run docking_inside --seed -1", "'-1' must be an integer >= 0"),
+        ("run docking_inside --seed 1.5", "'1.5' must be an integer >= 0"),
+        ("run docking_inside --fast", "unrecognized arguments: --fast"),
+        ("run bay_perpendicular --docking-time 30", "controller.docking_time = 30.0: only with [path]"),
+        ("run short.toml --dump-failed qp", "--dump-failed needs --record"),
+        ("plan", "required: SCENARIO"),
+        ("plan nowhere.toml", "nowhere.toml: cannot be read"),
+        ("plan bay_perpendicular --seed 1", "unrecognized arguments"),
+        (
+            "plan docking_inside",
+            "docking_inside: has a [path], which is driven as it is: a route is planned only",
+        ),
+        ("docks", "required: FILE"),
+        ("docks none.toml", "none.toml: cannot be read, "),
+        ("compare", "required: SCENARIO"),
+        ("compare nowhere", "nowhere"),
+        ("compare short.toml --methods best", "invalid choice: 'best'"),
+        ("compare short.toml --presets best", "invalid choice: 'best'"),
+        ("compare short.toml --jobs 0", "'0' must be an integer >= 1"),
+        ("replay short.toml", "short.toml: is not a recording of rti-mpcc"),
+        ("replay nowhere", "nowhere: cannot be read, No such file"),
+        ("replay short.toml --tolerance x", "'x' must be a number >= 0"),
+        ("replay short.toml --tolerance nan", "'nan' must be a number >= 0"),
     ],
 )
-def test_wrong_arguments_exit_2(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
-) -> None:
-    assert message in refusal(capsys, *arguments)
+def test_wrong_arguments_exit_2(capsys: pytest.CaptureFixture[str], arguments: str, message: str) -> None:
+    assert message in refused(capsys, *arguments.split())
+    assert not Path("runs").exists()
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"]])
@@ -244,15 +238,14 @@ def test_interrupt_leaves_no_traceback(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(cli.run, "simulate", interrupted)
-    assert main(["run", scenario_file()]) == 130
+    assert main(["run", "short.toml"]) == 130
     assert capsys.readouterr().err == "rti-mpcc: error: interrupted\n"
 
 
 def test_module_is_the_command() -> None:
-    root = str(Path(__file__).parents[2])
     done = subprocess.run(
         [sys.executable, "-m", "rti_mpcc", "run", "nothing"],
-        env=os.environ | {"PYTHONPATH": root},
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
         capture_output=True,
         text=True,
     )

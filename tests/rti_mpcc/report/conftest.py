@@ -1,4 +1,4 @@
-"""A real run, made once."""
+"""Real runs, made once."""
 
 from __future__ import annotations
 
@@ -6,35 +6,33 @@ from typing import Any
 
 import pytest
 
-from rti_mpcc.report.film import Film, film_of_run
-from rti_mpcc.report.views import ObservedCycle, Observer
-from rti_mpcc.simulation import (
-    RunResult,
-    changed,
-    docking_controller,
-    load_scenario,
-    simulate,
-    summary,
-)
+from rti_mpcc.report.ride import Observer, Ride, ride_of_run
+from rti_mpcc.simulation import RunResult, Scenario, changed, driver_of, load_scenario, simulate, summary
+
+
+def driven(scenario: Scenario, **how: Any) -> tuple[RunResult, Ride]:
+    """A run, and the same as a ride."""
+    observer = Observer(driver_of(scenario))
+    result = simulate(scenario, controller=observer, **how)
+    return result, ride_of_run(result, observer.moments)
 
 
 @pytest.fixture(scope="session")
-def looked_at() -> tuple[RunResult, list[ObservedCycle]]:
+def run_and_ride() -> tuple[RunResult, Ride]:
+    """3.2 s along a path of two segments, beside an obstacle."""
     wall = [[-6.0, 0.0], [-5.5, 0.0], [-5.5, 2.0]]
     changes = {"corridor.obstacles": [wall], "simulation.duration": 3.2, "simulation.cycle": 0.1}
-    scenario = changed(load_scenario("docking_full_course"), changes)
-    observer = Observer(docking_controller(scenario))
-    return simulate(scenario, controller=observer), observer.observed
+    return driven(changed(load_scenario("docking_full_course"), changes))
 
 
 @pytest.fixture(scope="session")
-def run(looked_at: tuple[RunResult, list[ObservedCycle]]) -> RunResult:
-    return looked_at[0]
+def run(run_and_ride: tuple[RunResult, Ride]) -> RunResult:
+    return run_and_ride[0]
 
 
 @pytest.fixture(scope="session")
-def film(looked_at: tuple[RunResult, list[ObservedCycle]]) -> Film:
-    return film_of_run(*looked_at)
+def ride(run_and_ride: tuple[RunResult, Ride]) -> Ride:
+    return run_and_ride[1]
 
 
 @pytest.fixture(scope="session")
@@ -43,7 +41,7 @@ def figures(run: RunResult) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="session")
-def watched() -> RunResult:
+def detected() -> tuple[RunResult, Ride]:
     """The goal is found, moves, and is lost from sight; every fifth detection is wrong by a metre."""
     changes = {
         "simulation.duration": 7.0,
@@ -53,9 +51,4 @@ def watched() -> RunResult:
         "goal.measurement.outlier": 0.2,
         "goal.shifts": [{"at_distance": 23.0, "offset": [0.1, 0.1, 0.03]}],
     }
-    return simulate(changed(load_scenario("docking_blackout"), changes), seed=1)
-
-
-@pytest.fixture(scope="session")
-def watched_figures(watched: RunResult) -> dict[str, Any]:
-    return summary(watched)
+    return driven(changed(load_scenario("docking_blackout"), changes), seed=1)

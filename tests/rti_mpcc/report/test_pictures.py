@@ -1,142 +1,308 @@
-"""The pictures show what they promise."""
+"""Overview and timeline show what they promise, and nothing is cut off."""
 
 from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from io import BytesIO
 from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.collections import PolyCollection
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from PIL import Image
 
-from estimation import Judgement, Outcome
-from geometry import Pose2
+from estimation import GoalStatus, Judgement, Outcome
+from geometry import Pose2, ReferencePath
 from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.report import style
+from rti_mpcc.report.axes import save
 from rti_mpcc.report.overview import overview_figure
-from rti_mpcc.report.timeline import timeline_figure
-from rti_mpcc.simulation import GoalSource, RunResult
+from rti_mpcc.report.ride import Ride, ride_of_run
+from rti_mpcc.report.timeline import GOAL_ROWS, timeline_figure
+from rti_mpcc.simulation import GoalSource, RunResult, scenario_from_dict, simulate, summary
+from tests.rti_mpcc.planned import OnPlannedPath
+from tests.rti_mpcc.report.conftest import driven
+from tests.rti_mpcc.short_missions import short
+
+ROWS = ["v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]", "effective weights", "time a cycle [ms]"]
+PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.05, 6.0), (-1, 0.0, 4.0)])
+OTHER = ReferencePath.from_segments(Pose2(0.5, 0.0, 0.0), [(1, 0.0, 6.0)])
+WALL = np.array([[14.0, -3.0], [14.5, -3.0], [14.5, -2.0], [14.0, -2.0]])
+HALL = {
+    "name": "hall",
+    "start": {"pose": [0.0, 0.0, 0.0]},
+    "area": {
+        "boundary": [[-5.0, -6.0], [25.0, -6.0], [25.0, 6.0], [-5.0, 6.0]],
+        "obstacles": [[[8.0, 4.0], [10.0, 4.0], [10.0, 5.0], [8.0, 5.0]]],
+    },
+    "goal": {"pose": [PATH.end.x, PATH.end.y, PATH.end.phi]},
+    "simulation": {"duration": 2.0, "cycle": 0.1},
+}
 
 
-def collection(figure: Figure, label: str) -> Any:
-    return next(one for one in figure.axes[0].collections if one.get_label() == label)
+@pytest.fixture(scope="module")
+def hall() -> Ride:
+    """A ride in an area in which something comes."""
+    scenario = scenario_from_dict(HALL)
+    controller = OnPlannedPath(PATH, scenario.controller_config())
+    obstacles_at = lambda now: [WALL] if now > 0.95 else []  # noqa: E731
+    return ride_of_run(simulate(scenario, controller=controller, obstacles_at=obstacles_at))
 
 
-def test_overview_shows_path_corridor_bodies_goal_and_obstacles(run: RunResult) -> None:
-    figure = overview_figure(run)
+@pytest.fixture(scope="module")
+def mission() -> tuple[RunResult, Ride]:
+    return driven(short())
+
+
+def labels(where: Axes | Figure) -> list[str]:
+    """The entries of a legend."""
+    legend = where.legends[0] if isinstance(where, Figure) else where.get_legend()
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def drawn(figure: Figure, label: str) -> Any:
+    return next(one for one in figure.axes[0].get_children() if one.get_label() == label)
+
+
+def body_at(ride: Ride, pose: Any) -> Any:
+    return body_polygons(np.asarray(pose)[None], ride.config.vehicle)[0]
+
+
+def test_overview_shows_path_corridor_bodies_goal_and_obstacles(ride: Ride) -> None:
+    figure = overview_figure(ride)
     (axes,) = figure.axes
-    legend = axes.get_legend()
-    assert legend is not None
-    labels = {text.get_text() for text in legend.get_texts()}
-    assert {"path", "corridor", "obstacle", "goal", "body each second", "body at the end"} <= labels
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [m]", "y [m]")
-    assert axes.get_aspect() == 1.0
+    assert {"path", "corridor", "obstacle", "goal", "body each second", "body at the end"} <= set(
+        labels(figure)
+    )
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()) == ("x [m]", "y [m]", 1.0)
     # At 0, 1, 2, 3 s and at the end.
-    assert len(collection(figure, "body each second").get_paths()) == 5
+    assert len(drawn(figure, "body each second").get_paths()) == 5
+    for line in ride.corridor.lines(1)[0] if ride.corridor else ():
+        assert axes.get_xlim()[0] <= line[:, 0].min() <= line[:, 0].max() <= axes.get_xlim()[1]
 
 
-def test_goal_body_stands_at_the_goal(run: RunResult) -> None:
-    shape = collection(overview_figure(run), "goal")
-    assert isinstance(shape, PolyCollection)
-    corners = np.asarray(shape.get_paths()[0].vertices)[:4]
-    x, y, phi = run.truth.goals[-1]
-    ahead = 0.5 * (3.6775 - 0.8027)
-    assert corners.mean(axis=0) == pytest.approx((x + ahead * np.cos(phi), y + ahead * np.sin(phi)), abs=1e-9)
-
-
-def goal_labels(figure: Figure) -> list[str]:
-    """What the legend says of goals and detections."""
-    legend = figure.axes[0].get_legend()
-    assert legend is not None
-    labels = [text.get_text() for text in legend.get_texts()]
-    return [label for label in labels if "goal" in label or "detection" in label]
-
-
-def test_goals_before_and_after_a_move_planned_goal_and_detections(watched: RunResult) -> None:
-    figure = overview_figure(watched)
-    assert goal_labels(figure) == [
-        "goal before it moved",
-        "goal",
-        "planned goal",
-        "detection, accepted",
-        "detection, rejected",
-    ]
-    tracking = watched.tracking
-    assert tracking is not None
-    for accepted, label in ((True, "detection, accepted"), (False, "detection, rejected")):
-        poses = [judged.pose for judged in tracking.detections if judged.accepted is accepted]
-        expected = np.array([(pose.x, pose.y) for pose in poses if pose is not None])
-        assert np.asarray(collection(figure, label).get_offsets()) == pytest.approx(expected)
-
-
-def test_each_goal_is_drawn_where_it_was(watched: RunResult) -> None:
-    figure = overview_figure(watched)
-    first, last = watched.truth.goals[0], watched.truth.goals[-1]
+def test_each_goal_is_drawn_at_its_place(detected: tuple[RunResult, Ride]) -> None:
+    result, ride = detected
+    figure = overview_figure(ride)
+    first, last = result.truth.goals[0], result.truth.goals[-1]
     planned = Pose2(*first.tolist()).compose(Pose2(0.4, -0.3, 0.1))
-    wanted = {
+    poses = {
         "goal before it moved": first,
         "goal": last,
-        "planned goal": np.array([planned.x, planned.y, planned.phi]),
+        "planned goal": (planned.x, planned.y, planned.phi),
     }
-    for label, pose in wanted.items():
-        (path,) = collection(figure, label).get_paths()
-        (body,) = body_polygons(pose[None], watched.config.vehicle)
-        assert np.asarray(path.vertices)[:4] == pytest.approx(body)
+    for label, pose in poses.items():
+        (path,) = drawn(figure, label).get_paths()
+        assert np.asarray(path.vertices)[:4] == pytest.approx(body_at(ride, pose))
+    for accepted, label in ((True, "detection, accepted"), (False, "detection, rejected")):
+        known = [each.pose for each in ride.detections if each.accepted is accepted and each.pose]
+        expected = np.array([(pose.x, pose.y) for pose in known])
+        assert np.asarray(drawn(figure, label).get_offsets()) == pytest.approx(expected)
 
 
-def test_known_goal_has_no_planned_one(watched: RunResult, run: RunResult) -> None:
-    assert goal_labels(overview_figure(run)) == ["goal"]
-    source = replace(watched, goal_source=GoalSource.KNOWN, tracking=None)
-    assert goal_labels(overview_figure(source)) == ["goal before it moved", "goal"]
+def test_overview_in_an_area_shows_static_and_other_obstacles_and_routes(hall: Ride) -> None:
+    figure = overview_figure(hall)
+    assert set(labels(figure)) == {
+        "static obstacle",
+        "obstacle",
+        "route",
+        "body each second",
+        "rear axle, driven",
+        "body at the end",
+        "goal",
+    }
+    (outline,) = drawn(figure, "obstacle").get_paths()
+    assert np.asarray(outline.vertices)[:4] == pytest.approx(WALL)
+    (left, right), (bottom, top) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
+    assert -6.0 <= left < hall.motion.poses[:, 0].min()
+    assert (right <= 26.0, bottom >= -7.0, top <= 7.0) == (True, True, True)
+    replanned = replace(hall, routes=((0.0, PATH), (0.5, OTHER), (1.0, PATH)))
+    assert {"route", "earlier route"} <= set(labels(overview_figure(replanned)))
+    assert not {"route", "earlier route"} & set(labels(overview_figure(replace(hall, routes=()))))
 
 
-def test_wild_detection_does_not_widen_the_view(watched: RunResult) -> None:
-    tracking = watched.tracking
-    assert tracking is not None
-    wild = Judgement(stamp=1.0, outcome=Outcome.REJECTED, pose=Pose2(500.0, 0.0, 0.0))
-    wilder = replace(watched, tracking=replace(tracking, detections=(*tracking.detections, wild)))
-    before, after = overview_figure(watched), overview_figure(wilder)
-    assert before.axes[0].get_xlim() == after.axes[0].get_xlim()
-    assert tuple(before.get_size_inches()) == tuple(after.get_size_inches())
+def test_timeline_marks_cusps_and_replanning(hall: Ride) -> None:
+    axes = timeline_figure(replace(hall, routes=((0.0, PATH), (0.5, OTHER))), {}).axes[3]
+    assert labels(axes) == ["true", "cusp", "replanned"]
+    (cusp,) = (line for line in axes.get_lines() if line.get_label() == "cusp")
+    assert np.asarray(cusp.get_xydata()) == pytest.approx(np.array([(0.0, 6.0), (0.5, 6.0)]))
+    assert labels(timeline_figure(replace(hall, routes=()), {}).axes[3]) == ["true"]
 
 
-def test_everything_drawn_lies_in_view_and_the_legend_beside_it(run: RunResult) -> None:
-    figure = overview_figure(run)
-    figure.draw_without_rendering()
-    (axes,) = figure.axes
-    for line in run.corridors[0][1].lines(1)[0]:
-        assert (line[:, 0] >= axes.get_xlim()[0]).all()
-        assert (line[:, 0] <= axes.get_xlim()[1]).all()
-    legend = axes.get_legend()
-    assert legend is not None
-    assert legend.get_window_extent().x0 >= axes.get_window_extent().x1
-    # Nothing of it is cut off by the edges of the picture.
-    whole, drawn = figure.bbox, axes.get_tightbbox()
-    assert drawn is not None
-    assert (drawn.x0 >= whole.x0, drawn.y0 >= whole.y0) == (True, True)
-    assert (drawn.x1 <= whole.x1, drawn.y1 <= whole.y1) == (True, True)
-
-
-def test_timeline_shares_its_time_axis_and_names_units(run: RunResult, figures: dict[str, Any]) -> None:
-    figure = timeline_figure(run, figures)
-    names = ["v [m/s]", "delta [rad]", "a [m/s²]", "theta [m]", "effective weights", "time a cycle [ms]"]
-    assert [axes.get_ylabel() for axes in figure.axes] == names
-    assert {axes.get_xlim() for axes in figure.axes} == {(0.0, run.truth.times[-1])}
+def test_timeline_shares_its_time_axis_and_names_units(ride: Ride, figures: dict[str, Any]) -> None:
+    figure = timeline_figure(ride, figures)
+    assert [axes.get_ylabel() for axes in figure.axes] == ROWS
+    assert {axes.get_xlim() for axes in figure.axes} == {(0.0, ride.end)}
     assert figure.axes[-1].get_xlabel() == "time [s]"
+    assert "matplotlib.pyplot" not in sys.modules
 
 
 @pytest.mark.parametrize(("tolerance", "dock", "marks"), [(None, None, 0), (1.0, None, 1), (1.0, 2.0, 2)])
 def test_timeline_marks_arrival_and_docking(
-    run: RunResult, figures: dict[str, Any], tolerance: float | None, dock: float | None, marks: int
+    ride: Ride, tolerance: float | None, dock: float | None, marks: int
 ) -> None:
-    times = {"time_to_tolerance_s": tolerance, "time_to_dock_s": dock}
-    figure = timeline_figure(run, {**figures, **times})
+    figure = timeline_figure(ride, {"time_to_tolerance_s": tolerance, "time_to_dock_s": dock})
     for axes in figure.axes:
         names = [line.get_label() for line in axes.get_lines()]
         assert sum(name in ("inside tolerance", "docked") for name in names) == marks
+    assert sum(name in ("inside tolerance", "docked") for name in labels(figure.axes[1])) == 0
 
 
-def test_pictures_need_no_pyplot(run: RunResult, figures: dict[str, Any]) -> None:
-    timeline_figure(run, figures).draw_without_rendering()
-    assert "matplotlib.pyplot" not in sys.modules
+@pytest.mark.parametrize("which", ["run", "mission"])
+def test_nothing_of_the_written_pictures_is_cut_off(
+    which: str, ride: Ride, mission: tuple[RunResult, Ride]
+) -> None:
+    """The edges of the pictures are white: tight pictures have a rim around all that is drawn."""
+    shown = ride if which == "run" else mission[1]
+    for figure in (overview_figure(shown), timeline_figure(shown, {"time_to_dock_s": 1.0})):
+        stream = BytesIO()
+        save(figure, stream)
+        picture = np.asarray(Image.open(stream).convert("L"))
+        for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+            assert edge.min() == 255
+
+
+# The goal's rows: GOAL is the true one, and looks along y.
+GOAL = Pose2(20.0, -3.0, 0.5 * np.pi)
+
+
+def known(
+    ride: Ride,
+    *,
+    offset: Pose2 | None = None,
+    covariance: Any = None,
+    setpoint: Pose2 = GOAL,
+    detections: tuple[Judgement, ...] = (),
+    moves_at: float = 1e3,
+) -> list[Axes]:
+    """The rows of the goal with one estimate, `offset` from GOAL, which goes 1 m ahead at `moves_at` [s]."""
+
+    class Known(Ride):
+        def goals_known(self) -> Any:
+            rows = len(self.moments)
+            pose = None if offset is None else GOAL.compose(offset)
+            estimate = (np.nan,) * 3 if pose is None else (pose.x, pose.y, pose.phi)
+            spread = np.full((3, 3), np.nan) if covariance is None else covariance
+            return (
+                np.tile((GOAL.x, GOAL.y, GOAL.phi), (rows, 1)),
+                np.tile((setpoint.x, setpoint.y, setpoint.phi), (rows, 1)),
+                np.tile(estimate, (rows, 1)),
+                np.tile(spread, (rows, 1, 1)),
+                [GoalStatus.TRACKING] * rows,
+            )
+
+    goals = np.tile((GOAL.x, GOAL.y, GOAL.phi), (len(ride.motion.times), 1))
+    goals[ride.motion.times >= moves_at - 1e-9, 1] += 1.0
+    changes: dict[str, Any] = {"motion": replace(ride.motion, goals=goals), "detections": detections}
+    fields = {name: getattr(ride, name) for name in Ride.__dataclass_fields__}
+    return timeline_figure(Known(**fields | changes | {"filtered": True}), {}).axes[4:-2]
+
+
+def curve(axes: Axes, color: str) -> Any:
+    (found,) = [
+        one for one in axes.get_lines() if one.get_color() == color and len(np.asarray(one.get_xdata())) > 2
+    ]
+    return np.asarray(found.get_ydata())
+
+
+def markers(axes: Axes, color: str) -> Any:
+    """(k, 2) time and value of the markers of one colour."""
+    drawn = [one for one in axes.collections if isinstance(one, PathCollection)]
+    kept = [one for one in drawn if tuple(np.asarray(one.get_facecolor())[0, :3]) == to_rgb(color)]
+    return np.concatenate([np.zeros((0, 2)), *[np.asarray(one.get_offsets()) for one in kept]])
+
+
+def told(stamp: float, offset: Pose2, outcome: Outcome = Outcome.ACCEPTED) -> Judgement:
+    return Judgement(stamp=stamp, outcome=outcome, pose=GOAL.compose(offset), nis=1.0)
+
+
+def test_goal_rows_are_there_where_a_filter_was_in_use(detected: tuple[RunResult, Ride]) -> None:
+    ride = detected[1]
+    figure = timeline_figure(ride, summary(detected[0]))
+    assert [axes.get_ylabel() for axes in figure.axes] == [*ROWS[:4], *GOAL_ROWS, *ROWS[4:]]
+    assert set(labels(figure.axes[4])) >= {
+        *(status.value for status in GoalStatus),
+        "± 3 sigma",
+        "goal setpoint",
+        "estimate",
+        "goal tolerance",
+        "accepted",
+        "rejected",
+        "rejected, farther off",
+    }
+    assert len(labels(figure.axes[4])) == len(set(labels(figure.axes[4])))
+    spans = [
+        patch.get_extents().transformed(figure.axes[5].transData.inverted())
+        for patch in figure.axes[5].patches
+    ]
+    statuses = ride.goals_known()[-1]
+    starts = [ride.moments[statuses.index(status)].time for status in GoalStatus]
+    assert [span.x0 for span in spans] == pytest.approx(starts, abs=1e-6)
+    assert [span.x1 for span in spans] == pytest.approx([*starts[1:], ride.end], abs=1e-6)
+    raw = ride_of_run(replace(detected[0], goal_source=GoalSource.RAW), ride.moments)
+    assert [axes.get_ylabel() for axes in timeline_figure(raw, {}).axes] == ROWS
+
+
+def test_estimate_band_and_setpoint_are_in_the_frame_of_the_true_goal(ride: Ride) -> None:
+    # What is known well along y is known well longitudinally; the heading error is the small one.
+    rows = known(
+        ride,
+        offset=Pose2(0.03, -0.02, 0.01 + 2.0 * np.pi),
+        covariance=np.diag([0.04**2, 0.01**2, 0.002**2]),
+        setpoint=GOAL.compose(Pose2(0.2, 0.1, -0.03)),
+    )
+    expected = [(0.03, 0.01, 0.2), (-0.02, 0.04, 0.1), tuple(np.degrees((0.01, 0.002, -0.03)))]
+    for axes, (error, std, setpoint) in zip(rows, expected, strict=True):
+        for color, value in ((style.BLUE, error), (style.BLACK, setpoint)):
+            assert curve(axes, color) == pytest.approx(np.full(len(ride.moments), value), abs=1e-9)
+        band = axes.collections[0].get_paths()[0].get_extents()
+        assert (band.y0, band.y1) == pytest.approx((error - 3.0 * std, error + 3.0 * std), abs=1e-9)
+
+
+def test_detections_stand_at_their_stamp_against_the_goal_of_that_time(ride: Ride) -> None:
+    detections = (
+        told(0.987, Pose2(0.04, -0.03, 0.01), Outcome.ACQUIRED),
+        told(2.5, Pose2(1.04, 0.02, 0.0)),
+        told(1.5, Pose2(-0.02, 0.06, 0.0), Outcome.REJECTED),
+        Judgement(stamp=1.0, outcome=Outcome.REFUSED, reason="known already"),
+    )
+    rows = known(ride, detections=detections, moves_at=2.0)
+    assert markers(rows[0], style.GREEN) == pytest.approx(np.array([(0.987, 0.04), (2.5, 0.04)]))
+    assert markers(rows[1], style.GREEN) == pytest.approx(np.array([(0.987, -0.03), (2.5, 0.02)]))
+    assert markers(rows[0], style.RED) == pytest.approx(np.array([(1.5, -0.02)]))
+    assert markers(rows[2], style.GREEN)[0] == pytest.approx((0.987, np.degrees(0.01)))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_wrong_detection_is_marked_at_the_edge_and_leaves_the_axis_alone(ride: Ride, side: float) -> None:
+    wrong = told(2.0, Pose2(side * 1.2, 0.01, 0.0), Outcome.REJECTED)
+    rows = known(ride, detections=(told(1.0, Pose2(0.1, 0.0, 0.0)), wrong))
+    assert rows[0].get_ylim() == pytest.approx((-0.11, 0.11))
+    ((time, value),) = markers(rows[0], style.RED)
+    assert (time, 0.09 < side * value < 0.11) == (2.0, True)
+    assert markers(rows[1], style.RED) == pytest.approx(np.array([(2.0, 0.01)]))
+    assert "rejected, farther off" in labels(rows[0])
+
+
+def test_steps_of_a_mission_are_bands_with_names(mission: tuple[RunResult, Ride]) -> None:
+    result, ride = mission
+    figure = timeline_figure(ride, summary(result))
+    assert [text.get_text() for text in figure.axes[0].texts] == ["dock", "wait", "straight"]
+    marks = {"step, succeeded", "end of a wait", "inside tolerance", "docked"}
+    assert set(labels(figure.axes[0])) == marks | {"true"}
+    assert not set(labels(figure.axes[1])) & marks
+    assert [len(axes.patches) for axes in figure.axes] == [3, 3, 3, 0, 0, 0]
+
+
+def test_overview_of_a_mission_shows_the_docked_object_and_the_ends_of_steps(
+    mission: tuple[RunResult, Ride],
+) -> None:
+    figure = overview_figure(mission[1])
+    assert {"docked object", "body at the end of a step"} <= set(labels(figure))
+    assert "obstacle" not in labels(figure)  # the docked object is drawn by itself
+    assert len(drawn(figure, "body at the end of a step").get_paths()) == 3

@@ -1,0 +1,290 @@
+"""A ride as one table, simulated or recorded: all pictures, animations and windows of a ride read it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import isfinite
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from estimation import CharucoDetection, CharucoGoalDetector, GoalStatus, Judgement
+from estimation.charuco import opencv
+from geometry import Area, Corridor, Pose2, ReferencePath
+from geometry.outline import placed
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.errors import InputError
+from rti_mpcc.planning.agenda import StepRecord
+from rti_mpcc.planning.clock import PlayedBack
+from rti_mpcc.recording import read_recording
+from rti_mpcc.recording.contents import core_of, run_cycle
+from rti_mpcc.simulation import Controller, GoalSource, RunResult
+from rti_mpcc.simulation.camera import Image
+from rti_mpcc.simulation.goal_metrics import rows_at
+from rti_mpcc.simulation.result import Truth
+from rti_mpcc.simulation.scenario_camera import CameraSection
+from rti_mpcc.types import Array, Command, VehicleState
+
+_PICTURE_WIDTH = 560
+"""Width of the kept pictures [px]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """One cycle of a ride.
+
+    Attributes:
+        time: [s].
+        pose: (3,) of the rear axle x [m], y [m], heading [rad], true in a simulated ride, else measured.
+        state: as measured; command: with its plan.
+        goal: (3,) the true one; None where it is not known, as in a recording.
+        route, corridor: of the controller in this cycle; None where there was none yet.
+        obstacles: outlines (k, 2) [m] beside those of the area.
+    """
+
+    time: float
+    pose: Array
+    state: VehicleState
+    command: Command
+    goal: Array | None
+    route: ReferencePath | None
+    corridor: Corridor | None
+    obstacles: tuple[Array, ...]
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """The effective weights in the order of `style.WEIGHTS`."""
+        weights = self.command.diagnostics.weights
+        return weights.lag, weights.contouring, weights.progress_reward, weights.goal_position
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ride:
+    """All that pictures show of a ride.
+
+    Attributes:
+        title: scenario or file; config: settings of the controller.
+        motion: true at each step of the simulation; of a recording measured in each cycle, NaN: unknown.
+        moments: of all cycles, in order of time; empty where no `Observer` kept them.
+        path, corridor: that were given; None in an area.
+        area: None along a given path.
+        routes: (from time [s], route) in order of time, with the given path.
+        obstacles: all outlines (k, 2) [m] that were there at any time, beside those of the area.
+        docked_object: outline (k, 2) [m] of the object at the dock, or None.
+        planned_goal: (3,) the goal that the ride started from, where that was not the true one.
+        steps: of its mission; detections: of the goal; filtered: whether a filter estimated the goal.
+        frames: (stamp [s], JPEG file) of its camera's pictures.
+    """
+
+    title: str
+    config: ControllerConfig
+    motion: Truth
+    moments: tuple[Moment, ...]
+    path: ReferencePath | None
+    corridor: Corridor | None
+    area: Area | None
+    routes: tuple[tuple[float, ReferencePath], ...]
+    obstacles: tuple[Array, ...]
+    detections: tuple[Judgement, ...]
+    filtered: bool = False
+    docked_object: Array | None = None
+    planned_goal: Array | None = None
+    steps: tuple[StepRecord, ...] = ()
+    frames: tuple[tuple[float, bytes], ...] = ()
+
+    @property
+    def end(self) -> float:
+        """Time at which it ends [s]."""
+        return float(self.motion.times[-1])
+
+    def at(self, time: float) -> int:
+        """Index of the moment at `time` [s]: the last one not after it, or the first one."""
+        after = np.searchsorted([moment.time for moment in self.moments], time + 1e-9, side="right")
+        return max(0, int(after) - 1)
+
+    def goals_known(self) -> tuple[Array, Array, Array, Array, list[GoalStatus | None]]:
+        """Of each cycle: true goal, setpoint and estimate (m, 3), covariance (m, 3, 3), status of the filter.
+
+        NaN: unknown; the setpoint is known on the last segment of a route alone.
+        """
+        true, setpoints, estimates = np.full((3, len(self.moments), 3), np.nan)
+        covariances, statuses = np.full((len(self.moments), 3, 3), np.nan), list[GoalStatus | None]()
+        for row, moment in enumerate(self.moments):
+            told = moment.command.diagnostics
+            if moment.goal is not None:
+                true[row] = moment.goal
+            if moment.route is not None and told.part == len(moment.route.parts) - 1:
+                setpoints[row] = told.aim.x, told.aim.y, told.aim.phi
+            if told.goal is not None and told.goal.pose is not None and told.goal.covariance is not None:
+                estimates[row] = told.goal.pose.x, told.goal.pose.y, told.goal.pose.phi
+                covariances[row] = told.goal.covariance
+            statuses.append(None if told.goal is None else told.goal.status)
+        return true, setpoints, estimates, covariances, statuses
+
+
+class Observer:
+    """Steps a controller, a mission or a `Recorder` around one, and keeps its cycles as `moments`."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.moments: list[Moment] = []
+
+    def step(self, state: VehicleState, *, now: float, **told: Any) -> Command:
+        """One cycle. Arguments, result and errors are those of the controller's `step`."""
+        command = self.controller.step(state, now=now, **told)
+        self.moments.append(_moment(self.controller, state, command, now))
+        return command
+
+
+def _moment(controller: Any, state: VehicleState, command: Command, time: float) -> Moment:
+    """A cycle as the controller knew it."""
+    while (inner := getattr(controller, "controller", None)) is not None:
+        controller = inner
+    route = getattr(controller, "path", None)
+    corridor = None if route is None else controller.corridor
+    return Moment(
+        time=time,
+        pose=np.array([state.x, state.y, state.phi]),
+        state=state,
+        command=command,
+        goal=None,
+        route=route,
+        corridor=corridor,
+        obstacles=() if corridor is None else corridor.obstacles,
+    )
+
+
+class CameraFrames:
+    """Keeps the pictures of a run, with the detections drawn on them; to be given to `simulate` as `seen`.
+
+    They are kept small, as JPEG files: a run has several hundred. Needs OpenCV.
+
+    Args:
+        section: the scenario's camera.
+    """
+
+    def __init__(self, section: CameraSection) -> None:
+        self.frames: list[tuple[float, bytes]] = []
+        self._detector = CharucoGoalDetector(section.mount, section.board)
+
+    def __call__(self, stamp: float, picture: Image, detection: CharucoDetection | None) -> None:
+        """Keep a picture."""
+        cv2: Any = opencv()
+        annotated = self._detector.annotated(picture, detection)
+        height, width = annotated.shape[:2]
+        size = _PICTURE_WIDTH, round(_PICTURE_WIDTH * height / width)
+        small = cv2.resize(annotated, size, interpolation=cv2.INTER_AREA)
+        self.frames.append((stamp, cv2.imencode(".jpg", small)[1].tobytes()))
+
+
+def ride_of_run(
+    result: RunResult,
+    moments: Sequence[Moment] = (),
+    *,
+    title: str | None = None,
+    frames: Sequence[tuple[float, bytes]] = (),
+) -> Ride:
+    """The ride of a simulated run.
+
+    Args:
+        moments: of all its cycles by an `Observer`; without them there are no strip charts of the control.
+        title: default: the scenario and the preset; frames: pictures of its camera.
+
+    Raises InputError if `moments` are not those of this run.
+    """
+    truth, scenario, times = result.truth, result.scenario, result.cycles.times
+    if moments and len(moments) != len(times):
+        raise InputError(f"moments has {len(moments)} cycles: must be those of the run, {len(times)}")
+    body, planned = scenario.goal.body, None
+    if scenario.goal.measurement is not None and result.goal_source is not GoalSource.KNOWN:
+        planned = scenario.planned_goal(result.given_path)
+    docked = None if body is None else placed(body, Pose2(*truth.goals[-1].tolist()))
+    changes = result.besides
+    if result.area is None:
+        changes = tuple((start, corridor.obstacles) for start, corridor in result.corridors)
+    at = np.searchsorted([start for start, _ in changes], times + 1e-9, side="right") - 1
+    rows = rows_at(truth, times)
+    there = {id(each): each for _, outlines in changes for each in outlines}.values()
+    return Ride(
+        title=result.title if title is None else title,
+        config=result.config,
+        motion=truth,
+        moments=tuple(
+            replace(moment, pose=truth.poses[row], goal=truth.goals[row], obstacles=changes[place][1])
+            for moment, row, place in zip(moments, rows, at, strict=False)
+        ),
+        path=result.given_path,
+        corridor=result.corridors[0][1] if result.area is None else None,
+        area=result.area,
+        routes=result.paths,
+        obstacles=tuple(each for each in there if docked is None or not np.array_equal(each, docked)),
+        detections=() if result.tracking is None else result.tracking.detections,
+        filtered=result.tracking is not None and result.goal_source is GoalSource.DETECTED,
+        docked_object=docked,
+        planned_goal=None if planned is None else np.array([planned.x, planned.y, planned.phi]),
+        steps=result.mission,
+        frames=tuple(frames),
+    )
+
+
+def ride_of_recording(
+    file: str | PathLike[str], *, progress: Callable[[int, int], None] | None = None
+) -> Ride:
+    """The ride of a recording, or of the whole cycles of one that was cut off.
+
+    Commands, plans and times are the recorded ones. A controller is driven along for the routes, which a
+    recording does not hold. Cycles that raised are left out.
+
+    Args:
+        progress: called after each cycle with the number of cycles done, and of all.
+
+    Raises:
+        RecordingError: the file cannot be read or is no recording.
+        InputError: it holds no cycle.
+    """
+    recording = read_recording(file, allow_truncated=True)
+    driver, now, moments = recording.header.driver(), 0.0, list[Moment]()
+    first = core_of(driver).corridor
+    for done, cycle in enumerate(recording.cycles, start=1):
+        run_cycle(driver, cycle.number, cycle.inputs, PlayedBack(cycle.decisions))
+        if cycle.command is not None:
+            # Recorded clocks may go back or fail.
+            given = cycle.inputs.now if isfinite(cycle.inputs.now) else now
+            now = max(now, given) if moments else given
+            moments.append(_moment(driver, cycle.inputs.state, cycle.command, now))
+        if progress is not None:
+            progress(done, len(recording.cycles))
+    title = Path(file).name if recording.complete else f"{Path(file).name} (truncated)"
+    if not moments:
+        raise InputError(f"{title}: has no cycle to show")
+    changes = [moments[0], *(after for before, after in pairwise(moments) if after.route is not before.route)]
+    commands = [moment.command for moment in moments]
+    unknown = np.full(len(moments), np.nan)
+    motion = Truth(
+        times=np.array([moment.time for moment in moments]),
+        poses=np.array([moment.pose for moment in moments]),
+        v=np.array([moment.state.v for moment in moments]),
+        delta=np.array([moment.state.delta for moment in moments]),
+        theta=np.array([command.diagnostics.theta for command in commands]),
+        part=np.array([command.diagnostics.part for command in commands]),
+        acceleration=unknown,
+        steering_rate=unknown,
+        lateral_acceleration=unknown,
+        goals=np.full((len(moments), 3), np.nan),
+    )
+    return Ride(
+        title=title,
+        config=recording.header.config,
+        motion=motion,
+        moments=tuple(moments),
+        path=recording.header.path if first.area is None else None,
+        corridor=first if first.area is None else None,
+        area=first.area,
+        routes=tuple((each.time, each.route) for each in changes if each.route is not None),
+        obstacles=tuple({id(each): each for moment in moments for each in moment.obstacles}.values()),
+        detections=tuple(each for command in commands for each in command.diagnostics.detections),
+    )

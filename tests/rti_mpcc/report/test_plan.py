@@ -1,0 +1,174 @@
+"""A planned route: its rows, its files, and its picture."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from geometry import Area, Pose2, ReferencePath
+from rti_mpcc.config import ControllerConfig, Vehicle
+from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.model.footprint import body_polygons
+from rti_mpcc.report.axes import save
+from rti_mpcc.report.plan import SPACING, plan_figure, route_rows, write_plan
+from rti_mpcc.simulation.solid import SolidThings
+from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
+
+CONFIG = ControllerConfig()
+START = Pose2(1.0, 2.0, 0.3)
+PATH = ReferencePath.from_segments(START, [(1, 0.1, 4.0), (1, 0.0, 1.02), (-1, -0.2, 3.0), (1, 0.0, 2.0)])
+FOUND, IN_VAIN = manoeuvre_along(PATH), no_manoeuvre(START, PATH.end)
+HALL = Area(
+    boundary=[(-15.0, -16.0), (25.0, -16.0), (25.0, 16.0), (-15.0, 16.0)],
+    obstacles=[[(8.0, 13.0), (10.0, 13.0), (10.0, 15.0), (8.0, 15.0)]],
+)
+
+
+def files(folder: Path, manoeuvre: Manoeuvre, area: Area = HALL) -> tuple[Any, list[str]]:
+    """plan.json, and the lines of route.csv."""
+    figures, written = write_plan("yard", manoeuvre, area, CONFIG, folder)
+    assert [file.name for file in written] == ["plan.json", "route.csv", "plan.png"]
+    assert written[2].read_bytes().startswith(b"\x89PNG")
+    assert json.loads(written[0].read_text()) == figures
+    return figures, written[1].read_text().splitlines()
+
+
+def test_rows_follow_the_route() -> None:
+    rows = route_rows(FOUND)
+    poses = np.column_stack([rows["x"], rows["y"], rows["heading"]])
+    assert rows["s"][[0, -1]] == pytest.approx([0.0, PATH.length])
+    steps = np.diff(rows["s"])
+    assert 0.0 <= steps.min() <= steps.max() <= SPACING + 1e-12
+    assert poses[0] == pytest.approx((START.x, START.y, START.phi))
+    assert poses[-1] == pytest.approx((PATH.end.x, PATH.end.y, PATH.end.phi))
+    assert np.hypot(*np.diff(poses[:, :2], axis=0).T) == pytest.approx(steps, abs=1e-5)
+    kinds = set(zip(rows["segment"].tolist(), rows["direction"].tolist(), strict=True))
+    assert kinds == {(0.0, 1.0), (1.0, -1.0), (2.0, 1.0)}
+    for segment, least, most in ((0, 0.0, 0.1), (1, -0.2, -0.2), (2, 0.0, 0.0)):
+        curvature = rows["curvature"][rows["segment"] == segment]
+        assert (curvature.min(), curvature.max()) == pytest.approx((least, most))
+    ends = np.flatnonzero(np.diff(rows["segment"]))
+    assert rows["s"][ends] == pytest.approx(PATH.cusps)
+    assert poses[ends] == pytest.approx(poses[ends + 1])
+
+
+def test_files_of_a_route(tmp_path: Path) -> None:
+    figures, (header, *lines) = files(tmp_path, FOUND)
+    assert header == "s,x,y,heading,curvature,direction,segment"
+    table = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    assert table == pytest.approx(np.column_stack(list(route_rows(FOUND).values())), abs=1e-6)
+    poses = np.column_stack([table[:, 1], table[:, 2], table[:, 3]])
+    clearance = float(SolidThings.of(HALL).clearance(poses, CONFIG.vehicle).min())
+    assert figures.pop("min_clearance_m") == pytest.approx(clearance, abs=0.01)
+    assert figures == {
+        "found": True,
+        "seconds": 0.25,
+        "length_m": pytest.approx(10.02),
+        "cusps": 2,
+        "nodes": 42,
+    }
+
+
+def test_route_far_from_the_origin_keeps_its_digits(tmp_path: Path) -> None:
+    far = Pose2(7_008_600_719.29408, -8_722_360_256.93465, 0.0)
+    straight, area = ReferencePath.from_segments(far, [(1, 0.0, 2.0)]), Area().bounded([(far.x, far.y)], 15.0)
+    _, lines = files(tmp_path, manoeuvre_along(straight), area)
+    assert [float(cell) for cell in lines[1].split(",")[1:3]] == [far.x, far.y]
+
+
+@pytest.fixture(scope="module")
+def figure() -> Figure:
+    return plan_figure("hall", HALL, FOUND, CONFIG)
+
+
+def labels(axes: Axes) -> set[str]:
+    return set(axes.get_legend_handles_labels()[1])
+
+
+def drawn(axes: Axes, label: str) -> Any:
+    return next(one for one in axes.get_children() if one.get_label() == label)
+
+
+def test_plane_shows_obstacles_ends_route_and_cusps(figure: Figure) -> None:
+    axes = figure.axes[0]
+    assert labels(axes) == {"static obstacle", "start", "goal", "forward", "reverse", "cusp"}
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()) == ("x [m]", "y [m]", 1.0)
+    for label, pose in (("start", PATH.start), ("goal", PATH.end)):
+        (body,) = body_polygons(np.array([[pose.x, pose.y, pose.phi]]), Vehicle())
+        assert np.asarray(drawn(axes, label).get_paths()[0].vertices)[:4] == pytest.approx(body)
+    cusps = np.array([(part.last.x, part.last.y) for part in PATH.parts[:2]])
+    assert np.asarray(drawn(axes, "cusp").get_offsets()) == pytest.approx(cusps)
+    (reverse,) = (line for line in axes.get_lines() if line.get_label() == "reverse")
+    ends = np.array([(pose.x, pose.y) for pose in (PATH.parts[1].first, PATH.parts[1].last)])
+    assert np.asarray(reverse.get_xydata())[[0, -1]] == pytest.approx(ends)
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    for at in PATH.sample(0.1):
+        assert (left < at.x.min(), at.x.max() < right) == (True, True)
+        assert (bottom < at.y.min(), at.y.max() < top) == (True, True)
+
+
+def test_curvature_and_clearance_over_the_distance(figure: Figure) -> None:
+    _, curvature, clearance = figure.axes
+    assert (curvature.get_ylabel(), clearance.get_ylabel()) == ("curvature [1/m]", "clearance [m]")
+    assert clearance.get_xlabel() == "distance driven [m]"
+    for axes in (curvature, clearance):
+        assert axes.get_xlim() == pytest.approx((0.0, PATH.length))
+        marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]  # type: ignore[index]
+        assert marks == pytest.approx(list(PATH.cusps))
+    assert labels(curvature) == {"forward", "reverse", "vehicle's limit", "cusp"}
+    assert labels(clearance) == {"clearance", "margin", "hard minimum", "cusp"}
+    for axes, label, level in (
+        (curvature, "vehicle's limit", CONFIG.max_curvature),
+        (clearance, "margin", CONFIG.route.margin),
+        (clearance, "hard minimum", CONFIG.route.hard_minimum),
+    ):
+        assert np.asarray(drawn(axes, label).get_ydata()) == pytest.approx([level] * 2)
+    assert curvature.get_ylim()[1] > CONFIG.max_curvature
+
+
+def test_a_stop_to_steer_is_marked_as_one() -> None:
+    (first,) = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0)]).parts
+    (second,) = ReferencePath.from_segments(first.last, [(1, 0.2, 4.0)]).parts
+    path = ReferencePath(parts=(first, replace(second, knots=second.knots + 4.0)))
+    figure = plan_figure("hall", HALL, manoeuvre_along(path), CONFIG)
+    assert "stop to steer" in labels(figure.axes[0])
+    assert "cusp" not in labels(figure.axes[0])
+    assert "0 cusps" in figure.get_suptitle()
+
+
+def test_where_there_is_no_route_the_plane_stands_alone() -> None:
+    figure = plan_figure("hall", HALL, IN_VAIN, CONFIG)
+    (axes,) = figure.axes
+    assert labels(axes) == {"static obstacle", "start", "goal"}
+    assert figure.get_suptitle() == "hall: no route was found: too narrow"
+
+
+FAR = Pose2(7_008_600_719.0, -8_722_360_256.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("area", "path"),
+    [
+        (HALL, PATH),
+        (Area(), ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 120.0)])),
+        (Area(), ReferencePath.from_segments(Pose2(0.0, 0.0, 1.5708), [(-1, 0.0, 120.0)])),
+        (Area().bounded([(FAR.x, FAR.y)], 15.0), ReferencePath.from_segments(FAR, [(1, 0.1, 8.0)])),
+    ],
+)
+@pytest.mark.parametrize("found", [True, False])
+def test_nothing_is_cut_off(area: Area, path: ReferencePath, found: bool) -> None:
+    manoeuvre = manoeuvre_along(path) if found else no_manoeuvre(path.start, path.end)
+    stream = BytesIO()
+    save(plan_figure("a_rather_long_name_of_a_scenario", area, manoeuvre, CONFIG), stream)
+    picture = np.asarray(Image.open(stream).convert("L"))
+    for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+        assert edge.min() == 255

@@ -1,0 +1,182 @@
+"""The command line: `plan`, `docks` and `compare`: what they print and write, and their exit status."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from geometry import Area, Pose2, ReferencePath
+from rti_mpcc import cli
+from rti_mpcc.cli import main
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.manoeuvre import Manoeuvre
+from tests.rti_mpcc.cli_runs import refused, write_short
+from tests.rti_mpcc.dock_files import FIRST, SECOND, written
+from tests.rti_mpcc.planned import manoeuvre_along, no_manoeuvre
+
+BLOCK = "[[8, 3], [10, 3], [10, 5], [8, 5]]"
+HALL = f"""
+name = "hall"
+[start]
+pose = [0, 0, 0]
+[area]
+boundary = [[-5, -6], [25, -6], [25, 6], [-5, 6]]
+obstacles = [{BLOCK}]
+[goal]
+pose = [15, 0, 0]
+"""
+FILES = {"plan.json", "route.csv", "plan.png"}
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("hall.toml").write_text(HALL)
+    written(tmp_path, FIRST + SECOND)
+    write_short(0.3)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Pose2, Pose2, Area]]:
+    """The questions to a planner that goes straight ahead, whatever there is."""
+    asked: list[tuple[Pose2, Pose2, Area]] = []
+
+    def plan(start: Pose2, goal: Pose2, area: Area, config: ControllerConfig) -> Manoeuvre:
+        asked.append((start, goal, area))
+        return manoeuvre_along(ReferencePath.from_segments(start, [(1, 0.0, 15.0)]), goal)
+
+    monkeypatch.setattr(cli.plan, "plan_manoeuvre", plan)
+    return asked
+
+
+def test_a_route_that_is_found_exits_0_and_writes_its_files(
+    capsys: pytest.CaptureFixture[str], asked: list[tuple[Pose2, Pose2, Area]]
+) -> None:
+    assert main(["plan", "hall.toml", "--out", "here/there"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert all(word in said.out for word in ("min clearance", *(f"here/there/{name}" for name in FILES)))
+    folder = Path("here/there")
+    assert {file.name for file in folder.iterdir()} == FILES
+    ((start, goal, area),) = asked
+    assert (start, goal, len(area.obstacles)) == (Pose2(0.0, 0.0, 0.0), Pose2(15.0, 0.0, 0.0), 1)
+    figures = json.loads((folder / "plan.json").read_text())
+    assert (figures["found"], figures["length_m"], figures["cusps"]) == (True, 15.0, 0)
+    assert figures["min_clearance_m"] == pytest.approx(3.0 - 0.5 * 2.069)
+    assert len((folder / "route.csv").read_text().splitlines()) == 302
+
+
+def test_with_detections_the_plan_ends_at_the_planned_goal(asked: list[tuple[Pose2, Pose2, Area]]) -> None:
+    Path("seen.toml").write_text(HALL + "[goal.measurement]\ninitial_offset = [0.5, 0.0, 0.0]\n")
+    assert main(["plan", "seen.toml"]) == 0
+    assert asked[0][1] == Pose2(15.5, 0.0, 0.0)
+
+
+def test_no_route_exits_1_says_how_far_it_got_and_leaves_no_old_route(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["plan", "hall.toml"]) == 0  # the planner finds this one
+    assert json.loads(Path("runs/hall/plan.json").read_text())["length_m"] >= 15.0 - 1e-6
+    monkeypatch.setattr(
+        cli.plan, "plan_manoeuvre", lambda start, goal, area, config: no_manoeuvre(start, goal)
+    )
+    capsys.readouterr()
+    assert main(["plan", "hall.toml"]) == 1
+    said = capsys.readouterr()
+    assert (said.err, said.out.splitlines()[:2]) == (
+        "",
+        [
+            "hall: no route was found: too narrow",
+            "hall: the search came within 1.50 m of the goal, 1000 nodes expanded in 2.0 s",
+        ],
+    )
+    assert json.loads(Path("runs/hall/plan.json").read_text())["found"] is False
+    assert Path("runs/hall/route.csv").read_text() == "s,x,y,heading,curvature,direction,segment\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("pose = [15, 0, 0]", "", "goal.pose: required"),
+        (BLOCK, "[[8, 3], [10, 5], [10, 3], [8, 5]]", "area.obstacles[0] = "),
+        (BLOCK, "[[8, 3], [10, nan], [10, 3]]", "area.obstacles[0][1][1] = nan"),
+        (HALL[HALL.index("boundary") : HALL.index("[goal]")], 'map = "no.yaml"\n', "area.map = 'no.yaml': "),
+        ("[start]\npose = [0, 0, 0]", "", "start: required"),
+    ],
+)
+def test_bad_areas_are_one_line(capsys: pytest.CaptureFixture[str], old: str, new: str, said: str) -> None:
+    Path("bad.toml").write_text(HALL.replace(old, new))
+    for command in ("plan", "run"):
+        (line,) = refused(capsys, command, "bad.toml").splitlines()
+        assert line.startswith("rti-mpcc: error: bad.toml: ")
+        assert said in line
+    assert not Path("runs").exists()
+
+
+def test_docks_are_listed_and_drawn(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["docks", "yard.toml"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    words = ["yard.toml", "heading [deg]", "first", "charuco", "10.00, 5.00, 90.0", "2 in reverse"]
+    words += ["0.05, 0.02, 0.57", "-1.3", "second", "known", "20.00, 5.00, 0.0", "runs/yard/docks.png"]
+    for word in words:
+        assert word in said.out
+    assert Path("runs/yard/docks.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_names_of_docks_are_shown_as_they_are_and_take_nothing_from_other_columns(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    # Neither markup of the terminal nor a formula of matplotlib.
+    Path("[red] $x.toml").write_text(SECOND.replace("second", r"[red] $\\frac$ bay"))
+    assert main(["docks", "[red] $x.toml", "--out", "out"]) == 0
+    said = capsys.readouterr().out
+    assert (r"[red] $\frac$ bay" in said, "[red] $x.toml" in said) == (True, True)
+    assert [file.name for file in Path("out").iterdir()] == ["docks.png"]
+    written(Path(), FIRST.replace("first", "capsule_" * 12, 1))
+    assert main(["docks", "yard.toml"]) == 0
+    said = capsys.readouterr().out
+    assert all(word in said for word in ("charuco", "10.00, 5.00, 90.0", "2 in reverse", "0.05, 0.02, 0.57"))
+
+
+def test_docks_have_a_line_for_each_problem(capsys: pytest.CaptureFixture[str]) -> None:
+    written(Path(), FIRST.replace("length = 2.0", "length = 0") + SECOND.replace("20", '"far"'))
+    assert refused(capsys, "docks", "yard.toml").splitlines() == [
+        "rti-mpcc: error: yard.toml: dock[0].approach.length = 0: must be > 0",
+        "rti-mpcc: error: yard.toml: dock[1].pose[0] = 'far': must be a number",
+    ]
+    assert not Path("runs").exists()
+
+
+def test_every_method_and_preset_is_compared(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["--methods", "dynamic", "constant_50", "--presets", "paper", "default"]
+    assert main(["compare", "short.toml", *asked, "--jobs", "1", "--out", "there"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    found: list[dict[str, Any]] = json.loads(Path("there/comparison.json").read_text())
+    assert [(run["scenario"], run["preset"], run["method"]) for run in found] == [
+        ("short", preset, method) for preset in ("paper", "default") for method in ("dynamic", "constant_50")
+    ]
+    assert found[0]["ratios"]["energy.acceleration"] == 1.0
+    for word in ("dynamic", "(paper)", "constant_50", "energy acceleration, ratio", "there/comparison.json"):
+        assert word in said.out
+
+
+def test_two_scenarios_of_one_name_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("other.toml").write_text(Path("short.toml").read_text())
+    told = "short.toml and other.toml have the same name, 'short': give each its own"
+    assert refused(capsys, "compare", "short.toml", "other.toml") == f"rti-mpcc: error: {told}\n"
+    assert not Path("runs").exists()
+
+
+def test_compared_runs_are_animated_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "short.toml", "--methods", "dynamic", "switched", "--animate"]) == 0
+    (file,) = (file for file in Path("runs/compare").iterdir() if file.stem == "short")
+    assert str(file) in capsys.readouterr().out
+    if file.suffix == ".gif":
+        with Image.open(file) as picture:
+            picture.seek(1)  # raises where there is one frame only

@@ -1,0 +1,292 @@
+"""The command line: `run --record`, `run --animate`, `replay` and `watch`."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import matplotlib
+import pytest
+from matplotlib.animation import FFMpegWriter
+from PIL import Image
+
+from rti_mpcc import cli
+from rti_mpcc.cli import main
+from rti_mpcc.recording import Machine, read_recording
+from rti_mpcc.report.ride import Ride
+from rti_mpcc.simulation import changed, load_scenario, save_scenario
+from tests.rti_mpcc.cli_runs import refused, write_mission, write_short
+
+SEEN = """
+name = "seen"
+[path]
+start = [4.0, 0.3, 0.05]
+segments = [{ direction = -1, curvature = 0.0, length = 4.0 }]
+[corridor]
+left = 3.0
+right = -3.0
+[goal.measurement]
+rate = 5.0
+[goal.camera]
+board = { x = -2.0, dictionary = "DICT_4X4_50" }
+[simulation]
+duration = 0.5
+"""
+"""A scenario with a camera that is over soon."""
+WINDOW = """
+from matplotlib.backend_bases import FigureManagerBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib._pylab_helpers import Gcf
+
+class Manager(FigureManagerBase):
+    @classmethod
+    def pyplot_show(cls, *, block=None):
+        for manager in Gcf.get_all_fig_managers():
+            manager.canvas.draw()
+            print(manager.canvas.figure.subfigs[0].subfigs[1].get_suptitle().splitlines()[0])
+
+class FigureCanvas(FigureCanvasAgg):
+    manager_class = Manager
+    required_interactive_framework = "headless"
+"""
+"""A backend that opens windows as far as matplotlib can tell; it prints their first line."""
+NO_WINDOW = "rti-mpcc: error: watch opens a window, which needs a display: "
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
+    write_short(0.3, "state_noise = [0.01, 0.01, 0.001, 0.0, 0.0]")
+
+
+def run(name: str = "short.toml", *options: str) -> int:
+    return main(["run", name, "--no-plots", *options])
+
+
+@pytest.fixture
+def recording(capsys: pytest.CaptureFixture[str]) -> Path:
+    """Of 7 cycles."""
+    assert run("short.toml", "--record", "made/run.jsonl") == 1
+    assert "made/run.jsonl" in capsys.readouterr().out
+    return Path("made/run.jsonl")
+
+
+def replayed(capsys: pytest.CaptureFixture[str], *options: str, status: int = 0) -> str:
+    """What a replay of run.jsonl prints."""
+    capsys.readouterr()
+    assert main(["replay", *options]) == status
+    said = capsys.readouterr()
+    assert said.err == ""
+    return said.out
+
+
+def test_a_recorded_run_replays_identically(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = "identical: 7 cycles compared bit for bit, on the same machine and versions\n"
+    assert replayed(capsys, str(recording)) == told
+
+
+def test_a_run_in_an_area_replays(capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = changed(load_scenario("bay_perpendicular"), {"simulation.duration": 1.0})
+    assert run(str(save_scenario(scenario, Path())), "--record", "run.jsonl") == 1
+    assert "identical: 21 cycles compared bit for bit" in replayed(capsys, "run.jsonl")
+
+
+def test_a_mission_replays_and_a_changed_contact_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    write_mission(30.0)
+    assert run("delivery.toml", "--record", "run.jsonl") == 0
+    said = capsys.readouterr().out
+    for step in ("dock", "wait", "straight", "undock"):
+        assert any(f": {step} " in line and "SUCCEEDED" in line for line in said.splitlines()), step
+    cycles = read_recording("run.jsonl").cycles
+    (touched,) = [cycle for cycle in cycles if cycle.inputs.signal]
+    assert f"identical: {len(cycles)} cycles compared bit for bit" in replayed(capsys, "run.jsonl")
+    text = Path("run.jsonl").read_text()
+    Path("run.jsonl").write_text(text.replace('"signal":true', '"signal":false'))
+    said = replayed(capsys, "run.jsonl", status=1)
+    assert said.startswith(f"different: cycle {touched.number} at ")
+    assert "command.mission.result: recorded" in said
+
+
+def test_options_of_the_run_reach_the_recorded_controller() -> None:
+    run("short.toml", "--preset", "paper", "--record", "run.jsonl", "--dump-failed", "qp/run")
+    assert read_recording("run.jsonl").header.config.cruise_horizon == 7.0
+    assert main(["replay", "run.jsonl", "--dump-failed", "qp/replay"]) == 0
+    assert (Path("qp/run").is_dir(), Path("qp/replay").is_dir()) == (True, True)
+
+
+def test_a_difference_is_shown_and_exits_1(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = recording.read_text().splitlines(keepends=True)
+    speed = f'"v":{read_recording(recording).cycles[6].inputs.state.v!r}'
+    assert speed in lines[7]
+    recording.write_text("".join([*lines[:7], lines[7].replace(speed, '"v":0.05', 1), *lines[8:]]))
+    said = replayed(capsys, str(recording), status=1).splitlines()
+    assert said[0] == "different: cycle 6 at 0.300 s: its line was changed after it was recorded"
+    assert said[1].startswith("  command.acceleration: recorded ")
+    assert ", difference " in said[1]
+    assert said[-1].startswith("7 cycles compared bit for bit")
+
+
+def test_the_tolerance_is_1e_9_on_another_machine(
+    recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "within 1e-06, on the same machine" in replayed(capsys, str(recording), "--tolerance", "1e-6")
+    other = Machine(architecture="", processor="", versions={})
+    monkeypatch.setattr(Machine, "here", lambda: other)
+    assert "within 1e-09, on another machine or other versions" in replayed(capsys, str(recording))
+
+
+def test_a_truncated_recording(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recording.write_bytes(recording.read_bytes()[:-3000])
+    assert refused(capsys, "replay", str(recording)) == (
+        "rti-mpcc: error: made/run.jsonl: is truncated: it holds 6 whole cycles and no end "
+        "(replay those with --partial, allow_truncated=True in Python)\n"
+    )
+    assert "6 cycles" in (said := replayed(capsys, str(recording), "--partial"))
+    assert said.endswith("; the recording is truncated\n")
+
+
+def test_animation_is_written_and_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    write_mission(0.4)
+    files = ["--animate", "animations/mine.gif", "--record", "run.jsonl", "--out", "with"]
+    for options in (files, ["--animate", "--out", "default"], ["--out", "without"]):
+        assert run("delivery.toml", "--seed", "3", *options) == 1
+    said = capsys.readouterr().out
+    for file in (Path("animations/mine.gif"), Path("default/animation.gif")):
+        assert str(file) in said
+        assert file.read_bytes().startswith(b"GIF8")
+    assert {file.name for file in Path("without").iterdir()} == {"summary.json", "trajectory.csv"}
+    assert Path("with/trajectory.csv").read_text() == Path("without/trajectory.csv").read_text()
+    assert main(["replay", "run.jsonl"]) == 0
+
+
+def test_animation_of_a_run_with_a_camera_has_its_view() -> None:
+    Path("seen.toml").write_text(SEEN)
+    sizes = []
+    for name in ("seen", "short"):
+        assert run(f"{name}.toml", "--animate", "--out", name) == 1
+        with Image.open(f"{name}/animation.gif") as picture:
+            sizes.append(picture.size)
+    assert sizes[0][0] > sizes[1][0] + 500
+
+
+@pytest.mark.parametrize(
+    ("option", "file", "message"),
+    [
+        ("--animate", "mine.mp4", "mine.mp4: .mp4 needs the program ffmpeg, which is not installed"),
+        ("--animate", "mine.png", "mine.png: an animation must end in .mp4 or .gif"),
+        ("--animate", "short.toml/mine.gif", "short.toml: File exists"),
+        ("--record", "folder", "folder: Is a directory"),
+    ],
+)
+def test_files_that_cannot_be_written_are_refused_before_the_run(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, option: str, file: str, message: str
+) -> None:
+    monkeypatch.setattr(cli.run, "simulate", None)
+    Path("folder").mkdir()
+    assert message in refused(capsys, "run", "short.toml", option, file)
+    assert not Path("runs/short/summary.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("dictionary", "opencv", "message"),
+    [
+        ("DICT_4X4_50", False, "needs OpenCV 4.14 or later: pip install '.[vision]' in rti-mpcc's folder\n"),
+        ("DICT_9", True, "CharucoBoard.dictionary = 'DICT_9': not one of OpenCV's\n"),
+    ],
+)
+def test_a_camera_that_can_take_no_picture_is_refused_before_the_run(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    dictionary: str,
+    opencv: bool,
+    message: str,
+) -> None:
+    if not opencv:
+        monkeypatch.setitem(sys.modules, "cv2", None)
+    Path("seen.toml").write_text(SEEN.replace("DICT_4X4_50", dictionary))
+    assert refused(capsys, "run", "seen.toml").endswith(message)
+    assert not Path("runs").exists()
+
+
+@pytest.fixture
+def rides(monkeypatch: pytest.MonkeyPatch) -> list[Ride]:
+    """What is watched in this process, as if a window could be opened."""
+    shown: list[Ride] = []
+    monkeypatch.setattr("rti_mpcc.report.viewer.open_window", lambda: None)
+    monkeypatch.setattr("rti_mpcc.report.viewer.watch", lambda window, ride: shown.append(ride))
+    return shown
+
+
+def test_watching_a_scenario(rides: list[Ride]) -> None:
+    for options in (["--preset", "paper", "--seed", "2"], [], ["--method", "separated"]):
+        assert main(["watch", "short.toml", *options]) == 0
+    other, ride, _ = rides
+    titles = ["short (paper)", "short (default)", "short (separated, default)"]
+    assert [each.title for each in rides] == titles
+    assert [len(each.moments) for each in rides] == [7] * 3
+    assert other.moments[0].state != ride.moments[0].state
+    assert not Path("runs").exists()
+
+
+def test_watching_a_mission_and_its_recording(rides: list[Ride]) -> None:
+    write_mission(1.0)
+    run("delivery.toml", "--record", "run.jsonl")
+    Path("run.jsonl").rename("renamed")
+    assert main(["watch", "renamed"]) == 0
+    assert main(["watch", "delivery.toml"]) == 0
+    recorded, simulated = rides
+    assert recorded.title == "renamed"
+    for one, other in zip(recorded.moments, simulated.moments, strict=True):
+        assert one.command.mission == other.command.mission
+        assert (one.route is None) == (other.route is None)
+    assert simulated.moments[-1].route is not None
+
+
+def test_what_cannot_be_watched_is_refused(rides: list[Ride], capsys: pytest.CaptureFixture[str]) -> None:
+    Path("notes").write_text("something else\n")
+    own = "run.jsonl: a recording has its own method, preset and seed, leave them out"
+    for arguments, message in (
+        ("nowhere.jsonl", "nowhere.jsonl: cannot be read"),
+        ("docking", "docking: must be a .toml file or one of"),
+        ("notes", "notes: is not a recording of rti-mpcc"),
+        *((f"run.jsonl {option}", own) for option in ("--preset=paper", "--seed=0", "--method=dynamic")),
+    ):
+        assert message in refused(capsys, "watch", *arguments.split())
+    assert rides == []
+
+
+def watched(backend: str, name: str) -> subprocess.CompletedProcess[str]:
+    """In a process of its own: pyplot, once loaded, stays."""
+    here = f"{Path(__file__).parents[2]}{os.pathsep}{Path.cwd()}"
+    environment = os.environ | {"PYTHONPATH": here, "MPLBACKEND": backend}
+    command = [sys.executable, "-m", "rti_mpcc", "watch", name]
+    return subprocess.run(command, env=environment, capture_output=True, text=True)
+
+
+def test_watch_without_a_display_says_so_before_the_run(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = watched("Agg", "docking_inside")
+    problem = "matplotlib's backend is Agg, which only writes files\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", NO_WINDOW + problem)
+
+    def no_figure(**_: Any) -> None:
+        raise RuntimeError("no screen\nat all")
+
+    toolkit = SimpleNamespace(figure=no_figure, get_backend=lambda: "any")
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", toolkit)
+    monkeypatch.setattr(matplotlib, "pyplot", toolkit, raising=False)
+    assert refused(capsys, "watch", "docking_inside") == f"{NO_WINDOW}no screen at all\n"
+
+
+@pytest.mark.acceptance
+def test_watch_opens_a_window_until_it_is_closed() -> None:
+    Path("window.py").write_text(WINDOW)
+    done = watched("module://window", "short.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("cycle 1 of 7, ")
