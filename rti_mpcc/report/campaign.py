@@ -17,6 +17,7 @@ from rti_mpcc.report.files import write_json
 from rti_mpcc.report.numbers import in_words, number, percent
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.report.page import rendered
+from rti_mpcc.report.ride import ride_of_run
 from rti_mpcc.simulation.batch import Case, drive
 from rti_mpcc.simulation.campaign import TIMES, DrawnCase, read_rows
 from rti_mpcc.simulation.campaign_row import CaseOutcome
@@ -174,7 +175,9 @@ def _driven_again(case: DrawnCase, folder: Path, *, drives: bool) -> tuple[str, 
         scenario = case.scenario()
         options = "".join(f" --{name} {value}" for name, value in case.run.items())
         command = f"rti-mpcc run {save_scenario(scenario, folder / WORST)}{options}"
-        return command, overview_figure(drive(Case(scenario=scenario, **case.run)).result) if drives else None
+        return command, overview_figure(
+            ride_of_run(drive(Case(scenario=scenario, **case.run)).result)
+        ) if drives else None
     except Exception as error:  # whatever a case raised in the campaign it may raise here
         return f"{type(error).__name__}: {error}", None
 

@@ -21,7 +21,8 @@ from rti_mpcc.errors import InputError
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.planning.clock import PlayedBack
 from rti_mpcc.recording import read_recording
-from rti_mpcc.recording.contents import core_of, run_cycle
+from rti_mpcc.recording.contents import core_of
+from rti_mpcc.recording.recorder import run_cycle
 from rti_mpcc.simulation import Controller, GoalSource, RunResult
 from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.goal_metrics import rows_at

@@ -132,15 +132,15 @@ def replay_lines(report: ReplayReport) -> list[str]:
     compared, mismatch = f"{report.cycles} cycles compared {how}, on {where}{whole}", report.mismatch
     if mismatch is None:
         return [f"identical: {compared}"]
-    time = "" if mismatch.time is None else f" at {mismatch.time:.3f} s"
-    lines = [
-        f"different: cycle {mismatch.cycle}{time}" + (f": {mismatch.changed}" if mismatch.changed else "")
-    ]
+    place = f"cycle {mismatch.cycle} at {mismatch.time:.3f} s"
+    lines = [f"different: {place}" + (f": {mismatch.changed}" if mismatch.changed else "")]
     for field in mismatch.fields[:SHOWN]:
-        size = "" if field.size is None else f", difference {field.size:.3g}"
-        recorded, replayed = (shorten(repr(value), LONGEST) for value in (field.recorded, field.replayed))
+        one, other = field.recorded, field.replayed
+        numbers = isinstance(one, int | float) and isinstance(other, int | float)
+        size = f", difference {abs(other - one):.3g}" if numbers else ""
+        recorded, replayed = (shorten(repr(value), LONGEST) for value in (one, other))
         lines.append(f"  {field.field}: recorded {recorded}, replayed {replayed}{size}")
-    if mismatch.time is not None and not mismatch.fields:
+    if not mismatch.fields:
         lines.append("  all compared fields are equal")
     if len(mismatch.fields) > SHOWN:
         lines.append(f"  and {len(mismatch.fields) - SHOWN} more fields")

@@ -127,7 +127,6 @@ DOORS: dict[str, Door] = {
         Area.from_grid, array=np.eye(3), resolution=0.5, origin=(0.0, 0.0, 0.0), unknown_is_free=False
     ),
     "Area.solid_beside": door(AREA.solid_beside, other=Area(), least=0.1),
-    "AreaLines": door(geometry.AreaLines, boundary=np.array(SQUARE), obstacles=(np.array(SQUARE),)),
     "Area.bounded": door(Area().bounded, points=POINTS, beyond=2.0),
     "Area.with_obstacles": door(AREA.with_obstacles, polygons=[SQUARE]),
     "Area.signed_distances": door(AREA.signed_distances, body=BODY, poses=np.zeros((2, 3)), within=3.0),

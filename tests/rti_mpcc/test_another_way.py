@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from geometry import Pose2
 from rti_mpcc.docking import DockingController
