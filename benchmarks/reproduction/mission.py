@@ -20,8 +20,8 @@ from rti_mpcc.report.numbers import number
 from rti_mpcc.report.overview import overview_figure
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome
-from rti_mpcc.simulation.ending import STANDSTILL_SPEED
 from rti_mpcc.simulation.plant import SAME_TIME
+from rti_mpcc.simulation.result import STANDSTILL_SPEED
 from rti_mpcc.simulation.ride import direction_changes, spells, standing, turning_points
 from rti_mpcc.types import MissionResult
 

@@ -29,8 +29,8 @@ from rti_mpcc.simulation import (
     simulate,
     summary,
 )
+from rti_mpcc.simulation.controllers import all_succeeded
 from rti_mpcc.simulation.goal_feed import source_in
-from rti_mpcc.simulation.mission import all_succeeded
 from rti_mpcc.simulation.scenario import PRESETS
 
 

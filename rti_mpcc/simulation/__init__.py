@@ -5,15 +5,20 @@ from __future__ import annotations
 from rti_mpcc.simulation.closed_loop import Controller, simulate
 from rti_mpcc.simulation.controllers import docking_controller, driver_of
 from rti_mpcc.simulation.courses import CAMPAIGN, CourseRange, drawn_course
-from rti_mpcc.simulation.detector import Detector, SimulatedDetector
 from rti_mpcc.simulation.dockable import Witness, find_witness
 from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
-from rti_mpcc.simulation.goal_feed import GoalSource
+from rti_mpcc.simulation.goal_feed import Detector, GoalSource, SimulatedDetector
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import Cycles, RunResult, Tracking, Truth
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import builtin_names, changed, load_scenario, scenario_from_dict
-from rti_mpcc.simulation.scenario_writer import save_scenario, scenario_text
+from rti_mpcc.simulation.scenario_file import (
+    builtin_names,
+    changed,
+    load_scenario,
+    save_scenario,
+    scenario_from_dict,
+    scenario_text,
+)
 
 __all__ = [
     "CAMPAIGN",

@@ -20,9 +20,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import copysign, inf, isfinite, prod
+from typing import Any
 
 import numpy as np
 
+from geometry import Pose2
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.types import VehicleState
@@ -87,33 +89,20 @@ class PlantParameters:
 
     @classmethod
     def of(
-        cls,
-        vehicle: Vehicle,
-        limits: Limits,
-        *,
-        dead_time: float = 0.0,
-        wheelbase_error: float = 0.0,
-        steering_offset: float = 0.0,
-        acceleration_gain: float = 1.0,
-        acceleration_offset: float = 0.0,
-        faults: tuple[PlantFault, ...] = (),
+        cls, vehicle: Vehicle, limits: Limits, *, wheelbase_error: float = 0.0, **others: Any
     ) -> PlantParameters:
-        """The plant of a vehicle; `wheelbase_error` is relative."""
+        """The plant of a vehicle; `wheelbase_error` is relative, `others` are attributes."""
         return cls(
             wheelbase=vehicle.wheelbase * (1.0 + wheelbase_error),
             steering_limit=limits.steering,
             steering_rate_limit=limits.steering_rate,
             acceleration_limit=limits.acceleration,
-            dead_time=dead_time,
-            steering_offset=steering_offset,
-            acceleration_gain=acceleration_gain,
-            acceleration_offset=acceleration_offset,
-            faults=faults,
+            **others,
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class QueuedCommand:
+class PendingCommand:
     """A command on its way to the actuators: takes effect at `time` [s]; a [m/s²], delta_dot [rad/s]."""
 
     time: float
@@ -142,7 +131,12 @@ class PlantState:
     delta: float = 0.0
     acceleration: float = 0.0
     steering_rate: float = 0.0
-    pending: tuple[QueuedCommand, ...] = ()
+    pending: tuple[PendingCommand, ...] = ()
+
+    @property
+    def pose(self) -> Pose2:
+        """Of the rear axle."""
+        return Pose2(self.x, self.y, self.phi)
 
     @property
     def measured(self) -> VehicleState:
@@ -167,7 +161,7 @@ def issue(
     for name, value in (("acceleration", acceleration), ("steering_rate", steering_rate)):
         if not isfinite(value):
             raise InputError(f"command.{name} = {value}: must be a finite number")
-    queued = QueuedCommand(
+    queued = PendingCommand(
         time=plant.time + parameters.dead_time + delay,
         acceleration=_clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain,
         steering_rate=_clip(steering_rate, parameters.steering_rate_limit),

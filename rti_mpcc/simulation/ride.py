@@ -8,9 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.result import RunResult, Truth
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, Truth
 from rti_mpcc.types import Array
 
 TURNING_TRAVEL = 0.05

@@ -1,4 +1,4 @@
-"""From a scenario file, or the name of a built-in one, to a Scenario, with one line a problem."""
+"""Scenario files: read and checked, changed, written back."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import tomlkit
+
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_checks import problems, remarks
-from rti_mpcc.simulation.toml_file import parsed, read_text, told, validated
+from rti_mpcc.simulation.sections.base import parsed, read_text, validated
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
@@ -49,10 +50,7 @@ def scenario_from_dict(
     (default: the working directory). Raises ScenarioError as `load_scenario`.
     """
     scenario = validated(Scenario, data, source=source, folder=folder)
-    found = problems(scenario)
-    if found:
-        raise ScenarioError(told(found, source))
-    for remark in remarks(scenario):
+    for remark in scenario.remarks():
         _LOG.warning("%s: %s", source, remark)
     return scenario
 
@@ -73,3 +71,23 @@ def changed(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
         else:
             table[last] = value
     return scenario_from_dict(data, source=scenario.name)
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario file (TOML): only what was set, so that defaults stay defaults. It is read back as equal.
+
+    A path.file or area.map is written as an absolute path: the text may be put anywhere.
+    """
+    data = scenario.model_dump(by_alias=True, exclude_unset=True, exclude_none=True)
+    for table, key in (("path", "file"), ("area", "map")):
+        if key in data.get(table, {}):
+            data[table][key] = str(Path(data[table][key]).absolute())
+    return tomlkit.dumps(data)
+
+
+def save_scenario(scenario: Scenario, folder: Path) -> Path:
+    """Write FOLDER/<name>.toml, making the folder where it is missing, and return that file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{scenario.name}.toml"
+    file.write_text(scenario_text(scenario), encoding="utf-8")
+    return file

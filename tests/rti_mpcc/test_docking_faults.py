@@ -8,8 +8,8 @@ import pytest
 
 from rti_mpcc.simulation import docking_controller, load_scenario, simulate
 from rti_mpcc.simulation.closed_loop import Controller
-from rti_mpcc.simulation.faults import Kind
 from rti_mpcc.simulation.metrics import clearances
+from rti_mpcc.simulation.sections.faults import Kind
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import short
 from tests.rti_mpcc.fault_runs import (

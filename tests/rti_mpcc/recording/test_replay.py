@@ -18,7 +18,7 @@ from rti_mpcc.errors import InputError, RecordingError
 from rti_mpcc.recording import Machine, Recorder, ReplayReport, read_recording, replay
 from rti_mpcc.recording.reader import CHANGED
 from rti_mpcc.simulation import changed, docking_controller, load_scenario, simulate
-from rti_mpcc.simulation.faults import Kind
+from rti_mpcc.simulation.sections.faults import Kind
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.recording.recordings import (
     AWAY,

@@ -9,7 +9,7 @@ from estimation import Camera, CharucoBoard, CharucoGoalDetector
 from geometry import Pose2
 from rti_mpcc.report.camera_frames import WIDTH, CameraFrames
 from rti_mpcc.simulation.camera import BoardCamera, Optics
-from rti_mpcc.simulation.scenario_camera import CameraSection
+from rti_mpcc.simulation.sections.camera import CameraSection
 
 VEHICLE, DOCK = Pose2(2.0, 0.1, 0.02), Pose2(0.0, 0.0, 0.0)
 

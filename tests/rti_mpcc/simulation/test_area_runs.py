@@ -16,17 +16,10 @@ from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
 from rti_mpcc.simulation.controllers import planner_in
 from rti_mpcc.simulation.metrics import clearances, untimed
 from rti_mpcc.types import VehicleState
+from tests.rti_mpcc.simulation.conftest import forward, still
 
 AHEAD = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0), (-1, 0.0, 3.0), (1, 0.0, 14.0)])
 BACK = ReferencePath.from_segments(Pose2(1.0, 0.0, 0.0), [(1, 0.0, 14.0)])
-
-
-def still(now: float, state: VehicleState) -> tuple[float, float]:
-    return 0.0, 0.0
-
-
-def forward(now: float, state: VehicleState) -> tuple[float, float]:
-    return 1.0, 0.0
 
 
 def first_ahead_then_back(now: float) -> ReferencePath | None:
@@ -50,17 +43,6 @@ def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Sc
     assert result.truth.theta[first] == pytest.approx(x[first], abs=1e-9)
     assert result.truth.theta[second] == pytest.approx(np.maximum(x[second] - 1.0, 0.0), abs=1e-9)
     assert (result.truth.part == 0).all()
-
-
-def test_the_part_is_the_one_that_the_controller_is_on(scripted_planner: Any, hall: Scenario) -> None:
-    part = lambda now: 0 if now < 0.975 else 2  # noqa: E731
-    controller = scripted_planner(script=still, planned=lambda now: AHEAD, part=part)
-    result = simulate(changed(hall, {"simulation.duration": 2.0}), controller=controller)
-    assert set(result.truth.part[result.truth.times < 0.995]) == {0}
-    assert set(result.truth.part[result.truth.times > 0.995]) == {2}
-    assert result.truth.theta[-1] == pytest.approx(AHEAD.parts[2].start)
-    rows = np.array([50, 150], dtype=np.int64)
-    assert result.on_last_part(rows).tolist() == [False, True]
 
 
 def test_while_another_way_is_planned_progress_stays_where_it_was(
@@ -92,13 +74,6 @@ def test_the_plan_is_begun_at_the_start_and_told_the_goal(scripted: Any, hall: S
     _, state, goal, obstacles = controller.given[0]
     assert (state.x, state.y, state.phi, state.v) == (1.0, 2.0, 0.3, 0.0)
     assert (goal, obstacles) == (Pose2(15.0, 0.0, 0.0), None)
-
-
-def test_a_goal_that_jumps_is_beside_the_one_told(scripted: Any, hall: Scenario) -> None:
-    controller = scripted(script=still)
-    faults = [{"kind": "goal_jump", "from": 0.1, "to": 0.2, "size": 0.5}]
-    simulate(changed(hall, {"simulation.duration": 0.3, "faults": faults}), controller=controller)
-    assert [entry[2].y for entry in controller.given] == pytest.approx([0, 0, 0.5, 0.5, 0, 0, 0])
 
 
 class Sees:
@@ -146,17 +121,6 @@ def test_a_stop_to_steer_is_no_cusp(scripted_planner: Any, hall: Scenario) -> No
     assert (figures["planning"]["length_m"], figures["planning"]["cusps"]) == (pytest.approx(8.0), 0)
 
 
-def test_what_was_not_found_is_null(scripted: Any, hall: Scenario) -> None:
-    result = simulate(changed(hall, {"simulation.duration": 0.2}), controller=scripted(script=still))
-    assert summary(result)["planning"] == {"seconds": 0.0, "replans": 0, "length_m": None, "cusps": None}
-
-
-def test_along_a_path_nothing_is_planned(scripted: Any, straight: Scenario) -> None:
-    result = simulate(changed(straight, {"simulation.duration": 0.2}), controller=scripted(script=still))
-    assert "planning" not in summary(result)
-    assert (result.area, result.besides, result.planning) == (None, (), None)
-
-
 # -- off the path that was given -------------------------------------------------------------------------
 
 ASIDE = ReferencePath.from_segments(Pose2(2.0, 0.0, 0.0), [(-1, 0.0, 1.0), (1, 0.0, 9.0)])
@@ -194,17 +158,6 @@ def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(
     assert figures["expected_time_s"] == summary(stays)["expected_time_s"] is not None
 
 
-def test_a_planner_that_stays_on_its_path_has_planned_nothing(
-    scripted_planner: Any, straight: Scenario
-) -> None:
-    given = straight.build_path()
-    result = leaving(scripted_planner, straight, lambda now: given)
-    assert result.planning is None
-    assert result.given_path is result.path
-    assert len(result.paths) == 1
-    assert "planning" not in summary(result)
-
-
 def test_off_its_path_clearance_is_to_all_of_the_corridor(scripted_planner: Any, straight: Scenario) -> None:
     scenario = changed(straight, {"corridor.obstacles": [[[12, 0.5], [13, 0.5], [13, 1.5], [12, 1.5]]]})
     vehicle, plan = Vehicle(), on_given_then_aside(straight)
@@ -215,16 +168,6 @@ def test_off_its_path_clearance_is_to_all_of_the_corridor(scripted_planner: Any,
     assert clearances(result) == pytest.approx(12.0 - 8.0 - vehicle.front, abs=1e-3)
 
 
-def test_off_its_path_it_is_not_clear_where_the_corridor_does_not_reach(
-    scripted_planner: Any, straight: Scenario
-) -> None:
-    """There a path has no boundaries any more."""
-    result = leaving(scripted_planner, straight, on_given_then_aside(straight), -60.0)
-    on_path = result.truth.times < 1.0 - 1e-9
-    assert (clearances(result)[on_path] > 0.0).all()
-    assert (clearances(result)[~on_path] <= 0.0).all()
-
-
 def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> None:
     vehicle = Vehicle()
     scenario = changed(hall, {"simulation.duration": 1.0, "start.pose": [3.0, 3.0, 0.0]})
@@ -233,19 +176,6 @@ def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> Non
     scenario = changed(scenario, {"start.pose": [12.0, 3.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=still))
     assert summary(result)["min_clearance_m"] == pytest.approx(2.0 - vehicle.rear)
-
-
-def test_clearance_counts_what_is_there_at_the_time(scripted: Any, hall: Scenario) -> None:
-    wall = np.array([[6.0, -1.0], [6.5, -1.0], [6.5, 1.0], [6.0, 1.0]])
-    result = simulate(
-        changed(hall, {"simulation.duration": 2.0}),
-        controller=scripted(script=still),
-        obstacles_at=lambda now: [wall] if 0.475 < now < 0.975 else [],
-    )
-    there = (result.truth.times > 0.5 - 1e-9) & (result.truth.times < 1.0 - 1e-9)
-    distances = clearances(result)
-    assert distances[there] == pytest.approx(6.0 - Vehicle().front)
-    assert (distances[~there] > 4.0).all()
 
 
 # -- who plans ---------------------------------------------------------------------------------------------

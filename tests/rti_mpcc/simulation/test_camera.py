@@ -13,8 +13,10 @@ from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetect
 from estimation.camera import turn
 from geometry import Pose2
 from rti_mpcc.simulation import camera as drawing
-from rti_mpcc.simulation.camera import BoardCamera, CameraDetector, Image, Optics
-from rti_mpcc.simulation.detector import Detector
+from rti_mpcc.simulation.camera import BoardCamera, Image, Optics
+from rti_mpcc.simulation.camera_detector import CameraDetector
+from rti_mpcc.simulation.goal_feed import Detector
+from rti_mpcc.simulation.sections.goal import MeasurementSection
 from rti_mpcc.types import Array
 
 CAMERA, BOARD, DOCK = Camera(), CharucoBoard(), Pose2(0.0, 0.0, 0.0)
@@ -154,8 +156,7 @@ def test_the_detector_of_the_closed_loop() -> None:
     eye: Detector = CameraDetector(
         pictures=taking(noise=3.0),
         detector=CharucoGoalDetector(CAMERA, BOARD),
-        rate=4.0,
-        delay=0.2,
+        limits=MeasurementSection(rate=4.0, delay=0.2),
         seen=look,
     )
     assert (eye.rate, eye.delay) == (4.0, 0.2)

@@ -11,9 +11,9 @@ import pytest
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.simulation import CAMPAIGN, Scenario, changed, drawn_course, scenario_from_dict, scenario_text
 from rti_mpcc.simulation.campaign import DisturbanceRange, Level, at_level
-from rti_mpcc.simulation.scenario import MeasurementSection
 from rti_mpcc.simulation.scene_scenario import scenario_of
 from rti_mpcc.simulation.scenes import SLOT_CLEARANCE, drawn_scene
+from rti_mpcc.simulation.sections.goal import MeasurementSection
 from rti_mpcc.simulation.solid import SolidThings
 
 RANGE = DisturbanceRange()
