@@ -20,13 +20,7 @@ from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.camera_detector import CameraDetector, Seen
 from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of, planner_in
 from rti_mpcc.simulation.disturbances import Disturbances
-from rti_mpcc.simulation.goal_feed import (
-    Detector,
-    GoalFeed,
-    GoalSource,
-    SimulatedDetector,
-    source_in,
-)
+from rti_mpcc.simulation.goal_feed import Detector, GoalFeed, GoalSource, SimulatedDetector, source_in
 from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
 from rti_mpcc.simulation.result import (
     DOCK_TIME,
@@ -88,10 +82,9 @@ def simulate(
 ) -> RunResult:
     """Run a scenario until 0.5 s after docking, 5 s after a latched stop, or its duration.
 
-    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. Where the
-    controller does not say that it has docked, the run goes on until it does, for 5 s at most. A fault that
-    acts at that time is watched to its end. A stop counts from the end of the last fault on: the vehicle may
-    go on then. Garbage collection stays on: the cycle times are those of a user's program.
+    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. The run waits
+    for the controller to say so, for 5 s at most, and for the end of a fault that acts. A stop counts from
+    the end of the last fault on. Garbage collection stays on, as in a user's program.
 
     Args:
         preset, method, seed: as on the command line; the seed drives the noise of the measured state and of
@@ -121,7 +114,7 @@ def simulate(
     area = scenario.build_area() if scenario.in_area else None
     goal = scenario.goal_pose(path)
     if start is None:
-        at = scenario.start_pose() if path is None else path.start
+        at = scenario.start_pose()
         start = VehicleState(x=at.x, y=at.y, phi=at.phi, v=0.0, delta=0.0)
     if controller is None:
         controller = mission_of(scenario, controller_of(scenario, config))
@@ -297,7 +290,7 @@ class _Run:
         plant = self.plant
         noise = self.random.standard_normal(5) * self.scenario.simulation.state_noise
         values = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta]) + noise
-        return VehicleState(**dict(zip(("x", "y", "phi", "v", "delta"), values.tolist(), strict=True)))
+        return VehicleState(*values.tolist())
 
     def _arguments(self, now: float, measured: VehicleState, obstacles: Obstacles) -> dict[str, Any]:
         """The arguments of a step besides state and time."""
@@ -344,9 +337,8 @@ class _Run:
         # The first projection of a part is given its start: a self-near route must not put it elsewhere.
         if self.path is not None:
             self.theta = self.path.parts[self.part].project(plant.x, plant.y, near=self.theta)
-        pose = (plant.x, plant.y, plant.phi)
-        row = (time, *pose, plant.v, plant.delta, self.theta, self.part, goal.x, goal.y, goal.phi)
-        self.samples.append(row)
+        state = (plant.x, plant.y, plant.phi, plant.v, plant.delta)
+        self.samples.append((time, *state, self.theta, self.part, goal.x, goal.y, goal.phi))
 
     def _ending(self, time: float) -> str | None:
         """Why the run ends now, or None.

@@ -17,16 +17,7 @@ from geometry import Area, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.base import (
-    Positive,
-    Problem,
-    Section,
-    Tolerance,
-    parsed,
-    polygon_problems,
-    read_text,
-    validated,
-)
+from rti_mpcc.simulation.sections.base import Positive, Problem, Section, Tolerance, polygon_problems, read
 from rti_mpcc.simulation.sections.mission import ApproachSection
 from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.steps import Dock, DockKind, Straight
@@ -134,23 +125,17 @@ class DocksSection(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Docks of one name, boards that share markers, and overlaps where all else is right."""
-        found = [*self._same_names(), *self._shared_markers()]
-        yield from found or _overlaps(self.build())
-
-    def _same_names(self) -> Iterator[Problem]:
-        names = [each.name for each in self.docks]
-        for place, name in enumerate(names):
-            if name in names[:place]:
-                allowed = f"must be a name of its own, dock[{names.index(name)}] has it already"
-                yield Problem(f"dock[{place}].name", name, allowed)
-
-    def _shared_markers(self) -> Iterator[Problem]:
-        boards = [(place, each.board) for place, each in enumerate(self.docks) if each.board is not None]
-        for (one, first), (other, second) in combinations(boards, 2):
-            if second.shares_markers(first):
-                taken = f"markers {first.markers.start} to {first.markers.stop - 1} of {first.dictionary}"
-                allowed = f"must leave the {taken} to the board of dock {self.docks[one].name!r}"
-                yield Problem(f"dock[{other}].board.first_marker", second.first_marker, allowed)
+        wrong = []
+        for (one, first), (other, second) in combinations(enumerate(self.docks), 2):
+            if first.name == second.name:
+                allowed = f"must be a name of its own, dock[{one}] has it already"
+                wrong.append(Problem(f"dock[{other}].name", second.name, allowed))
+            taken, board = first.board, second.board
+            if taken is not None and board is not None and board.shares_markers(taken):
+                markers = f"{taken.markers.start} to {taken.markers.stop - 1} of {taken.dictionary}"
+                allowed = f"must leave the markers {markers} to the board of dock {first.name!r}"
+                wrong.append(Problem(f"dock[{other}].board.first_marker", board.first_marker, allowed))
+        yield from wrong or _overlaps(self.build())
 
     def build(self) -> Docks:
         """Docks, vehicle and area."""
@@ -182,14 +167,17 @@ def load_docks(file: str | Path) -> dict[str, Dock]:
 
 def read_docks(file: str | Path) -> Docks:
     """The whole content of a file of docks. Raises as `load_docks`."""
-    path, source = Path(file), str(file)
-    tables = parsed(read_text(path), source)
-    return validated(DocksSection, tables, source=source, folder=path.parent).build()
+    return read(DocksSection, Path(file), str(file)).build()
 
 
 def _overlaps(docks: Docks) -> Iterator[Problem]:
     """What the body of a vehicle meets at the docks, and on the approach to them."""
     area = None if docks.area is None else SolidThings.of(docks.area)
+
+    def depth_in(solid: SolidThings, poses: list[Pose2]) -> float:
+        rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
+        return -float(solid.clearance(rows, docks.vehicle).min())
+
     for place, dock in enumerate(docks.docks.values()):
         pose = dock.pose
         assert pose is not None
@@ -200,7 +188,7 @@ def _overlaps(docks: Docks) -> Iterator[Problem]:
         if dock.approach is not None:
             stretches.append(("approach.length", dock.approach.length, "the approach", approach_poses(dock)))
         for key, value, words, poses in stretches:
-            if area is not None and (depth := _depth(poses, docks.vehicle, area)) > ROUNDING:
+            if area is not None and (depth := depth_in(area, poses)) > ROUNDING:
                 allowed = f"{words} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
                 yield Problem(f"dock[{place}].{key}", value, allowed)
                 break
@@ -208,18 +196,12 @@ def _overlaps(docks: Docks) -> Iterator[Problem]:
             continue
         body = SolidThings.of(Area(obstacles=[outline]))
         for _, _, words, poses in stretches:
-            if (depth := _depth(poses, docks.vehicle, body)) > ROUNDING:
+            if (depth := depth_in(body, poses)) > ROUNDING:
                 value = np.asarray(dock.body).tolist()
                 yield Problem(
                     f"dock[{place}].body", value, f"must not overlap {words}, does by {depth:.2g} m"
                 )
                 break
-
-
-def _depth(poses: list[Pose2], vehicle: Vehicle, solid: SolidThings) -> float:
-    """Largest depth of the body in something solid at the poses [m]; negative: its clearance."""
-    rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
-    return -float(solid.clearance(rows, vehicle).min())
 
 
 def approach_poses(dock: Dock) -> list[Pose2]:

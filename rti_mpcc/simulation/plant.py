@@ -240,13 +240,7 @@ def _steering_until_stop(plant: PlantState, parameters: PlantParameters, share: 
 
 
 def _integrate(
-    plant: PlantState,
-    parameters: PlantParameters,
-    a: float,
-    rate: float,
-    end: float,
-    *,
-    at_stop: bool,
+    plant: PlantState, parameters: PlantParameters, a: float, rate: float, end: float, *, at_stop: bool
 ) -> PlantState:
     """Equations (1) to (3) over an interval of constant acceleration and steering rate."""
     h = end - plant.time
@@ -254,16 +248,14 @@ def _integrate(
     delta = plant.delta + rate * h * _NODES
     turn = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase
     phi = plant.phi + h * (_TO_NODES @ turn)
-    return PlantState(
+    return replace(
+        plant,
         time=end,
         x=plant.x + h * float(_WEIGHTS @ (v * np.cos(phi))),
         y=plant.y + h * float(_WEIGHTS @ (v * np.sin(phi))),
         phi=plant.phi + h * float(_WEIGHTS @ turn),
         v=plant.v + a * h,
         delta=copysign(parameters.steering_limit, rate) if at_stop else plant.delta + rate * h,
-        acceleration=plant.acceleration,
-        steering_rate=plant.steering_rate,
-        pending=plant.pending,
     )
 
 

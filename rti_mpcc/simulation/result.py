@@ -81,21 +81,14 @@ class Truth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycles:
-    """The commands of the m cycles, and what is known of their computation. All arrays are read-only.
+    """Time [s], command and diagnostics of the m cycles, (m,) each. All arrays are read-only.
 
     Attributes:
-        times: (m,) when the state was measured [s].
-        acceleration, steering_rate: (m,) commands [m/s²], [rad/s].
-        speed, steering: (m,) planned values for interfaces that take those [m/s], [rad].
-        status, source, objective, cause, reason: m of each.
+        speed, steering: planned values for interfaces that take those [m/s], [rad].
         weights: (m, 4) lag, contouring, progress reward, goal position, as they act on the first stage.
-        iterations: (m,) of OSQP.
-        solved: (m,) whether a QP was given to the solver.
-        failed: (m,) whether its result was refused; iteration_limit: (m,) whether a QP used up its
-            iterations.
-        feedback_ms, solve_ms: (m,) as the controller took them.
-        step_ms: (m,) wall time of all of step(), as the caller sees it.
-        deadline_missed: (m,).
+        solved: whether a QP was given to the solver; failed: its result was refused; iteration_limit: a QP
+            used up its iterations.
+        step_ms: wall time of all of step(), as the caller sees it.
     """
 
     times: Array
@@ -123,28 +116,22 @@ class Cycles:
         """The record of the cycles; `step_ms` is the wall time of each step()."""
         notes = [command.diagnostics for command in commands]
         weights = [note.weights for note in notes]
-        lists: dict[str, Any] = {
-            name: _kept([getattr(each, name) for each in source], kind)
-            for source, kind, names in (
-                (commands, np.float64, ("acceleration", "steering_rate", "speed", "steering")),
-                (notes, np.float64, ("feedback_ms", "solve_ms")),
-                (notes, np.int64, ("iterations",)),
-                (notes, np.bool_, ("failed", "iteration_limit", "deadline_missed")),
-            )
-            for name in names
+        arrays: dict[str, Any] = {
+            **_columns(commands, np.float64, "acceleration", "steering_rate", "speed", "steering"),
+            **_columns(notes, np.float64, "feedback_ms", "solve_ms"),
+            **_columns(notes, np.int64, "iterations"),
+            **_columns(notes, np.bool_, "failed", "iteration_limit", "deadline_missed"),
+            "weights": _rows([[w.lag, w.contouring, w.progress_reward, w.goal_position] for w in weights], 4),
+            "solved": _kept([note.solver_status != "" for note in notes], np.bool_),
         }
-        return cls(
-            times=_kept(times),
-            status=tuple(command.status for command in commands),
-            source=tuple(command.source for command in commands),
-            objective=tuple(note.objective for note in notes),
-            cause=tuple(note.cause for note in notes),
-            reason=tuple(note.reason for note in notes),
-            weights=_rows([[w.lag, w.contouring, w.progress_reward, w.goal_position] for w in weights], 4),
-            solved=_kept([note.solver_status != "" for note in notes], np.bool_),
-            step_ms=_kept(step_ms),
-            **lists,
-        )
+        words: dict[str, Any] = {
+            **{name: tuple(getattr(command, name) for command in commands) for name in ("status", "source")},
+            **{
+                name: tuple(getattr(note, name) for note in notes)
+                for name in ("objective", "cause", "reason")
+            },
+        }
+        return cls(times=_kept(times), step_ms=_kept(step_ms), **arrays, **words)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,6 +178,10 @@ def _slopes(times: Array, values: Array) -> Array:
         return np.zeros(len(times))
     slopes = np.diff(values) / np.diff(times)
     return np.append(slopes, slopes[-1])
+
+
+def _columns(rows: Sequence[object], kind: type[np.generic], *names: str) -> dict[str, NDArray[Any]]:
+    return {name: _kept([getattr(row, name) for row in rows], kind) for name in names}
 
 
 def _triple(pose: Pose2 | None) -> list[float]:

@@ -37,6 +37,7 @@ from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, Strai
 from rti_mpcc.simulation.sections.path import CorridorSection, PathSection
 
 PRESETS = ("default", "paper", "paper_printed")
+_ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "acceleration_offset"}
 _EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
 AnySection = TypeVar("AnySection", bound=Section)
@@ -158,7 +159,12 @@ class Scenario(Section):
             "goal_tolerance": self.goal.tolerance,
         }
         if (measurement is not None) if detections is None else detections:
-            changes["goal_tracking"] = self._goal_tracking()
+            changes["goal_tracking"] = GoalTracking(required=True)
+            if measurement is not None:
+                # The filter knows the law of the detector's noise, and that detections may arrive late.
+                longest = GoalFilterConfig().history + measurement.delay
+                noise = GoalFilterConfig(noise=measurement.noise, history=longest)
+                changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
         changes.update(section.model_dump(exclude={"dead_time", "docking_time"}, exclude_none=True))
         make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
         config = with_method(make.get(preset, ControllerConfig)(**changes), method)
@@ -167,18 +173,9 @@ class Scenario(Section):
         path = self.build_path()
         return config_for_docking_time(section.docking_time, path, config, self.planned_goal(path))
 
-    def _goal_tracking(self) -> GoalTracking:
-        """The filter knows the law of the detector's noise, and that detections may arrive late."""
-        measurement = self.goal.measurement
-        if measurement is None:
-            return GoalTracking(required=True)
-        longest = GoalFilterConfig().history + measurement.delay
-        return GoalTracking(filter=GoalFilterConfig(noise=measurement.noise, history=longest), required=True)
-
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors and faults that the controller does not know."""
-        not_of_the_plant = {"plant_step", "cycle", "duration", "state_noise"}
-        errors = self.simulation.model_dump(exclude=not_of_the_plant)
+        errors = self.simulation.model_dump(include={"dead_time", *_ERRORS})
         return PlantParameters.of(self.vehicle, self.limits, faults=plant_faults(self.faults), **errors)
 
     # -- what does not go together -------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import tomlkit
 
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.sections.base import parsed, read_text, validated
+from rti_mpcc.simulation.sections.base import read, validated
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
@@ -30,15 +30,13 @@ def load_scenario(name_or_file: str | Path) -> Scenario:
     Logs a warning for what is allowed but will show. Raises ScenarioError with one line a problem:
     `file: key = value: what is allowed`.
     """
-    name = str(name_or_file)
+    name, file = str(name_or_file), Path(name_or_file)
     if name in builtin_names():
-        text = (_BUILT_IN / f"{name}.toml").read_text(encoding="utf-8")
-        source = f"{name}.toml"
-        return scenario_from_dict(parsed(text, source), source=source, folder=Path(str(_BUILT_IN)))
-    file = Path(name_or_file)
+        file = Path(str(_BUILT_IN / f"{name}.toml"))
+        return _remarked(read(Scenario, file, file.name), file.name)
     if file.suffix != ".toml":
         raise ScenarioError(f"{name}: must be a .toml file or one of {', '.join(builtin_names())}")
-    return scenario_from_dict(parsed(read_text(file), name), source=name, folder=file.parent)
+    return _remarked(read(Scenario, file, name), name)
 
 
 def scenario_from_dict(
@@ -49,7 +47,11 @@ def scenario_from_dict(
     `source` stands in front of error messages; a relative path.file or area.map is taken from `folder`
     (default: the working directory). Raises ScenarioError as `load_scenario`.
     """
-    scenario = validated(Scenario, data, source=source, folder=folder)
+    return _remarked(validated(Scenario, data, source=source, folder=folder), source)
+
+
+def _remarked(scenario: Scenario, source: str) -> Scenario:
+    """The scenario, once it was warned of what will show."""
     for remark in scenario.remarks():
         _LOG.warning("%s: %s", source, remark)
     return scenario

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
 
@@ -98,37 +98,28 @@ def polygon_problems(
         yield Problem(key, [list(corner) for corner in polygon], allowed)
 
 
-def read_text(file: Path) -> str:
-    """The text of a file. Raises ScenarioError."""
+def read(model: type[Model], file: Path, source: str) -> Model:
+    """The model of a TOML file. Raises ScenarioError with one line a problem, `source` in front."""
     try:
-        return files.text(file)
+        data = files.from_toml(files.text(file))
     except OSError as error:
-        raise ScenarioError(f"{file}: cannot be read, {error.strerror or error}") from error
+        raise ScenarioError(f"{source}: cannot be read, {error.strerror or error}") from error
     except UnicodeDecodeError as error:
-        raise ScenarioError(f"{file}: is not UTF-8 text, byte {error.start} is wrong") from error
-
-
-def parsed(text: str, source: str) -> dict[str, Any]:
-    """The tables of a TOML text. Raises ScenarioError."""
-    try:
-        return files.from_toml(text)
+        raise ScenarioError(f"{source}: is not UTF-8 text, byte {error.start} is wrong") from error
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{source}: is not TOML, {error}") from error
     except ValueError as error:
         raise ScenarioError(f"{source}: is not TOML that is read here, it {error}") from error
+    return validated(model, data, source=source, folder=file.parent)
 
 
 def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folder: Path | None) -> Model:
-    """The model of the tables of a file. Raises ScenarioError with one line a problem, `source` in front."""
+    """The model of the tables of a file, in which relative files lie in `folder`. Raises as `read`."""
     try:
         return model.model_validate(dict(data), context={"folder": folder})
     except ValidationError as error:
-        raise ScenarioError(told(_problems(error, model), source)) from error
-
-
-def told(problems: Sequence[Problem], source: str) -> str:
-    """One line a problem, with the file in front."""
-    return "\n".join(f"{source}: {problem}" for problem in problems)
+        lines = (f"{source}: {problem}" for problem in _problems(error, model))
+        raise ScenarioError("\n".join(lines)) from error
 
 
 def _problems(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[Problem]:

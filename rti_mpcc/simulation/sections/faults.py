@@ -3,25 +3,7 @@
 A fault acts in every cycle at or after `from` and before `to` [s]; the two of the vehicle act in between
 cycles too. Several may act at once: sizes of one kind add up. Nothing is random.
 
-kind            size (default)  what happens
-nan_state                       all measured values are NaN
-infinite_state                  all measured values are infinite
-frozen_state                    the measured state stays what it was in the fault's first cycle
-state_jump      [m] (0.5)       the measured pose is shifted by so much to the left of its heading
-lost_cycles                     the controller is not called; the vehicle does what was commanded last
-late_cycles     [s] (0.1)       commands reach the actuators so much later, maybe after younger ones
-clock_back      [s] (3.0)       the clock is so much behind: the time given, and the stamps of detections made
-solver_fail                     every QP is taken as failed
-solver_timeout                  every QP is taken as stopped by its time limit, and the deadline as missed
-goal_jump       [m] (0.5)       the goal given, or every detection of it, is shifted by so much to its left
-goal_nan                        the goal given, or every detection of it, is NaN
-blocked         [m] (5.0)       something blocks the route, so far ahead along it of where the body was
-                                when it appeared; the controller is told. In an area it is as wide as the
-                                body and BESIDE more on both sides; straight ahead before there is a route
-stuck_steering                  the steering angle does not move
-weak_brakes     share (0.4)     only this share of an acceleration against the motion acts; below 1
-
-Where there is no size, one that is given means nothing. Jumps to the right are negative.
+docs/scenario.md says what each kind does, and what its size is.
 """
 
 from __future__ import annotations

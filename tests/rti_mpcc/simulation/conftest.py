@@ -179,10 +179,7 @@ def camera_tables(**camera: Any) -> dict[str, Any]:
     """4 m in reverse to a board that a camera sees."""
     return {
         "name": "seen",
-        "path": {
-            "start": [4.0, 0.3, 0.05],
-            "segments": [{"direction": -1, "curvature": 0.0, "length": 4.0}],
-        },
+        "path": {"start": [4.0, 0.3, 0.05], "segments": [{"direction": -1, "curvature": 0.0, "length": 4.0}]},
         "corridor": {"left": 3.0, "right": -3.0},
         "goal": {"measurement": {"initial_offset": [0.2, 0.1, 0.05], "rate": 5.0}, "camera": camera},
         "simulation": {"cycle": 0.05, "duration": 40.0},

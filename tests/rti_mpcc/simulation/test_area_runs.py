@@ -13,7 +13,6 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
-from rti_mpcc.simulation.controllers import planner_in
 from rti_mpcc.simulation.metrics import clearances, untimed
 from rti_mpcc.types import VehicleState
 from tests.rti_mpcc.simulation.conftest import forward, still
@@ -45,35 +44,12 @@ def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Sc
     assert (result.truth.part == 0).all()
 
 
-def test_while_another_way_is_planned_progress_stays_where_it_was(
-    scripted_planner: Any, hall: Scenario
-) -> None:
-    plan = lambda now: AHEAD if now < 0.475 else None if now < 0.975 else BACK  # noqa: E731
-    controller = scripted_planner(script=still, planned=plan, part=lambda now: 2 if now < 0.475 else 0)
-    result = simulate(changed(hall, {"simulation.duration": 1.5}), controller=controller)
-    planning = result.truth.times < 1.0 - 1e-9
-    assert set(result.truth.part[planning]) == {2}
-    assert result.truth.theta[planning] == pytest.approx(AHEAD.parts[2].start)
-    assert result.truth.theta[~planning] == pytest.approx(0.0)
-    assert [path for _, path in result.paths] == [AHEAD, BACK]
-
-
 def test_without_a_way_there_is_no_last_part(scripted: Any, hall: Scenario) -> None:
     result = simulate(changed(hall, {"simulation.duration": 0.5}), controller=scripted(script=still))
     assert not result.paths
     assert not result.on_last_part(np.arange(3, dtype=np.int64)).any()
     with pytest.raises(InputError, match=r"hall: no way was found"):
         _ = result.path
-
-
-def test_the_plan_is_begun_at_the_start_and_told_the_goal(scripted: Any, hall: Scenario) -> None:
-    controller = scripted(script=still)
-    simulate(
-        changed(hall, {"simulation.duration": 0.1, "start.pose": [1.0, 2.0, 0.3]}), controller=controller
-    )
-    _, state, goal, obstacles = controller.given[0]
-    assert (state.x, state.y, state.phi, state.v) == (1.0, 2.0, 0.3, 0.0)
-    assert (goal, obstacles) == (Pose2(15.0, 0.0, 0.0), None)
 
 
 class Sees:
@@ -158,16 +134,6 @@ def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(
     assert figures["expected_time_s"] == summary(stays)["expected_time_s"] is not None
 
 
-def test_off_its_path_clearance_is_to_all_of_the_corridor(scripted_planner: Any, straight: Scenario) -> None:
-    scenario = changed(straight, {"corridor.obstacles": [[[12, 0.5], [13, 0.5], [13, 1.5], [12, 1.5]]]})
-    vehicle, plan = Vehicle(), on_given_then_aside(straight)
-    room = min(3.0 - 1.0 - 0.5 * vehicle.width, 12.0 - 5.0 - vehicle.front)
-    result = leaving(scripted_planner, scenario, plan, 5.0, 1.0)
-    assert clearances(result) == pytest.approx(room, abs=1e-3)
-    result = leaving(scripted_planner, scenario, plan, 8.0, 0.5)
-    assert clearances(result) == pytest.approx(12.0 - 8.0 - vehicle.front, abs=1e-3)
-
-
 def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> None:
     vehicle = Vehicle()
     scenario = changed(hall, {"simulation.duration": 1.0, "start.pose": [3.0, 3.0, 0.0]})
@@ -179,14 +145,3 @@ def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> Non
 
 
 # -- who plans ---------------------------------------------------------------------------------------------
-
-
-def test_the_planner_is_found_in_what_it_is_wrapped_in(scripted_planner: Any, scripted: Any) -> None:
-    class Around:
-        def __init__(self, controller: Any) -> None:
-            self.controller = controller
-
-    planner = scripted_planner(script=still, planned=lambda now: None)
-    assert planner_in(planner) is planner
-    assert planner_in(Around(Around(planner))) is planner
-    assert planner_in(Around(scripted(script=still))) is None

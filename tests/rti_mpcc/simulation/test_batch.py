@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from signal import SIG_DFL, SIGINT, getsignal, signal
 
 import numpy as np
 import pytest
 
 from rti_mpcc import InputError
-from rti_mpcc.simulation import batch, changed, load_scenario
+from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import THREADS, Case, Outcome, drive_all
 
 SHORT = changed(load_scenario("docking_behind"), {"simulation.duration": 1.0})
@@ -42,12 +41,3 @@ def test_what_cannot_be_driven_is_refused() -> None:
         drive_all([Case(scenario=SHORT, method="best")], jobs=1)
     with pytest.raises(InputError, match="jobs = 0: must be >= 1"):
         drive_all(CASES, jobs=0)
-
-
-def test_an_interrupted_worker_ends() -> None:
-    before = getsignal(SIGINT)
-    try:
-        batch.end_when_interrupted()
-        assert getsignal(SIGINT) is SIG_DFL
-    finally:
-        signal(SIGINT, before)

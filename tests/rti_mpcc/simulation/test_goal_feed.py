@@ -222,17 +222,6 @@ def test_loop_exposes_between_cycles_and_gives_at_the_first_cycle_after_the_dela
     assert [one.x for _, one in arrived] == pytest.approx(10.0 - 0.5 * stamps**2, abs=1e-6)
 
 
-def test_detector_sees_the_last_part_when_the_controller_is_on_it(
-    scripted: Any, tables: dict[str, Any]
-) -> None:
-    tables["path"]["segments"].append({"direction": -1, "curvature": 0, "length": 5})
-    controller = scripted(script=still, part=lambda now: int(now > 0.93))
-    simulate(watched(tables, visible_after_cusp=True), controller=controller)
-    stamps = [one.stamp for ones in controller.detections for one in ones]
-    # The cycle at 0.95 s changes over.
-    assert stamps == pytest.approx(0.1 * np.arange(10, 21))
-
-
 def test_noise_is_the_same_whatever_the_controller_does(scripted: Any, tables: dict[str, Any]) -> None:
     found, states = [], []
     for script, seed in ((still, 4), (forward, 4), (still, 5)):

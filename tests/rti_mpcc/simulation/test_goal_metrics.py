@@ -13,9 +13,7 @@ import pytest
 from estimation import GoalStatus, Judgement, Outcome
 from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, RunResult, Scenario, Tracking, changed, simulate, summary
-from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary
-
-ERROR = ("longitudinal_m", "lateral_m", "heading_rad")
+from rti_mpcc.simulation.goal_metrics import ERRORS, errors_to, goal_summary
 
 
 @pytest.fixture
@@ -101,7 +99,7 @@ def test_error_is_that_of_the_last_estimate_to_the_goal_of_that_time(run: RunRes
     last = (10.02, 1.1, 0.5 * pi + 0.03)
     found = figures(tracked(moved, seen_from=2, estimates={10: last}, last=GoalStatus.LOST))
     assert found["estimate_error"] == pytest.approx(
-        dict(zip(ERROR, (0.1, -0.02, 0.03), strict=True)), abs=1e-12
+        dict(zip(ERRORS, (0.1, -0.02, 0.03), strict=True)), abs=1e-12
     )
     assert found["final_status"] == "lost"
 
@@ -115,7 +113,7 @@ def test_goal_that_was_never_seen(run: RunResult) -> None:
         "rejected": 1,
         "refused": 0,
         "first_seen_s": None,
-        "estimate_error": dict.fromkeys(ERROR),
+        "estimate_error": dict.fromkeys(ERRORS),
         "mean_nis": None,
         "final_status": "searching",
     }
@@ -125,5 +123,5 @@ def test_goal_that_was_never_seen(run: RunResult) -> None:
 def test_without_a_filter_there_is_the_source_only(run: RunResult, source: GoalSource) -> None:
     found = figures(tracked(run, source=source))
     assert found.pop("source") == source.value
-    assert found.pop("estimate_error") == dict.fromkeys(ERROR)
+    assert found.pop("estimate_error") == dict.fromkeys(ERRORS)
     assert set(found.values()) == {None}

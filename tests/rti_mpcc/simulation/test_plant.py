@@ -75,26 +75,6 @@ def test_command_acts_after_the_dead_time_whatever_the_plant_step(dead_time: flo
         assert advance(end, parameters, 1.0) == end
 
 
-def test_queued_commands_act_in_order_each_for_its_own_time() -> None:
-    parameters = replace(PARAMETERS, dead_time=0.183)
-    plant = REST
-    for k, acceleration in enumerate((1.0, -2.0, 3.0)):
-        plant = issue(
-            advance(plant, parameters, 0.05 * k), parameters, acceleration=acceleration, steering_rate=0
-        )
-    assert len(plant.pending) == 3
-    # 1 m/s² acts from 0.183 s, -2 from 0.233 s, 3 from 0.283 s on.
-    for time, speed in (
-        (0.18, 0.0),
-        (0.2, 0.017),
-        (0.233, 0.05),
-        (0.26, -0.004),
-        (0.283, -0.05),
-        (0.4, 0.301),
-    ):
-        assert advance(plant, parameters, time).v == pytest.approx(speed, abs=1e-12)
-
-
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_steering_stops_at_its_limit_and_comes_back(side: float) -> None:
     plant = issue(PlantState(x=0.0, y=0.0, phi=0.0, v=1.0), PARAMETERS, acceleration=0.0, steering_rate=side)
@@ -161,14 +141,6 @@ def test_stuck_steering_stays_and_goes_on_with_what_it_is_told(step: float) -> N
     plant = issue(REST, parameters, acceleration=0.0, steering_rate=0.3)
     for time, delta in ((0.1, 0.03), (0.4, 0.0369), (0.75, 0.0369), (1.0, 0.0369 + 0.3 * 0.223)):
         assert driven(plant, parameters, time, step).delta == pytest.approx(delta, abs=1e-12)
-
-
-def test_shares_of_faults_at_one_time_multiply() -> None:
-    faults = tuple(PlantFault(begin=0.0, end=end, braking_share=0.5) for end in (1.0, 2.0))
-    parameters = replace(PARAMETERS, faults=faults)
-    plant = issue(PlantState(x=0.0, y=0.0, phi=0.0, v=4.0), parameters, acceleration=-1.0, steering_rate=0.0)
-    end = driven(plant, parameters, 3.0, 0.05)
-    assert end.v == pytest.approx(4.0 - 0.25 - 0.5 - 1.0, abs=1e-9)
 
 
 def test_a_late_command_acts_from_its_arrival_until_the_next_one_arrives() -> None:

@@ -153,12 +153,6 @@ def test_controller_assumes_the_dead_time_of_the_plant_unless_given(straight: Sc
         scenario.controller_config("best")
 
 
-def test_polygon_corridor_and_obstacles(tables: dict[str, Any]) -> None:
-    tables["corridor"] = {"polygon": BOX, "obstacles": [TRIANGLE]}
-    scenario = scenario_from_dict(tables)
-    assert len(scenario.build_corridor(scenario.build_path()).obstacles) == 1
-
-
 def test_start_area_and_goal(hall: Scenario, straight: Scenario) -> None:
     assert hall.in_area
     assert not hall.goal_is_path_end
@@ -190,11 +184,6 @@ def test_goal_that_is_detected_is_planned_beside_the_true_one(hall: Scenario) ->
     scenario = changed(hall, {"goal.measurement": {"initial_offset": [0.1, -0.2, 0.05]}})
     assert scenario.goal_pose() == Pose2(15.0, 0.0, 0.0)
     assert scenario.planned_goal() == Pose2(15.1, -0.2, 0.05)
-
-
-@pytest.mark.parametrize("change", [{"goal.pose": [9.0, 3.0, 0.0]}, {"start.pose": [-40.0, 0.0, 0.0]}])
-def test_start_or_goal_in_collision_is_left_to_the_planner(hall: Scenario, change: dict[str, Any]) -> None:
-    changed(hall, change)
 
 
 def test_each_step_with_all_that_it_knows() -> None:

@@ -24,14 +24,6 @@ def camera(limits: Mapping[str, Any] | None = None, **keys: Any) -> CameraDetect
     return CameraDetector.of(section, MeasurementSection(rate=5.0, **(limits or {})), 0, None)
 
 
-def test_it_sees_the_board_where_it_is() -> None:
-    measurement = camera().expose(0.0, HERE, GOAL, last_part=True)
-    assert measurement is not None
-    seen = GOAL.relative_to(HERE)
-    assert (measurement.x, measurement.y) == pytest.approx((seen.x, seen.y), abs=0.02)
-    assert measurement.phi == pytest.approx(seen.phi, abs=0.01)
-
-
 def test_it_takes_no_picture_before_the_change_of_direction_where_it_is_to_wait() -> None:
     taken: list[float] = []
 
@@ -51,29 +43,11 @@ def test_it_sees_nothing_out_of_its_ranges(limits: dict[str, float]) -> None:
     assert camera(limits).expose(0.0, HERE, GOAL, last_part=True) is None
 
 
-def test_detections_are_lost_for_a_while() -> None:
-    eye = camera(lost=(0.5, 1.0))
-    found = [eye.expose(0.2 * k, HERE, GOAL, last_part=True) is not None for k in range(7)]
-    assert found == [True, True, True, False, False, True, True]
-
-
-def test_one_detection_is_wrong() -> None:
-    eye = camera(wrong=WrongSection(after=0.3, offset=(1.0, 0.0, 0.0)))
-    seen = [eye.expose(0.2 * k, HERE, GOAL, last_part=True) for k in range(4)]
-    along = [each.x for each in seen if each is not None]
-    assert along == pytest.approx([-3.0, -3.0, -2.0, -3.0], abs=0.03)
-
-
 def test_the_board_of_another_dock_is_not_taken_for_it() -> None:
     beside = {"pose": (0.0, 1.5, 0.0), "first_marker": 20}
     measurement = camera(others=(beside,)).expose(0.0, HERE, GOAL, last_part=True)
     assert measurement is not None
     assert measurement.y == pytest.approx(GOAL.relative_to(HERE).y, abs=0.02)
-
-
-def test_a_nearer_board_hides_a_farther_one() -> None:
-    eye = camera(others=({"pose": (1.0, 0.0, 0.0), "first_marker": 20},))
-    assert eye.expose(0.0, HERE, GOAL, last_part=True) is None
 
 
 def test_who_looks_on_sees_what_is_told() -> None:
