@@ -123,7 +123,7 @@ def simulate(
         planned=scenario.planned_goal(path),
         goal=goal,
         shifts=scenario.goal.shifts,
-        detector=detector or _detector(scenario, seed, seen),
+        detector=_detector(scenario, seed, seen) if detector is None else detector,
     )
     blocking = tuple(fault for fault in scenario.faults if fault.kind == "blocked")
     scenery = Scenery(

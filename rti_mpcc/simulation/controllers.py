@@ -14,7 +14,7 @@ from rti_mpcc.mission import DockingMission
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.sections.mission import step_of
+from rti_mpcc.simulation.sections.mission import built_step
 from rti_mpcc.types import MissionResult
 
 
@@ -52,7 +52,7 @@ def mission_of(scenario: Scenario, controller: DockingController) -> DockingMiss
     goal = scenario.planned_goal() if scenario.in_area else None
     body = None if scenario.goal.body is None else np.array(scenario.goal.body)
     home = None if scenario.home is None else Pose2(*scenario.home.pose)
-    return DockingMission(controller, [step_of(each, goal, body) for each in scenario.mission], home=home)
+    return DockingMission(controller, [built_step(each, goal, body) for each in scenario.mission], home=home)
 
 
 def docking_controller(

@@ -17,7 +17,14 @@ from geometry import Area, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
 from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.base import Positive, Problem, Section, Tolerance, polygon_problems, read
+from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
+    Positive,
+    Section,
+    Tolerance,
+    polygon_problems,
+    read_toml,
+)
 from rti_mpcc.simulation.sections.mission import ApproachSection
 from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.steps import Dock, DockKind, Straight
@@ -54,10 +61,10 @@ class ContactSection(Section):
     steering: Positive | None = None
     tolerance: TwoPositive | None = None
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """No distance."""
         if self.distance == 0.0:
-            yield Problem("distance", self.distance, "must not be 0")
+            yield KeyProblem("distance", self.distance, "must not be 0")
 
 
 class DockSection(Section):
@@ -80,25 +87,25 @@ class DockSection(Section):
             raise ValueError("must be text in one line, without blanks at its ends")
         return name
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """A body that is no polygon or is missing, a board too many, too few or with too few markers."""
         if self.body is not None:
             yield from polygon_problems("body", self.body)
         if self.uncertainty is not None and (self.body is None or self.approach is None):
             allowed = "only of a dock with a body and an approach"
-            yield Problem("uncertainty", list(self.uncertainty), allowed)
+            yield KeyProblem("uncertainty", list(self.uncertainty), allowed)
         by_board, board = self.kind == DockKind.CHARUCO.value, self.board
         if board is None:
             if by_board:
-                yield Problem("board", None, "required for kind = 'charuco'")
+                yield KeyProblem("board", None, "required for kind = 'charuco'")
             return
         if not by_board:
-            yield Problem("kind", self.kind, "must be 'charuco' where there is a board")
+            yield KeyProblem("kind", self.kind, "must be 'charuco' where there is a board")
         size = board.dictionary_size
         if size is not None and board.markers.stop > size:
             needed = f"markers {board.markers.start} to {board.markers.stop - 1}"
             allowed = f"must have the {needed} of the board, has 0 to {size - 1}"
-            yield Problem("board.dictionary", board.dictionary, allowed)
+            yield KeyProblem("board.dictionary", board.dictionary, allowed)
 
     def build(self) -> Dock:
         """The dock."""
@@ -123,18 +130,18 @@ class DocksSection(Section):
     vehicle: Vehicle = Vehicle()
     area: AreaSection | None = None
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """Docks of one name, boards that share markers, and overlaps where all else is right."""
         wrong = []
         for (one, first), (other, second) in combinations(enumerate(self.docks), 2):
             if first.name == second.name:
                 allowed = f"must be a name of its own, dock[{one}] has it already"
-                wrong.append(Problem(f"dock[{other}].name", second.name, allowed))
+                wrong.append(KeyProblem(f"dock[{other}].name", second.name, allowed))
             taken, board = first.board, second.board
             if taken is not None and board is not None and board.shares_markers(taken):
                 markers = f"{taken.markers.start} to {taken.markers.stop - 1} of {taken.dictionary}"
                 allowed = f"must leave the markers {markers} to the board of dock {first.name!r}"
-                wrong.append(Problem(f"dock[{other}].board.first_marker", board.first_marker, allowed))
+                wrong.append(KeyProblem(f"dock[{other}].board.first_marker", board.first_marker, allowed))
         yield from wrong or _overlaps(self.build())
 
     def build(self) -> Docks:
@@ -167,10 +174,10 @@ def load_docks(file: str | Path) -> dict[str, Dock]:
 
 def read_docks(file: str | Path) -> Docks:
     """The whole content of a file of docks. Raises as `load_docks`."""
-    return read(DocksSection, Path(file), str(file)).build()
+    return read_toml(DocksSection, Path(file), str(file)).build()
 
 
-def _overlaps(docks: Docks) -> Iterator[Problem]:
+def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
     """What the body of a vehicle meets at the docks, and on the approach to them."""
     area = None if docks.area is None else SolidThings.of(docks.area)
 
@@ -190,7 +197,7 @@ def _overlaps(docks: Docks) -> Iterator[Problem]:
         for key, value, words, poses in stretches:
             if area is not None and (depth := depth_in(area, poses)) > ROUNDING:
                 allowed = f"{words} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
-                yield Problem(f"dock[{place}].{key}", value, allowed)
+                yield KeyProblem(f"dock[{place}].{key}", value, allowed)
                 break
         if (outline := dock.body_at(pose)) is None:
             continue
@@ -198,7 +205,7 @@ def _overlaps(docks: Docks) -> Iterator[Problem]:
         for _, _, words, poses in stretches:
             if (depth := depth_in(body, poses)) > ROUNDING:
                 value = np.asarray(dock.body).tolist()
-                yield Problem(
+                yield KeyProblem(
                     f"dock[{place}].body", value, f"must not overlap {words}, does by {depth:.2g} m"
                 )
                 break

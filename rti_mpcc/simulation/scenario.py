@@ -29,11 +29,11 @@ from rti_mpcc.planning import goals
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.plant import PlantParameters
 from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.base import ListOf, Problem, Section, Triple
+from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, Section, Triple
 from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
 from rti_mpcc.simulation.sections.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.sections.goal import GoalSection
-from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, StraightStep, step_of
+from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, StraightStep, built_step
 from rti_mpcc.simulation.sections.path import CorridorSection, PathSection
 
 PRESETS = ("default", "paper", "paper_printed")
@@ -180,66 +180,68 @@ class Scenario(Section):
 
     # -- what does not go together -------------------------------------------------------------------------
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """Tables that do not go together; what is built from them only where nothing else is wrong."""
         found = [*self._ground_problems(), *self._comfort_problems(), *self._mission_problems()]
         yield from found or (self._settings_problems() if self.in_area else self._path_problems())
 
-    def _ground_problems(self) -> Iterator[Problem]:
+    def _ground_problems(self) -> Iterator[KeyProblem]:
         """There must be a path with its corridor or a start in an area with the goal's pose, and not both."""
         on_path = {"path": self.given_path, "corridor": self.given_corridor}
         in_area = {"start": self.start, "area": self.area}
         given = [key for key, section in in_area.items() if section is not None]
         if given and any(section is not None for section in on_path.values()):
             for key in given:
-                yield Problem(key, None, f"{_EITHER}, not both")
+                yield KeyProblem(key, None, f"{_EITHER}, not both")
             return
         if self.in_area and self.goal.offset is not None:
             allowed = "only with [path], from whose end it is counted: give goal.pose"
-            yield Problem("goal.offset", self.goal.offset, allowed)
+            yield KeyProblem("goal.offset", self.goal.offset, allowed)
         for key, section in ({**in_area, "goal.pose": self.goal.pose} if given else on_path).items():
             if section is None:
-                yield Problem(key, None, f"required: {_EITHER}")
+                yield KeyProblem(key, None, f"required: {_EITHER}")
         if self.in_area and (time := self.controller.docking_time) is not None:
             allowed = "only with [path]: how long an unknown way takes is not known before"
-            yield Problem("controller.docking_time", time, allowed)
+            yield KeyProblem("controller.docking_time", time, allowed)
 
-    def _comfort_problems(self) -> Iterator[Problem]:
+    def _comfort_problems(self) -> Iterator[KeyProblem]:
         comfort = self.controller.comfort_acceleration
         if comfort is None:
             comfort = COMFORT_ACCELERATION
         if comfort > self.limits.acceleration:
             allowed = f"must be <= limits.acceleration = {self.limits.acceleration}"
-            yield Problem("controller.comfort_acceleration", comfort, allowed)
+            yield KeyProblem("controller.comfort_acceleration", comfort, allowed)
 
-    def _mission_problems(self) -> Iterator[Problem]:
+    def _mission_problems(self) -> Iterator[KeyProblem]:
         """Each step by itself, and against the others and the goal."""
         body = self.goal.body
         if not self.mission:
             if body is not None:
-                yield Problem("goal.body", None, "only with [[mission]], which keeps clear of it")
+                yield KeyProblem("goal.body", None, "only with [[mission]], which keeps clear of it")
             if self.home is not None:
-                yield Problem("home", None, "only with [[mission]]")
+                yield KeyProblem("home", None, "only with [[mission]]")
         goal = Pose2(0.0, 0.0, 0.0) if self.in_area else None
         for index, step in enumerate(self.mission):
             key = f"mission[{index}]"
             if isinstance(step, StraightStep) and step.contact and body is None:
-                yield Problem(f"{key}.contact", True, "needs goal.body, what is to be touched")
+                yield KeyProblem(f"{key}.contact", True, "needs goal.body, what is to be touched")
             planned = ("approach", "tolerance", "uncertainty") if isinstance(step, DockStep) else ()
             misplaced = [name for name in planned if not self.in_area and name in step.model_fields_set]
             for name in misplaced:
-                yield Problem(f"{key}.{name}", None, "only in an area, where the way to the dock is planned")
+                yield KeyProblem(
+                    f"{key}.{name}", None, "only in an area, where the way to the dock is planned"
+                )
             try:
                 if not misplaced:
-                    step_of(step, goal, body)
+                    built_step(step, goal, body)
             except InputError as error:
-                yield Problem(key, None, str(error))
+                yield KeyProblem(key, None, str(error))
             if step.retry_from is not None and step.retry_from > index:
-                yield Problem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
+                yield KeyProblem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
             if step.then == "home" and self.home is None:
-                yield Problem(f"{key}.then", "home", "needs [home]")
+                yield KeyProblem(f"{key}.then", "home", "needs [home]")
 
-    def _path_problems(self) -> Iterator[Problem]:
+    def _path_problems(self) -> Iterator[KeyProblem]:
         """Of corridor and goals, in this order; later ones are only looked at where earlier ones can be."""
         path, width = self.build_path(), self.vehicle.least_width
         narrow = [problem.below("corridor") for problem in self.corridor.problems_along(path, width)]
@@ -249,18 +251,18 @@ class Scenario(Section):
         try:
             corridor = self.build_corridor(path)
         except InputError as error:
-            yield Problem("corridor", None, str(error))
+            yield KeyProblem("corridor", None, str(error))
             return
         narrowest, theta = corridor.narrowest()
         # The narrowest place is sampled: only what is clearly below the width is refused.
         if narrowest < width - 1e-6:
             value = f"{narrowest:.4g} m wide at {theta:.4g} m along the path"
-            yield Problem("corridor", value, f"must be at least as wide as the body, {width} m")
+            yield KeyProblem("corridor", value, f"must be at least as wide as the body, {width} m")
         for key, goal in self._goals(path):
             problem = goals.checked(goal, path, corridor, self.vehicle, GoalLimits()).problem
             if problem:
                 value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
-                yield Problem(key, value, f"out of reach, {problem}")
+                yield KeyProblem(key, value, f"out of reach, {problem}")
         yield from self._settings_problems()
 
     def _goals(self, path: ReferencePath) -> Iterator[tuple[str, Pose2]]:
@@ -274,11 +276,11 @@ class Scenario(Section):
             goal = goal.compose(Pose2(*shift.offset))
             yield f"goal.shifts[{index}]", goal
 
-    def _settings_problems(self) -> Iterator[Problem]:
+    def _settings_problems(self) -> Iterator[KeyProblem]:
         try:
             self.controller_config("default")
         except InputError as error:
-            yield Problem("controller", None, str(error))
+            yield KeyProblem("controller", None, str(error))
 
     def remarks(self) -> list[str]:
         """What is allowed but will show: one line each."""

@@ -12,7 +12,7 @@ import tomlkit
 
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.sections.base import read, validated
+from rti_mpcc.simulation.sections.base import read_toml, validated
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
@@ -33,10 +33,10 @@ def load_scenario(name_or_file: str | Path) -> Scenario:
     name, file = str(name_or_file), Path(name_or_file)
     if name in builtin_names():
         file = Path(str(_BUILT_IN / f"{name}.toml"))
-        return _remarked(read(Scenario, file, file.name), file.name)
+        return _remarked(read_toml(Scenario, file, file.name), file.name)
     if file.suffix != ".toml":
         raise ScenarioError(f"{name}: must be a .toml file or one of {', '.join(builtin_names())}")
-    return _remarked(read(Scenario, file, name), name)
+    return _remarked(read_toml(Scenario, file, name), name)
 
 
 def scenario_from_dict(

@@ -10,10 +10,10 @@ from geometry import Area
 from geometry.outline import checked_shape
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
     ListOf,
     Obstacle,
     Polygon,
-    Problem,
     Section,
     beside_the_file,
     polygon_problems,
@@ -32,10 +32,10 @@ class AreaSection(Section):
 
     _beside = field_validator("map")(beside_the_file)
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """A map beside polygons, a map that cannot be read, each polygon that is none."""
         if self.map is not None and (self.boundary or self.obstacles):
-            yield Problem("map", self.map, "either map, or boundary and obstacles, not both")
+            yield KeyProblem("map", self.map, "either map, or boundary and obstacles, not both")
             return
         wrong = [] if self.boundary is None else list(polygon_problems("boundary", self.boundary))
         for index, obstacle in enumerate(self.obstacles):
@@ -45,7 +45,7 @@ class AreaSection(Section):
             if not wrong:
                 self.build()
         except InputError as error:
-            yield Problem("" if self.map is None else "map", self.map, str(error))
+            yield KeyProblem("" if self.map is None else "map", self.map, str(error))
 
     def build(self) -> Area:
         """The area. Raises AreaError."""

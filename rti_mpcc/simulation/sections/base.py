@@ -35,7 +35,7 @@ Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
 _LONGEST_KEY = 120  # characters of a key that are shown
 
 
-class Problem(NamedTuple):
+class KeyProblem(NamedTuple):
     """One thing wrong: the dotted key, its value as shown to the user or None, and what is allowed."""
 
     key: str
@@ -50,7 +50,7 @@ class Problem(NamedTuple):
             f"{key}: {self.allowed}" if self.value is None else f"{key} = {shown(self.value)}: {self.allowed}"
         )
 
-    def below(self, key: str) -> Problem:
+    def below(self, key: str) -> KeyProblem:
         """The same problem, of a table that is at `key`."""
         return self._replace(
             key=key + self.key if self.key[:1] in ("", "[") or not key else f"{key}.{self.key}"
@@ -60,7 +60,7 @@ class Problem(NamedTuple):
 class WrongTable(ValueError):
     """Values of a table that do not go together; keys of the problems are relative to the table."""
 
-    def __init__(self, problems: list[Problem]) -> None:
+    def __init__(self, problems: list[KeyProblem]) -> None:
         super().__init__("; ".join(map(str, problems)))
         self.problems = problems
 
@@ -76,7 +76,7 @@ class Section(BaseModel):
             raise WrongTable(found)
         return self
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """What is wrong with values that are allowed each by itself."""
         yield from ()
 
@@ -89,16 +89,16 @@ def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:
 
 def polygon_problems(
     key: str, polygon: Polygon, check: Callable[[Polygon, str], Shape] = checked_polygon
-) -> Iterator[Problem]:
+) -> Iterator[KeyProblem]:
     """That an outline crosses itself, or has no area where it needs one."""
     try:
         check(polygon, "it")
     except InputError as error:
         allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
-        yield Problem(key, [list(corner) for corner in polygon], allowed)
+        yield KeyProblem(key, [list(corner) for corner in polygon], allowed)
 
 
-def read(model: type[Model], file: Path, source: str) -> Model:
+def read_toml(model: type[Model], file: Path, source: str) -> Model:
     """The model of a TOML file. Raises ScenarioError with one line a problem, `source` in front."""
     try:
         data = files.from_toml(files.text(file))
@@ -114,7 +114,7 @@ def read(model: type[Model], file: Path, source: str) -> Model:
 
 
 def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folder: Path | None) -> Model:
-    """The model of the tables of a file, in which relative files lie in `folder`. Raises as `read`."""
+    """The model of the tables of a file, in which relative files lie in `folder`. Raises as `read_toml`."""
     try:
         return model.model_validate(dict(data), context={"folder": folder})
     except ValidationError as error:
@@ -122,14 +122,14 @@ def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folde
         raise ScenarioError("\n".join(lines)) from error
 
 
-def _problems(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[Problem]:
+def _problems(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
     """Pydantic's errors in the table at `at` of a file with this model, in this project's words.
 
     A list whose entries are wrong is also said to be too short: that is dropped.
     """
     items = error.errors()
     inner = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
-    found: list[Problem] = []
+    found: list[KeyProblem] = []
     for item in items:
         if item["type"] == "too_short" and item["loc"] in inner:
             continue
@@ -146,24 +146,24 @@ def _problems(error: ValidationError, model: type[BaseModel], at: Location = ())
     return found
 
 
-def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> Problem:
+def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> KeyProblem:
     key, table = _resolved(location, model)
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     if kind == "missing":
-        return Problem(key, None, f"required{_for_kind(table)}")
+        return KeyProblem(key, None, f"required{_for_kind(table)}")
     if kind == "extra_forbidden":
         keys = [field.alias or name for name, field in table.model_fields.items()]
         meant = did_you_mean(str(location[-1]), keys)
-        return Problem(key, value, f"unknown key{_for_kind(table)}, allowed are {', '.join(keys)}{meant}")
+        return KeyProblem(key, value, f"unknown key{_for_kind(table)}, allowed are {', '.join(keys)}{meant}")
     if kind == "union_tag_not_found":
-        return Problem(f"{key}.kind", None, "required")
+        return KeyProblem(f"{key}.kind", None, "required")
     if kind == "union_tag_invalid":
-        return Problem(
+        return KeyProblem(
             f"{key}.kind", context["tag"], f"must be {' or '.join(context['expected_tags'].rsplit(', ', 1))}"
         )
     if kind == "value_error":
-        return Problem(key, value, str(context["error"]))
-    return Problem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
+        return KeyProblem(key, value, str(context["error"]))
+    return KeyProblem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
 
 
 _SIGNS = {

@@ -9,7 +9,7 @@ from pydantic import Field
 from estimation import Camera, CharucoBoard
 from estimation.charuco import opencv_board
 from rti_mpcc.simulation.camera import Optics
-from rti_mpcc.simulation.sections.base import ListOf, NotNegative, Pair, Problem, Section, Triple
+from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, NotNegative, Pair, Section, Triple
 
 
 class OtherBoardSection(Section):
@@ -47,11 +47,11 @@ class CameraSection(Section):
     lost: Pair | None = None
     wrong: WrongSection | None = None
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """Times in the wrong order, and markers that a dictionary does not have or two boards share."""
         if self.lost is not None and not 0.0 <= self.lost[0] < self.lost[1]:
             allowed = "must be two times after the first detection, the later one last"
-            yield Problem("lost", list(self.lost), allowed)
+            yield KeyProblem("lost", list(self.lost), allowed)
         own = self.board
         keys = ["board", *(f"others[{index}]" for index in range(len(self.others)))]
         for key, board in zip(keys, (own, *self.other_boards), strict=True):
@@ -64,7 +64,7 @@ class CameraSection(Section):
                 allowed = f"must leave the markers {taken} to the board at the goal"
             else:
                 continue
-            yield Problem(f"{key}.first_marker", board.first_marker, allowed)
+            yield KeyProblem(f"{key}.first_marker", board.first_marker, allowed)
 
     @property
     def other_boards(self) -> tuple[CharucoBoard, ...]:

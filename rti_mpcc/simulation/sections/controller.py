@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from rti_mpcc.config import EXIT, Ride
-from rti_mpcc.simulation.sections.base import NotNegative, Positive, Problem, Section
+from rti_mpcc.simulation.sections.base import KeyProblem, NotNegative, Positive, Section
 
 _Noise = Annotated[
     tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
@@ -47,8 +47,8 @@ class SimulationSection(Section):
     acceleration_offset: float = Field(default=0.0, ge=-10.0, le=10.0)
     state_noise: _Noise = (0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """A plant that steps more seldom than the controller."""
         if self.plant_step > self.cycle:
             allowed = f"must be <= simulation.cycle = {self.cycle}"
-            yield Problem("plant_step", self.plant_step, allowed)
+            yield KeyProblem("plant_step", self.plant_step, allowed)

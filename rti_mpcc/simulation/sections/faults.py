@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 from pydantic import Field
 
 from rti_mpcc.simulation.plant import SAME_TIME, PlantFault
-from rti_mpcc.simulation.sections.base import Problem, Section
+from rti_mpcc.simulation.sections.base import KeyProblem, Section
 
 Kind = Literal[
     "nan_state",
@@ -61,14 +61,14 @@ class FaultSection(Section):
     end: float = Field(alias="to")
     size: float | None = None
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """An end before its begin, or a size out of the range of its kind."""
         if self.end <= self.begin:
-            yield Problem("to", self.end, f"must be > from = {self.begin}")
+            yield KeyProblem("to", self.end, f"must be > from = {self.begin}")
         size = SIZES.get(self.kind)
         if size is not None and not size.above < self.amount < size.below:
             allowed = f"must be > {size.above:g} and < {size.below:g} for {self.kind}"
-            yield Problem("size", self.size, allowed)
+            yield KeyProblem("size", self.size, allowed)
 
     @property
     def amount(self) -> float:

@@ -9,11 +9,11 @@ from pydantic import Field
 
 from estimation import DetectionNoise
 from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
     ListOf,
     NotNegative,
     Polygon,
     Positive,
-    Problem,
     Section,
     Tolerance,
     Triple,
@@ -54,11 +54,11 @@ class MeasurementSection(Section):
     outlier_size: NotNegative = 1.0
     initial_offset: Triple = (0.4, -0.3, 0.1)
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """Ranges that leave nothing."""
         if self.blind_range >= self.visible_range:
             allowed = f"must be < goal.measurement.visible_range = {self.visible_range}"
-            yield Problem("blind_range", self.blind_range, allowed)
+            yield KeyProblem("blind_range", self.blind_range, allowed)
 
     @property
     def noise(self) -> DetectionNoise:
@@ -85,12 +85,12 @@ class GoalSection(Section):
     camera: CameraSection | None = None
     shifts: ListOf[ShiftSection] = ()
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """Two goals, a body that is no polygon, or a camera that is not said how far it sees."""
         if self.offset is not None and self.pose is not None:
-            yield Problem("pose", self.pose, "either offset or pose, not both")
+            yield KeyProblem("pose", self.pose, "either offset or pose, not both")
         if self.body is not None:
             yield from polygon_problems("body", self.body)
         if self.camera is not None and self.measurement is None:
             allowed = "needs [goal.measurement], which says when and how far it sees"
-            yield Problem("camera", None, allowed)
+            yield KeyProblem("camera", None, allowed)

@@ -79,7 +79,7 @@ AnyStepSection = DockStep | WaitStep | StraightStep | UndockStep | DriveToStep
 MissionSection = Annotated[AnyStepSection, Field(discriminator="kind")]
 
 
-def step_of(section: AnyStepSection, goal: Pose2 | None, body: ArrayLike | None) -> AnyStep:
+def built_step(section: AnyStepSection, goal: Pose2 | None, body: ArrayLike | None) -> AnyStep:
     """The step. Raises InputError.
 
     Args:

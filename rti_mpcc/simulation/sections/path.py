@@ -10,11 +10,11 @@ from pydantic import Field, field_validator
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
     ListOf,
     Obstacle,
     Polygon,
     Positive,
-    Problem,
     Section,
     Triple,
     beside_the_file,
@@ -38,19 +38,19 @@ class PathSection(Section):
 
     _beside = field_validator("file")(beside_the_file)
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """File and segments, too little of both, or no route that they make."""
         if self.file is not None and (self.start is not None or self.segments is not None):
-            yield Problem("file", self.file, "either file, or start and segments, not both")
+            yield KeyProblem("file", self.file, "either file, or start and segments, not both")
             return
         missing = [key for key in ("start", "segments") if self.file is None and getattr(self, key) is None]
         for key in missing:
-            yield Problem(key, None, "required where path.file is not given")
+            yield KeyProblem(key, None, "required where path.file is not given")
         try:
             if not missing:
                 self.build()
         except InputError as error:
-            yield Problem("" if self.file is None else "file", self.file, str(error))
+            yield KeyProblem("" if self.file is None else "file", self.file, str(error))
 
     def build(self) -> ReferencePath:
         """The route. Raises PathError."""
@@ -70,10 +70,10 @@ class NarrowingSection(Section):
     left: float | None = None
     right: float | None = None
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """Neither boundary."""
         if self.left is None and self.right is None:
-            yield Problem("", None, "needs left, right or both")
+            yield KeyProblem("", None, "needs left, right or both")
 
 
 class CorridorSection(Section):
@@ -85,16 +85,16 @@ class CorridorSection(Section):
     polygon: Polygon | None = None
     obstacles: ListOf[Obstacle] = ()
 
-    def problems(self) -> Iterator[Problem]:
+    def problems(self) -> Iterator[KeyProblem]:
         """Offsets and a polygon, or too little of both."""
         for key, value in (("left", self.left), ("right", self.right)):
             if self.polygon is None and value is None:
-                yield Problem(key, None, "required where corridor.polygon is not given")
+                yield KeyProblem(key, None, "required where corridor.polygon is not given")
             if self.polygon is not None and value is not None:
-                yield Problem(key, value, "either polygon, or left and right, not both")
+                yield KeyProblem(key, value, "either polygon, or left and right, not both")
         if self.polygon is not None and self.narrowings:
             tables = f"{len(self.narrowings)} tables"
-            yield Problem("narrowings", tables, "only with left and right, not with polygon")
+            yield KeyProblem("narrowings", tables, "only with left and right, not with polygon")
 
     def build(self, path: ReferencePath) -> Corridor:
         """The drivable area along `path`. Raises CorridorError."""
@@ -107,19 +107,19 @@ class CorridorSection(Section):
             path, left=self.left, right=self.right, narrowings=narrowings, obstacles=self.obstacles
         )
 
-    def problems_along(self, path: ReferencePath, width: float) -> Iterator[Problem]:
+    def problems_along(self, path: ReferencePath, width: float) -> Iterator[KeyProblem]:
         """Offsets and narrowings that leave no room for a body of this width [m], or are not on the path."""
         if self.left is None or self.right is None:
             return
         allowed = f"left - right must be >= the body's width {width} m"
         if self.left - self.right < width:
-            yield Problem("left", f"{self.left} with right = {self.right}", allowed)
+            yield KeyProblem("left", f"{self.left} with right = {self.right}", allowed)
             return
         for index, each in enumerate(self.narrowings):
             left = self.left if each.left is None else each.left
             right = self.right if each.right is None else each.right
             if not each.start < each.end <= path.length + 1e-9:
                 most = f"must be above from = {each.start} and at most the path's length {path.length:.6g}"
-                yield Problem(f"narrowings[{index}].to", each.end, most)
+                yield KeyProblem(f"narrowings[{index}].to", each.end, most)
             elif left - right < width:
-                yield Problem(f"narrowings[{index}]", f"left {left}, right {right}", allowed)
+                yield KeyProblem(f"narrowings[{index}]", f"left {left}, right {right}", allowed)
