@@ -22,6 +22,7 @@ from rti_mpcc.simulation.sections.base import (
     Positive,
     Section,
     Tolerance,
+    VehicleTable,
     polygon_problems,
     read_toml,
 )
@@ -127,7 +128,7 @@ class DocksSection(Section):
     """A whole file: docks, the vehicle that docks there, and what stands around them."""
 
     docks: Annotated[tuple[DockSection, ...], Field(strict=False, alias="dock", min_length=1)]
-    vehicle: Vehicle = Vehicle()
+    vehicle: VehicleTable = Vehicle()
     area: AreaSection | None = None
 
     def problems(self) -> Iterator[KeyProblem]:

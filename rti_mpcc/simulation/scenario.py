@@ -29,7 +29,7 @@ from rti_mpcc.planning import goals
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.simulation.plant import PlantParameters
 from rti_mpcc.simulation.sections.area import AreaSection
-from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, Section, Triple
+from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, Section, Triple, VehicleTable
 from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
 from rti_mpcc.simulation.sections.faults import FaultSection, plant_faults
 from rti_mpcc.simulation.sections.goal import GoalSection
@@ -64,7 +64,7 @@ class Scenario(Section):
     start: PoseSection | None = None
     area: AreaSection | None = None
     goal: GoalSection = GoalSection()
-    vehicle: Vehicle = Vehicle()
+    vehicle: VehicleTable = Vehicle()
     limits: Limits = Limits()
     controller: ControllerSection = ControllerSection()
     simulation: SimulationSection = SimulationSection()

@@ -7,13 +7,22 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic_core import ErrorDetails
 
 from geometry import files
 from geometry.errors import shown
 from geometry.outline import Shape, checked_polygon
 from geometry.settings import did_you_mean
+from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import ConfigError, InputError, ScenarioError
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -79,6 +88,17 @@ class Section(BaseModel):
     def problems(self) -> Iterator[KeyProblem]:
         """What is wrong with values that are allowed each by itself."""
         yield from ()
+
+
+def _not_huge(vehicle: Vehicle) -> Vehicle:
+    given = {name: getattr(vehicle, name) for name in ("wheelbase", "width", "front", "rear")}
+    huge = [name for name in given if name in vehicle.model_fields_set and given[name] > 100.0]
+    if huge:
+        raise WrongTable([KeyProblem(name, given[name], "must be <= 100") for name in huge])
+    return vehicle
+
+
+VehicleTable = Annotated[Vehicle, AfterValidator(_not_huge)]
 
 
 def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:

@@ -187,10 +187,5 @@ def camera_tables(**camera: Any) -> dict[str, Any]:
 
 
 @pytest.fixture
-def hall_tables() -> dict[str, Any]:
-    return area_tables()
-
-
-@pytest.fixture
 def hall() -> Scenario:
     return scenario_from_dict(area_tables())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -86,15 +85,6 @@ def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
     assert figures["planning"] == {"seconds": 0.25, "replans": 1, "length_m": pytest.approx(21.0), "cusps": 2}
     assert figures["expected_time_s"] is None
     assert untimed(figures)["planning"] == {"replans": 1, "length_m": pytest.approx(21.0), "cusps": 2}
-
-
-def test_a_stop_to_steer_is_no_cusp(scripted_planner: Any, hall: Scenario) -> None:
-    (first,) = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0)]).parts
-    (second,) = ReferencePath.from_segments(first.last, [(1, 0.2, 4.0)]).parts
-    path = ReferencePath(parts=(first, replace(second, knots=second.knots + 4.0)))
-    controller = scripted_planner(script=still, planned=lambda now: path)
-    figures = summary(simulate(changed(hall, {"simulation.duration": 0.2}), controller=controller))
-    assert (figures["planning"]["length_m"], figures["planning"]["cusps"]) == (pytest.approx(8.0), 0)
 
 
 # -- off the path that was given -------------------------------------------------------------------------

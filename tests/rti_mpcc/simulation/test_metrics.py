@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rti_mpcc.simulation import RunResult, Scenario, Truth, changed, simulate, summary
-from rti_mpcc.simulation.metrics import clearances, energy, rms, time_to_dock
+from rti_mpcc.simulation.metrics import energy, rms, time_to_dock
 from rti_mpcc.simulation.ride import direction_changes, energy_bound
 from rti_mpcc.types import Array, Reason, Source, Status, VehicleState
 
@@ -176,19 +176,6 @@ def test_time_to_dock_is_the_start_of_the_first_half_second(
     for begin, end in spans:
         standing |= np.abs(TIMES - 0.5 * (begin + end)) <= 0.5 * (end - begin) + 1e-9
     assert time_to_dock(TIMES, standing) == (None if dock is None else pytest.approx(dock, abs=1e-9))
-
-
-def test_clearance_looks_at_the_obstacles_of_the_time(run: RunResult) -> None:
-    corridor = run.corridors[0][1]
-    wall = np.array([[9.0, -1.0], [9.5, -1.0], [9.5, 1.0], [9.0, 1.0]])
-    scenes = ((0.0, corridor), (2.0, corridor.with_obstacles([wall])), (4.0, corridor))
-    poses = np.tile((4.5, 0.0, 0.0), (len(TIMES), 1))
-    result = replace(run, truth=truth_of(poses=poses), corridors=scenes)
-    distances = clearances(result)
-    before_wall = 9.0 - 4.5 - 3.6775
-    inside = (TIMES >= 2.0 - 1e-9) & (TIMES < 4.0 - 1e-9)
-    assert distances[inside] == pytest.approx(before_wall, abs=1e-6)
-    assert distances[~inside] == pytest.approx(3.0 - 0.5 * 2.069, abs=1e-6)
 
 
 def test_computing_figures_leave_the_first_cycle_out(run: RunResult) -> None:
