@@ -23,13 +23,13 @@ from rti_mpcc.simulation import (
     GoalSource,
     RunResult,
     Scenario,
+    all_succeeded,
     changed,
     driver_of,
     load_scenario,
     simulate,
     summary,
 )
-from rti_mpcc.simulation.controllers import all_succeeded
 from rti_mpcc.simulation.goal_feed import source_in
 from rti_mpcc.simulation.scenario import PRESETS
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from estimation import CharucoDetection, CharucoGoalDetector
 from estimation.charuco import opencv
+from rti_mpcc.simulation import CameraSection
 from rti_mpcc.simulation.camera import Image
-from rti_mpcc.simulation.sections.camera import CameraSection
 
 WIDTH = 560
 """Of the kept pictures [px]."""
