@@ -12,9 +12,10 @@ from typing import Any
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.fields import AreaSection
-from rti_mpcc.simulation.scenario import CorridorSection, Scenario
+from rti_mpcc.simulation.scenario import Scenario
 from rti_mpcc.simulation.scenario_file import changed
+from rti_mpcc.simulation.sections.area import AreaSection
+from rti_mpcc.simulation.sections.path import CorridorSection
 
 Points = list[list[float]]
 

@@ -21,9 +21,9 @@ from rti_mpcc.report.ride import ride_of_run
 from rti_mpcc.report.timeline import draw_bands, name_bands
 from rti_mpcc.simulation import RunResult
 from rti_mpcc.simulation.batch import Outcome
-from rti_mpcc.simulation.ending import STANDSTILL_SPEED
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.ride import direction_changes, spells, standing, turning_points
+from rti_mpcc.simulation.result import STANDSTILL_SPEED
+from rti_mpcc.simulation.ride import direction_changes, samples_at_rest, spells, turning_points
 from rti_mpcc.types import MissionResult
 
 T_GOAL, LOWERING = 50.0, 10.0
@@ -135,7 +135,7 @@ def motion_of(result: RunResult, figures: Mapping[str, Any]) -> Motion:
     stops = None
     if turn is not None and at_goal is not None:
         after = slice(turn[1] + 1, until)
-        stops = len(list(spells(standing(times[after], v[after]))))
+        stops = len(list(spells(samples_at_rest(times[after], v[after]))))
     return Motion(
         changes=None if at_goal is None else direction_changes(times[:until], v[:until]),
         stood=None if turn is None else (float(times[turn[0]]), float(times[turn[1]])),

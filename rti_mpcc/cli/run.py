@@ -28,6 +28,7 @@ from rti_mpcc.simulation import (
     GoalSource,
     RunResult,
     Scenario,
+    all_succeeded,
     changed,
     driver_of,
     load_scenario,
@@ -35,7 +36,6 @@ from rti_mpcc.simulation import (
     summary,
 )
 from rti_mpcc.simulation.goal_feed import source_in
-from rti_mpcc.simulation.mission import all_succeeded
 
 
 def add_to(commands: Commands) -> None:

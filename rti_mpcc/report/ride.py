@@ -27,7 +27,7 @@ from rti_mpcc.simulation import Controller, GoalSource, RunResult
 from rti_mpcc.simulation.camera import Image
 from rti_mpcc.simulation.goal_metrics import rows_at
 from rti_mpcc.simulation.result import Truth
-from rti_mpcc.simulation.scenario_camera import CameraSection
+from rti_mpcc.simulation.sections.camera import CameraSection
 from rti_mpcc.types import Array, Command, VehicleState
 
 _PICTURE_WIDTH = 560

@@ -136,8 +136,9 @@ def replay_lines(report: ReplayReport) -> list[str]:
     lines = [f"different: {place}" + (f": {mismatch.changed}" if mismatch.changed else "")]
     for field in mismatch.fields[:SHOWN]:
         one, other = field.recorded, field.replayed
-        numbers = isinstance(one, int | float) and isinstance(other, int | float)
-        size = f", difference {abs(other - one):.3g}" if numbers else ""
+        size = ""
+        if isinstance(one, int | float) and isinstance(other, int | float):
+            size = f", difference {abs(other - one):.3g}"
         recorded, replayed = (shorten(repr(value), LONGEST) for value in (one, other))
         lines.append(f"  {field.field}: recorded {recorded}, replayed {replayed}{size}")
     if not mismatch.fields:

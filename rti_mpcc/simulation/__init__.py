@@ -3,27 +3,42 @@
 from __future__ import annotations
 
 from rti_mpcc.simulation.closed_loop import Controller, simulate
-from rti_mpcc.simulation.controllers import docking_controller, driver_of
-from rti_mpcc.simulation.detector import Detector, SimulatedDetector
+from rti_mpcc.simulation.controllers import all_succeeded, docking_controller, driver_of
 from rti_mpcc.simulation.docks_file import Docks, load_docks, read_docks
-from rti_mpcc.simulation.goal_feed import GoalSource
+from rti_mpcc.simulation.goal_feed import Detector, GoalSource, SimulatedDetector
 from rti_mpcc.simulation.metrics import summary
 from rti_mpcc.simulation.result import Cycles, RunResult, Tracking, Truth
-from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_file import builtin_names, changed, load_scenario, scenario_from_dict
-from rti_mpcc.simulation.scenario_writer import save_scenario, scenario_text
+from rti_mpcc.simulation.scenario import PRESETS, Scenario
+from rti_mpcc.simulation.scenario_file import (
+    builtin_names,
+    changed,
+    load_scenario,
+    save_scenario,
+    scenario_from_dict,
+    scenario_text,
+)
+from rti_mpcc.simulation.sections.area import AreaSection
+from rti_mpcc.simulation.sections.camera import CameraSection
+from rti_mpcc.simulation.sections.faults import FaultSection
+from rti_mpcc.simulation.sections.path import CorridorSection
 
 __all__ = [
+    "PRESETS",
+    "AreaSection",
+    "CameraSection",
     "Controller",
+    "CorridorSection",
     "Cycles",
     "Detector",
     "Docks",
+    "FaultSection",
     "GoalSource",
     "RunResult",
     "Scenario",
     "SimulatedDetector",
     "Tracking",
     "Truth",
+    "all_succeeded",
     "builtin_names",
     "changed",
     "docking_controller",

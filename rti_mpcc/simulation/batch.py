@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
-from multiprocessing import get_context
 from signal import SIG_DFL, SIGINT, signal
 from typing import Any, TypeVar
+
+from joblib import Parallel, delayed, parallel_config
 
 from rti_mpcc.errors import InputError
 from rti_mpcc.process import prepare_process
@@ -38,7 +38,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What became of a case: the run, and its `summary`."""
+    """A case, its run, and the `summary` of that."""
 
     case: Case
     result: RunResult
@@ -63,63 +63,42 @@ def drive_all(
 ) -> list[Outcome]:
     """Drive all cases and give their outcomes in the order of the cases, whatever ran when.
 
-    Workers are processes that import the caller's main module: a script has to call this from under
-    `if __name__ == "__main__":`. With one job everything runs in this process.
-
     Args:
-        jobs: so many at a time; default: as many as there are cores.
-        progress: told (done, in all) after each case.
+        jobs: number of cases at a time; default: as many as there are cores. With one job everything runs in
+            this process.
+        progress: called with (done, in all) after each case.
 
     Raises InputError for an unknown method or preset, or jobs < 1.
     """
     if jobs is not None and jobs < 1:
         raise InputError(f"jobs = {jobs}: must be >= 1")
-    jobs = min(jobs or os.cpu_count() or 1, max(len(cases), 1))
-    tell = progress or (lambda done, total: None)
-    if jobs == 1:
-        found = []
-        for case in cases:
-            found.append(drive(case))
-            tell(len(found), len(cases))
-        return found
     outcomes: dict[int, Outcome] = {}
-    with closing(spread(drive, cases, jobs)) as driven:
+    with closing(spread(drive, cases, min(jobs or os.cpu_count() or 1, max(len(cases), 1)))) as driven:
         for place, outcome in driven:
             outcomes[place] = outcome
-            tell(len(outcomes), len(cases))
+            if progress is not None:
+                progress(len(outcomes), len(cases))
     return [outcomes[place] for place in range(len(cases))]
 
 
 def spread(work: Callable[[T], R], items: Sequence[T], jobs: int) -> Generator[tuple[int, R]]:
     """Place and result of each item's work in `jobs` processes, as they come. To be closed, see `closing`.
 
-    Raises what the work raises; what is not begun by then, or when it is closed, is not done any more.
+    Raises what the work raises; what has not started by then, or when it is closed, is not done any more.
     """
-    with (
-        one_thread_each(),
-        ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=end_when_interrupted) as pool,
-    ):
-        futures = {pool.submit(work, item): place for place, item in enumerate(items)}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)  # else all the rest is done first
-            raise
+    if jobs == 1:
+        yield from ((place, work(item)) for place, item in enumerate(items))
+        return
+    tasks = (delayed(_placed)(work, place, item) for place, item in enumerate(items))
+    with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+        yield from Parallel(return_as="generator_unordered", pre_dispatch="2*n_jobs", batch_size=1)(tasks)
+
+
+def _placed(work: Callable[[T], R], place: int, item: T) -> tuple[int, R]:
+    end_when_interrupted()
+    return place, work(item)
 
 
 def end_when_interrupted() -> None:
-    """A worker would take an interrupt for what became of its run, and begin the next one."""
+    """End a worker by an interrupt: else that would be the result of its run, and the next one started."""
     signal(SIGINT, SIG_DFL)
-
-
-@contextmanager
-def one_thread_each() -> Iterator[None]:
-    """Processes that are begun meanwhile have one thread each; what was set before stays."""
-    missing = [name for name in THREADS if name not in os.environ]
-    os.environ.update(dict.fromkeys(missing, "1"))
-    try:
-        yield
-    finally:
-        for name in missing:
-            del os.environ[name]

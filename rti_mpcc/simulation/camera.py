@@ -13,7 +13,7 @@ of the finer picture.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Annotated, Any
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector, GoalMeasurement
+from estimation import Camera, CharucoBoard
 from estimation.camera import turn
 from estimation.charuco import opencv, opencv_board
 from geometry import Pose2
@@ -201,32 +201,6 @@ class BoardCamera:
         where = cv2.resize(where, (FINER * width, FINER * height), interpolation=cv2.INTER_LINEAR)
         found: Grey = cv2.remap(fine, where, None, cv2.INTER_LINEAR)
         return found
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CameraDetector:
-    """The goal by camera: a picture at each exposure, and what the detector makes of it. See `Detector`.
-
-    Attributes:
-        pictures: takes them, with the true camera, board and light.
-        detector: works with what is believed of camera and board.
-        rate: exposures a second [Hz]; delay: from an exposure to the arrival of what was detected [s].
-        seen: is told of every exposure: stamp [s], picture, and detection or None.
-    """
-
-    pictures: BoardCamera
-    detector: CharucoGoalDetector
-    rate: float = 5.0
-    delay: float = 0.1
-    seen: Callable[[float, Image, CharucoDetection | None], None] | None = None
-
-    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
-        """What the picture taken at `stamp` [s] says of the goal, or None."""
-        picture = self.pictures.expose(vehicle, goal)
-        detection = self.detector.detect(picture, stamp)
-        if self.seen is not None:
-            self.seen(stamp, picture, detection)
-        return None if detection is None else detection.measurement
 
 
 def surroundings(width: int, height: int, random: np.random.Generator) -> Grey:

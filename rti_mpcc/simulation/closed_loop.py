@@ -3,32 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from math import inf
 from time import perf_counter
 from typing import Any, Protocol
 
 import numpy as np
+import shapely
 
 from estimation import GoalMeasurement
 from geometry import Pose2, ReferencePath
 from geometry.outline import placed
-from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.errors import InputError
+from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
-from rti_mpcc.simulation.assembly import assemble_cycles, assemble_tracking, assemble_truth
-from rti_mpcc.simulation.controllers import Planner, planner_in
-from rti_mpcc.simulation.detector import Detector, Lookout, SimulatedDetector
+from rti_mpcc.simulation.camera_detector import CameraDetector, Seen
+from rti_mpcc.simulation.controllers import controller_of, mission_in, mission_of, planner_in
 from rti_mpcc.simulation.disturbances import Disturbances
-from rti_mpcc.simulation.ending import LATCHED, STANDSTILL_SPEED, Ending
-from rti_mpcc.simulation.goal_feed import GoalFeed, GoalSource, TrueGoal, source_in
-from rti_mpcc.simulation.mission import Mission, mission_in, mission_of, touches
-from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters, PlantState, advance, issue
-from rti_mpcc.simulation.result import Planning, RunResult
+from rti_mpcc.simulation.goal_feed import Detector, GoalFeed, GoalSource, SimulatedDetector, source_in
+from rti_mpcc.simulation.plant import SAME_TIME, PlantState, advance, issue
+from rti_mpcc.simulation.result import (
+    DOCK_TIME,
+    STANDSTILL_SPEED,
+    Cycles,
+    Planning,
+    RunResult,
+    Tracking,
+    Truth,
+)
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_camera import ScenarioCamera, Seen
 from rti_mpcc.simulation.scenery import Obstacles, Scenery
-from rti_mpcc.simulation.site import Changes, Site
-from rti_mpcc.types import Command, VehicleState
+from rti_mpcc.types import Array, Command, Status, VehicleState
+
+AFTER_DOCKING = 0.5
+"""The run goes on so long after docking [s]."""
+UNTIL_SAID = 5.0
+"""So long [s] a docked vehicle is watched for the controller to say so."""
+AFTER_STOP = 5.0
+"""The run goes on so long after a latched stop [s]."""
+LATCHED = (Status.STALLED, Status.GOAL_BEHIND, Status.GOAL_REJECTED, Status.FAILED)
+TOUCHING = 1e-3
+"""Bodies that are nearer to one another are in contact [m]."""
 
 
 class Controller(Protocol):
@@ -67,10 +82,9 @@ def simulate(
 ) -> RunResult:
     """Run a scenario until 0.5 s after docking, 5 s after a latched stop, or its duration.
 
-    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. Where the
-    controller does not say that it has docked, the run goes on until it does, for 5 s at most. A fault that
-    acts at that time is watched to its end. A stop counts from the end of the last fault on: the vehicle may
-    go on then. Garbage collection stays on: the cycle times are those of a user's program.
+    Docking is the true one: inside tolerance of the true goal with |v| <= 0.02 m/s for 0.5 s. The run waits
+    for the controller to say so, for 5 s at most, and for the end of a fault that acts. A stop counts from
+    the end of the last fault on. Garbage collection stays on, as in a user's program.
 
     Args:
         preset, method, seed: as on the command line; the seed drives the noise of the measured state and of
@@ -80,12 +94,12 @@ def simulate(
         start: true state at the beginning; default: at rest on the path's first pose or at the scenario's
             start, steering straight.
         obstacles_at: obstacle polygons (k, 2) [m] at a time [s], in place of the scenario's, or besides those
-            of its area; those of its faults come on top. They are told to the controller every cycle.
+            of its area; those of its faults come on top. They are given to the controller every cycle.
         goal_source: how the goal is known in a run with a detector; without one it is known exactly, and only
             the default is allowed.
         detector: looks for the goal in place of the one that the scenario describes.
-        seen: is told of every picture of the scenario's camera: stamp [s], picture, and the detection that
-            the controller is told of, or None.
+        seen: called with every picture of the scenario's camera: stamp [s], picture, and the detection that
+            the controller is given of it, or None.
 
     Raises InputError for an unknown preset or method, a negative seed, a goal source that needs a detector
     where there is none, or a command that is not finite.
@@ -95,41 +109,30 @@ def simulate(
     watched = detector is not None or scenario.goal.measurement is not None
     source = source_in(scenario.name, goal_source, detector=watched)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
-    site = Site.of(scenario)
-    goal = scenario.goal_pose(site.path)
+    path = None if scenario.in_area else scenario.build_path()
+    corridor = None if path is None else scenario.build_corridor(path)
+    area = scenario.build_area() if scenario.in_area else None
+    goal = scenario.goal_pose(path)
+    if start is None:
+        at = scenario.start_pose()
+        start = VehicleState(x=at.x, y=at.y, phi=at.phi, v=0.0, delta=0.0)
     if controller is None:
-        controller = mission_of(scenario, site.controller(config))
-    planner, mission = planner_in(controller), mission_in(controller)
-    # Where a given path cannot be driven the controller has made it smooth.
-    path = site.path if planner is None else planner.path
-    loop = _Loop(
-        scenario=scenario,
-        config=config,
-        path=path,
-        planner=planner,
-        mission=mission,
-        scenery=Scenery(
-            path=path,
-            corridor=site.corridor,
-            vehicle=config.vehicle,
-            faults=tuple(fault for fault in scenario.faults if fault.kind == "blocked"),
-            obstacles_at=obstacles_at,
-        ),
-        plant=_starting_plant(site.start, start),
-        goal=TrueGoal(pose=goal, shifts=scenario.goal.shifts),
-        feed=GoalFeed(
-            source=source,
-            planned=scenario.planned_goal(site.path),
-            lookout=_lookout(scenario, detector, seed, seen),
-        ),
-        disturbances=Disturbances(faults=scenario.faults),
-        random=np.random.default_rng(seed),
-        paths=[] if path is None else [(0.0, path)],
-        theta=0.0 if path is None else path.parts[0].start,
+        controller = mission_of(scenario, controller_of(scenario, config))
+    feed = GoalFeed(
+        source=source,
+        planned=scenario.planned_goal(path),
+        goal=goal,
+        shifts=scenario.goal.shifts,
+        detector=_detector(scenario, seed, seen) if detector is None else detector,
     )
-    ended = _run(loop, controller, progress)
-    log = () if mission is None else mission.log
-    changes = _with_body(loop.scenery.changes, log, goal, scenario)
+    blocking = tuple(fault for fault in scenario.faults if fault.kind == "blocked")
+    scenery = Scenery(
+        path=path, corridor=corridor, vehicle=config.vehicle, faults=blocking, obstacles_at=obstacles_at
+    )
+    run = _Run(scenario, config, controller, scenery, feed, start, seed)
+    ended = run.to_its_end(progress or (lambda time: None))
+    log = () if run.mission is None else run.mission.log
+    changes = with_body(scenery.changes, log, goal, scenario.goal.body)
     return RunResult(
         scenario=scenario,
         preset=preset,
@@ -137,25 +140,27 @@ def simulate(
         seed=seed,
         goal_source=source,
         config=config,
-        paths=tuple(loop.paths),
-        corridors=site.corridors(changes),
-        area=site.area,
-        besides=site.besides(changes),
-        planning=_planning(loop),
-        truth=assemble_truth(loop.samples, scenario.plant_parameters()),
-        cycles=assemble_cycles(loop.cycle_times, loop.commands, loop.step_ms),
-        tracking=assemble_tracking(loop.cycle_times, loop.commands) if watched else None,
+        paths=tuple(run.paths),
+        corridors=tuple((t, corridor.with_obstacles(some)) for t, some in changes) if corridor else (),
+        area=area,
+        besides=tuple((t, tuple(some)) for t, some in changes) if area else (),
+        planning=run.planning(),
+        truth=Truth.of(run.samples, run.parameters),
+        cycles=Cycles.of(run.cycle_times, run.commands, run.step_ms),
+        tracking=Tracking.of(run.cycle_times, run.commands) if watched else None,
         mission=log,
-        mission_result=None if mission is None else mission.result,
+        mission_result=None if run.mission is None else run.mission.result,
         ended=ended,
     )
 
 
-def _with_body(
-    changes: Changes, log: Sequence[StepRecord], goal: Pose2, scenario: Scenario
+def with_body(
+    changes: Sequence[tuple[float, Obstacles]],
+    log: Sequence[StepRecord],
+    goal: Pose2,
+    body: Sequence[tuple[float, float]] | None,
 ) -> list[tuple[float, Obstacles]]:
     """The obstacles of each time, with what is docked at until the vehicle drives on straight to touch it."""
-    body = scenario.goal.body
     if body is None:
         return list(changes)
     outline = placed(body, goal)
@@ -167,202 +172,201 @@ def _with_body(
     return [*found, (touched, last), *((at, some) for at, some in changes if at > touched)]
 
 
-def _lookout(scenario: Scenario, detector: Detector | None, seed: int, seen: Seen | None) -> Lookout | None:
-    if detector is not None:
-        return Lookout(detector=detector)
+def touches(pose: Pose2, vehicle: Vehicle, body: Array) -> bool:
+    """Whether the vehicle is in contact with what is docked at, an outline (k, 2) in the world [m]."""
+    own = shapely.Polygon(body_polygons(np.array([[pose.x, pose.y, pose.phi]]), vehicle)[0])
+    return bool(own.distance(shapely.Polygon(body)) <= TOUCHING)
+
+
+def _detector(scenario: Scenario, seed: int, seen: Seen | None) -> Detector | None:
     section, camera = scenario.goal.measurement, scenario.goal.camera
     if section is None:
         return None
     if camera is not None:
-        return Lookout(detector=ScenarioCamera.of(camera, section, seed, seen))
-    return Lookout(detector=SimulatedDetector(section=section, random=np.random.default_rng([seed, 1])))
+        return CameraDetector.of(camera, section, seed, seen)
+    return SimulatedDetector(section=section, random=np.random.default_rng([seed, 1]))
 
 
-@dataclass(slots=True, kw_only=True)
-class _Loop:
+class _Run:
     """The run under way: what it runs with, where it is, and what was recorded."""
 
-    scenario: Scenario
-    config: ControllerConfig
-    path: ReferencePath | None
-    planner: Planner | None
-    mission: Mission | None
-    scenery: Scenery
-    plant: PlantState
-    goal: TrueGoal
-    feed: GoalFeed
-    disturbances: Disturbances
-    random: np.random.Generator
-    paths: list[tuple[float, ReferencePath]]
-    theta: float
-    part: int = 0
-    cycle: int = 0
-    samples: list[tuple[float, ...]] = field(default_factory=list)
-    commands: list[Command] = field(default_factory=list)
-    cycle_times: list[float] = field(default_factory=list)
-    step_ms: list[float] = field(default_factory=list)
+    def __init__(
+        self,
+        scenario: Scenario,
+        config: ControllerConfig,
+        controller: Controller,
+        scenery: Scenery,
+        feed: GoalFeed,
+        start: VehicleState,
+        seed: int,
+    ) -> None:
+        self.scenario, self.config, self.controller = scenario, config, controller
+        self.scenery, self.feed, self.random = scenery, feed, np.random.default_rng(seed)
+        self.parameters = scenario.plant_parameters()
+        self.planner, self.mission = planner_in(controller), mission_in(controller)
+        self.disturbances = Disturbances(faults=scenario.faults)
+        self.plant = PlantState(x=start.x, y=start.y, phi=start.phi, v=start.v, delta=start.delta)
+        if self.planner is not None:
+            # Where a given path cannot be driven the controller has made it smooth.
+            scenery.path = self.planner.path
+        self.paths: list[tuple[float, ReferencePath]] = [] if scenery.path is None else [(0.0, scenery.path)]
+        # Progress along the route [m], and its active part.
+        self.theta, self.part = 0.0 if self.path is None else self.path.parts[0].start, 0
+        self.cycle = 0
+        self.since: dict[str, float] = {}
+        self.samples: list[tuple[float, ...]] = []
+        self.commands: list[Command] = []
+        self.cycle_times: list[float] = []
+        self.step_ms: list[float] = []
 
+    def planning(self) -> Planning | None:
+        """How routes were planned; None along a path that was not left."""
+        planner, in_area = self.planner, self.scenario.in_area
+        if planner is None:
+            return Planning() if in_area else None
+        if not in_area and planner.replans == 0:
+            return None
+        return Planning(seconds=planner.planning_seconds, replans=planner.replans)
 
-def _planning(loop: _Loop) -> Planning | None:
-    planner = loop.planner
-    if planner is None:
-        return Planning() if loop.scenario.in_area else None
-    if not loop.scenario.in_area and planner.replans == 0:
-        return None
-    return Planning(seconds=planner.planning_seconds, replans=planner.replans)
+    @property
+    def path(self) -> ReferencePath | None:
+        """The route that is driven, the last one while another one is planned."""
+        return self.paths[-1][1] if self.paths else None
 
-
-def _starting_plant(given: Pose2, start: VehicleState | None) -> PlantState:
-    if start is None:
-        return PlantState(x=given.x, y=given.y, phi=given.phi)
-    return PlantState(x=start.x, y=start.y, phi=start.phi, v=start.v, delta=start.delta)
-
-
-def _run(loop: _Loop, controller: Controller, progress: Callable[[float], None] | None) -> str:
-    """Alternate plant and controller on their own clocks until the run ends; returns why."""
-    simulation = loop.scenario.simulation
-    parameters = loop.scenario.plant_parameters()
-    ending = Ending()
-    # Rounded products instead of sums: no drift of one clock against the other.
-    for step in range(round(simulation.duration / simulation.plant_step) + 1):
-        time = round(step * simulation.plant_step, 9)
-        while (next_cycle := round(loop.cycle * simulation.cycle, 9)) <= time + SAME_TIME:
-            _expose(loop, parameters, next_cycle)
-            loop.plant = advance(loop.plant, parameters, next_cycle)
-            _control(loop, controller, parameters, next_cycle)
-            loop.cycle += 1
-            if progress is not None:
+    def to_its_end(self, progress: Callable[[float], None]) -> str:
+        """Alternate plant and controller on their own clocks until the run ends; returns why."""
+        simulation = self.scenario.simulation
+        # Rounded products instead of sums: no drift of one clock against the other.
+        for step in range(round(simulation.duration / simulation.plant_step) + 1):
+            time = round(step * simulation.plant_step, 9)
+            while (next_cycle := round(self.cycle * simulation.cycle, 9)) <= time + SAME_TIME:
+                self._move(next_cycle)
+                self._control(next_cycle)
+                self.cycle += 1
                 progress(next_cycle)
-        # Before the plant goes past it: an exposure need not fall on a cycle.
-        _expose(loop, parameters, time)
-        loop.plant = advance(loop.plant, parameters, time)
-        loop.goal = loop.goal.seen_from(loop.plant.x, loop.plant.y)
-        _sample(loop, time)
-        if loop.mission is None:
-            ending = ending.after(time, docked=_docked(loop), stopped=_stopped(loop), said=_said(loop))
-        else:
-            ending = ending.after_mission(time, over=loop.mission.over)
-        if (reason := ending.reason(time, loop.scenario.faults)) is not None:
-            return reason
-    return "duration"
+            self._move(time)
+            self.feed.approach(self.plant.pose)
+            self._sample(time)
+            if (reason := self._ending(time)) is not None:
+                return reason
+        return "duration"
 
+    def _move(self, until: float) -> None:
+        """Let the vehicle drive up to `until` [s], and the detector look for the goal at its own times."""
+        while (stamp := self.feed.next_exposure(until)) is not None:
+            self.plant = advance(self.plant, self.parameters, stamp)
+            self.feed.approach(self.plant.pose)
+            docks = self.mission is None or self.mission.docks
+            last_part = docks and self.path is not None and self.part == len(self.path.parts) - 1
+            self.feed.expose(stamp, self.plant.pose, last_part=last_part)
+        self.plant = advance(self.plant, self.parameters, until)
 
-def _expose(loop: _Loop, parameters: PlantParameters, until: float) -> None:
-    """Let the detector look for the goal at its own times up to `until` [s]."""
-    lookout = loop.feed.lookout
-    while lookout is not None and lookout.next_exposure <= until + SAME_TIME:
-        loop.plant = advance(loop.plant, parameters, lookout.next_exposure)
-        plant = loop.plant
-        loop.goal = loop.goal.seen_from(plant.x, plant.y)
-        lookout.expose(
-            Pose2(plant.x, plant.y, plant.phi),
-            loop.goal.pose,
-            last_part=_looks(loop),
+    def _control(self, now: float) -> None:
+        """One cycle: measure, step, send the command off; or lose it."""
+        plant, faults = self.plant, self.disturbances
+        self.feed.approach(plant.pose)
+        measured = self._measure()
+        state = faults.measured(measured, now)
+        obstacles = self.scenery.obstacles(now, plant.pose, self.part, self.theta)
+        if faults.acting("lost_cycles", now):
+            return
+        arguments = self._arguments(now, measured, obstacles)
+        began = perf_counter()
+        command = self.controller.step(state, now=now - faults.total("clock_back", now), **arguments)
+        self.step_ms.append(1e3 * (perf_counter() - began))
+        self.cycle_times.append(now)
+        self.commands.append(command)
+        self._onto_route(command, now)
+        self.plant = issue(
+            plant,
+            self.parameters,
+            acceleration=command.acceleration,
+            steering_rate=command.steering_rate,
+            delay=faults.total("late_cycles", now),
         )
 
+    def _measure(self) -> VehicleState:
+        """The state with its noise."""
+        plant = self.plant
+        noise = self.random.standard_normal(5) * self.scenario.simulation.state_noise
+        values = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta]) + noise
+        return VehicleState(*values.tolist())
 
-def _looks(loop: _Loop) -> bool:
-    """Whether the vehicle is on the last part of its way to the goal."""
-    docks = loop.mission is None or loop.mission.docks
-    return docks and loop.path is not None and loop.part == len(loop.path.parts) - 1
+    def _arguments(self, now: float, measured: VehicleState, obstacles: Obstacles) -> dict[str, Any]:
+        """The arguments of a step besides state and time."""
+        feed, faults = self.feed, self.disturbances
+        goal, detections = feed.given(now, measured)
+        if feed.detector is not None and feed.source is GoalSource.DETECTED:
+            detections = tuple(faults.detection(each, now) for each in detections)
+        else:
+            # Without a path there is always a goal, and it is given.
+            goal = faults.goal(goal, now, feed.goal if self.path is None else self.path.end)
+        arguments: dict[str, Any] = {"goal": goal}
+        if feed.detector is not None:
+            arguments["measurements"] = detections
+        if self.scenery.changing:
+            arguments["obstacles"] = obstacles
+        if self.mission is not None:
+            arguments["signal"] = self._in_contact()
+        if (clock := faults.clock(now, self.config.deadline)) is not None:
+            arguments["clock"] = clock
+        return arguments
 
+    def _in_contact(self) -> bool:
+        """Whether the vehicle touches what it docks at."""
+        body = self.scenario.goal.body
+        if body is None:
+            return False
+        return touches(self.plant.pose, self.config.vehicle, placed(body, self.feed.goal))
 
-def _control(loop: _Loop, controller: Controller, parameters: PlantParameters, now: float) -> None:
-    """One cycle: measure, step, send the command off; or lose it."""
-    plant, faults = loop.plant, loop.disturbances
-    loop.goal = loop.goal.seen_from(plant.x, plant.y)
-    measured = _measure(loop)
-    state = faults.measured(measured, now)
-    obstacles = loop.scenery.obstacles(now, Pose2(plant.x, plant.y, plant.phi), loop.part, loop.theta)
-    if faults.acting("lost_cycles", now):
-        return
-    arguments = _given(loop, now, measured, obstacles)
-    began = perf_counter()
-    command = controller.step(state, now=now - faults.total("clock_back", now), **arguments)
-    loop.step_ms.append(1e3 * (perf_counter() - began))
-    loop.cycle_times.append(now)
-    loop.commands.append(command)
-    _onto_route(loop, command, now)
-    loop.plant = issue(
-        plant,
-        parameters,
-        acceleration=command.acceleration,
-        steering_rate=command.steering_rate,
-        delay=faults.total("late_cycles", now),
-    )
+    def _onto_route(self, command: Command, now: float) -> None:
+        """Count progress on the part that is driven now, maybe of a route that was planned in this cycle."""
+        path = self.path if self.planner is None else self.planner.path
+        if path is None:
+            return  # it stands and plans: the route that it was on is over
+        another = path is not self.path
+        if another:
+            self.scenery.path = path
+            self.paths.append((now, path))
+        if another or command.diagnostics.part != self.part:
+            self.part = command.diagnostics.part
+            self.theta = path.parts[self.part].start
 
+    def _sample(self, time: float) -> None:
+        plant, goal = self.plant, self.feed.goal
+        # The first projection of a part is given its start: a self-near route must not put it elsewhere.
+        if self.path is not None:
+            self.theta = self.path.parts[self.part].project(plant.x, plant.y, near=self.theta)
+        state = (plant.x, plant.y, plant.phi, plant.v, plant.delta)
+        self.samples.append((time, *state, self.theta, self.part, goal.x, goal.y, goal.phi))
 
-def _onto_route(loop: _Loop, command: Command, now: float) -> None:
-    """Count progress on the part that is driven now, maybe of a way that was planned in this cycle."""
-    path = loop.path if loop.planner is None else loop.planner.path
-    if path is None:
-        return  # it stands and plans: what it was on is over
-    another = path is not loop.path
-    if another:
-        loop.path = loop.scenery.path = path
-        loop.paths.append((now, path))
-    if another or command.diagnostics.part != loop.part:
-        loop.part = command.diagnostics.part
-        loop.theta = path.parts[loop.part].start
+    def _ending(self, time: float) -> str | None:
+        """Why the run ends now, or None.
 
+        A docked vehicle is watched until its controller says so, but no longer than `UNTIL_SAID`, and to the
+        end of the faults that act on it, not until others that come much later. One that has stopped may go
+        on when the last fault is over. A mission ends by itself.
+        """
+        if self.mission is not None:
+            over = self._since("over", self.mission.over, time)
+            return "mission over" if time - over >= AFTER_DOCKING - SAME_TIME else None
+        last = self.commands[-1] if self.commands else None
+        standing = abs(self.plant.v) <= STANDSTILL_SPEED
+        tolerance = self.scenario.goal.tolerance
+        inside = standing and self.plant.pose.relative_to(self.feed.goal).within(tolerance)
+        docked = self._since("docked", inside, time)
+        stopped = self._since("stopped", standing and last is not None and last.status in LATCHED, time)
+        faults = self.scenario.faults
+        most = DOCK_TIME + (AFTER_DOCKING if last is not None and last.docked else UNTIL_SAID)
+        if time - docked >= most - SAME_TIME and not any(fault.acts(time) for fault in faults):
+            return "docked"
+        if time - max(stopped, *(fault.end for fault in faults), 0.0) >= AFTER_STOP - SAME_TIME:
+            return "stopped"
+        return None
 
-def _measure(loop: _Loop) -> VehicleState:
-    """The state with its noise."""
-    plant = loop.plant
-    noise = loop.random.standard_normal(5) * loop.scenario.simulation.state_noise
-    values = np.array([plant.x, plant.y, plant.phi, plant.v, plant.delta]) + noise
-    return VehicleState(**dict(zip(("x", "y", "phi", "v", "delta"), values.tolist(), strict=True)))
-
-
-def _given(loop: _Loop, now: float, measured: VehicleState, obstacles: Obstacles) -> dict[str, Any]:
-    """What a step is given besides state and time."""
-    feed, faults = loop.feed, loop.disturbances
-    detected = feed.lookout is not None and feed.source is GoalSource.DETECTED
-    # Without a path there is always a goal, and it is told.
-    end = loop.goal.pose if loop.path is None else loop.path.end
-    goal, measurements = faults.given(feed.given(now, measured, loop.goal), now, end, detected=detected)
-    arguments: dict[str, Any] = {"goal": goal}
-    if feed.lookout is not None:
-        arguments["measurements"] = measurements
-    if loop.scenery.changing:
-        arguments["obstacles"] = obstacles
-    if loop.mission is not None:
-        arguments["signal"] = _in_contact(loop)
-    if (clock := faults.clock(now, loop.config.deadline)) is not None:
-        arguments["clock"] = clock
-    return arguments
-
-
-def _in_contact(loop: _Loop) -> bool:
-    """Whether the vehicle touches what it docks at."""
-    body, plant = loop.scenario.goal.body, loop.plant
-    if body is None:
-        return False
-    pose = Pose2(plant.x, plant.y, plant.phi)
-    return touches(pose, loop.config.vehicle, placed(body, loop.goal.pose))
-
-
-def _sample(loop: _Loop, time: float) -> None:
-    plant, goal = loop.plant, loop.goal.pose
-    # The first projection of a part is told its start: a self-near route must not put it elsewhere.
-    if loop.path is not None:
-        loop.theta = loop.path.parts[loop.part].project(plant.x, plant.y, near=loop.theta)
-    pose = (plant.x, plant.y, plant.phi)
-    loop.samples.append((time, *pose, plant.v, plant.delta, loop.theta, loop.part, goal.x, goal.y, goal.phi))
-
-
-def _docked(loop: _Loop) -> bool:
-    plant = loop.plant
-    if abs(plant.v) > STANDSTILL_SPEED:
-        return False
-    pose = Pose2(plant.x, plant.y, plant.phi)
-    return pose.relative_to(loop.goal.pose).within(loop.scenario.goal.tolerance)
-
-
-def _stopped(loop: _Loop) -> bool:
-    standing = abs(loop.plant.v) <= STANDSTILL_SPEED
-    return standing and bool(loop.commands) and loop.commands[-1].status in LATCHED
-
-
-def _said(loop: _Loop) -> bool:
-    return bool(loop.commands) and loop.commands[-1].docked
+    def _since(self, name: str, condition: bool, time: float) -> float:
+        """Since when a condition has been true [s]; inf where it is not."""
+        if not condition:
+            self.since.pop(name, None)
+            return inf
+        return self.since.setdefault(name, time)

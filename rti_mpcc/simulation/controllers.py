@@ -1,43 +1,58 @@
-"""The controller that a scenario is driven by."""
+"""The controller of a scenario, and what it is asked besides its commands: its route, and its mission."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from collections.abc import Sequence
+from typing import Any
 
-from geometry import ReferencePath
+import numpy as np
+
+from geometry import Pose2
+from rti_mpcc.config import ControllerConfig
+from rti_mpcc.docking import DockingController
+from rti_mpcc.mission import DockingMission
+from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource, source_in
-from rti_mpcc.simulation.mission import mission_of
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.site import Site
-
-if TYPE_CHECKING:
-    from rti_mpcc.docking import DockingController
-    from rti_mpcc.mission import DockingMission
+from rti_mpcc.simulation.sections.mission import built_step
+from rti_mpcc.types import MissionResult
 
 
-@runtime_checkable
-class Planner(Protocol):
-    """What a controller that plans its way tells of that.
-
-    Attributes:
-        path: that it drives on; None before it has found one.
-        replans: how often it planned another way than the first one.
-        planning_seconds: that all searches took [s].
-    """
-
-    @property
-    def path(self) -> ReferencePath | None: ...  # noqa: D102
-    @property
-    def replans(self) -> int: ...  # noqa: D102
-    @property
-    def planning_seconds(self) -> float: ...  # noqa: D102
+def planner_in(controller: object) -> DockingController | None:
+    """The controller, or the one that it is wrapped around, if it plans its route."""
+    core: Any = _wrapped(controller)[-1]
+    return core if hasattr(core, "replans") else None
 
 
-def planner_in(controller: object) -> Planner | None:
-    """The controller, or the one that it is wrapped around, if it plans its way."""
-    while (inner := getattr(controller, "controller", None)) is not None:
-        controller = inner
-    return controller if isinstance(controller, Planner) else None
+def mission_in(controller: object) -> DockingMission | None:
+    """The controller, or what it is wrapped around, if that is a mission."""
+    return next((each for each in _wrapped(controller) if hasattr(each, "docks")), None)
+
+
+def _wrapped(controller: object) -> list[Any]:
+    """The controller, what that is wrapped around, and so on."""
+    found = [controller]
+    while (inner := getattr(found[-1], "controller", None)) is not None:
+        found.append(inner)
+    return found
+
+
+def controller_of(scenario: Scenario, config: ControllerConfig) -> DockingController:
+    """The controller along the scenario's path, or in its area. Raises InputError."""
+    if scenario.in_area:
+        return DockingController.in_area(scenario.build_area(), config)
+    path = scenario.build_path()
+    return DockingController(path, scenario.build_corridor(path), config)
+
+
+def mission_of(scenario: Scenario, controller: DockingController) -> DockingMission | DockingController:
+    """The controller with the scenario's mission, or itself where there is none."""
+    if not scenario.mission:
+        return controller
+    goal = scenario.planned_goal() if scenario.in_area else None
+    body = None if scenario.goal.body is None else np.array(scenario.goal.body)
+    home = None if scenario.home is None else Pose2(*scenario.home.pose)
+    return DockingMission(controller, [built_step(each, goal, body) for each in scenario.mission], home=home)
 
 
 def docking_controller(
@@ -54,7 +69,7 @@ def docking_controller(
     """
     source = source_in(scenario.name, goal_source, detector=scenario.goal.measurement is not None)
     config = scenario.controller_config(preset, method=method, detections=source is GoalSource.DETECTED)
-    return Site.of(scenario).controller(config)
+    return controller_of(scenario, config)
 
 
 def driver_of(
@@ -64,6 +79,17 @@ def driver_of(
     method: str = "dynamic",
     goal_source: GoalSource = GoalSource.DETECTED,
 ) -> DockingController | DockingMission:
-    """The same with the scenario's mission, if it has one: to wrap it in something, such as a recorder."""
+    """`docking_controller` with the scenario's mission, if it has one: to wrap it, in a recorder say."""
     core = docking_controller(scenario, preset=preset, method=method, goal_source=goal_source)
     return mission_of(scenario, core)
+
+
+def all_succeeded(result: MissionResult | None, log: Sequence[StepRecord]) -> bool:
+    """Whether a mission came to its end with all of its steps; True where there was none.
+
+    A step that was tried again counts by its last try. A mission that goes on after a failed step
+    (`then="continue"`) succeeds, but not with all of its steps.
+    """
+    last_tries = {record.place: record.result for record in log}
+    succeeded = MissionResult.SUCCEEDED
+    return result in (None, succeeded) and all(each is succeeded for each in last_tries.values())

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
+from math import ceil
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, get_args
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, field_validator
@@ -15,22 +16,19 @@ from estimation import CharucoBoard
 from geometry import Area, Pose2
 from geometry.angles import degrees_hint
 from rti_mpcc.config import Vehicle
-from rti_mpcc.errors import ConfigError, InputError, ScenarioError
-from rti_mpcc.simulation.fields import (
-    AreaSection,
+from rti_mpcc.simulation.sections.area import AreaSection
+from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
     Positive,
+    Section,
     Tolerance,
-    VehicleSection,
-    area_problems,
-    map_problem,
+    VehicleTable,
     polygon_problems,
+    read_toml,
 )
-from rti_mpcc.simulation.mission import ApproachSection
-from rti_mpcc.simulation.section import Section
+from rti_mpcc.simulation.sections.mission import ApproachSection
 from rti_mpcc.simulation.solid import SolidThings
-from rti_mpcc.simulation.toml_file import Problem, parsed, read_text, settings_problems, told, validated
-from rti_mpcc.steps import Approach, Dock, DockKind, Straight
-from rti_mpcc.types import Array
+from rti_mpcc.steps import Dock, DockKind, Straight
 
 SPACING = 0.1
 """Of the bodies of a vehicle along the approach that are checked [m]."""
@@ -45,12 +43,12 @@ def _in_radians(heading: float) -> float:
     return heading
 
 
-Heading = Annotated[float, AfterValidator(_in_radians)]
-Pose = Annotated[tuple[Coordinate, Coordinate, Heading], Field(strict=False)]
+Pose = Annotated[
+    tuple[Coordinate, Coordinate, Annotated[float, AfterValidator(_in_radians)]], Field(strict=False)
+]
 Corner = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
 Outline = Annotated[tuple[Corner, ...], Field(strict=False, min_length=3)]
-Uncertainty = Annotated[tuple[Positive, Positive], Field(strict=False)]
-Kind = Literal["known", "detected", "charuco"]
+TwoPositive = Annotated[tuple[Positive, Positive], Field(strict=False)]
 
 
 class ContactSection(Section):
@@ -62,14 +60,12 @@ class ContactSection(Section):
     distance: float = Field(ge=-100.0, le=100.0)
     speed: Positive | None = None
     steering: Positive | None = None
-    tolerance: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
+    tolerance: TwoPositive | None = None
 
-    @field_validator("distance")
-    @classmethod
-    def _leads_somewhere(cls, distance: float) -> float:
-        if distance == 0.0:
-            raise ValueError("must not be 0")
-        return distance
+    def problems(self) -> Iterator[KeyProblem]:
+        """No distance."""
+        if self.distance == 0.0:
+            yield KeyProblem("distance", self.distance, "must not be 0")
 
 
 class DockSection(Section):
@@ -77,13 +73,13 @@ class DockSection(Section):
 
     name: str
     pose: Pose
-    kind: Kind = "known"
+    kind: Literal["known", "detected", "charuco"] = "known"
     tolerance: Tolerance | None = None
     body: Outline | None = None
     board: CharucoBoard | None = None
     approach: ApproachSection | None = None
     contact: ContactSection | None = None
-    uncertainty: Uncertainty | None = None
+    uncertainty: TwoPositive | None = None
 
     @field_validator("name")
     @classmethod
@@ -92,8 +88,28 @@ class DockSection(Section):
             raise ValueError("must be text in one line, without blanks at its ends")
         return name
 
+    def problems(self) -> Iterator[KeyProblem]:
+        """A body that is no polygon or is missing, a board too many, too few or with too few markers."""
+        if self.body is not None:
+            yield from polygon_problems("body", self.body)
+        if self.uncertainty is not None and (self.body is None or self.approach is None):
+            allowed = "only of a dock with a body and an approach"
+            yield KeyProblem("uncertainty", list(self.uncertainty), allowed)
+        by_board, board = self.kind == DockKind.CHARUCO.value, self.board
+        if board is None:
+            if by_board:
+                yield KeyProblem("board", None, "required for kind = 'charuco'")
+            return
+        if not by_board:
+            yield KeyProblem("kind", self.kind, "must be 'charuco' where there is a board")
+        size = board.dictionary_size
+        if size is not None and board.markers.stop > size:
+            needed = f"markers {board.markers.start} to {board.markers.stop - 1}"
+            allowed = f"must have the {needed} of the board, has 0 to {size - 1}"
+            yield KeyProblem("board.dictionary", board.dictionary, allowed)
+
     def build(self) -> Dock:
-        """The dock. Raises InputError where `problems` finds some."""
+        """The dock."""
         approach, contact = self.approach, self.contact
         return Dock(
             Pose2(*self.pose),
@@ -102,7 +118,7 @@ class DockSection(Section):
             tolerance=self.tolerance,
             body=None if self.body is None else np.array(self.body),
             board=self.board,
-            approach=None if approach is None else Approach(approach.length, approach.direction),
+            approach=None if approach is None else approach.build(),
             contact=None if contact is None else Straight(**contact.model_dump(exclude_none=True)),
             uncertainty=self.uncertainty,
         )
@@ -112,13 +128,32 @@ class DocksSection(Section):
     """A whole file: docks, the vehicle that docks there, and what stands around them."""
 
     docks: Annotated[tuple[DockSection, ...], Field(strict=False, alias="dock", min_length=1)]
-    vehicle: VehicleSection = VehicleSection()
+    vehicle: VehicleTable = Vehicle()
     area: AreaSection | None = None
+
+    def problems(self) -> Iterator[KeyProblem]:
+        """Docks of one name, boards that share markers, and overlaps where all else is right."""
+        wrong = []
+        for (one, first), (other, second) in combinations(enumerate(self.docks), 2):
+            if first.name == second.name:
+                allowed = f"must be a name of its own, dock[{one}] has it already"
+                wrong.append(KeyProblem(f"dock[{other}].name", second.name, allowed))
+            taken, board = first.board, second.board
+            if taken is not None and board is not None and board.shares_markers(taken):
+                markers = f"{taken.markers.start} to {taken.markers.stop - 1} of {taken.dictionary}"
+                allowed = f"must leave the markers {markers} to the board of dock {first.name!r}"
+                wrong.append(KeyProblem(f"dock[{other}].board.first_marker", board.first_marker, allowed))
+        yield from wrong or _overlaps(self.build())
+
+    def build(self) -> Docks:
+        """Docks, vehicle and area."""
+        docks = {each.name: each.build() for each in self.docks}
+        return Docks(docks=docks, vehicle=self.vehicle, area=None if self.area is None else self.area.build())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Docks:
-    """What a file of docks says.
+    """The content of a file of docks.
 
     Attributes:
         docks: by name, in the order of the file.
@@ -139,147 +174,48 @@ def load_docks(file: str | Path) -> dict[str, Dock]:
 
 
 def read_docks(file: str | Path) -> Docks:
-    """All that a file of docks says. Raises as `load_docks`; overlaps are told where all else is right."""
-    path, source = Path(file), str(file)
-    section = validated(DocksSection, parsed(read_text(path), source), source=source, folder=path.parent)
-    _refuse(problems(section), source)
-    docks = _built(section, source)
-    _refuse(list(_overlaps(docks)), source)
-    return docks
+    """The whole content of a file of docks. Raises as `load_docks`."""
+    return read_toml(DocksSection, Path(file), str(file)).build()
 
 
-def _refuse(found: list[Problem], source: str) -> None:
-    if found:
-        raise ScenarioError(told(found, source))
-
-
-def _built(section: DocksSection, source: str) -> Docks:
-    """Raises ScenarioError for a vehicle that is none, and a map that cannot be read."""
-    try:
-        vehicle = section.vehicle.build()
-    except ConfigError as error:
-        raise ScenarioError(told(settings_problems(error, "vehicle", DocksSection), source)) from error
-    try:
-        area = None if section.area is None else section.area.build()
-    except InputError as error:
-        assert section.area is not None
-        raise ScenarioError(told([map_problem(section.area, error)], source)) from error
-    return Docks(docks={each.name: each.build() for each in section.docks}, vehicle=vehicle, area=area)
-
-
-def problems(section: DocksSection) -> list[Problem]:
-    """What is wrong that single values do not show, but what overlaps."""
-    checks = (_names, _bodies, _uncertain, _boards, _confused)
-    found = [problem for check in checks for problem in check(section)]
-    return found if section.area is None else [*found, *area_problems(section.area)]
-
-
-def _names(section: DocksSection) -> Iterator[Problem]:
-    names = [each.name for each in section.docks]
-    for place, name in enumerate(names):
-        if name in names[:place]:
-            allowed = f"must be a name of its own, dock[{names.index(name)}] has it already"
-            yield Problem(f"dock[{place}].name", name, allowed)
-
-
-def _bodies(section: DocksSection) -> Iterator[Problem]:
-    for place, each in enumerate(section.docks):
-        if each.body is not None:
-            yield from polygon_problems(f"dock[{place}].body", each.body)
-
-
-def _uncertain(section: DocksSection) -> Iterator[Problem]:
-    for place, each in enumerate(section.docks):
-        if each.uncertainty is not None and (each.body is None or each.approach is None):
-            allowed = "only of a dock with a body and an approach"
-            yield Problem(f"dock[{place}].uncertainty", list(each.uncertainty), allowed)
-
-
-def _boards(section: DocksSection) -> Iterator[Problem]:
-    """Each board by itself: whether the dock is to have one, and whether its dictionary has its markers."""
-    for place, each in enumerate(section.docks):
-        by_board, board = each.kind == DockKind.CHARUCO.value, each.board
-        if by_board and board is None:
-            yield Problem(f"dock[{place}].board", None, "required for kind = 'charuco'")
-        if board is None:
-            continue
-        if not by_board:
-            yield Problem(f"dock[{place}].kind", each.kind, "must be 'charuco' where there is a board")
-        size = board.dictionary_size
-        if size is not None and board.markers.stop > size:
-            needed = f"markers {board.markers.start} to {board.markers.stop - 1}"
-            allowed = f"must have the {needed} of the board, has 0 to {size - 1}"
-            yield Problem(f"dock[{place}].board.dictionary", board.dictionary, allowed)
-
-
-def _confused(section: DocksSection) -> Iterator[Problem]:
-    """Boards that can be taken for one another."""
-    boards = [(place, each.board) for place, each in enumerate(section.docks) if each.board is not None]
-    for (one, first), (other, second) in combinations(boards, 2):
-        if second.shares_markers(first):
-            taken = f"markers {first.markers.start} to {first.markers.stop - 1} of {first.dictionary}"
-            name = section.docks[one].name
-            allowed = f"must leave the {taken} to the board of dock {name!r}"
-            yield Problem(f"dock[{other}].board.first_marker", second.first_marker, allowed)
-
-
-class _Stretch(NamedTuple):
-    """Where a vehicle will be: key of the dock and value that say so, in words, and its poses there."""
-
-    key: str
-    value: object
-    words: str
-    poses: list[Pose2]
-
-
-def _stretches(dock: Dock) -> list[_Stretch]:
-    """At the dock, and on the approach to it."""
-    pose = dock.pose
-    assert pose is not None
-    found = [_Stretch("pose", [pose.x, pose.y, pose.phi], "the docked vehicle", [pose])]
-    if dock.approach is not None:
-        found.append(_Stretch("approach.length", dock.approach.length, "the approach", approach_poses(dock)))
-    return found
-
-
-def _overlaps(docks: Docks) -> Iterator[Problem]:
+def _overlaps(docks: Docks) -> Iterator[KeyProblem]:
     """What the body of a vehicle meets at the docks, and on the approach to them."""
     area = None if docks.area is None else SolidThings.of(docks.area)
+
+    def depth_in(solid: SolidThings, poses: list[Pose2]) -> float:
+        rows = np.array([[pose.x, pose.y, pose.phi] for pose in poses])
+        return -float(solid.clearance(rows, docks.vehicle).min())
+
     for place, dock in enumerate(docks.docks.values()):
-        assert dock.pose is not None
-        stretches, outline = _stretches(dock), dock.body_at(dock.pose)
-        if area is not None and (met := _first_met(stretches, docks.vehicle, area)) is not None:
-            at, depth = met
-            allowed = f"{at.words} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
-            yield Problem(f"dock[{place}].{at.key}", at.value, allowed)
-        if outline is None:
+        pose = dock.pose
+        assert pose is not None
+        # Where the vehicle will be: key and value that say so, in words, and its poses there.
+        stretches: list[tuple[str, object, str, list[Pose2]]] = [
+            ("pose", [pose.x, pose.y, pose.phi], "the docked vehicle", [pose])
+        ]
+        if dock.approach is not None:
+            stretches.append(("approach.length", dock.approach.length, "the approach", approach_poses(dock)))
+        for key, value, words, poses in stretches:
+            if area is not None and (depth := depth_in(area, poses)) > ROUNDING:
+                allowed = f"{words} must be in the area and clear of its obstacles, overlaps by {depth:.2g} m"
+                yield KeyProblem(f"dock[{place}].{key}", value, allowed)
+                break
+        if (outline := dock.body_at(pose)) is None:
             continue
-        met = _first_met(stretches, docks.vehicle, SolidThings.of(Area(obstacles=[outline])))
-        if met is not None:
-            at, depth = met
-            allowed = f"must not overlap {at.words}, does by {depth:.2g} m"
-            yield Problem(f"dock[{place}].body", np.asarray(dock.body).tolist(), allowed)
-
-
-def _first_met(
-    stretches: list[_Stretch], vehicle: Vehicle, solid: SolidThings
-) -> tuple[_Stretch, float] | None:
-    """The first stretch on which the body overlaps something solid, and how deep at most [m]; None: none."""
-    for stretch in stretches:
-        rows: Array = np.array([[pose.x, pose.y, pose.phi] for pose in stretch.poses])
-        room = float(solid.clearance(rows, vehicle).min())
-        if room < -ROUNDING:
-            return stretch, -room
-    return None
+        body = SolidThings.of(Area(obstacles=[outline]))
+        for _, _, words, poses in stretches:
+            if (depth := depth_in(body, poses)) > ROUNDING:
+                value = np.asarray(dock.body).tolist()
+                yield KeyProblem(
+                    f"dock[{place}].body", value, f"must not overlap {words}, does by {depth:.2g} m"
+                )
+                break
 
 
 def approach_poses(dock: Dock) -> list[Pose2]:
-    """Of the vehicle along the straight last piece of the way into a dock, every `SPACING`; none without."""
+    """Poses every `SPACING` along the straight last piece of the route into a dock; none without."""
     if dock.approach is None or dock.pose is None:
         return []
     length, direction = dock.approach.length, dock.approach.direction
-    marks: list[Any] = np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1).tolist()
+    marks = np.linspace(0.0, length, ceil(length / SPACING) + 1).tolist()
     return [dock.pose.compose(Pose2(-direction * mark, 0.0, 0.0)) for mark in marks]
-
-
-assert set(get_args(Kind)) == {kind.value for kind in DockKind}

@@ -11,12 +11,11 @@ TIMED_OUT = Stop(TIME_IS_UP, 0)
 
 
 class ForcedClock(CycleClock):
-    """Ends every QP before it is begun; runs on the wall clock in all else.
+    """Ends every QP before it starts; runs on the wall clock in all else.
 
     Args:
         deadline: of the cycle [s], or None.
-        timed_out: the QPs are taken as stopped by their time limit and the deadline as missed; else they are
-            taken as failed.
+        timed_out: the QPs are stopped by their time limit and the deadline is missed; else they fail.
     """
 
     def __init__(self, deadline: float | None, *, timed_out: bool) -> None:
@@ -24,7 +23,7 @@ class ForcedClock(CycleClock):
         self._timed_out = timed_out
 
     def stop(self) -> Stop:
-        """What every QP is taken as ended by."""
+        """How every QP ends."""
         return TIMED_OUT if self._timed_out else FAILED
 
     def _passed(self, passed: bool) -> bool:

@@ -1,23 +1,25 @@
-"""The true goal of a run, and what the controller is told of it."""
+"""The true goal of a run, what a detector sees of it, and what the controller is given."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import hypot
-from typing import NamedTuple
+from math import cos, hypot, pi, sin
+from typing import Protocol
 
-from estimation import GoalFilterConfig, GoalMeasurement, PoseHistory
+import numpy as np
+
+from estimation import Frame, GoalFilterConfig, GoalMeasurement, PoseHistory
 from estimation.measurement import in_world
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation.detector import Lookout
-from rti_mpcc.simulation.scenario import ShiftSection
+from rti_mpcc.simulation.plant import SAME_TIME
+from rti_mpcc.simulation.sections.goal import MeasurementSection, ShiftSection
 from rti_mpcc.types import VehicleState
 
 RAW_HISTORY = 10.0
-"""So late a detection may arrive when it is used as it is [s]."""
+"""A detection that is used as it is may arrive this late [s]."""
 
 
 class GoalSource(Enum):
@@ -28,7 +30,7 @@ class GoalSource(Enum):
     RAW = "raw"
     """The newest detection is the goal, as it is: for comparison."""
     KNOWN = "known"
-    """The true goal is told at every cycle: for comparison."""
+    """The true goal is given at every cycle: for comparison."""
 
 
 def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource:
@@ -46,60 +48,128 @@ def source_in(scenario: str, asked: GoalSource, *, detector: bool) -> GoalSource
     return GoalSource.KNOWN
 
 
+class Detector(Protocol):
+    """What can be put into the loop to look for the goal.
+
+    Attributes:
+        rate: exposures a second [Hz].
+        delay: from an exposure to the arrival of its detection [s].
+    """
+
+    @property
+    def rate(self) -> float: ...  # noqa: D102
+    @property
+    def delay(self) -> float: ...  # noqa: D102
+
+    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
+        """The detection of `goal` from `vehicle` (both true poses) at `stamp` [s], or None.
+
+        Args:
+            last_part: whether the vehicle is on the last part of its route.
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TrueGoal:
-    """The true goal, and the shifts of it still to come."""
+class SimulatedDetector:
+    """Detections in the vehicle's frame by the laws of [goal.measurement]. See `Detector`.
 
-    pose: Pose2
-    shifts: tuple[ShiftSection, ...] = ()
-    moved: bool = False
+    Each exposure draws the same number of random values whatever it sees, so that two runs with one seed
+    have the same noise.
+    """
 
-    def seen_from(self, x: float, y: float) -> TrueGoal:
-        """Moved by every shift whose distance the rear axle has come within."""
-        goal = self
-        for shift in self.shifts:
-            if hypot(x - goal.pose.x, y - goal.pose.y) <= shift.at_distance:
-                left = tuple(other for other in goal.shifts if other is not shift)
-                goal = TrueGoal(pose=goal.pose.compose(Pose2(*shift.offset)), shifts=left, moved=True)
-        return goal
+    section: MeasurementSection
+    random: np.random.Generator
 
+    @property
+    def rate(self) -> float:
+        """Exposures a second [Hz]."""
+        return self.section.rate
 
-class Given(NamedTuple):
-    """Arguments of a step: goal, None for the one told before, and detections."""
+    @property
+    def delay(self) -> float:
+        """From exposure to arrival [s]."""
+        return self.section.delay
 
-    goal: Pose2 | None
-    measurements: tuple[GoalMeasurement, ...]
+    def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
+        """See `Detector`."""
+        section = self.section
+        dropped, outlier, direction = self.random.random(3)
+        noise = self.random.standard_normal(3)
+        seen = goal.relative_to(vehicle)
+        distance = hypot(seen.x, seen.y)
+        if not section.sees(distance) or dropped < section.dropout:
+            return None
+        if section.visible_after_cusp and not last_part:
+            return None
+        x, y, phi = noise * np.sqrt(np.diag(section.noise.covariance(distance)))
+        if outlier < section.outlier:
+            x += section.outlier_size * cos(2.0 * pi * direction)
+            y += section.outlier_size * sin(2.0 * pi * direction)
+        return GoalMeasurement(
+            stamp=stamp, x=seen.x + x, y=seen.y + y, phi=seen.phi + phi, frame=Frame.VEHICLE
+        )
 
 
 @dataclass(slots=True, kw_only=True)
 class GoalFeed:
-    """What the controller is told of the goal, cycle by cycle.
+    """The true goal, the detector on the clock of a run, and what the controller is given of the goal.
 
     Attributes:
-        source: see there; without a `lookout` the goal is known.
-        planned: the goal at the start, None for the path's last pose.
-        lookout: the detector, or None.
-        newest: the goal by the newest detection; its stamp [s]; and where the vehicle was measured, to place
-            raw detections by.
+        source: how the goal is known; planned: the goal at the start, None for the path's last pose.
+        goal: the true one; shifts: of it still to come; moved: whether there was one.
+        detector: of the goal, or None.
+        exposures: number of them; under_way: detections and when they arrive [s].
+        newest, stamp: the goal by the newest raw detection, and its stamp [s].
+        poses: where the vehicle was measured, to place raw detections by.
     """
 
     source: GoalSource
     planned: Pose2 | None
-    lookout: Lookout | None
+    goal: Pose2
+    shifts: tuple[ShiftSection, ...] = ()
+    moved: bool = False
+    detector: Detector | None
+    exposures: int = 0
+    under_way: list[tuple[float, GoalMeasurement]] = field(default_factory=list)
     newest: Pose2 | None = None
     stamp: float = -1.0
     poses: PoseHistory = field(default_factory=PoseHistory)
 
-    def given(self, now: float, state: VehicleState, goal: TrueGoal) -> Given:
-        """What the controller is told at `now` [s], where the vehicle's state is measured as `state`."""
-        arrived = self.lookout.arrived(now) if self.lookout else ()
-        if self.source is GoalSource.KNOWN or self.lookout is None:
-            return Given(goal.pose if goal.moved or self.planned is not None else None, ())
+    def approach(self, vehicle: Pose2) -> None:
+        """Move the goal by every shift whose distance the rear axle has come within."""
+        for shift in self.shifts:
+            if hypot(vehicle.x - self.goal.x, vehicle.y - self.goal.y) <= shift.at_distance:
+                self.shifts = tuple(other for other in self.shifts if other is not shift)
+                self.goal, self.moved = self.goal.compose(Pose2(*shift.offset)), True
+
+    def next_exposure(self, until: float) -> float | None:
+        """Time [s] of the next exposure, if that is not after `until`."""
+        if self.detector is None:
+            return None
+        at = round(self.exposures / self.detector.rate, 9)
+        return at if at <= until + SAME_TIME else None
+
+    def expose(self, stamp: float, vehicle: Pose2, *, last_part: bool) -> None:
+        """Let the detector look, at `next_exposure`."""
+        assert self.detector is not None
+        self.exposures += 1
+        measurement = self.detector.expose(stamp, vehicle, self.goal, last_part=last_part)
+        if measurement is not None:
+            self.under_way.append((stamp + self.detector.delay, measurement))
+
+    def given(self, now: float, state: VehicleState) -> tuple[Pose2 | None, tuple[GoalMeasurement, ...]]:
+        """Goal (None: the one given before) and detections for the step at `now` [s], with the vehicle
+        measured at `state`."""
+        arrived = tuple(each for at, each in self.under_way if at <= now + SAME_TIME)
+        self.under_way = [(at, each) for at, each in self.under_way if at > now + SAME_TIME]
+        if self.source is GoalSource.KNOWN or self.detector is None:
+            return (self.goal if self.moved or self.planned is not None else None), ()
         if self.source is GoalSource.DETECTED:
-            return Given(self.planned, arrived)
+            return self.planned, arrived
         self.poses = self.poses.noted(now, Pose2(state.x, state.y, state.phi), length=RAW_HISTORY)
         self._take(arrived)
-        return Given(self.planned if self.newest is None else self.newest, ())
+        return (self.planned if self.newest is None else self.newest), ()
 
     def _take(self, measurements: Sequence[GoalMeasurement]) -> None:
         for measurement in measurements:

@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry import Area, Pose2
+from geometry import Pose2
 from rti_mpcc.config import Comfort
 from rti_mpcc.errors import ConfigError
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.planning.surroundings import area_along
 from rti_mpcc.planning.timing import expected_docking_time
-from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
-from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary, rows_at
+from rti_mpcc.simulation.goal_metrics import ERRORS, errors_to, goal_summary, rows_at
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.result import RunResult, Truth, cusps_of
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, Cycles, RunResult, Truth, cusps_of
 from rti_mpcc.simulation.ride import direction_changes, energy_bound, hard_braking, peak_jerk, spells
 from rti_mpcc.simulation.solid import SolidThings
 from rti_mpcc.types import Array, Source, Status
@@ -28,8 +27,6 @@ TIMED = ("cycle_ms", "feedback_ms", "deadline_misses")
 """Figures of `summary` that are not the same the next time."""
 _OF_TRUTH = tuple(name for name in Comfort._fields if name != "jerk")
 _ENDS_BY_BRAKING = (Status.SETTLING, Status.DOCKED, Status.CHANGING_DIRECTION, Status.WAITING)
-_INTERRUPTED = (Status.BLOCKED, Status.FAILED)
-"""What a vehicle says on its way back, too: such cycles neither begin nor end one."""
 _SLICE = 500
 """Bodies checked in one call: bounds the memory of the exact check."""
 
@@ -37,32 +34,34 @@ _SLICE = 500
 def summary(result: RunResult) -> dict[str, Any]:
     """Name to value; what was never reached or measured is None. SI units, times of the controller in ms."""
     truth = result.truth
-    inside = within_tolerance(truth, result.config.goal_tolerance)
+    errors = goal_errors(truth)
+    inside = np.all(np.abs(errors) <= result.config.goal_tolerance, axis=1)
     standing = inside & (np.abs(truth.v) <= STANDSTILL_SPEED)
     to_tolerance = float(truth.times[np.argmax(inside)]) if inside.any() else None
     to_dock = time_to_dock(truth.times, standing)
+    end, clearance = _end_of_docking(result), float(np.min(clearances(result)))
     return {
         "scenario": result.scenario.name,
         "method": result.method,
         "preset": result.preset,
         "seed": result.seed,
-        "docked": to_dock is not None and bool(standing[_end_of_docking(result)]),
+        "docked": to_dock is not None and bool(standing[end]),
         "time_to_tolerance_s": to_tolerance,
         "time_to_dock_s": to_dock,
-        "final_error": final_error(truth, _end_of_docking(result)),
-        "min_clearance_m": _finite(float(np.min(clearances(result)))),
+        "final_error": _named(errors[end]),
+        "min_clearance_m": clearance if isfinite(clearance) else None,
         "direction_changes": direction_changes(truth.times, truth.v),
         "max_steering_rad": float(np.max(np.abs(truth.delta))),
         "rms": rms(truth, to_tolerance),
         "energy": energy(truth, to_tolerance),
         "energy_to_dock": energy(truth, to_dock),
         "energy_ratio": _energy_ratio(truth, to_dock),
-        "peak": {**peak(truth, to_dock), "jerk": peak_jerk(result, to_dock)},
+        "peak": {**_peaks(truth, to_dock), "jerk": peak_jerk(result, to_dock)},
         "comfort": result.config.comfort._asdict(),
         "hard_braking": hard_braking(result),
         "expected_time_s": _expected_time(result),
         "distance_m": float(np.trapezoid(np.abs(truth.v), truth.times)),
-        **_computing(result),
+        **_computing(result.cycles),
         **_planning(result),
         **_mission(result),
         "goal": goal_summary(result),
@@ -71,15 +70,17 @@ def summary(result: RunResult) -> dict[str, Any]:
     }
 
 
+def untimed(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """The figures of `summary` that are the same each time."""
+    same = {name: value for name, value in figures.items() if name not in TIMED}
+    if "planning" in same:
+        same["planning"] = {name: value for name, value in same["planning"].items() if name != "seconds"}
+    return same
+
+
 def goal_errors(truth: Truth) -> Array:
     """(n, 3) longitudinal [m], lateral [m] and heading [rad] error to the true goal, in the goal's frame."""
     return errors_to(truth.goals, truth.poses)
-
-
-def within_tolerance(truth: Truth, tolerance: tuple[float, float, float]) -> NDArray[np.bool_]:
-    """(n,) whether all three errors to the true goal are at most the tolerance."""
-    inside: NDArray[np.bool_] = np.all(np.abs(goal_errors(truth)) <= tolerance, axis=1)
-    return inside
 
 
 def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
@@ -90,46 +91,8 @@ def time_to_dock(times: Array, standing: NDArray[np.bool_]) -> float | None:
     return None
 
 
-def final_error(truth: Truth, row: int = -1) -> dict[str, float]:
-    """The error to the true goal at a sample: the last one, or that at which docking was over."""
-    return _as_error(goal_errors(truth)[row])
-
-
-def _as_error(error: Array) -> dict[str, float]:
-    longitudinal, lateral, heading = error.tolist()
-    return {"longitudinal_m": longitudinal, "lateral_m": lateral, "heading_rad": heading}
-
-
-def _mission(result: RunResult) -> dict[str, Any]:
-    """What became of the mission, and of each step that was begun; nothing without one."""
-    if result.mission_result is None:
-        return {}
-    steps = [_step(each, result.truth) for each in result.mission]
-    return {"mission": steps, "mission_result": result.mission_result.value}
-
-
-def _step(record: StepRecord, truth: Truth) -> dict[str, Any]:
-    return {
-        "step": record.place,
-        "kind": record.kind,
-        "attempt": record.attempt,
-        "begin_s": record.begin,
-        "end_s": record.end,
-        "result": record.result.value,
-        "reason": record.reason,
-        "final_error": _error_of(record, truth),
-    }
-
-
-def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:
-    """The true error at its end to where the step was to end: at a dock by where that is in truth."""
-    if record.goal is None or record.end is None:
-        return None
-    row = _row_at(truth, record.end)
-    goal = record.goal
-    if record.dock is not None:
-        goal = Pose2(*truth.goals[row].tolist()).compose(record.goal.relative_to(record.dock))
-    return _as_error(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row : row + 1])[0])
+def _named(error: Array) -> dict[str, float]:
+    return dict(zip(ERRORS, error.tolist(), strict=True))
 
 
 def _end_of_docking(result: RunResult) -> int:
@@ -142,47 +105,74 @@ def _row_at(truth: Truth, time: float) -> int:
     return int(rows_at(truth, np.array([time]))[0])
 
 
+def _mission(result: RunResult) -> dict[str, Any]:
+    """The results of the mission, and of each step that was started; nothing without one."""
+    if result.mission_result is None:
+        return {}
+    steps = [
+        {
+            "step": record.place,
+            "kind": record.kind,
+            "attempt": record.attempt,
+            "begin_s": record.begin,
+            "end_s": record.end,
+            "result": record.result.value,
+            "reason": record.reason,
+            "final_error": _error_of(record, result.truth),
+        }
+        for record in result.mission
+    ]
+    return {"mission": steps, "mission_result": result.mission_result.value}
+
+
+def _error_of(record: StepRecord, truth: Truth) -> dict[str, float] | None:
+    """The true error at its end to where the step was to end: at a dock by where that is in truth."""
+    goal = record.goal
+    if goal is None or record.end is None:
+        return None
+    row = _row_at(truth, record.end)
+    if record.dock is not None:
+        goal = Pose2(*truth.goals[row].tolist()).compose(goal.relative_to(record.dock))
+    return _named(errors_to(np.array([[goal.x, goal.y, goal.phi]]), truth.poses[row : row + 1])[0])
+
+
 def clearances(result: RunResult) -> Array:
     """(n,) signed clearance [m] of the body to the active part's boundaries and the obstacles of the time.
 
     In an area to its boundary and all that is solid there at the time; also from when on a vehicle drives a
-    planned way in place of the path that it was given, in all of the corridor.
+    planned route in place of the path that it was given, in all of the corridor.
     """
-    truth = result.truth
-    if result.area is not None:
-        return _clearances_in(result.area, result.besides, result, np.arange(len(truth.times)))
+    truth, vehicle, corridors = result.truth, result.config.vehicle, result.corridors
     distances = np.empty(len(truth.times))
-    left = result.paths[1][0] if len(result.paths) > 1 else inf  # the path that was given
-    planned = np.flatnonzero(truth.times >= left)
-    if len(planned):
-        besides = tuple((begin, corridor.obstacles) for begin, corridor in result.corridors)
-        area = area_along(result.paths[0][1], result.corridors[0][1], result.config)
-        distances[planned] = _clearances_in(area, besides, result, planned)
-    bodies = body_polygons(truth.poses, result.config.vehicle)
-    begins = np.array([begin for begin, _ in result.corridors])
-    scene = np.searchsorted(begins, truth.times + SAME_TIME, side="right") - 1
-    on_path = truth.times < left
-    for key in sorted(set(zip(scene[on_path].tolist(), truth.part[on_path].tolist(), strict=True))):
-        rows = np.flatnonzero(on_path & (scene == key[0]) & (truth.part == key[1]))
-        for begin in range(0, len(rows), _SLICE):
-            some = rows[begin : begin + _SLICE]
-            distances[some] = result.corridors[key[0]][1].clearance(key[1], bodies[some])
+    leaves = result.paths[1][0] if len(result.paths) > 1 else inf
+    planned = np.full(len(distances), True) if result.area is not None else truth.times >= leaves
+    if planned.any():
+        if result.area is not None:
+            area, besides = result.area, result.besides
+        else:
+            area = area_along(result.paths[0][1], corridors[0][1], result.config)
+            besides = tuple((begin, corridor.obstacles) for begin, corridor in corridors)
+        scene = _scenes(besides, truth.times)
+        for index in np.unique(scene[planned]).tolist():
+            rows = planned & (scene == index)
+            solid = SolidThings.of(area.with_obstacles(besides[index][1]))
+            distances[rows] = solid.clearance(truth.poses[rows], vehicle)
+    if planned.all():
+        return distances
+    bodies = body_polygons(truth.poses, vehicle)
+    scene = _scenes(corridors, truth.times)
+    for index, part in sorted(set(zip(scene[~planned].tolist(), truth.part[~planned].tolist(), strict=True))):
+        along = np.flatnonzero(~planned & (scene == index) & (truth.part == part))
+        for begin in range(0, len(along), _SLICE):
+            some = along[begin : begin + _SLICE]
+            distances[some] = corridors[index][1].clearance(part, bodies[some])
     return distances
 
 
-def _clearances_in(
-    area: Area, besides: Sequence[tuple[float, Sequence[Array]]], result: RunResult, rows: NDArray[np.int64]
-) -> Array:
-    """(k,) at samples `rows` (k,) of the truth, in an area with what stood there besides, from [s] on."""
-    truth = result.truth
-    begins = np.array([begin for begin, _ in besides])
-    scene = np.searchsorted(begins, truth.times[rows] + SAME_TIME, side="right") - 1
-    distances = np.empty(len(rows))
-    for index in np.unique(scene).tolist():
-        some = scene == index
-        solid = SolidThings.of(area.with_obstacles(besides[index][1]))
-        distances[some] = solid.clearance(truth.poses[rows[some]], result.config.vehicle)
-    return distances
+def _scenes(changes: Sequence[tuple[float, object]], times: Array) -> NDArray[np.int64]:
+    """(n,) the last of the changes that was made by each of the times [s]."""
+    begins = np.array([begin for begin, _ in changes])
+    return np.searchsorted(begins, times + SAME_TIME, side="right").astype(np.int64) - 1
 
 
 def rms(truth: Truth, until: float | None) -> dict[str, float]:
@@ -207,42 +197,37 @@ def energy(truth: Truth, until: float | None) -> dict[str, float]:
     }
 
 
-def untimed(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of `summary` that are the same each time."""
-    same = {name: value for name, value in figures.items() if name not in TIMED}
-    if "planning" in same:
-        same["planning"] = {name: value for name, value in same["planning"].items() if name != "seconds"}
-    return same
+def _square_integral(times: Array, values: Array, until: float | None) -> float:
+    count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME, side="right"))
+    return float(np.trapezoid(values[:count] ** 2, times[:count]))
 
 
-def peak(truth: Truth, until: float | None) -> dict[str, float]:
+def _peaks(truth: Truth, until: float | None) -> dict[str, float]:
     """Largest absolute values up to `until` [s] (None: the whole run): what comfort is measured by."""
     count = len(truth.times) if until is None else int(np.searchsorted(truth.times, until + SAME_TIME))
     return {name: float(np.abs(getattr(truth, name)[: max(count, 1)]).max()) for name in _OF_TRUTH}
 
 
 def _energy_ratio(truth: Truth, until: float | None) -> float | None:
-    """Acceleration energy up to docking over what it takes at least; None where it did not dock, or there was
+    """Acceleration energy up to docking over the least possible; None where it did not dock, or there was
     nothing to drive."""
     bound = 0.0 if until is None else energy_bound(truth, until)
     return energy(truth, until)["acceleration"] / bound if bound > 0.0 else None
 
 
 def _expected_time(result: RunResult) -> float | None:
-    """What the controller would have told before the run; None where no time is known before."""
+    """The docking time that the controller expects before the run; None where none is known before."""
     path = result.given_path
-    if path is None:
-        return None
-    goal = result.scenario.planned_goal(path)
     try:
-        seconds = expected_docking_time(path, result.config, goal)
+        goal = result.scenario.planned_goal(path)
+        seconds = inf if path is None else expected_docking_time(path, result.config, goal)
     except ConfigError:
         return None
     return seconds if isfinite(seconds) else None
 
 
 def _planning(result: RunResult) -> dict[str, Any]:
-    """How ways were planned: length and cusps are those of the first one."""
+    """How routes were planned: length and cusps are those of the first one."""
     if result.planning is None:
         return {}
     planned = result.paths if result.area is not None else result.paths[1:]
@@ -256,14 +241,8 @@ def _planning(result: RunResult) -> dict[str, Any]:
     return {"planning": planning}
 
 
-def _square_integral(times: Array, values: Array, until: float | None) -> float:
-    count = len(times) if until is None else int(np.searchsorted(times, until + SAME_TIME, side="right"))
-    return float(np.trapezoid(values[:count] ** 2, times[:count]))
-
-
-def _computing(result: RunResult) -> dict[str, Any]:
+def _computing(cycles: Cycles) -> dict[str, Any]:
     """Computing time, solver and fall-backs over all cycles; the times leave the first cycle out."""
-    cycles = result.cycles
     iterations = cycles.iterations[cycles.solved]
     return {
         "cycle_ms": _spread(cycles.step_ms[1:]),
@@ -287,18 +266,10 @@ def _is_fallback(source: Source, status: Status) -> bool:
 
 
 def _spread(values: Array) -> dict[str, float | None]:
-    return {
-        "p50": _percentile(values, 50),
-        "p95": _percentile(values, 95),
-        "p99": _percentile(values, 99),
-        "max": float(np.max(values)) if len(values) else None,
+    return {f"p{percent}": _percentile(values, percent) for percent in (50, 95, 99)} | {
+        "max": _percentile(values, 100)
     }
 
 
 def _percentile(values: Array | NDArray[np.int64], percent: float) -> float | None:
     return float(np.percentile(values, percent)) if len(values) else None
-
-
-def _finite(value: float) -> float | None:
-    """None where nothing was near: JSON has no infinity."""
-    return value if np.isfinite(value) else None

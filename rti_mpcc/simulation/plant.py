@@ -20,9 +20,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import copysign, inf, isfinite, prod
+from typing import Any
 
 import numpy as np
 
+from geometry import Pose2
 from rti_mpcc.config import Limits, Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.types import VehicleState
@@ -87,33 +89,20 @@ class PlantParameters:
 
     @classmethod
     def of(
-        cls,
-        vehicle: Vehicle,
-        limits: Limits,
-        *,
-        dead_time: float = 0.0,
-        wheelbase_error: float = 0.0,
-        steering_offset: float = 0.0,
-        acceleration_gain: float = 1.0,
-        acceleration_offset: float = 0.0,
-        faults: tuple[PlantFault, ...] = (),
+        cls, vehicle: Vehicle, limits: Limits, *, wheelbase_error: float = 0.0, **others: Any
     ) -> PlantParameters:
-        """The plant of a vehicle; `wheelbase_error` is relative."""
+        """The plant of a vehicle; `wheelbase_error` is relative, `others` are attributes."""
         return cls(
             wheelbase=vehicle.wheelbase * (1.0 + wheelbase_error),
             steering_limit=limits.steering,
             steering_rate_limit=limits.steering_rate,
             acceleration_limit=limits.acceleration,
-            dead_time=dead_time,
-            steering_offset=steering_offset,
-            acceleration_gain=acceleration_gain,
-            acceleration_offset=acceleration_offset,
-            faults=faults,
+            **others,
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class QueuedCommand:
+class PendingCommand:
     """A command on its way to the actuators: takes effect at `time` [s]; a [m/s²], delta_dot [rad/s]."""
 
     time: float
@@ -142,7 +131,12 @@ class PlantState:
     delta: float = 0.0
     acceleration: float = 0.0
     steering_rate: float = 0.0
-    pending: tuple[QueuedCommand, ...] = ()
+    pending: tuple[PendingCommand, ...] = ()
+
+    @property
+    def pose(self) -> Pose2:
+        """Of the rear axle."""
+        return Pose2(self.x, self.y, self.phi)
 
     @property
     def measured(self) -> VehicleState:
@@ -167,7 +161,7 @@ def issue(
     for name, value in (("acceleration", acceleration), ("steering_rate", steering_rate)):
         if not isfinite(value):
             raise InputError(f"command.{name} = {value}: must be a finite number")
-    queued = QueuedCommand(
+    queued = PendingCommand(
         time=plant.time + parameters.dead_time + delay,
         acceleration=_clip(acceleration, parameters.acceleration_limit) * parameters.acceleration_gain,
         steering_rate=_clip(steering_rate, parameters.steering_rate_limit),
@@ -246,13 +240,7 @@ def _steering_until_stop(plant: PlantState, parameters: PlantParameters, share: 
 
 
 def _integrate(
-    plant: PlantState,
-    parameters: PlantParameters,
-    a: float,
-    rate: float,
-    end: float,
-    *,
-    at_stop: bool,
+    plant: PlantState, parameters: PlantParameters, a: float, rate: float, end: float, *, at_stop: bool
 ) -> PlantState:
     """Equations (1) to (3) over an interval of constant acceleration and steering rate."""
     h = end - plant.time
@@ -260,16 +248,14 @@ def _integrate(
     delta = plant.delta + rate * h * _NODES
     turn = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase
     phi = plant.phi + h * (_TO_NODES @ turn)
-    return PlantState(
+    return replace(
+        plant,
         time=end,
         x=plant.x + h * float(_WEIGHTS @ (v * np.cos(phi))),
         y=plant.y + h * float(_WEIGHTS @ (v * np.sin(phi))),
         phi=plant.phi + h * float(_WEIGHTS @ turn),
         v=plant.v + a * h,
         delta=copysign(parameters.steering_limit, rate) if at_stop else plant.delta + rate * h,
-        acceleration=plant.acceleration,
-        steering_rate=plant.steering_rate,
-        pending=plant.pending,
     )
 
 

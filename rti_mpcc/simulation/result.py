@@ -1,23 +1,30 @@
-"""What a simulated run leaves behind: the truth, what the controller did, and what it was run with."""
+"""A simulated run: the truth, what the controller did, and what it was run with."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import nan
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from estimation import GoalStatus, Judgement
-from geometry import Area, Corridor, PathPart, ReferencePath
+from geometry import Area, Corridor, PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning.agenda import StepRecord
 from rti_mpcc.simulation.goal_feed import GoalSource
-from rti_mpcc.simulation.plant import SAME_TIME
+from rti_mpcc.simulation.plant import SAME_TIME, PlantParameters
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.types import Array, MissionResult, Objective, Reason, Source, Status
+from rti_mpcc.types import Array, Command, MissionResult, Objective, Reason, Source, Status
+
+STANDSTILL_SPEED = 0.02
+"""Slower than this [m/s] is standing."""
+DOCK_TIME = 0.5
+"""So long [s] inside tolerance and standing is docked."""
 
 
 def cusps_of(parts: Iterable[PathPart]) -> int:
@@ -52,24 +59,36 @@ class Truth:
     lateral_acceleration: Array
     goals: Array
 
+    @classmethod
+    def of(cls, samples: Sequence[Sequence[float]], parameters: PlantParameters) -> Truth:
+        """The truth from samples of t, x, y, phi, v, delta, theta, part, goal x, y, phi."""
+        table = np.array(samples)
+        times, v, delta = table[:, 0], table[:, 4], table[:, 5]
+        yaw_rate = v * np.tan(delta + parameters.steering_offset) / parameters.wheelbase
+        return cls(
+            times=_kept(times),
+            poses=_kept(table[:, 1:4]),
+            v=_kept(v),
+            delta=_kept(delta),
+            theta=_kept(table[:, 6]),
+            part=_kept(table[:, 7], np.int64),
+            acceleration=_kept(_slopes(times, v)),
+            steering_rate=_kept(_slopes(times, delta)),
+            lateral_acceleration=_kept(v * yaw_rate),
+            goals=_kept(table[:, 8:11]),
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycles:
-    """What the controller did in each of its m cycles. All arrays are read-only.
+    """Time [s], command and diagnostics of the m cycles, (m,) each. All arrays are read-only.
 
     Attributes:
-        times: (m,) when the state was measured [s].
-        acceleration, steering_rate: (m,) commands [m/s²], [rad/s].
-        speed, steering: (m,) planned values for interfaces that take those [m/s], [rad].
-        status, source, objective, cause, reason: m of each.
+        speed, steering: planned values for interfaces that take those [m/s], [rad].
         weights: (m, 4) lag, contouring, progress reward, goal position, as they act on the first stage.
-        iterations: (m,) of OSQP.
-        solved: (m,) whether a QP was given to the solver.
-        failed: (m,) whether its result was refused; iteration_limit: (m,) whether a QP used up its
-            iterations.
-        feedback_ms, solve_ms: (m,) as the controller took them.
-        step_ms: (m,) wall time of all of step(), as the caller sees it.
-        deadline_missed: (m,).
+        solved: whether a QP was given to the solver; failed: its result was refused; iteration_limit: a QP
+            used up its iterations.
+        step_ms: wall time of all of step(), as the caller sees it.
     """
 
     times: Array
@@ -92,17 +111,39 @@ class Cycles:
     step_ms: Array
     deadline_missed: NDArray[np.bool_]
 
+    @classmethod
+    def of(cls, times: Sequence[float], commands: Sequence[Command], step_ms: Sequence[float]) -> Cycles:
+        """The record of the cycles; `step_ms` is the wall time of each step()."""
+        notes = [command.diagnostics for command in commands]
+        weights = [note.weights for note in notes]
+        arrays: dict[str, Any] = {
+            **_columns(commands, np.float64, "acceleration", "steering_rate", "speed", "steering"),
+            **_columns(notes, np.float64, "feedback_ms", "solve_ms"),
+            **_columns(notes, np.int64, "iterations"),
+            **_columns(notes, np.bool_, "failed", "iteration_limit", "deadline_missed"),
+            "weights": _rows([[w.lag, w.contouring, w.progress_reward, w.goal_position] for w in weights], 4),
+            "solved": _kept([note.solver_status != "" for note in notes], np.bool_),
+        }
+        words: dict[str, Any] = {
+            **{name: tuple(getattr(command, name) for command in commands) for name in ("status", "source")},
+            **{
+                name: tuple(getattr(note, name) for note in notes)
+                for name in ("objective", "cause", "reason")
+            },
+        }
+        return cls(times=_kept(times), step_ms=_kept(step_ms), **arrays, **words)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tracking:
-    """What the controller made of the goal's detections, in each of its m cycles. Arrays are read-only.
+    """The goal as the controller knew it in each of its m cycles. Arrays are read-only.
 
     Attributes:
         aims: (m, 3) the pose that the active part was to end in x [m], y [m], phi [rad].
         estimates: (m, 3) the goal by the filter; NaN without one.
         covariances: (m, 3, 3) of the estimates; NaN without one.
         status: m of the filter; None without a filter.
-        detections: all that were told, in order of arrival; arrivals: (k,) the cycle's time of each [s].
+        detections: all that were given, in order of arrival; arrivals: (k,) the cycle's time of each [s].
     """
 
     aims: Array
@@ -111,6 +152,51 @@ class Tracking:
     status: tuple[GoalStatus | None, ...]
     detections: tuple[Judgement, ...]
     arrivals: Array
+
+    @classmethod
+    def of(cls, times: Sequence[float], commands: Sequence[Command]) -> Tracking:
+        """The goal in the cycles at `times` [s]."""
+        notes = [command.diagnostics for command in commands]
+        goals = [note.goal for note in notes]
+        covariances, unknown = [goal.covariance if goal else None for goal in goals], np.full((3, 3), nan)
+        given = [
+            (time, judged) for time, note in zip(times, notes, strict=True) for judged in note.detections
+        ]
+        return cls(
+            aims=_rows([_triple(note.aim) for note in notes], 3),
+            estimates=_rows([_triple(goal.pose if goal else None) for goal in goals], 3),
+            covariances=_kept(np.reshape([unknown if c is None else c for c in covariances], (-1, 3, 3))),
+            status=tuple(goal.status if goal else None for goal in goals),
+            detections=tuple(judged for _, judged in given),
+            arrivals=_kept([time for time, _ in given]),
+        )
+
+
+def _slopes(times: Array, values: Array) -> Array:
+    """(n,) mean slope from each sample to the next; the last one repeated."""
+    if len(times) < 2:
+        return np.zeros(len(times))
+    slopes = np.diff(values) / np.diff(times)
+    return np.append(slopes, slopes[-1])
+
+
+def _columns(rows: Sequence[object], kind: type[np.generic], *names: str) -> dict[str, NDArray[Any]]:
+    return {name: _kept([getattr(row, name) for row in rows], kind) for name in names}
+
+
+def _triple(pose: Pose2 | None) -> list[float]:
+    return [nan, nan, nan] if pose is None else [pose.x, pose.y, pose.phi]
+
+
+def _rows(values: Sequence[list[float]], width: int) -> Array:
+    """(n, width), also where every cycle was lost and n is 0."""
+    return _kept(np.reshape(values, (-1, width)))
+
+
+def _kept(values: ArrayLike, kind: type[np.generic] = np.float64) -> NDArray[Any]:
+    array = np.array(values, dtype=kind)
+    array.flags.writeable = False
+    return array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from rti_mpcc.simulation.ending import DOCK_TIME, STANDSTILL_SPEED
 from rti_mpcc.simulation.plant import SAME_TIME
-from rti_mpcc.simulation.result import RunResult, Truth
+from rti_mpcc.simulation.result import DOCK_TIME, STANDSTILL_SPEED, RunResult, Truth
 from rti_mpcc.types import Array
 
 TURNING_TRAVEL = 0.05
@@ -52,14 +51,14 @@ def energy_bound(truth: Truth, until: float) -> float:
     samples = max(int(np.searchsorted(truth.times, until + SAME_TIME, side="right")), 1)
     times, v = truth.times[:samples], truth.v[:samples]
     travel = _travel(times, v)
-    moving = np.append(0.0, np.cumsum(np.diff(times) * ~standing(times, v)[1:]))
+    moving = np.append(0.0, np.cumsum(np.diff(times) * ~samples_at_rest(times, v)[1:]))
     at = [0, *turning_points(times, v), samples - 1]
     ways, spans = np.abs(np.diff(travel[at])), np.diff(moving[at])
     some = spans > 0.0
     return float(np.sum(12.0 * ways[some] ** 2 / spans[some] ** 3))
 
 
-def standing(times: Array, v: Array) -> NDArray[np.bool_]:
+def samples_at_rest(times: Array, v: Array) -> NDArray[np.bool_]:
     """(n,) whether a sample is of a time of DOCK_TIME at least in which |v| <= STANDSTILL_SPEED."""
     found = np.zeros(len(times), dtype=np.bool_)
     for first, last in spells(np.abs(v) <= STANDSTILL_SPEED):

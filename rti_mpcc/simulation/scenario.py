@@ -1,228 +1,80 @@
-"""What a scenario file says, as frozen validated models, and the objects that follow from it.
+"""A whole scenario file as a frozen checked model, and the objects that follow from it.
 
-A scenario gives either a path and its corridor, or a start and an area in which the way to the goal is
-planned. The models check each value by itself (type, range, finiteness, unknown keys); what values must be to
-one another is checked by `scenario_checks`. `scenario_file.load_scenario` does both and words the errors.
+A scenario gives either a path and its corridor, or a start and an area in which the route to the goal is
+planned. Its tables are in `sections`; what they must be to one another is checked here.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar
+from collections.abc import Iterator
+from math import tan
+from typing import Any, TypeVar
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from estimation import DetectionNoise, GoalFilterConfig
-from geometry import Area, Corridor, Narrowing, Pose2, ReferencePath
+from estimation import GoalFilterConfig
+from geometry import Area, Corridor, InputError, Pose2, ReferencePath
+from geometry.angles import degrees_hint
 from rti_mpcc.baselines import with_method
-from rti_mpcc.config import EXIT, ControllerConfig, GoalTracking, Limits, Ride, Vehicle
-from rti_mpcc.errors import InputError
+from rti_mpcc.config import (
+    COMFORT_ACCELERATION,
+    ControllerConfig,
+    GoalLimits,
+    GoalTracking,
+    Limits,
+    Vehicle,
+)
+from rti_mpcc.planning import goals
 from rti_mpcc.planning.timing import config_for_docking_time
 from rti_mpcc.route_planner.problem import BOX
-from rti_mpcc.simulation.faults import FaultSection, plant_faults
-from rti_mpcc.simulation.fields import (
-    AreaSection,
-    Obstacle,
-    Polygon,
-    Positive,
-    Tolerance,
-    Triple,
-    VehicleSection,
-    beside_the_file,
-)
-from rti_mpcc.simulation.mission import MissionSection
 from rti_mpcc.simulation.plant import PlantParameters
-from rti_mpcc.simulation.scenario_camera import CameraSection
-from rti_mpcc.simulation.section import Section
+from rti_mpcc.simulation.sections.area import AreaSection
+from rti_mpcc.simulation.sections.base import KeyProblem, ListOf, Section, Triple, VehicleTable
+from rti_mpcc.simulation.sections.controller import ControllerSection, SimulationSection
+from rti_mpcc.simulation.sections.faults import FaultSection, plant_faults
+from rti_mpcc.simulation.sections.goal import GoalSection
+from rti_mpcc.simulation.sections.mission import DockStep, MissionSection, StraightStep, built_step
+from rti_mpcc.simulation.sections.path import CorridorSection, PathSection
 
 PRESETS = ("default", "paper", "paper_printed")
+_ERRORS = {"wheelbase_error", "steering_offset", "acceleration_gain", "acceleration_offset"}
+_EITHER = "either [path] and [corridor], or [start], [area] and goal.pose"
 
-Rate = Annotated[float, Field(gt=0.0, le=100.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
 AnySection = TypeVar("AnySection", bound=Section)
-StateNoise = Annotated[
-    tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative], Field(strict=False)
-]
 
 
-class SegmentSection(Section):
-    """One piece of constant curvature [1/m] and length [m]; direction -1 is reverse."""
-
-    direction: Literal[1, -1]
-    curvature: float
-    length: Positive
-
-
-class PathSection(Section):
-    """Either `start` (x, y [m], heading [rad] of the vehicle) and `segments`, or a CSV `file`."""
-
-    start: Triple | None = None
-    segments: Annotated[tuple[SegmentSection, ...], Field(strict=False, min_length=1)] | None = None
-    file: str | None = None
-
-    _beside = field_validator("file")(beside_the_file)
-
-
-class NarrowingSection(Section):
-    """Other offsets [m] of one or both boundaries between two arc lengths [m] of the whole route."""
-
-    start: float = Field(alias="from", ge=0.0)
-    end: float = Field(alias="to")
-    left: float | None = None
-    right: float | None = None
-
-
-class CorridorSection(Section):
-    """Either offsets `left` and `right` [m] of the path (positive to the left) or a `polygon`; obstacles."""
-
-    left: float | None = None
-    right: float | None = None
-    narrowings: Annotated[tuple[NarrowingSection, ...], Field(strict=False)] = ()
-    polygon: Polygon | None = None
-    obstacles: Annotated[tuple[Obstacle, ...], Field(strict=False)] = ()
-
-
-class StartSection(Section):
-    """Where the vehicle stands at the beginning: x, y [m], heading [rad]."""
+class PoseSection(Section):
+    """Where the vehicle stands at the beginning, or drives after a step failed for good: x, y [m], heading
+    [rad]."""
 
     pose: Triple
-
-
-class ShiftSection(Section):
-    """The true goal moves by `offset` (its own frame) once the rear axle is within `at_distance` [m]."""
-
-    at_distance: Positive
-    offset: Triple
-
-
-Std = Annotated[float, Field(gt=0.0, le=100.0)]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-
-
-class MeasurementSection(Section):
-    """How the goal is detected: std(r) = max(floor, std r / reference_range), r from rear axle to goal.
-
-    `initial_offset` is the goal that the plan starts from, in the true goal's frame.
-    """
-
-    rate: float = Field(default=10.0, gt=0.0, le=1000.0)
-    position_std: Std = DetectionNoise().position_std
-    heading_std: Std = DetectionNoise().heading_std
-    position_floor: Std = DetectionNoise().position_floor
-    heading_floor: Std = DetectionNoise().heading_floor
-    reference_range: Positive = DetectionNoise().reference_range
-    visible_range: Positive = 15.0
-    blind_range: NotNegative = 0.0
-    visible_after_cusp: bool = False
-    delay: float = Field(default=0.0, ge=0.0, le=10.0)
-    dropout: Share = 0.1
-    outlier: Share = 0.02
-    outlier_size: NotNegative = 1.0
-    initial_offset: Triple = (0.4, -0.3, 0.1)
-
-    @property
-    def noise(self) -> DetectionNoise:
-        """The law of the noise, for detector and filter alike."""
-        return DetectionNoise(
-            position_std=self.position_std,
-            heading_std=self.heading_std,
-            position_floor=self.position_floor,
-            heading_floor=self.heading_floor,
-            reference_range=self.reference_range,
-        )
-
-
-class GoalSection(Section):
-    """The goal by `offset` from the path's last pose or by its `pose`; neither: the path's last pose.
-
-    In an area it is its `pose`. `body` is the outline of what is docked at, in the goal's frame [m]: the
-    vehicle keeps clear of it until it drives on straight to touch it.
-    """
-
-    offset: Triple | None = None
-    pose: Triple | None = None
-    tolerance: Tolerance = (0.05, 0.05, 0.03490658503988659)
-    body: Polygon | None = None
-    measurement: MeasurementSection | None = None
-    camera: CameraSection | None = None
-    shifts: Annotated[tuple[ShiftSection, ...], Field(strict=False)] = ()
-
-
-class HomeSection(Section):
-    """Where a mission drives after a step that failed for good and says so: x, y [m], heading [rad]."""
-
-    pose: Triple
-
-
-class LimitsSection(Section):
-    """Limits of the vehicle, see `Limits`: [m/s], [m/s²], [rad], [rad/s]."""
-
-    speed: Rate = Limits().speed
-    acceleration: Rate = Limits().acceleration
-    steering: float = Field(default=Limits().steering, gt=0.0, le=1.4)
-    steering_rate: Rate = Limits().steering_rate
-
-
-class ControllerSection(Section):
-    """What the controller assumes or is asked for; None is the preset's own value."""
-
-    dead_time: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
-    comfort_acceleration: Positive | None = None
-    comfort_lateral_acceleration: Positive | None = None
-    comfort_steering_rate: Positive | None = None
-    comfort_jerk: Positive | None = None
-    ride: Ride | None = None
-    docking_time: Positive | None = None
-    recovery: bool | None = None
-    deadline: Annotated[float, Field(gt=EXIT, le=10.0)] | None = None
-
-
-class SimulationSection(Section):
-    """The plant and the clock. Times [s]; wheelbase_error relative; steering_offset [rad].
-
-    `acceleration_offset` comes on top of what is commanded [m/s²], positive to the front.
-
-    `state_noise` is the standard deviation of the measured x, y [m], phi [rad], v [m/s], delta [rad].
-
-    `start_offset`: the vehicle starts there, in the frame of its start or of the path's [m], [m], [rad].
-    """
-
-    plant_step: float = Field(default=0.01, ge=0.0005, le=0.05)
-    cycle: float = Field(default=0.05, ge=0.005, le=0.2)
-    dead_time: float = Field(default=0.0, ge=0.0, le=1.0)
-    duration: float = Field(default=120.0, gt=0.0, le=3600.0)
-    wheelbase_error: float = Field(default=0.0, ge=-0.5, le=0.5)
-    steering_offset: float = Field(default=0.0, ge=-0.3, le=0.3)
-    acceleration_gain: float = Field(default=1.0, ge=0.1, le=3.0)
-    acceleration_offset: float = Field(default=0.0, ge=-10.0, le=10.0)
-    state_noise: StateNoise = (0.0, 0.0, 0.0, 0.0, 0.0)
-    start_offset: Triple = (0.0, 0.0, 0.0)
 
 
 class Scenario(Section):
     """A whole scenario file. Units are SI and radians; arc lengths count along the whole route.
 
-    What it need not give is None here where it does not: `given_path` and `given_corridor`, or `start` and
-    `area`. `path` and `corridor` are those of a scenario that has them.
+    A table that is not in the file is None here: `given_path` and `given_corridor`, or `start` and `area`.
+    `path` and `corridor` are those of a scenario that has them.
     """
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
     description: str = ""
     given_path: PathSection | None = Field(default=None, alias="path")
     given_corridor: CorridorSection | None = Field(default=None, alias="corridor")
-    start: StartSection | None = None
+    start: PoseSection | None = None
     area: AreaSection | None = None
     goal: GoalSection = GoalSection()
-    vehicle: VehicleSection = VehicleSection()
-    limits: LimitsSection = LimitsSection()
+    vehicle: VehicleTable = Vehicle()
+    limits: Limits = Limits()
     controller: ControllerSection = ControllerSection()
     simulation: SimulationSection = SimulationSection()
-    faults: Annotated[tuple[FaultSection, ...], Field(strict=False)] = ()
-    mission: Annotated[tuple[MissionSection, ...], Field(strict=False)] = ()
-    home: HomeSection | None = None
+    faults: ListOf[FaultSection] = ()
+    mission: ListOf[MissionSection] = ()
+    home: PoseSection | None = None
 
     @property
     def in_area(self) -> bool:
-        """It gives a start and an area: the way to the goal is planned."""
+        """It gives a start and an area: the route to the goal is planned."""
         return self.area is not None
 
     @property
@@ -247,34 +99,15 @@ class Scenario(Section):
 
     def build_vehicle(self) -> Vehicle:
         """The vehicle that the controller knows."""
-        return self.vehicle.build()
-
-    def build_limits(self) -> Limits:
-        """The limits of vehicle and controller."""
-        return Limits(**self.limits.model_dump())
+        return self.vehicle
 
     def build_path(self) -> ReferencePath:
         """The route. Raises PathError, or InputError where none is given."""
-        if self.path.file is not None:
-            return ReferencePath.from_csv(self.path.file)
-        if self.path.start is None or self.path.segments is None:
-            raise InputError("path: needs start and segments, or file")
-        segments = [(piece.direction, piece.curvature, piece.length) for piece in self.path.segments]
-        return ReferencePath.from_segments(start=Pose2(*self.path.start), segments=segments)
+        return self.path.build()
 
     def build_corridor(self, path: ReferencePath) -> Corridor:
         """The drivable area along `path`. Raises CorridorError, or InputError where none is given."""
-        section = self.corridor
-        if section.polygon is not None:
-            return Corridor.from_polygon(path, section.polygon, obstacles=section.obstacles)
-        if section.left is None or section.right is None:
-            raise InputError("corridor: needs left and right, or polygon")
-        narrowings = [
-            Narrowing(piece.start, piece.end, piece.left, piece.right) for piece in section.narrowings
-        ]
-        return Corridor.from_offsets(
-            path, left=section.left, right=section.right, narrowings=narrowings, obstacles=section.obstacles
-        )
+        return self.corridor.build(path)
 
     def start_pose(self) -> Pose2:
         """Where the vehicle stands at the beginning, world frame. Raises as `build_path`."""
@@ -300,7 +133,7 @@ class Scenario(Section):
         return path.end if self.goal.offset is None else path.end.compose(Pose2(*self.goal.offset))
 
     def planned_goal(self, path: ReferencePath | None = None) -> Pose2 | None:
-        """The goal that the controller is told at the start: the true one where it is known.
+        """The goal that the controller is given at the start: the true one where it is known.
 
         None where that is the path's last pose. Arguments and errors as `goal_pose`.
         """
@@ -319,18 +152,21 @@ class Scenario(Section):
         """
         if preset not in PRESETS:
             raise InputError(f"preset = {preset!r}: must be one of {', '.join(PRESETS)}")
-        section, simulation = self.controller, self.simulation
+        section, simulation, measurement = self.controller, self.simulation, self.goal.measurement
         changes: dict[str, Any] = {
-            "vehicle": self.build_vehicle(),
-            "limits": self.build_limits(),
+            "vehicle": self.vehicle,
+            "limits": self.limits,
             "cycle": simulation.cycle,
             "dead_time": simulation.dead_time if section.dead_time is None else section.dead_time,
             "goal_tolerance": self.goal.tolerance,
         }
-        if detections is None:
-            detections = self.goal.measurement is not None
-        if detections:
-            changes["goal_tracking"] = self._goal_tracking()
+        if (measurement is not None) if detections is None else detections:
+            changes["goal_tracking"] = GoalTracking(required=True)
+            if measurement is not None:
+                # The filter knows the law of the detector's noise, and that detections may arrive late.
+                longest = GoalFilterConfig().history + measurement.delay
+                noise = GoalFilterConfig(noise=measurement.noise, history=longest)
+                changes["goal_tracking"] = GoalTracking(filter=noise, required=True)
         changes.update(section.model_dump(exclude={"dead_time", "docking_time"}, exclude_none=True))
         make = {"paper": ControllerConfig.paper, "paper_printed": ControllerConfig.paper_printed}
         config = with_method(make.get(preset, ControllerConfig)(**changes), method)
@@ -339,24 +175,132 @@ class Scenario(Section):
         path = self.build_path()
         return config_for_docking_time(section.docking_time, path, config, self.planned_goal(path))
 
-    def _goal_tracking(self) -> GoalTracking:
-        """The filter knows the law of the detector's noise, and that detections may arrive late."""
-        measurement = self.goal.measurement
-        if measurement is None:
-            return GoalTracking(required=True)
-        longest = GoalFilterConfig().history + measurement.delay
-        return GoalTracking(filter=GoalFilterConfig(noise=measurement.noise, history=longest), required=True)
-
     def plant_parameters(self) -> PlantParameters:
         """The plant, with the errors and faults that the controller does not know."""
-        simulation = self.simulation
-        return PlantParameters.of(
-            self.build_vehicle(),
-            self.build_limits(),
-            dead_time=simulation.dead_time,
-            wheelbase_error=simulation.wheelbase_error,
-            steering_offset=simulation.steering_offset,
-            acceleration_gain=simulation.acceleration_gain,
-            acceleration_offset=simulation.acceleration_offset,
-            faults=plant_faults(self.faults),
-        )
+        errors = self.simulation.model_dump(include={"dead_time", *_ERRORS})
+        return PlantParameters.of(self.vehicle, self.limits, faults=plant_faults(self.faults), **errors)
+
+    # -- what does not go together -------------------------------------------------------------------------
+
+    def problems(self) -> Iterator[KeyProblem]:
+        """Tables that do not go together; what is built from them only where nothing else is wrong."""
+        found = [*self._ground_problems(), *self._comfort_problems(), *self._mission_problems()]
+        yield from found or (self._settings_problems() if self.in_area else self._path_problems())
+
+    def _ground_problems(self) -> Iterator[KeyProblem]:
+        """There must be a path with its corridor or a start in an area with the goal's pose, and not both."""
+        on_path = {"path": self.given_path, "corridor": self.given_corridor}
+        in_area = {"start": self.start, "area": self.area}
+        given = [key for key, section in in_area.items() if section is not None]
+        if given and any(section is not None for section in on_path.values()):
+            for key in given:
+                yield KeyProblem(key, None, f"{_EITHER}, not both")
+            return
+        if self.in_area and self.goal.offset is not None:
+            allowed = "only with [path], from whose end it is counted: give goal.pose"
+            yield KeyProblem("goal.offset", self.goal.offset, allowed)
+        for key, section in ({**in_area, "goal.pose": self.goal.pose} if given else on_path).items():
+            if section is None:
+                yield KeyProblem(key, None, f"required: {_EITHER}")
+        if self.in_area and (time := self.controller.docking_time) is not None:
+            allowed = "only with [path]: how long an unknown way takes is not known before"
+            yield KeyProblem("controller.docking_time", time, allowed)
+
+    def _comfort_problems(self) -> Iterator[KeyProblem]:
+        comfort = self.controller.comfort_acceleration
+        if comfort is None:
+            comfort = COMFORT_ACCELERATION
+        if comfort > self.limits.acceleration:
+            allowed = f"must be <= limits.acceleration = {self.limits.acceleration}"
+            yield KeyProblem("controller.comfort_acceleration", comfort, allowed)
+
+    def _mission_problems(self) -> Iterator[KeyProblem]:
+        """Each step by itself, and against the others and the goal."""
+        body = self.goal.body
+        if not self.mission:
+            if body is not None:
+                yield KeyProblem("goal.body", None, "only with [[mission]], which keeps clear of it")
+            if self.home is not None:
+                yield KeyProblem("home", None, "only with [[mission]]")
+        goal = Pose2(0.0, 0.0, 0.0) if self.in_area else None
+        for index, step in enumerate(self.mission):
+            key = f"mission[{index}]"
+            if isinstance(step, StraightStep) and step.contact and body is None:
+                yield KeyProblem(f"{key}.contact", True, "needs goal.body, what is to be touched")
+            planned = ("approach", "tolerance", "uncertainty") if isinstance(step, DockStep) else ()
+            misplaced = [name for name in planned if not self.in_area and name in step.model_fields_set]
+            for name in misplaced:
+                yield KeyProblem(
+                    f"{key}.{name}", None, "only in an area, where the way to the dock is planned"
+                )
+            try:
+                if not misplaced:
+                    built_step(step, goal, body)
+            except InputError as error:
+                yield KeyProblem(key, None, str(error))
+            if step.retry_from is not None and step.retry_from > index:
+                yield KeyProblem(f"{key}.retry_from", step.retry_from, f"must be <= {index}, its own place")
+            if step.then == "home" and self.home is None:
+                yield KeyProblem(f"{key}.then", "home", "needs [home]")
+
+    def _path_problems(self) -> Iterator[KeyProblem]:
+        """Of corridor and goals, in this order; later ones are only looked at where earlier ones can be."""
+        path, width = self.build_path(), self.vehicle.least_width
+        narrow = [problem.below("corridor") for problem in self.corridor.problems_along(path, width)]
+        yield from narrow
+        if narrow:
+            return
+        try:
+            corridor = self.build_corridor(path)
+        except InputError as error:
+            yield KeyProblem("corridor", None, str(error))
+            return
+        narrowest, theta = corridor.narrowest()
+        # The narrowest place is sampled: only what is clearly below the width is refused.
+        if narrowest < width - 1e-6:
+            value = f"{narrowest:.4g} m wide at {theta:.4g} m along the path"
+            yield KeyProblem("corridor", value, f"must be at least as wide as the body, {width} m")
+        for key, goal in self._goals(path):
+            problem = goals.checked(goal, path, corridor, self.vehicle, GoalLimits()).problem
+            if problem:
+                value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
+                yield KeyProblem(key, value, f"out of reach, {problem}")
+        yield from self._settings_problems()
+
+    def _goals(self, path: ReferencePath) -> Iterator[tuple[str, Pose2]]:
+        """Key and pose of the planned goal, the true one, and each place that it moves to."""
+        planned, goal = self.planned_goal(path), self.goal_pose(path)
+        if self.goal.measurement is not None and planned is not None:
+            yield "goal.measurement.initial_offset", planned
+        if not self.goal_is_path_end:
+            yield "goal", goal
+        for index, shift in enumerate(self.goal.shifts):
+            goal = goal.compose(Pose2(*shift.offset))
+            yield f"goal.shifts[{index}]", goal
+
+    def _settings_problems(self) -> Iterator[KeyProblem]:
+        try:
+            self.controller_config("default")
+        except InputError as error:
+            yield KeyProblem("controller", None, str(error))
+
+    def remarks(self) -> list[str]:
+        """What is allowed but will show: one line each."""
+        path = self.given_path
+        poses = {
+            "start.pose": None if self.start is None else self.start.pose,
+            "path.start": None if path is None else path.start,
+            "goal.pose": self.goal.pose,
+            "goal.offset": self.goal.offset,
+            "home.pose": None if self.home is None else self.home.pose,
+        }
+        found = [degrees_hint(f"{key}[2]", pose[2]) for key, pose in poses.items() if pose is not None]
+        if path is not None:
+            bend, possible = path.build().max_curvature, tan(self.limits.steering) / self.vehicle.wheelbase
+            if bend > possible * (1.0 + 1e-9):
+                found.append(
+                    f"path: its largest curvature {bend:.4g} 1/m is more than the vehicle can steer "
+                    f"(tan(limits.steering) / vehicle.wheelbase = {possible:.4g} 1/m); it is made smooth or "
+                    "left there"
+                )
+        return [remark for remark in found if remark]

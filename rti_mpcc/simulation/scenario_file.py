@@ -1,4 +1,4 @@
-"""From a scenario file, or the name of a built-in one, to a Scenario, with one line a problem."""
+"""Scenario files: read and checked, changed, written back."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import tomlkit
+
 from rti_mpcc.errors import ScenarioError
 from rti_mpcc.simulation.scenario import Scenario
-from rti_mpcc.simulation.scenario_checks import problems, remarks
-from rti_mpcc.simulation.toml_file import parsed, read_text, told, validated
+from rti_mpcc.simulation.sections.base import read_toml, validated
 
 _LOG = logging.getLogger(__name__)
 _BUILT_IN = files("rti_mpcc.simulation") / "scenarios"
@@ -29,15 +30,13 @@ def load_scenario(name_or_file: str | Path) -> Scenario:
     Logs a warning for what is allowed but will show. Raises ScenarioError with one line a problem:
     `file: key = value: what is allowed`.
     """
-    name = str(name_or_file)
+    name, file = str(name_or_file), Path(name_or_file)
     if name in builtin_names():
-        text = (_BUILT_IN / f"{name}.toml").read_text(encoding="utf-8")
-        source = f"{name}.toml"
-        return scenario_from_dict(parsed(text, source), source=source, folder=Path(str(_BUILT_IN)))
-    file = Path(name_or_file)
+        file = Path(str(_BUILT_IN / f"{name}.toml"))
+        return _remarked(read_toml(Scenario, file, file.name), file.name)
     if file.suffix != ".toml":
         raise ScenarioError(f"{name}: must be a .toml file or one of {', '.join(builtin_names())}")
-    return scenario_from_dict(parsed(read_text(file), name), source=name, folder=file.parent)
+    return _remarked(read_toml(Scenario, file, name), name)
 
 
 def scenario_from_dict(
@@ -48,11 +47,12 @@ def scenario_from_dict(
     `source` stands in front of error messages; a relative path.file or area.map is taken from `folder`
     (default: the working directory). Raises ScenarioError as `load_scenario`.
     """
-    scenario = validated(Scenario, data, source=source, folder=folder)
-    found = problems(scenario)
-    if found:
-        raise ScenarioError(told(found, source))
-    for remark in remarks(scenario):
+    return _remarked(validated(Scenario, data, source=source, folder=folder), source)
+
+
+def _remarked(scenario: Scenario, source: str) -> Scenario:
+    """The scenario, once it was warned of what will show."""
+    for remark in scenario.remarks():
         _LOG.warning("%s: %s", source, remark)
     return scenario
 
@@ -73,3 +73,23 @@ def changed(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
         else:
             table[last] = value
     return scenario_from_dict(data, source=scenario.name)
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario file (TOML): only what was set, so that defaults stay defaults. It is read back as equal.
+
+    A path.file or area.map is written as an absolute path: the text may be put anywhere.
+    """
+    data = scenario.model_dump(by_alias=True, exclude_unset=True, exclude_none=True)
+    for table, key in (("path", "file"), ("area", "map")):
+        if key in data.get(table, {}):
+            data[table][key] = str(Path(data[table][key]).absolute())
+    return tomlkit.dumps(data)
+
+
+def save_scenario(scenario: Scenario, folder: Path) -> Path:
+    """Write FOLDER/<name>.toml, making the folder where it is missing, and return that file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{scenario.name}.toml"
+    file.write_text(scenario_text(scenario), encoding="utf-8")
+    return file

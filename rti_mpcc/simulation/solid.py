@@ -50,15 +50,11 @@ class SolidThings:
         Where something is crossed: minus the deepest penetration.
         """
         local = poses - np.array([*self.origin, 0.0])
-        found = [
-            self._clearance(body_polygons(local[begin : begin + _SLICE], vehicle))
-            for begin in range(0, len(local), _SLICE)
-        ]
-        return np.concatenate([np.zeros(0), *found])
-
-    def _clearance(self, bodies: Array) -> Array:
-        """Of bodies (n, m, 2), to the boundary and the obstacles that are nearest to one of them or in it."""
-        shapes = shapely.polygons(bodies)
-        nearest = self.tree.query_nearest(shapes)[1]
-        met = self.tree.query(shapes, predicate="intersects")[1]
-        return clearance(self.walls, self.shapes[np.union1d(nearest, met).astype(np.int64)], bodies)
+        found = [np.zeros(0)]
+        for begin in range(0, len(local), _SLICE):
+            bodies = body_polygons(local[begin : begin + _SLICE], vehicle)
+            shapes = shapely.polygons(bodies)
+            met = self.tree.query(shapes, predicate="intersects")[1]
+            near = np.union1d(self.tree.query_nearest(shapes)[1], met).astype(np.int64)
+            found.append(clearance(self.walls, self.shapes[near], bodies))
+        return np.concatenate(found)

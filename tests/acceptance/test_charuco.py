@@ -11,7 +11,8 @@ import pytest
 from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
 from geometry import Pose2
 from rti_mpcc.simulation import Detector, RunResult, Scenario, changed, load_scenario, simulate
-from rti_mpcc.simulation.camera import BoardCamera, CameraDetector, Image, Optics
+from rti_mpcc.simulation.camera import BoardCamera, Image, Optics
+from rti_mpcc.simulation.camera_detector import CameraDetector
 
 Figures = MutableMapping[str, Any]
 

@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -15,7 +16,7 @@ from benchmarks.measure_deviations import PAGES
 from benchmarks.measure_results import constant_rows
 from benchmarks.tables import table
 from benchmarks.variations import VARIATIONS
-from rti_mpcc.simulation.mission import OPTIONAL, REQUIRED
+from rti_mpcc.simulation.sections.mission import AnyStepSection, StepSection
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("geometry", "estimation", "rti_mpcc")
@@ -80,8 +81,12 @@ def test_the_keys_of_each_step_are_those_of_the_code() -> None:
     page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|(.*)\|(.*)\|$", page, flags=re.MULTILINE)
     told = {kind: [tuple(re.findall(r"`(\w+)`", cell)) for cell in cells] for kind, *cells in rows}
-    for kind, required in REQUIRED.items():
-        assert told[kind] == [required, OPTIONAL[kind]]
+    for section in get_args(AnyStepSection):
+        (kind,) = get_args(section.model_fields["kind"].annotation)
+        keys = {n: f for n, f in section.model_fields.items() if n not in {"kind", *StepSection.model_fields}}
+        assert told[kind] == [
+            tuple(n for n, f in keys.items() if f.is_required() is needed) for needed in (True, False)
+        ]
 
 
 def test_no_label_is_defined_twice_in_the_documents() -> None:

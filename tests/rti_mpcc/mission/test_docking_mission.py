@@ -15,7 +15,6 @@ from geometry import Area, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, DockingMission, InputError, Source, Status
 from rti_mpcc.mission import docking_mission
 from rti_mpcc.simulation.plant import PlantState
-from rti_mpcc.simulation.site import Site
 from rti_mpcc.steps import AnyStep, Approach, Dock, DockKind, DriveTo, Straight, Undock, Wait
 from rti_mpcc.types import MissionResult, VehicleState
 from tests.rti_mpcc.docking_runs import straight
@@ -367,10 +366,9 @@ def test_goals_that_are_none_do_no_harm(goal: Any) -> None:
 
 def on_path(config: ControllerConfig) -> DockingController:
     """On a straight path of 8 m in a corridor 3 m to both sides."""
-    site = Site.of(straight(1, 8.0))
-    assert site.path is not None
-    assert site.corridor is not None
-    return DockingController(site.path, site.corridor, config)
+    scenario = straight(1, 8.0)
+    path = scenario.build_path()
+    return DockingController(path, scenario.build_corridor(path), config)
 
 
 WIDE = Area(boundary=[(-20.0, -8.0), (30.0, -8.0), (30.0, 8.0), (-20.0, 8.0)])

@@ -16,7 +16,7 @@ from rti_mpcc.recording import Recorder, read_recording
 from rti_mpcc.report.ride import CameraFrames, Moment, Ride, ride_of_recording, ride_of_run
 from rti_mpcc.simulation import RunResult, docking_controller
 from rti_mpcc.simulation.camera import BoardCamera, Optics
-from rti_mpcc.simulation.scenario_camera import CameraSection
+from rti_mpcc.simulation.sections.camera import CameraSection
 from tests.rti_mpcc.recording.recordings import (
     AWAY,
     BEFORE,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,14 @@ from rti_mpcc.types import (
 )
 
 Script = Callable[[float, VehicleState], tuple[float, float]]
+
+
+def still(now: float, state: VehicleState) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def forward(now: float, state: VehicleState) -> tuple[float, float]:
+    return 1.0, 0.0
 
 
 @dataclass(kw_only=True)
@@ -149,9 +158,32 @@ def area_tables() -> dict[str, Any]:
     }
 
 
-@pytest.fixture
-def hall_tables() -> dict[str, Any]:
-    return area_tables()
+MAP = """image: yard.pgm
+resolution: 1.0
+origin: [-10, -6, 0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.2
+"""
+
+
+def write_map(folder: Path) -> None:
+    """40 m by 12 m, free but for its rim."""
+    cells = np.full((12, 40), 254, dtype=np.uint8)
+    cells[[0, -1]] = cells[:, [0, -1]] = 0
+    (folder / "yard.pgm").write_bytes(b"P5\n40 12\n255\n" + cells.tobytes())
+    (folder / "yard.yaml").write_text(MAP)
+
+
+def camera_tables(**camera: Any) -> dict[str, Any]:
+    """4 m in reverse to a board that a camera sees."""
+    return {
+        "name": "seen",
+        "path": {"start": [4.0, 0.3, 0.05], "segments": [{"direction": -1, "curvature": 0.0, "length": 4.0}]},
+        "corridor": {"left": 3.0, "right": -3.0},
+        "goal": {"measurement": {"initial_offset": [0.2, 0.1, 0.05], "rate": 5.0}, "camera": camera},
+        "simulation": {"cycle": 0.05, "duration": 40.0},
+    }
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,20 +12,12 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
 from rti_mpcc.errors import InputError
 from rti_mpcc.simulation import RunResult, Scenario, changed, simulate, summary
-from rti_mpcc.simulation.controllers import planner_in
 from rti_mpcc.simulation.metrics import clearances, untimed
 from rti_mpcc.types import VehicleState
+from tests.rti_mpcc.simulation.conftest import forward, still
 
 AHEAD = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0), (-1, 0.0, 3.0), (1, 0.0, 14.0)])
 BACK = ReferencePath.from_segments(Pose2(1.0, 0.0, 0.0), [(1, 0.0, 14.0)])
-
-
-def still(now: float, state: VehicleState) -> tuple[float, float]:
-    return 0.0, 0.0
-
-
-def forward(now: float, state: VehicleState) -> tuple[float, float]:
-    return 1.0, 0.0
 
 
 def first_ahead_then_back(now: float) -> ReferencePath | None:
@@ -52,53 +43,12 @@ def test_progress_is_on_the_way_that_was_planned(scripted_planner: Any, hall: Sc
     assert (result.truth.part == 0).all()
 
 
-def test_the_part_is_the_one_that_the_controller_is_on(scripted_planner: Any, hall: Scenario) -> None:
-    part = lambda now: 0 if now < 0.975 else 2  # noqa: E731
-    controller = scripted_planner(script=still, planned=lambda now: AHEAD, part=part)
-    result = simulate(changed(hall, {"simulation.duration": 2.0}), controller=controller)
-    assert set(result.truth.part[result.truth.times < 0.995]) == {0}
-    assert set(result.truth.part[result.truth.times > 0.995]) == {2}
-    assert result.truth.theta[-1] == pytest.approx(AHEAD.parts[2].start)
-    rows = np.array([50, 150], dtype=np.int64)
-    assert result.on_last_part(rows).tolist() == [False, True]
-
-
-def test_while_another_way_is_planned_progress_stays_where_it_was(
-    scripted_planner: Any, hall: Scenario
-) -> None:
-    plan = lambda now: AHEAD if now < 0.475 else None if now < 0.975 else BACK  # noqa: E731
-    controller = scripted_planner(script=still, planned=plan, part=lambda now: 2 if now < 0.475 else 0)
-    result = simulate(changed(hall, {"simulation.duration": 1.5}), controller=controller)
-    planning = result.truth.times < 1.0 - 1e-9
-    assert set(result.truth.part[planning]) == {2}
-    assert result.truth.theta[planning] == pytest.approx(AHEAD.parts[2].start)
-    assert result.truth.theta[~planning] == pytest.approx(0.0)
-    assert [path for _, path in result.paths] == [AHEAD, BACK]
-
-
 def test_without_a_way_there_is_no_last_part(scripted: Any, hall: Scenario) -> None:
     result = simulate(changed(hall, {"simulation.duration": 0.5}), controller=scripted(script=still))
     assert not result.paths
     assert not result.on_last_part(np.arange(3, dtype=np.int64)).any()
     with pytest.raises(InputError, match=r"hall: no way was found"):
         _ = result.path
-
-
-def test_the_plan_is_begun_at_the_start_and_told_the_goal(scripted: Any, hall: Scenario) -> None:
-    controller = scripted(script=still)
-    simulate(
-        changed(hall, {"simulation.duration": 0.1, "start.pose": [1.0, 2.0, 0.3]}), controller=controller
-    )
-    _, state, goal, obstacles = controller.given[0]
-    assert (state.x, state.y, state.phi, state.v) == (1.0, 2.0, 0.3, 0.0)
-    assert (goal, obstacles) == (Pose2(15.0, 0.0, 0.0), None)
-
-
-def test_a_goal_that_jumps_is_beside_the_one_told(scripted: Any, hall: Scenario) -> None:
-    controller = scripted(script=still)
-    faults = [{"kind": "goal_jump", "from": 0.1, "to": 0.2, "size": 0.5}]
-    simulate(changed(hall, {"simulation.duration": 0.3, "faults": faults}), controller=controller)
-    assert [entry[2].y for entry in controller.given] == pytest.approx([0, 0, 0.5, 0.5, 0, 0, 0])
 
 
 class Sees:
@@ -135,26 +85,6 @@ def test_figures_of_the_planning(scripted_planner: Any, hall: Scenario) -> None:
     assert figures["planning"] == {"seconds": 0.25, "replans": 1, "length_m": pytest.approx(21.0), "cusps": 2}
     assert figures["expected_time_s"] is None
     assert untimed(figures)["planning"] == {"replans": 1, "length_m": pytest.approx(21.0), "cusps": 2}
-
-
-def test_a_stop_to_steer_is_no_cusp(scripted_planner: Any, hall: Scenario) -> None:
-    (first,) = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 4.0)]).parts
-    (second,) = ReferencePath.from_segments(first.last, [(1, 0.2, 4.0)]).parts
-    path = ReferencePath(parts=(first, replace(second, knots=second.knots + 4.0)))
-    controller = scripted_planner(script=still, planned=lambda now: path)
-    figures = summary(simulate(changed(hall, {"simulation.duration": 0.2}), controller=controller))
-    assert (figures["planning"]["length_m"], figures["planning"]["cusps"]) == (pytest.approx(8.0), 0)
-
-
-def test_what_was_not_found_is_null(scripted: Any, hall: Scenario) -> None:
-    result = simulate(changed(hall, {"simulation.duration": 0.2}), controller=scripted(script=still))
-    assert summary(result)["planning"] == {"seconds": 0.0, "replans": 0, "length_m": None, "cusps": None}
-
-
-def test_along_a_path_nothing_is_planned(scripted: Any, straight: Scenario) -> None:
-    result = simulate(changed(straight, {"simulation.duration": 0.2}), controller=scripted(script=still))
-    assert "planning" not in summary(result)
-    assert (result.area, result.besides, result.planning) == (None, (), None)
 
 
 # -- off the path that was given -------------------------------------------------------------------------
@@ -194,37 +124,6 @@ def test_a_path_that_is_left_is_followed_by_the_way_that_was_planned(
     assert figures["expected_time_s"] == summary(stays)["expected_time_s"] is not None
 
 
-def test_a_planner_that_stays_on_its_path_has_planned_nothing(
-    scripted_planner: Any, straight: Scenario
-) -> None:
-    given = straight.build_path()
-    result = leaving(scripted_planner, straight, lambda now: given)
-    assert result.planning is None
-    assert result.given_path is result.path
-    assert len(result.paths) == 1
-    assert "planning" not in summary(result)
-
-
-def test_off_its_path_clearance_is_to_all_of_the_corridor(scripted_planner: Any, straight: Scenario) -> None:
-    scenario = changed(straight, {"corridor.obstacles": [[[12, 0.5], [13, 0.5], [13, 1.5], [12, 1.5]]]})
-    vehicle, plan = Vehicle(), on_given_then_aside(straight)
-    room = min(3.0 - 1.0 - 0.5 * vehicle.width, 12.0 - 5.0 - vehicle.front)
-    result = leaving(scripted_planner, scenario, plan, 5.0, 1.0)
-    assert clearances(result) == pytest.approx(room, abs=1e-3)
-    result = leaving(scripted_planner, scenario, plan, 8.0, 0.5)
-    assert clearances(result) == pytest.approx(12.0 - 8.0 - vehicle.front, abs=1e-3)
-
-
-def test_off_its_path_it_is_not_clear_where_the_corridor_does_not_reach(
-    scripted_planner: Any, straight: Scenario
-) -> None:
-    """There a path has no boundaries any more."""
-    result = leaving(scripted_planner, straight, on_given_then_aside(straight), -60.0)
-    on_path = result.truth.times < 1.0 - 1e-9
-    assert (clearances(result)[on_path] > 0.0).all()
-    assert (clearances(result)[~on_path] <= 0.0).all()
-
-
 def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> None:
     vehicle = Vehicle()
     scenario = changed(hall, {"simulation.duration": 1.0, "start.pose": [3.0, 3.0, 0.0]})
@@ -235,28 +134,4 @@ def test_clearance_is_to_all_that_is_solid(scripted: Any, hall: Scenario) -> Non
     assert summary(result)["min_clearance_m"] == pytest.approx(2.0 - vehicle.rear)
 
 
-def test_clearance_counts_what_is_there_at_the_time(scripted: Any, hall: Scenario) -> None:
-    wall = np.array([[6.0, -1.0], [6.5, -1.0], [6.5, 1.0], [6.0, 1.0]])
-    result = simulate(
-        changed(hall, {"simulation.duration": 2.0}),
-        controller=scripted(script=still),
-        obstacles_at=lambda now: [wall] if 0.475 < now < 0.975 else [],
-    )
-    there = (result.truth.times > 0.5 - 1e-9) & (result.truth.times < 1.0 - 1e-9)
-    distances = clearances(result)
-    assert distances[there] == pytest.approx(6.0 - Vehicle().front)
-    assert (distances[~there] > 4.0).all()
-
-
 # -- who plans ---------------------------------------------------------------------------------------------
-
-
-def test_the_planner_is_found_in_what_it_is_wrapped_in(scripted_planner: Any, scripted: Any) -> None:
-    class Around:
-        def __init__(self, controller: Any) -> None:
-            self.controller = controller
-
-    planner = scripted_planner(script=still, planned=lambda now: None)
-    assert planner_in(planner) is planner
-    assert planner_in(Around(Around(planner))) is planner
-    assert planner_in(Around(scripted(script=still))) is None

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
-from signal import SIG_DFL, SIGINT, getsignal, signal
-from time import sleep
 
 import numpy as np
 import pytest
 
 from rti_mpcc import InputError
-from rti_mpcc.simulation import batch, changed, load_scenario
+from rti_mpcc.simulation import changed, load_scenario
 from rti_mpcc.simulation.batch import THREADS, Case, Outcome, drive_all
 
 SHORT = changed(load_scenario("docking_behind"), {"simulation.duration": 1.0})
@@ -39,51 +36,8 @@ def test_what_comes_out_does_not_depend_on_who_drives_it() -> None:
     assert not np.array_equal(poses(alone)[0], poses(alone)[1])
 
 
-def test_nothing_to_do_is_done() -> None:
-    assert drive_all([], jobs=1) == []
-
-
 def test_what_cannot_be_driven_is_refused() -> None:
     with pytest.raises(InputError, match="method = 'best': must be one of"):
         drive_all([Case(scenario=SHORT, method="best")], jobs=1)
     with pytest.raises(InputError, match="jobs = 0: must be >= 1"):
         drive_all(CASES, jobs=0)
-
-
-class Threads(ThreadPoolExecutor):
-    """Stands in for a pool of processes, so that what they do can be counted."""
-
-    def __init__(self, jobs: int, *, mp_context: object, initializer: object) -> None:
-        super().__init__(jobs)
-
-
-@pytest.mark.parametrize("ending", [KeyboardInterrupt, InputError])
-def test_what_ends_a_batch_keeps_the_rest_from_being_driven(
-    monkeypatch: pytest.MonkeyPatch, ending: type[BaseException]
-) -> None:
-    driven: list[Case] = []
-
-    def drive(case: Case) -> Case:
-        driven.append(case)
-        if len(driven) > 2:
-            sleep(0.2)  # the rest cannot have been driven before it is cancelled
-        return case
-
-    def told(done: int, total: int) -> None:
-        raise ending("enough")
-
-    monkeypatch.setattr(batch, "ProcessPoolExecutor", Threads)
-    monkeypatch.setattr(batch, "drive", drive)
-    cases = [Case(scenario=SHORT, seed=seed) for seed in range(200)]
-    with pytest.raises(ending, match="enough"):
-        drive_all(cases, jobs=2, progress=told)
-    assert len(driven) < len(cases)
-
-
-def test_an_interrupted_worker_ends() -> None:
-    before = getsignal(SIGINT)
-    try:
-        batch.end_when_interrupted()
-        assert getsignal(SIGINT) is SIG_DFL
-    finally:
-        signal(SIGINT, before)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
-from estimation import Camera, CharucoBoard, CharucoDetection, CharucoGoalDetector
+from estimation import Camera, CharucoBoard
 from estimation.camera import turn
 from geometry import Pose2
 from rti_mpcc.simulation import camera as drawing
-from rti_mpcc.simulation.camera import BoardCamera, CameraDetector, Image, Optics
-from rti_mpcc.simulation.detector import Detector
+from rti_mpcc.simulation.camera import BoardCamera, Optics
 from rti_mpcc.types import Array
 
 CAMERA, BOARD, DOCK = Camera(), CharucoBoard(), Pose2(0.0, 0.0, 0.0)
@@ -85,15 +83,6 @@ def test_blur_softens_edges() -> None:
     assert soft.mean() == pytest.approx(sharp.mean(), rel=0.01)
 
 
-def test_the_seed_determines_every_picture() -> None:
-    vehicle = Pose2(2.0, 0.3, 0.1)
-    first, again, other = (taking(seed=seed, noise=3.0) for seed in (4, 4, 5))
-    for _ in range(2):
-        picture = first.expose(vehicle, DOCK)
-        assert np.array_equal(picture, again.expose(vehicle, DOCK))
-        assert not np.array_equal(picture, other.expose(vehicle, DOCK))
-
-
 @pytest.mark.parametrize(
     "vehicle",
     [Pose2(-8.0, 0.0, 0.0), Pose2(-1.85, 0.0, 0.0), Pose2(3.0, 9.0, 0.0), Pose2(-8.0, 0.0, pi)],
@@ -116,14 +105,6 @@ def test_the_background_turns_with_the_vehicle() -> None:
     assert np.array_equal(pictures.expose(Pose2(5.0, 3.0, 0.0), far_off), ahead)
 
 
-def test_a_lens_that_sees_more_than_all_around_sees_it_again() -> None:
-    camera = CAMERA.model_copy(update={"fx": 60.0, "fy": 60.0, "cx": 639.5})
-    picture = taking(camera).expose(Pose2(-8.0, 0.0, 0.3), DOCK)
-    assert picture.shape == (camera.height, camera.width)
-    around = round(2.0 * pi * camera.fx)
-    assert np.array_equal(picture[:, :-around], picture[:, around:])
-
-
 def test_other_boards_leave_the_noise_of_a_picture_as_it_is() -> None:
     behind = (BOARD.model_copy(update={"first_marker": 20}), Pose2(20.0, 0.0, 0.0))
     alone, more = (
@@ -143,28 +124,3 @@ def test_a_nearer_board_covers_a_farther_one(nearer: str) -> None:
     covering = BoardCamera(CAMERA, board, CLEAR, np.random.default_rng(0)).expose(vehicle, ahead)
     # Seen from right behind, the nearer paper covers all of the farther one.
     assert np.array_equal(both, covering)
-
-
-def test_the_detector_of_the_closed_loop() -> None:
-    seen: list[tuple[Any, ...]] = []
-
-    def look(stamp: float, picture: Image, detection: CharucoDetection | None) -> None:
-        seen.append((stamp, picture.shape, detection))
-
-    eye: Detector = CameraDetector(
-        pictures=taking(noise=3.0),
-        detector=CharucoGoalDetector(CAMERA, BOARD),
-        rate=4.0,
-        delay=0.2,
-        seen=look,
-    )
-    assert (eye.rate, eye.delay) == (4.0, 0.2)
-    vehicle = Pose2(1.0, 0.1, 0.02)
-    found = eye.expose(0.75, vehicle, DOCK, last_part=True)
-    assert found is not None
-    assert found.stamp == 0.75
-    assert found.x == pytest.approx(DOCK.relative_to(vehicle).x, abs=0.01)
-    assert eye.expose(1.0, Pose2(-8.0, 0.0, 0.0), DOCK, last_part=True) is None
-    assert [entry[0] for entry in seen] == [0.75, 1.0]
-    assert seen[0][2].measurement is found
-    assert seen[1][2] is None

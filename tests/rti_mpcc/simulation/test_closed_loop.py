@@ -9,16 +9,9 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import GoalSource, Scenario, changed, load_scenario, simulate, summary
-from rti_mpcc.types import Status, VehicleState
-
-
-def still(now: float, state: VehicleState) -> tuple[float, float]:
-    return 0.0, 0.0
-
-
-def forward(now: float, state: VehicleState) -> tuple[float, float]:
-    return 1.0, 0.0
+from rti_mpcc.simulation import GoalSource, Scenario, changed, simulate
+from rti_mpcc.types import Status
+from tests.rti_mpcc.simulation.conftest import forward, still
 
 
 def triangle(peak: float) -> Any:
@@ -39,53 +32,6 @@ def test_controller_is_called_at_its_cycle_whatever_the_plant_step(
     )
     assert result.truth.times == pytest.approx(0.005 * np.arange(401), abs=1e-9)
     assert result.ended == "duration"
-
-
-def test_controller_sees_the_truth_of_its_own_instant(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=forward)
-    scenario = changed(straight, {"simulation.cycle": 0.055, "simulation.duration": 2.0})
-    simulate(scenario, controller=controller)
-    for now, state, _, _ in controller.given:
-        assert (state.x, state.v) == pytest.approx((0.5 * now**2, now), abs=1e-9)
-
-
-@pytest.mark.parametrize("dead_time", [0.0, 0.123, 0.18])
-def test_actuators_do_the_command_after_the_dead_time(
-    scripted: Any, straight: Scenario, dead_time: float
-) -> None:
-    scenario = changed(straight, {"simulation.dead_time": dead_time, "simulation.duration": 2.0})
-    truth = simulate(scenario, controller=scripted(script=forward)).truth
-    acting = np.maximum(truth.times - dead_time, 0.0)
-    assert truth.v == pytest.approx(acting, abs=1e-9)
-    assert truth.poses[:, 0] == pytest.approx(0.5 * acting**2, abs=1e-9)
-    assert truth.theta == pytest.approx(truth.poses[:, 0], abs=1e-9)
-    # Recorded accelerations are means over a step: they sum to the speed even with a switch inside one.
-    assert 0.01 * np.sum(truth.acceleration[:-1]) == pytest.approx(truth.v[-1], abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "wheelbase", "offset", "gain"),
-    [
-        ("wheelbase_error", 0.05, 1.05, 0.0, 1.0),
-        ("wheelbase_error", -0.05, 0.95, 0.0, 1.0),
-        ("steering_offset", 0.03, 1.0, 0.03, 1.0),
-        ("steering_offset", -0.03, 1.0, -0.03, 1.0),
-        ("acceleration_gain", 1.2, 1.0, 0.0, 1.2),
-        ("acceleration_gain", 0.8, 1.0, 0.0, 0.8),
-    ],
-)
-def test_each_error_of_the_plant_shows_in_its_motion(
-    scripted: Any, straight: Scenario, key: str, value: float, wheelbase: float, offset: float, gain: float
-) -> None:
-    """Steered to 0.1 rad in 0.5 s while it gathers speed: the kinematic bicycle says how it goes on."""
-    scenario = changed(straight, {f"simulation.{key}": value, "simulation.duration": 2.0})
-    controller = scripted(script=lambda now, state: (1.0, 0.2 if now < 0.5 - 1e-6 else 0.0))
-    truth = simulate(scenario, controller=controller).truth
-    turned = np.gradient(truth.poses[:, 2], truth.times)[80:-1]
-    turning = truth.v * np.tan(0.1 + offset) / (wheelbase * scenario.vehicle.wheelbase)
-    assert truth.delta[80:] == pytest.approx(0.1)  # the measured angle is without the offset
-    assert truth.v[-1] == pytest.approx(gain * (2.0 - scenario.simulation.dead_time))
-    assert turned == pytest.approx(turning[80:-1], rel=1e-6)
 
 
 def test_progress_is_on_the_part_that_the_controller_is_on(scripted: Any, straight: Scenario) -> None:
@@ -124,11 +70,6 @@ def test_run_waits_for_the_controllers_own_word(
     assert result.truth.times[-1] == pytest.approx(ends, abs=0.05)
 
 
-def test_standing_outside_tolerance_is_not_docked(scripted: Any, straight: Scenario) -> None:
-    scenario = changed(straight, {"goal.offset": [-5.9, 0.0, 0.0], "simulation.duration": 8.0})
-    assert simulate(scenario, controller=scripted(script=triangle(2.0))).ended == "duration"
-
-
 @pytest.mark.parametrize("status", [Status.STALLED, Status.FAILED])
 def test_run_ends_five_seconds_after_a_latched_stop(
     scripted: Any, straight: Scenario, status: Status
@@ -136,12 +77,6 @@ def test_run_ends_five_seconds_after_a_latched_stop(
     controller = scripted(script=still, status=lambda now: status if now >= 2.0 else Status.FOLLOWING)
     result = simulate(straight, controller=controller)
     assert (result.ended, result.truth.times[-1]) == ("stopped", pytest.approx(7.0, abs=1e-9))
-
-
-def test_blocked_vehicle_may_go_on_and_so_the_run_does(scripted: Any, straight: Scenario) -> None:
-    scenario = changed(straight, {"simulation.duration": 9.0})
-    controller = scripted(script=still, status=lambda now: Status.BLOCKED)
-    assert simulate(scenario, controller=controller).ended == "duration"
 
 
 def test_goal_is_told_only_where_the_scenario_has_one(scripted: Any, straight: Scenario) -> None:
@@ -186,45 +121,6 @@ def test_noise_has_its_size_and_follows_the_seed(scripted: Any, straight: Scenar
     assert (measured[0] != measured[2]).all()
 
 
-def test_start_may_be_anywhere(scripted: Any, straight: Scenario) -> None:
-    start = VehicleState(x=1.0, y=0.5, phi=0.2, v=0.3, delta=-0.1)
-    controller = scripted(script=still)
-    truth = simulate(
-        changed(straight, {"simulation.duration": 0.1}), controller=controller, start=start
-    ).truth
-    assert controller.given[0][1] == start
-    assert (*truth.poses[0], truth.v[0], truth.delta[0]) == (1.0, 0.5, 0.2, 0.3, -0.1)
-
-
-def test_obstacles_that_come_and_go_are_told_and_kept(scripted: Any, straight: Scenario) -> None:
-    wall = np.array([[6.0, -1.0], [7.0, -1.0], [7.0, 1.0]])
-    controller = scripted(script=still)
-    result = simulate(
-        changed(straight, {"simulation.duration": 3.0}),
-        controller=controller,
-        obstacles_at=lambda time: [wall] if 1.0 <= time < 2.0 else [],
-    )
-    assert [len(given[3]) for given in controller.given[::20]] == [0, 1, 0, 0]
-    assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
-    assert [len(corridor.obstacles) for _, corridor in result.corridors] == [0, 1, 0]
-
-
-def test_progress_hears_every_cycle(scripted: Any, straight: Scenario) -> None:
-    heard: list[float] = []
-    simulate(
-        changed(straight, {"simulation.duration": 0.2}),
-        controller=scripted(script=still),
-        progress=heard.append,
-    )
-    assert heard == [0.0, 0.05, 0.1, 0.15, 0.2]
-
-
-def test_results_are_read_only(scripted: Any, straight: Scenario) -> None:
-    result = simulate(changed(straight, {"simulation.duration": 0.1}), controller=scripted(script=still))
-    for array in (result.truth.v, result.truth.poses, result.cycles.weights, result.cycles.failed):
-        assert not array.flags.writeable
-
-
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -238,19 +134,3 @@ def test_results_are_read_only(scripted: Any, straight: Scenario) -> None:
 def test_unknown_options_are_refused(straight: Scenario, wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         simulate(straight, **wrong)
-
-
-def test_command_that_is_not_finite_is_refused(scripted: Any, straight: Scenario) -> None:
-    with pytest.raises(InputError, match=r"command\.acceleration = nan"):
-        simulate(straight, controller=scripted(script=lambda now, state: (float("nan"), 0.0)))
-
-
-@pytest.mark.acceptance
-def test_docking_controller_docks_under_noise_and_dead_time() -> None:
-    scenario = changed(
-        load_scenario("docking_inside"), {"simulation.state_noise": [0.002, 0.002, 0.001, 0, 0]}
-    )
-    figures = summary(simulate(scenario, seed=3))
-    assert figures["docked"]
-    assert figures["min_clearance_m"] > 0.0
-    assert figures["direction_changes"] == 0

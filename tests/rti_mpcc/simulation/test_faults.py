@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 from math import isinf, isnan
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.problems.variants import mirrored, turned_round
 from geometry import Pose2
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.simulation import Scenario, changed, simulate, summary
-from rti_mpcc.simulation.faults import SIZES, FaultSection, Kind, last_end
 from rti_mpcc.types import Command, Status, VehicleState
 from tests.rti_mpcc.docking_runs import short
+from tests.rti_mpcc.simulation.conftest import forward, still
 
 DETECTED = {"rate": 20.0, "dropout": 0.0, "outlier": 0.0, "initial_offset": [0.0, 0.0, 0.0]}
-
-
-def still(now: float, state: VehicleState) -> tuple[float, float]:
-    return 0.0, 0.0
-
-
-def forward(now: float, state: VehicleState) -> tuple[float, float]:
-    return 1.0, 0.0
 
 
 def faulty(
@@ -35,47 +26,12 @@ def faulty(
     return changed(scenario, {"simulation.duration": 2.0, "faults": [fault], **(changes or {})})
 
 
-def section(**values: Any) -> FaultSection:
-    return FaultSection.model_validate({"kind": "nan_state", "from": 1.0, "to": 2.0, **values})
-
-
 def acting(controller: Any) -> list[bool]:
     """For each cycle of a run of `faulty` whether the fault acted in it."""
     return [bool(0.5 - 1e-6 < 0.05 * cycle < 1.0 - 1e-6) for cycle in range(len(controller.given))]
 
 
 # -- in the file -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", get_args(Kind))
-def test_every_kind_is_taken_with_and_without_a_size(straight: Scenario, kind: str) -> None:
-    (fault,) = faulty(straight, kind).faults
-    assert (fault.begin, fault.end) == (0.5, 1.0)
-    assert fault.amount == (SIZES[fault.kind].default if fault.kind in SIZES else 0.0)
-    assert faulty(straight, kind, 0.7).faults[0].size == 0.7
-
-
-def test_a_fault_acts_from_its_begin_until_before_its_end() -> None:
-    fault = section()
-    assert [fault.acts(time) for time in (0.95, 1.0, 1.0 - 1e-12, 1.95, 2.0, 2.0 - 1e-12)] == [
-        *(False, True, True),
-        *(True, False, False),
-    ]
-    assert last_end([section(to=3.0), fault]) == 3.0
-    assert last_end([]) == 0.0
-
-
-def test_a_fault_may_outlast_the_run(scripted: Any, straight: Scenario) -> None:
-    scenario = changed(faulty(straight, "nan_state"), {"simulation.duration": 0.8})
-    assert simulate(scenario, controller=scripted(script=still)).truth.times[-1] == pytest.approx(0.8)
-
-
-@pytest.mark.parametrize("variant", [mirrored, turned_round])
-def test_jumps_are_mirrored_with_the_scenario(straight: Scenario, variant: Any) -> None:
-    table = {"from": 1.0, "to": 2.0}
-    faults = [{"kind": "state_jump", **table}, {"kind": "blocked", **table, "size": 3.0}]
-    jump, blocked = variant(changed(straight, {"faults": faults})).faults
-    assert (jump.amount, blocked.amount) == (-0.5, 3.0)
 
 
 # -- the measured state ----------------------------------------------------------------------------------
@@ -145,28 +101,6 @@ def test_a_run_may_lose_all_its_cycles(scripted: Any, straight: Scenario) -> Non
     assert result.ended == "duration"
 
 
-def test_late_commands_act_later(scripted: Any, straight: Scenario) -> None:
-    scenario = changed(
-        straight,
-        {
-            "simulation.duration": 2.0,
-            "simulation.dead_time": 0.18,
-            "faults": [{"kind": "late_cycles", "from": 0.0, "to": 3.0, "size": 0.13}],
-        },
-    )
-    truth = simulate(scenario, controller=scripted(script=forward)).truth
-    assert truth.v == pytest.approx(np.maximum(truth.times - 0.31, 0.0), abs=1e-9)
-
-
-def test_a_late_command_may_overtake_a_younger_one(scripted: Any, straight: Scenario) -> None:
-    # That of 0.95 s says 1 and arrives at 1.07 s; that of 1 s says 0 and acts in time, until 1.05 s and the
-    # next, and from 1.1 s on again.
-    scenario = faulty(straight, "late_cycles", 0.12)
-    controller = scripted(script=lambda now, state: (1.0 if 0.925 < now < 0.975 else 0.0, 0.0))
-    truth = simulate(scenario, controller=controller).truth
-    assert truth.v == pytest.approx(np.clip(truth.times - 1.07, 0.0, 0.03), abs=1e-9)
-
-
 def test_the_clock_goes_back_and_forth_again(scripted: Any, straight: Scenario) -> None:
     controller = scripted(script=still)
     result = simulate(faulty(straight, "clock_back"), controller=controller)
@@ -193,7 +127,7 @@ def test_every_qp_of_the_cycle_goes_wrong(kind: str, word: str, late: bool) -> N
     }
 
 
-def test_a_clock_is_told_in_the_cycles_of_a_solver_fault_only(scripted: Any, straight: Scenario) -> None:
+def test_a_clock_is_given_in_the_cycles_of_a_solver_fault_only(scripted: Any, straight: Scenario) -> None:
     clocks: list[CycleClock | None] = []
 
     class Clocked(scripted):  # type: ignore[misc]
@@ -204,11 +138,6 @@ def test_a_clock_is_told_in_the_cycles_of_a_solver_fault_only(scripted: Any, str
     controller = Clocked(script=still)
     simulate(faulty(straight, "solver_timeout"), controller=controller)
     assert [clock is not None for clock in clocks] == acting(controller)
-    clock = next(clock for clock in clocks if clock is not None)
-    clock.took(clock.stop())
-    assert clock.late()
-    assert clock.decisions.late
-    assert clock.decisions.stops == (clock.stop(),)
 
 
 # -- the goal --------------------------------------------------------------------------------------------
@@ -231,24 +160,6 @@ def test_a_path_end_that_jumped_is_told_from_then_on(scripted: Any, straight: Sc
     assert [given[2] for given in controller.given] == [None] * 10 + [Pose2(10.0, 0.5, 0.0)] * 10 + [end] * 21
 
 
-def test_a_goal_without_numbers(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=still)
-    simulate(faulty(straight, "goal_nan", changes={"goal.offset": [0.0, 0.0, 0.0]}), controller=controller)
-    for (_, _, goal, _), acts in zip(controller.given, acting(controller), strict=True):
-        assert isinstance(goal, Pose2)
-        assert {isnan(goal.x), isnan(goal.y), isnan(goal.phi)} == {acts}
-
-
-def test_stamps_of_detections_are_by_the_clock_of_their_exposure(scripted: Any, straight: Scenario) -> None:
-    late = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": {**DETECTED, "delay": 0.1}}}
-    controller = scripted(script=still)
-    simulate(faulty(straight, "clock_back", changes=late), controller=controller)
-    stamps = [m.stamp for given in controller.detections for m in given]
-    exposed = 0.05 * np.arange(len(stamps))
-    behind = (exposed > 0.475) & (exposed < 0.975)
-    assert stamps == pytest.approx(exposed - 3.0 * behind, abs=1e-9)
-
-
 @pytest.mark.parametrize("kind", ["goal_jump", "goal_nan"])
 def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scenario, kind: str) -> None:
     detected = {"goal": {"offset": [0.0, 0.0, 0.0], "measurement": DETECTED}}
@@ -266,16 +177,6 @@ def test_detections_go_wrong_in_place_of_the_goal(scripted: Any, straight: Scena
 
 
 # -- the vehicle -----------------------------------------------------------------------------------------
-
-
-def test_the_plant_has_the_faults_of_the_vehicle(scripted: Any, straight: Scenario) -> None:
-    controller = scripted(script=lambda now, state: (2.0 if now < 0.475 else -1.0, 0.1))
-    truth = simulate(faulty(straight, "weak_brakes", 0.25), controller=controller).truth
-    t = truth.times
-    slower = 1.0 - 0.25 * (np.clip(t, 0.5, 1.0) - 0.5) - (np.maximum(t, 1.0) - 1.0)
-    assert truth.v == pytest.approx(np.where(t < 0.5, 2.0 * t, slower), abs=1e-9)
-    truth = simulate(faulty(straight, "stuck_steering"), controller=controller).truth
-    assert truth.delta == pytest.approx(0.1 * (t - np.clip(t - 0.5, 0.0, 0.5)), abs=1e-9)
 
 
 # -- how long a run goes on ------------------------------------------------------------------------------
@@ -296,10 +197,3 @@ def test_a_docked_vehicle_is_watched_to_the_end_of_a_fault_that_acts(
     scenario = changed(straight, {"faults": faults, "goal.pose": [0.0, 0.0, 0.0]})
     result = simulate(scenario, controller=scripted(script=still))
     assert (result.ended, result.truth.times[-1]) == ("docked", pytest.approx(over))
-
-
-def test_one_that_leaves_its_dock_while_watched_is_not_docked(scripted: Any, straight: Scenario) -> None:
-    faults = [{"kind": "state_jump", "from": 0.5, "to": 2.0}]
-    changes = {"simulation.duration": 4.0, "faults": faults, "goal.pose": [0.0, 0.0, 0.0]}
-    controller = scripted(script=lambda now, state: (1.0 if now > 1.2 else 0.0, 0.0))
-    assert simulate(changed(straight, changes), controller=controller).ended == "duration"

@@ -1,33 +1,113 @@
-"""What the controller is told of the goal, by each source."""
+"""The detector's laws by statistics with a fixed seed, its clock, and the goal given to the controller."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import nan
 from typing import Any
 
+import numpy as np
 import pytest
 
 from estimation import Frame, GoalMeasurement
 from geometry import Pose2
 from rti_mpcc.errors import InputError
-from rti_mpcc.simulation import GoalSource, scenario_from_dict, simulate
-from rti_mpcc.simulation.detector import Lookout
-from rti_mpcc.simulation.goal_feed import GoalFeed, TrueGoal, source_in
-from rti_mpcc.types import VehicleState
+from rti_mpcc.simulation import GoalSource, Scenario, SimulatedDetector, scenario_from_dict, simulate
+from rti_mpcc.simulation.goal_feed import GoalFeed, source_in
+from rti_mpcc.simulation.sections.goal import MeasurementSection, ShiftSection
+from rti_mpcc.types import Array, VehicleState
+from tests.rti_mpcc.simulation.conftest import forward, still
 
-PLANNED = Pose2(10.5, 0.2, 0.1)
-TRUE = TrueGoal(pose=Pose2(10.0, 0.0, 0.0))
+VEHICLE = Pose2(3.0, -1.0, 2.5)
+PLANNED, TRUE = Pose2(10.5, 0.2, 0.1), Pose2(10.0, 0.0, 0.0)
+STDS = ("position_std", "heading_std", "position_floor", "heading_floor")
+EXACT: dict[str, Any] = dict.fromkeys(STDS, 1e-9)
+SURE: dict[str, Any] = {"dropout": 0.0, "outlier": 0.0}
+
+# -- the detector ----------------------------------------------------------------------------------------
+
+
+def detector(seed: int = 1, **section: Any) -> SimulatedDetector:
+    return SimulatedDetector(section=MeasurementSection(**section), random=np.random.default_rng(seed))
+
+
+def goal_at(distance: float) -> Pose2:
+    """A goal so far from VEHICLE [m], aside and turned."""
+    return VEHICLE.compose(Pose2(-0.8 * distance, 0.6 * distance, 0.3))
+
+
+def errors(watching: SimulatedDetector, distance: float, count: int, *, last_part: bool = True) -> Array:
+    """(k, 3) detections in `count` exposures minus the true goal, in the vehicle's frame."""
+    goal = goal_at(distance)
+    seen = goal.relative_to(VEHICLE)
+    found = [watching.expose(0.1 * k, VEHICLE, goal, last_part=last_part) for k in range(count)]
+    detected = [one for one in found if one is not None]
+    assert {one.frame for one in detected} <= {Frame.VEHICLE}
+    return np.array([(one.x - seen.x, one.y - seen.y, one.phi - seen.phi) for one in detected]).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(
+    ("distance", "reference", "position", "heading"),
+    [(10.0, 10.0, 0.05, 0.035), (2.0, 10.0, 0.01, 0.007), (0.1, 10.0, 0.002, 0.001), (10.0, 5.0, 0.1, 0.07)],
+)
+def test_noise_grows_with_range_above_a_floor(
+    distance: float, reference: float, position: float, heading: float
+) -> None:
+    found = errors(detector(**SURE, reference_range=reference), distance, 4000)
+    assert len(found) == 4000
+    assert found.std(axis=0) == pytest.approx((position, position, heading), rel=0.05)
+    assert np.abs(found.mean(axis=0)) == pytest.approx(np.zeros(3), abs=4.0 * position / np.sqrt(4000))
+    assert np.corrcoef(found.T) == pytest.approx(np.eye(3), abs=0.06)
+
+
+@pytest.mark.parametrize(("distance", "seen"), [(15.01, 0), (14.99, 5), (4.01, 5), (3.99, 0)])
+def test_nothing_is_seen_too_far_or_too_near(distance: float, seen: int) -> None:
+    assert len(errors(detector(**SURE, blind_range=4.0), distance, 5)) == seen
+
+
+@pytest.mark.parametrize(
+    ("after_cusp", "last_part", "seen"), [(True, False, 0), (True, True, 5), (False, False, 5)]
+)
+def test_visible_after_the_cusp_only(after_cusp: bool, last_part: bool, seen: int) -> None:
+    watching = detector(**SURE, visible_after_cusp=after_cusp)
+    assert len(errors(watching, 5.0, 5, last_part=last_part)) == seen
+
+
+@pytest.mark.parametrize(("dropout", "outlier"), [(0.0, 0.02), (0.5, 0.3), (0.1, 1.0), (1.0, 0.0)])
+def test_shares_of_dropouts_and_of_outliers_in_any_direction(dropout: float, outlier: float) -> None:
+    found = errors(detector(dropout=dropout, outlier=outlier, outlier_size=0.7, **EXACT), 5.0, 5000)
+    assert 1.0 - len(found) / 5000 == pytest.approx(dropout, abs=0.02)
+    off = np.hypot(found[:, 0], found[:, 1])
+    wrong = off > 1e-6
+    assert np.count_nonzero(wrong) == pytest.approx(outlier * len(found), abs=0.03 * len(found))
+    assert off[wrong] == pytest.approx(np.full(wrong.sum(), 0.7), abs=1e-6)
+    if wrong.any():
+        directions = np.arctan2(found[wrong, 1], found[wrong, 0])
+        quarters = np.histogram(directions, bins=4, range=(-np.pi, np.pi))[0] / wrong.sum()
+        assert quarters == pytest.approx(np.full(4, 0.25), abs=0.12)
+
+
+def test_a_missed_exposure_uses_up_its_noise() -> None:
+    watching, other = detector(7, **SURE), detector(7, **SURE)
+    errors(watching, 5.0, 10)
+    errors(other, 99.0, 4)
+    errors(other, 5.0, 6, last_part=False)
+    assert errors(watching, 5.0, 3) == pytest.approx(errors(other, 5.0, 3), abs=0.0)
+
+
+# -- by each source --------------------------------------------------------------------------------------
 
 
 @dataclass(kw_only=True)
 class Blind:
-    """A detector that sees nothing by itself."""
+    """A detector that sees nothing; keeps when it looked."""
 
     rate: float = 10.0
     delay: float = 0.0
+    stamps: list[float] = field(default_factory=list)
 
     def expose(self, stamp: float, vehicle: Pose2, goal: Pose2, *, last_part: bool) -> GoalMeasurement | None:
+        self.stamps.append(stamp)
         return None
 
 
@@ -36,9 +116,7 @@ def seen(stamp: float, x: float, *, vehicle: Pose2 | None = None) -> GoalMeasure
 
 
 def feed(source: GoalSource, *arriving: tuple[float, GoalMeasurement]) -> GoalFeed:
-    return GoalFeed(
-        source=source, planned=PLANNED, lookout=Lookout(detector=Blind(), under_way=list(arriving))
-    )
+    return GoalFeed(source=source, planned=PLANNED, goal=TRUE, detector=Blind(), under_way=list(arriving))
 
 
 def state_at(now: float) -> VehicleState:
@@ -46,37 +124,25 @@ def state_at(now: float) -> VehicleState:
     return VehicleState(x=2.0 * now, y=1.0, phi=0.4 * now, v=2.0, delta=0.0)
 
 
-def goals(told_by: GoalFeed, until: float) -> list[Pose2 | None]:
-    """What is told at cycles 0.05 s apart."""
-    return [told_by.given(0.05 * k, state_at(0.05 * k), TRUE).goal for k in range(round(until / 0.05) + 1)]
+def goals(fed: GoalFeed, until: float) -> list[Pose2 | None]:
+    """The goals at cycles 0.05 s apart."""
+    return [fed.given(0.05 * k, state_at(0.05 * k))[0] for k in range(round(until / 0.05) + 1)]
 
 
 def test_detections_are_handed_on_beside_the_planned_goal() -> None:
     first, second = seen(0.0, 9.0), seen(0.1, 8.9)
-    told_by = feed(GoalSource.DETECTED, (0.1, first), (0.2, second))
-    given = [told_by.given(now, state_at(now), TRUE) for now in (0.0, 0.1, 0.15, 0.2)]
-    assert [one.goal for one in given] == [PLANNED] * 4
-    assert [one.measurements for one in given] == [(), (first,), (), (second,)]
+    fed = feed(GoalSource.DETECTED, (0.1, first), (0.2, second))
+    given = [fed.given(now, state_at(now)) for now in (0.0, 0.1, 0.15, 0.2)]
+    assert given == [(PLANNED, ()), (PLANNED, (first,)), (PLANNED, ()), (PLANNED, (second,))]
 
 
 def test_known_goal_is_the_true_one_wherever_it_moves() -> None:
-    told_by = feed(GoalSource.KNOWN, (0.0, seen(0.0, 3.0)))
-    moved = TrueGoal(pose=Pose2(11.0, 0.0, 0.0), moved=True)
-    assert told_by.given(0.0, state_at(0.0), TRUE) == (TRUE.pose, ())
-    assert told_by.given(0.1, state_at(0.1), moved) == (moved.pose, ())
-
-
-def test_goal_without_detector_is_told_where_it_is_not_the_path_end() -> None:
-    told_by = GoalFeed(source=GoalSource.KNOWN, planned=None, lookout=None)
-    moved = TrueGoal(pose=Pose2(11.0, 0.0, 0.0), moved=True)
-    assert told_by.given(0.0, state_at(0.0), TRUE) == (None, ())
-    assert told_by.given(0.1, state_at(0.1), moved) == (moved.pose, ())
-
-
-def test_raw_goal_is_the_planned_one_until_something_is_seen() -> None:
-    given = goals(feed(GoalSource.RAW, (0.2, seen(0.1, 9.0))), 0.3)
-    assert given[:4] == [PLANNED] * 4
-    assert PLANNED not in given[4:]
+    shift = ShiftSection(at_distance=5.0, offset=(1.0, 0.0, 0.0))
+    for planned, first in ((PLANNED, TRUE), (None, None)):
+        fed = GoalFeed(source=GoalSource.KNOWN, planned=planned, goal=TRUE, shifts=(shift,), detector=None)
+        assert fed.given(0.0, state_at(0.0)) == (first, ())
+        fed.approach(Pose2(6.0, 0.0, 0.0))
+        assert fed.given(0.1, state_at(0.1)) == (Pose2(11.0, 0.0, 0.0), ())
 
 
 @pytest.mark.parametrize("stamp", [0.1, 0.13])
@@ -84,28 +150,22 @@ def test_raw_detection_is_placed_by_where_the_vehicle_was_at_its_stamp(stamp: fl
     given = goals(feed(GoalSource.RAW, (0.3, seen(stamp, 9.0))), 0.5)
     there = state_at(stamp)
     expected = Pose2(there.x, there.y, there.phi).compose(Pose2(9.0, 0.5, 0.2))
+    assert given[:6] == [PLANNED] * 6
     for goal in given[6:]:
         assert goal is not None
         assert (goal.x, goal.y, goal.phi) == pytest.approx((expected.x, expected.y, expected.phi), abs=1e-9)
 
 
-def test_raw_goal_is_that_of_the_newest_stamp_whatever_arrives_when() -> None:
+def test_raw_goal_is_that_of_the_newest_stamp_with_numbers() -> None:
     newer, older, newest = seen(0.2, 9.0), seen(0.1, 5.0), seen(0.3, 8.0)
-    given = goals(feed(GoalSource.RAW, (0.25, newer), (0.3, older), (0.4, newest)), 0.5)
+    given = goals(
+        feed(GoalSource.RAW, (0.25, newer), (0.3, older), (0.4, newest), (0.45, seen(0.4, nan))), 0.5
+    )
     assert given[5] == given[6] == given[7] != PLANNED
     assert given[8] == given[10] != given[7]
-    both = goals(feed(GoalSource.RAW, (0.4, newest), (0.4, newer)), 0.4)
-    assert both[-1] == given[8]
-
-
-def test_raw_detection_brings_its_own_vehicle_pose_or_none_that_is_known() -> None:
     own = Pose2(1.0, 2.0, 0.0)
     given = goals(feed(GoalSource.RAW, (0.1, seen(0.05, 9.0, vehicle=own)), (0.2, seen(-5.0, 3.0))), 0.3)
     assert given[2] == given[-1] == Pose2(10.0, 2.5, 0.2)
-
-
-def test_raw_detection_that_is_no_number_is_left_out() -> None:
-    assert goals(feed(GoalSource.RAW, (0.1, seen(0.1, nan))), 0.2) == [PLANNED] * 5
 
 
 @pytest.mark.parametrize("source", list(GoalSource))
@@ -113,29 +173,70 @@ def test_source_needs_a_detector(source: GoalSource) -> None:
     assert source_in("any", source, detector=True) is source
     if source is GoalSource.DETECTED:
         assert source_in("any", source, detector=False) is GoalSource.KNOWN
-    else:
-        with pytest.raises(InputError, match=rf"goal_source = '{source.value}': must be 'detected'"):
-            source_in("any", source, detector=False)
+        return
+    with pytest.raises(InputError, match=rf"goal_source = '{source.value}': must be 'detected'"):
+        source_in("any", source, detector=False)
 
 
 @pytest.mark.parametrize("source", list(GoalSource))
-def test_run_keeps_its_source_and_tells_measurements_to_a_filter_only(
+def test_run_keeps_its_source_and_gives_measurements_to_a_filter_only(
     scripted: Any, tables: dict[str, Any], source: GoalSource
 ) -> None:
-    section = {"dropout": 0.0, "outlier": 0.0, "initial_offset": [0.4, 0.0, 0.0]}
-    tables |= {"goal": {"measurement": section}, "simulation": {"duration": 0.5}}
-    controller = scripted(script=lambda now, state: (0.0, 0.0))
-    result = simulate(scenario_from_dict(tables), controller=controller, goal_source=source)
+    controller = scripted(script=still)
+    scenario = watched(tables, 0.5, initial_offset=[0.4, 0.0, 0.0])
+    result = simulate(scenario, controller=controller, goal_source=source)
     assert result.goal_source is source
-    assert result.tracking is not None
-    count = 6 if source is GoalSource.DETECTED else 0
-    assert sum(map(len, controller.detections)) == count
-    first = Pose2(10.4, 0.0, 0.0)
-    given = [one[2] for one in controller.given]
-    if source is GoalSource.DETECTED:
-        assert set(given) == {first}
-    elif source is GoalSource.KNOWN:
-        assert set(given) == {Pose2(10.0, 0.0, 0.0)}
+    assert sum(map(len, controller.detections)) == (6 if source is GoalSource.DETECTED else 0)
+    given, first = {one[2] for one in controller.given}, Pose2(10.4, 0.0, 0.0)
+    if source is GoalSource.RAW:
+        assert len(given - {first}) == 6
     else:
-        assert len(set(given)) == 6
-        assert first not in given
+        assert given == {first if source is GoalSource.DETECTED else TRUE}
+
+
+# -- in the loop -----------------------------------------------------------------------------------------
+
+
+def watched(tables: dict[str, Any], duration: float = 2.0, **measurement: Any) -> Scenario:
+    """The straight scenario with a detector; its goal is at (10, 0, 0)."""
+    simulation = {"duration": duration, "state_noise": [0.01, 0.01, 0.002, 0.01, 0.002]}
+    return scenario_from_dict(
+        {**tables, "goal": {"measurement": {**SURE, **measurement}}, "simulation": simulation}
+    )
+
+
+@pytest.mark.parametrize(("rate", "delay"), [(10.0, 0.0), (7.0, 0.13), (60.0, 0.1), (60.0, 0.13)])
+def test_loop_exposes_between_cycles_and_gives_at_the_first_cycle_after_the_delay(
+    scripted: Any, tables: dict[str, Any], rate: float, delay: float
+) -> None:
+    controller = scripted(script=forward)
+    simulate(watched(tables, rate=rate, delay=delay, **EXACT), controller=controller)
+    cycles = zip(controller.given, controller.detections, strict=True)
+    arrived = [(given[0], one) for given, ones in cycles for one in ones]
+    stamps = np.array([one.stamp for _, one in arrived])
+    assert stamps == pytest.approx(np.arange(len(stamps)) / rate, abs=1e-9)
+    assert len(stamps) == int((2.0 - delay) * rate + 1e-6) + 1
+    expected = np.ceil((stamps + delay) / 0.05 - 1e-6) * 0.05
+    assert np.array([time for time, _ in arrived]) == pytest.approx(expected, abs=1e-9)
+    # Seen from where the vehicle truly was at the stamp.
+    assert [one.x for _, one in arrived] == pytest.approx(10.0 - 0.5 * stamps**2, abs=1e-6)
+
+
+def test_noise_is_the_same_whatever_the_controller_does(scripted: Any, tables: dict[str, Any]) -> None:
+    found, states = [], []
+    for script, seed in ((still, 4), (forward, 4), (still, 5)):
+        controller = scripted(script=script)
+        simulate(watched(tables, dropout=0.3), controller=controller, seed=seed)
+        rows = []
+        for one in [one for ones in controller.detections for one in ones]:
+            way = 10.0 - (0.5 * one.stamp**2 if script is forward else 0.0)
+            rows.append((one.stamp, (one.x - way) / way, one.y / way, one.phi / way))
+        found.append(np.array(rows))
+        states.append([given[1] for given in controller.given])
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+    assert found[0][:4, 1].tolist() != found[2][:4, 1].tolist()
+    # That of the state has a stream of its own.
+    for other in (watched(tables, rate=60.0, dropout=0.5), watched(tables)):
+        controller = scripted(script=still)
+        simulate(other, controller=controller, seed=4)
+        assert [given[1] for given in controller.given] == states[0]

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from estimation import GoalStatus, Judgement, Outcome, stds_in
+from estimation import GoalStatus, Judgement, Outcome
 from geometry import Pose2
 from rti_mpcc.simulation import GoalSource, RunResult, Scenario, Tracking, changed, simulate, summary
-from rti_mpcc.simulation.goal_metrics import errors_to, goal_summary, rows_at
-
-ERROR = ("longitudinal_m", "lateral_m", "heading_rad")
+from rti_mpcc.simulation.goal_metrics import ERRORS, errors_to, goal_summary
 
 
 @pytest.fixture
@@ -76,32 +74,6 @@ def test_errors_are_longitudinal_lateral_and_wrapped_heading() -> None:
     assert errors == pytest.approx(np.array([(0.3, -0.2, 0.1), (-1.0, 0.5, -0.1)]), abs=1e-12)
 
 
-def test_spread_turns_with_the_goal() -> None:
-    covariance = np.diag([0.04**2, 0.01**2, 0.002**2])
-    goals = np.array([(0.0, 0.0, 0.0), (5.0, 1.0, 0.5 * pi), (0.0, 0.0, -pi)])
-    stds = stds_in(goals, np.tile(covariance, (3, 1, 1)))
-    expected = [(0.04, 0.01, 0.002), (0.01, 0.04, 0.002), (0.04, 0.01, 0.002)]
-    assert stds == pytest.approx(np.array(expected), abs=1e-12)
-
-
-def test_spread_is_that_of_errors_drawn_at_random() -> None:
-    root = np.array([[0.05, 0.0, 0.0], [-0.03, 0.02, 0.0], [0.01, 0.0, 0.01]])
-    goal = np.array([[1.0, 2.0, 0.7]])
-    poses = goal + np.random.default_rng(5).standard_normal((20_000, 3)) @ root.T
-    drawn = errors_to(np.tile(goal, (20_000, 1)), poses).std(axis=0)
-    assert stds_in(goal, (root @ root.T)[None])[0] == pytest.approx(drawn, rel=0.03)
-
-
-def test_rows_are_those_of_the_time_or_the_next(run: RunResult) -> None:
-    times = np.array([0.0, 0.0300000000004, 0.031, 0.5, 1.0, 7.0])
-    assert rows_at(run.truth, times).tolist() == [0, 3, 4, 50, 100, 100]
-
-
-def test_run_without_a_detector_has_none(run: RunResult) -> None:
-    assert run.tracking is None
-    assert summary(run)["goal"] is None
-
-
 def test_detections_are_counted_by_what_became_of_them(run: RunResult) -> None:
     detections = (
         judged(Outcome.REJECTED),
@@ -127,7 +99,7 @@ def test_error_is_that_of_the_last_estimate_to_the_goal_of_that_time(run: RunRes
     last = (10.02, 1.1, 0.5 * pi + 0.03)
     found = figures(tracked(moved, seen_from=2, estimates={10: last}, last=GoalStatus.LOST))
     assert found["estimate_error"] == pytest.approx(
-        dict(zip(ERROR, (0.1, -0.02, 0.03), strict=True)), abs=1e-12
+        dict(zip(ERRORS, (0.1, -0.02, 0.03), strict=True)), abs=1e-12
     )
     assert found["final_status"] == "lost"
 
@@ -141,7 +113,7 @@ def test_goal_that_was_never_seen(run: RunResult) -> None:
         "rejected": 1,
         "refused": 0,
         "first_seen_s": None,
-        "estimate_error": dict.fromkeys(ERROR),
+        "estimate_error": dict.fromkeys(ERRORS),
         "mean_nis": None,
         "final_status": "searching",
     }
@@ -151,5 +123,5 @@ def test_goal_that_was_never_seen(run: RunResult) -> None:
 def test_without_a_filter_there_is_the_source_only(run: RunResult, source: GoalSource) -> None:
     found = figures(tracked(run, source=source))
     assert found.pop("source") == source.value
-    assert found.pop("estimate_error") == dict.fromkeys(ERROR)
+    assert found.pop("estimate_error") == dict.fromkeys(ERRORS)
     assert set(found.values()) == {None}

@@ -1,4 +1,4 @@
-"""What fills the way as a fault: where it is put, from when to when, beside which other obstacles."""
+"""An obstacle that blocks the route as a fault: where it is put, when, and beside which other obstacles."""
 
 from __future__ import annotations
 
@@ -9,185 +9,129 @@ import pytest
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import Vehicle
-from rti_mpcc.simulation import Scenario, changed, scenario_from_dict, simulate, summary
-from rti_mpcc.simulation.scenery import ACROSS, BESIDE, THICKNESS, wall_ahead, wall_on
+from rti_mpcc.simulation import Scenario, changed, simulate, summary
+from rti_mpcc.simulation.scenery import ACROSS, BESIDE, THICKNESS
 from rti_mpcc.types import Array, VehicleState
+from tests.rti_mpcc.simulation.conftest import forward, still
 
 VEHICLE = Vehicle()
+FRONT, REAR, HALF = VEHICLE.front, VEHICLE.rear, 0.5 * VEHICLE.width + BESIDE
 BOX = [[20.0, 5.0], [21.0, 5.0], [21.0, 6.0]]
+AHEAD, BACK = {"direction": 1, "curvature": 0, "length": 20}, {"direction": -1, "curvature": 0, "length": 20}
+BEND = {"direction": 1, "curvature": 0.1, "length": 15}
 
 
-def still(now: float, state: VehicleState) -> tuple[float, float]:
-    return 0.0, 0.0
+def blocked(scenario: Scenario, size: float = 1.0, begin: float = 1.0, **changes: Any) -> Scenario:
+    faults = [{"kind": "blocked", "from": begin, "to": begin + 1.0, "size": size}]
+    return changed(scenario, {"simulation.duration": 3.0, "faults": faults, **changes})
 
 
-def forward(now: float, state: VehicleState) -> tuple[float, float]:
-    return 1.0, 0.0
-
-
-def put(scenario: Scenario, at: Pose2, gap: float, part: int = 0) -> Array:
-    path = scenario.build_path()
-    lines = scenario.build_corridor(path).lines(part)
-    way = path.parts[part]
-    return wall_ahead(way, lines, at, VEHICLE, near=way.project(at.x, at.y), gap=gap)
+def put(scenario: Scenario, controller: Any, gap: float, x: float, y: float = 0.0, phi: float = 0.0) -> Array:
+    """The obstacle in the way of a vehicle that stands there from the beginning."""
+    start = VehicleState(x=x, y=y, phi=phi, v=0.0, delta=0.0)
+    blocks = blocked(scenario, gap, 0.1, **{"simulation.duration": 0.2})
+    simulate(blocks, controller=controller, start=start)
+    (wall,) = controller.given[-1][3]
+    return np.asarray(wall)
 
 
 def extent(outline: Array) -> tuple[float, float, float, float]:
     return (*outline.min(axis=0).tolist(), *outline.max(axis=0).tolist())
 
 
-def in_reverse(tables: dict[str, Any]) -> Scenario:
-    tables["path"]["segments"] = [{"direction": -1, "curvature": 0, "length": 20}]
-    return scenario_from_dict(tables)
+@pytest.mark.parametrize(
+    ("segment", "at", "gap", "near"),
+    [
+        (AHEAD, (1.0, 0.7, 0.1), 4.0, 1.0 + FRONT + 4.0),
+        (BACK, (-1.0, 0.0, 0.0), 4.0, -1.0 - REAR - 4.0),
+        ({**AHEAD, "length": 10}, (8.0, 0.0, 0.0), 5.0, 8.0 + FRONT + 5.0),
+        ({**AHEAD, "length": 10}, (11.0, 0.0, 0.0), 5.0, 11.0 + FRONT + 5.0),
+    ],
+    ids=["ahead", "in reverse", "behind the end", "the vehicle behind the end"],
+)
+def test_along_a_path_it_reaches_to_the_boundaries(
+    scripted: Any,
+    straight: Scenario,
+    segment: dict[str, Any],
+    at: tuple[float, float, float],
+    gap: float,
+    near: float,
+) -> None:
+    outline = put(changed(straight, {"path.segments": [segment]}), scripted(script=still), gap, *at)
+    left, right, beside = near, near + segment["direction"] * THICKNESS, 3.0 if abs(near) < 10.0 else ACROSS
+    assert extent(outline) == pytest.approx((min(left, right), -beside, max(left, right), beside))
 
 
-def test_it_lies_ahead_of_the_front_bumper(tables: dict[str, Any]) -> None:
-    tables["path"]["segments"][0]["length"] = 20
-    near = 1.0 + VEHICLE.front + 4.0
-    outline = put(scenario_from_dict(tables), Pose2(1.0, 0.7, 0.1), 4.0)
-    assert extent(outline) == pytest.approx((near, -3.0, near + THICKNESS, 3.0))
+@pytest.mark.parametrize(
+    ("segments", "x", "gap", "near", "direction"),
+    [
+        ([AHEAD], 1.0, 4.0, 1.0 + FRONT + 4.0, 1),
+        # 2 m forward and 10 m back: the rear axle is at -4 m by then.
+        ([{**AHEAD, "length": 6}, BACK], 4.0, 12.0, -4.0 - REAR, -1),
+        # 2 m forward and 2 m back: there the vehicle is now, so it stands beyond the cusp.
+        ([{**AHEAD, "length": 6}, BACK], 4.0, 4.0, 4.0 + FRONT + 4.0, 1),
+        ([{**BACK, "length": 5}], -4.0, 7.0, -11.0 - REAR, -1),
+        (None, 1.0, 4.0, 1.0 + FRONT + 4.0, 1),
+    ],
+    ids=["ahead", "behind a cusp", "not on the body", "behind the end", "without a route"],
+)
+def test_in_an_area_it_is_somewhat_wider_than_the_body(
+    scripted_planner: Any, hall: Scenario, segments: Any, x: float, gap: float, near: float, direction: int
+) -> None:
+    triples = [(each["direction"], 0.0, each["length"]) for each in segments or ()]
+    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), triples) if triples else None
+    outline = put(hall, scripted_planner(script=still, planned=lambda now: path), gap, x)
+    far = near + direction * THICKNESS
+    assert extent(outline) == pytest.approx((min(near, far), -HALF, max(near, far), HALF))
 
 
-def test_in_reverse_it_lies_behind_the_rear_bumper(tables: dict[str, Any]) -> None:
-    near = -1.0 - VEHICLE.rear - 4.0
-    outline = put(in_reverse(tables), Pose2(-1.0, 0.0, 0.0), 4.0)
-    assert extent(outline) == pytest.approx((near - THICKNESS, -3.0, near, 3.0))
+def test_in_a_bend_it_stands_across_the_path(scripted: Any, straight: Scenario) -> None:
+    scenario = changed(straight, {"path.segments": [BEND]})
+    foot = scenario.build_path().parts[0].pose(FRONT + 5.0)
+    corners = [Pose2(x, y, 0.0).relative_to(foot) for x, y in put(scenario, scripted(script=still), 5.0, 0.0)]
+    expected = ((0.0, -3.0), (THICKNESS, -3.0), (THICKNESS, 3.0), (0.0, 3.0))
+    assert [(p.x, p.y) for p in corners] == [pytest.approx(corner, abs=1e-3) for corner in expected]
 
 
-def test_behind_the_end_it_lies_straight_ahead_and_has_no_boundary(straight: Scenario) -> None:
-    near = 8.0 + VEHICLE.front + 5.0
-    expected = (near, -ACROSS, near + THICKNESS, ACROSS)
-    assert extent(put(straight, Pose2(8.0, 0.0, 0.0), 5.0)) == pytest.approx(expected)
-    # The vehicle itself behind the end: from there on.
-    assert extent(put(straight, Pose2(11.0, 0.0, 0.0), 5.0))[0] == pytest.approx(11.0 + VEHICLE.front + 5.0)
-
-
-def test_in_a_bend_it_stands_across_the_path(tables: dict[str, Any]) -> None:
-    tables["path"]["segments"] = [{"direction": 1, "curvature": 0.1, "length": 15}]
-    scenario = scenario_from_dict(tables)
-    foot = scenario.build_path().parts[0].pose(VEHICLE.front + 5.0)
-    corners = [Pose2(x, y, 0.0).relative_to(foot) for x, y in put(scenario, Pose2(0.0, 0.0, 0.0), 5.0)]
-    assert [(p.x, p.y) for p in corners] == [
-        pytest.approx(corner, abs=1e-3)
-        for corner in ((0.0, -3.0), (THICKNESS, -3.0), (THICKNESS, 3.0), (0.0, 3.0))
-    ]
-
-
-def blocked(scenario: Scenario, **changes: Any) -> Scenario:
-    faults = [{"kind": "blocked", "from": 1.0, "to": 2.0, "size": 1.0}]
-    return changed(scenario, {"simulation.duration": 3.0, "faults": faults, **changes})
-
-
-def test_it_is_told_and_kept_for_as_long_as_it_is_there(scripted: Any, straight: Scenario) -> None:
+@pytest.mark.parametrize("ground", ["straight", "hall"])
+def test_it_is_given_and_kept_for_as_long_as_it_is_there(
+    scripted: Any, ground: str, request: pytest.FixtureRequest
+) -> None:
     controller = scripted(script=forward)
-    result = simulate(blocked(straight), controller=controller)
-    assert [len(told[3]) for told in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
-    assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
+    result = simulate(blocked(request.getfixturevalue(ground)), controller=controller)
+    assert [len(given[3]) for given in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
+    assert [begin for begin, _ in result.corridors or result.besides] == [0.0, 1.0, 2.0]
     # It stays where it was put: the vehicle has come 1.5 m nearer when it goes, and is 0.5 m inside.
-    near = 0.5 + VEHICLE.front + 1.0
-    (wall,) = {outline.tobytes() for told in controller.given for outline in told[3]}
-    assert np.frombuffer(wall).reshape(-1, 2)[:, 0].min() == pytest.approx(near)
+    (wall,) = {outline.tobytes() for given in controller.given for outline in given[3]}
+    assert np.frombuffer(wall).reshape(-1, 2)[:, 0].min() == pytest.approx(0.5 + FRONT + 1.0)
     assert summary(result)["min_clearance_m"] == pytest.approx(-0.5, abs=0.02)
 
 
 def test_it_comes_on_top_of_other_obstacles(scripted: Any, straight: Scenario) -> None:
-    known, told = scripted(script=still), scripted(script=still)
-    simulate(blocked(straight, **{"corridor.obstacles": [BOX]}), controller=known)
-    simulate(
-        blocked(straight),
-        controller=told,
-        obstacles_at=lambda now: [np.array(BOX)] if now > 1.475 else [],
-    )
+    known, given = scripted(script=still), scripted(script=still)
+    simulate(changed(blocked(straight), {"corridor.obstacles": [BOX]}), controller=known)
+    later = lambda now: [np.array(BOX)] if now > 1.475 else []  # noqa: E731
+    simulate(blocked(straight), controller=given, obstacles_at=later)
     assert [len(entry[3]) for entry in known.given[::10]] == [1, 1, 2, 2, 1, 1, 1]
-    assert [len(entry[3]) for entry in told.given[::10]] == [0, 0, 1, 2, 1, 1, 1]
+    assert [len(entry[3]) for entry in given.given[::10]] == [0, 0, 1, 2, 1, 1, 1]
 
 
 def test_it_appears_though_the_cycle_is_lost(scripted: Any, straight: Scenario) -> None:
-    scenario = blocked(straight)
-    faults = [
-        *(fault.model_dump(by_alias=True) for fault in scenario.faults),
-        {"kind": "lost_cycles", "from": 0.5, "to": 2.5},
-    ]
-    result = simulate(changed(scenario, {"faults": faults}), controller=scripted(script=forward))
+    fault = {"kind": "blocked", "from": 1.0, "to": 2.0}
+    lost = {"kind": "lost_cycles", "from": 0.5, "to": 2.5}
+    scenario = changed(straight, {"simulation.duration": 3.0, "faults": [fault, lost]})
+    result = simulate(scenario, controller=scripted(script=forward))
     assert [begin for begin, _ in result.corridors] == [0.0, 1.0, 2.0]
 
 
-def test_without_changes_no_obstacles_are_told(scripted: Any, straight: Scenario) -> None:
+@pytest.mark.parametrize("ground", ["straight", "hall"])
+def test_without_changes_no_obstacles_are_given(
+    scripted: Any, ground: str, request: pytest.FixtureRequest
+) -> None:
     controller = scripted(script=still)
-    scenario = changed(straight, {"simulation.duration": 0.2, "corridor.obstacles": [BOX]})
-    result = simulate(scenario, controller=controller)
-    assert {told[3] for told in controller.given} == {None}
-    assert len(result.corridors[0][1].obstacles) == 1
-
-
-# -- in an area ------------------------------------------------------------------------------------------
-
-HALF = 0.5 * VEHICLE.width + BESIDE
-
-
-def test_in_an_area_it_is_somewhat_wider_than_the_body() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
-    outline = wall_on(path, Pose2(1.0, 0.7, 0.1), VEHICLE, part=0, near=1.0, gap=4.0)
-    near = 1.0 + VEHICLE.front + 4.0
-    assert extent(outline) == pytest.approx((near, -HALF, near + THICKNESS, HALF))
-
-
-def test_in_an_area_it_stands_behind_a_cusp_where_the_body_comes_to_it() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 6.0), (-1, 0.0, 20.0)])
-    # 2 m forward and 10 m back: the rear axle is at -4 m by then.
-    outline = wall_on(path, Pose2(4.0, 0.0, 0.0), VEHICLE, part=0, near=4.0, gap=12.0)
-    near = -4.0 - VEHICLE.rear
-    assert extent(outline) == pytest.approx((near - THICKNESS, -HALF, near, HALF))
-
-
-def test_in_an_area_it_does_not_stand_on_the_body() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 6.0), (-1, 0.0, 20.0)])
-    # 2 m forward and 2 m back: there the vehicle is now, so it stands beyond the cusp.
-    outline = wall_on(path, Pose2(4.0, 0.0, 0.0), VEHICLE, part=0, near=4.0, gap=4.0)
-    near = 4.0 + VEHICLE.front + 4.0
-    assert extent(outline) == pytest.approx((near, -HALF, near + THICKNESS, HALF))
-
-
-def test_in_an_area_behind_the_end_it_lies_straight_ahead() -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(-1, 0.0, 5.0)])
-    outline = wall_on(path, Pose2(-4.0, 0.0, 0.0), VEHICLE, part=0, near=4.0, gap=7.0)
-    near = -11.0 - VEHICLE.rear
-    assert extent(outline) == pytest.approx((near - THICKNESS, -HALF, near, HALF))
-
-
-def test_before_there_is_a_way_it_stands_straight_ahead(scripted: Any, hall: Scenario) -> None:
-    controller = scripted(script=forward)
-    result = simulate(blocked(hall), controller=controller)
-    assert [len(told[3]) for told in controller.given] == [0] * 20 + [1] * 20 + [0] * 21
-    assert [begin for begin, _ in result.besides] == [0.0, 1.0, 2.0]
-    near = 0.5 + VEHICLE.front + 1.0
-    assert extent(controller.given[20][3][0]) == pytest.approx((near, -HALF, near + THICKNESS, HALF))
-    assert summary(result)["min_clearance_m"] == pytest.approx(-0.5, abs=0.02)
-
-
-def test_it_stands_across_the_way_that_was_planned(scripted_planner: Any, hall: Scenario) -> None:
-    path = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.1, 10.0)])
-    controller = scripted_planner(script=still, planned=lambda now: path)
-    simulate(blocked(hall), controller=controller)
-    foot = path.parts[0].pose(VEHICLE.front + 1.0)
-    (wall,) = controller.given[20][3]
-    corners = [Pose2(x, y, 0.0).relative_to(foot) for x, y in wall.tolist()]
-    assert [(p.x, p.y) for p in corners] == [
-        pytest.approx(corner) for corner in ((0.0, -HALF), (THICKNESS, -HALF), (THICKNESS, HALF), (0.0, HALF))
-    ]
-
-
-def test_obstacles_at_a_time_come_besides_those_of_the_area(scripted: Any, hall: Scenario) -> None:
-    controller = scripted(script=still)
-    scenario = changed(hall, {"simulation.duration": 0.2})
+    scenario = changed(request.getfixturevalue(ground), {"simulation.duration": 0.2})
+    simulate(scenario, controller=controller)
+    assert {given[3] for given in controller.given} == {None}
     result = simulate(scenario, controller=controller, obstacles_at=lambda now: [np.array(BOX)])
-    assert [len(told[3]) for told in controller.given] == [1] * 5
-    assert [len(outlines) for _, outlines in result.besides] == [1]
-    assert result.area is not None
-    assert len(result.area.obstacles) == 1
-
-
-def test_in_an_area_without_changes_no_obstacles_are_told(scripted: Any, hall: Scenario) -> None:
-    controller = scripted(script=still)
-    simulate(changed(hall, {"simulation.duration": 0.2}), controller=controller)
-    assert {told[3] for told in controller.given} == {None}
+    ((_, corridor),) = result.corridors or [(0.0, None)]
+    assert len(corridor.obstacles if corridor else result.besides[0][1]) == 1

@@ -1,38 +1,20 @@
-"""The faults of a scenario file: what goes wrong, from when to when, and how much.
+"""[[faults]]: what goes wrong, from when to when, and how much.
 
 A fault acts in every cycle at or after `from` and before `to` [s]; the two of the vehicle act in between
 cycles too. Several may act at once: sizes of one kind add up. Nothing is random.
 
-kind            size (default)  what happens
-nan_state                       all measured values are NaN
-infinite_state                  all measured values are infinite
-frozen_state                    the measured state stays what it was in the fault's first cycle
-state_jump      [m] (0.5)       the measured pose is shifted by so much to the left of its heading
-lost_cycles                     the controller is not called; the vehicle does what it was told last
-late_cycles     [s] (0.1)       commands reach the actuators so much later, maybe after younger ones
-clock_back      [s] (3.0)       the clock is so much behind: the time told, and the stamps of detections made
-solver_fail                     every QP is taken as failed
-solver_timeout                  every QP is taken as stopped by its time limit, and the deadline as missed
-goal_jump       [m] (0.5)       the goal told, or every detection of it, is shifted by so much to its left
-goal_nan                        the goal told, or every detection of it, is NaN
-blocked         [m] (5.0)       something fills the way, along the route so far ahead of where the body was
-                                when it appeared; the controller is told. In an area it is as wide as the
-                                body and BESIDE more on both sides, and before a way was found straight ahead
-stuck_steering                  the steering angle does not move
-weak_brakes     share (0.4)     only this share of an acceleration against the motion acts; below 1
-
-Where there is no size, one that is given means nothing. Jumps to the right are negative.
+docs/scenario.md says what each kind does, and what its size is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Literal, NamedTuple
 
 from pydantic import Field
 
 from rti_mpcc.simulation.plant import SAME_TIME, PlantFault
-from rti_mpcc.simulation.section import Section
+from rti_mpcc.simulation.sections.base import KeyProblem, Section
 
 Kind = Literal[
     "nan_state",
@@ -79,6 +61,15 @@ class FaultSection(Section):
     end: float = Field(alias="to")
     size: float | None = None
 
+    def problems(self) -> Iterator[KeyProblem]:
+        """An end before its begin, or a size out of the range of its kind."""
+        if self.end <= self.begin:
+            yield KeyProblem("to", self.end, f"must be > from = {self.begin}")
+        size = SIZES.get(self.kind)
+        if size is not None and not size.above < self.amount < size.below:
+            allowed = f"must be > {size.above:g} and < {size.below:g} for {self.kind}"
+            yield KeyProblem("size", self.size, allowed)
+
     @property
     def amount(self) -> float:
         """The size, by default that of the kind; 0 where the kind has none."""
@@ -91,13 +82,8 @@ class FaultSection(Section):
         return self.begin <= time + SAME_TIME < self.end
 
 
-def last_end(faults: Iterable[FaultSection]) -> float:
-    """When the last fault ends [s]; 0 without faults."""
-    return max((fault.end for fault in faults), default=0.0)
-
-
 def plant_faults(faults: Iterable[FaultSection]) -> tuple[PlantFault, ...]:
-    """Those of the vehicle itself, as the plant takes them."""
+    """The faults of the vehicle itself, as the plant takes them."""
     made = []
     for fault in faults:
         if fault.kind == "stuck_steering":

@@ -1,0 +1,250 @@
+"""What all tables of a TOML file share: their checks, the types of their values, and one line a problem."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, Self, TypeVar, get_args
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import ErrorDetails
+
+from geometry import files
+from geometry.errors import shown
+from geometry.outline import Shape, checked_polygon
+from geometry.settings import did_you_mean
+from rti_mpcc.config import Vehicle
+from rti_mpcc.errors import ConfigError, InputError, ScenarioError
+
+Model = TypeVar("Model", bound=BaseModel)
+Item = TypeVar("Item")
+Location = tuple[int | str, ...]
+"""Of a value: keys of tables and places in lists, from the top of the file."""
+
+# TOML has lists only; strictness stays on for what is in them.
+ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+Triple = Annotated[tuple[float, float, float], Field(strict=False)]
+Polygon = Annotated[tuple[Pair, ...], Field(strict=False, min_length=3)]
+Obstacle = Annotated[tuple[Pair, ...], Field(strict=False, min_length=1)]
+"""A polygon, a line, or a point."""
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Tolerance = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
+
+_LONGEST_KEY = 120  # characters of a key that are shown
+
+
+class KeyProblem(NamedTuple):
+    """One thing wrong: the dotted key, its value as shown to the user or None, and what is allowed."""
+
+    key: str
+    value: object
+    allowed: str
+
+    def __str__(self) -> str:
+        key = self.key
+        if not key.isprintable() or len(key) > _LONGEST_KEY:
+            key = shown(key, _LONGEST_KEY)
+        return (
+            f"{key}: {self.allowed}" if self.value is None else f"{key} = {shown(self.value)}: {self.allowed}"
+        )
+
+    def below(self, key: str) -> KeyProblem:
+        """The same problem, of a table that is at `key`."""
+        return self._replace(
+            key=key + self.key if self.key[:1] in ("", "[") or not key else f"{key}.{self.key}"
+        )
+
+
+class WrongTable(ValueError):
+    """Values of a table that do not go together; keys of the problems are relative to the table."""
+
+    def __init__(self, problems: list[KeyProblem]) -> None:
+        super().__init__("; ".join(map(str, problems)))
+        self.problems = problems
+
+
+class Section(BaseModel):
+    """A table of a file: immutable, exact types (an int may be a float), no unknown keys, no NaN or inf."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _go_together(self) -> Self:
+        if found := list(self.problems()):
+            raise WrongTable(found)
+        return self
+
+    def problems(self) -> Iterator[KeyProblem]:
+        """What is wrong with values that are allowed each by itself."""
+        yield from ()
+
+
+def _not_huge(vehicle: Vehicle) -> Vehicle:
+    given = {name: getattr(vehicle, name) for name in ("wheelbase", "width", "front", "rear")}
+    huge = [name for name in given if name in vehicle.model_fields_set and given[name] > 100.0]
+    if huge:
+        raise WrongTable([KeyProblem(name, given[name], "must be <= 100") for name in huge])
+    return vehicle
+
+
+VehicleTable = Annotated[Vehicle, AfterValidator(_not_huge)]
+
+
+def beside_the_file(file: str | None, info: ValidationInfo) -> str | None:
+    """A relative file lies relative to the one that names it."""
+    folder = (info.context or {}).get("folder")
+    return file if file is None or folder is None else str(Path(folder) / file)
+
+
+def polygon_problems(
+    key: str, polygon: Polygon, check: Callable[[Polygon, str], Shape] = checked_polygon
+) -> Iterator[KeyProblem]:
+    """That an outline crosses itself, or has no area where it needs one."""
+    try:
+        check(polygon, "it")
+    except InputError as error:
+        allowed = f"must be a polygon whose outline does not cross itself, {str(error).rstrip('.')}"
+        yield KeyProblem(key, [list(corner) for corner in polygon], allowed)
+
+
+def read_toml(model: type[Model], file: Path, source: str) -> Model:
+    """The model of a TOML file. Raises ScenarioError with one line a problem, `source` in front."""
+    try:
+        data = files.from_toml(files.text(file))
+    except OSError as error:
+        raise ScenarioError(f"{source}: cannot be read, {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{source}: is not UTF-8 text, byte {error.start} is wrong") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{source}: is not TOML, {error}") from error
+    except ValueError as error:
+        raise ScenarioError(f"{source}: is not TOML that is read here, it {error}") from error
+    return validated(model, data, source=source, folder=file.parent)
+
+
+def validated(model: type[Model], data: Mapping[str, Any], *, source: str, folder: Path | None) -> Model:
+    """The model of the tables of a file, in which relative files lie in `folder`. Raises as `read_toml`."""
+    try:
+        return model.model_validate(dict(data), context={"folder": folder})
+    except ValidationError as error:
+        lines = (f"{source}: {problem}" for problem in _problems(error, model))
+        raise ScenarioError("\n".join(lines)) from error
+
+
+def _problems(error: ValidationError, model: type[BaseModel], at: Location = ()) -> list[KeyProblem]:
+    """Pydantic's errors in the table at `at` of a file with this model, in this project's words.
+
+    A list whose entries are wrong is also said to be too short: that is dropped.
+    """
+    items = error.errors()
+    inner = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
+    found: list[KeyProblem] = []
+    for item in items:
+        if item["type"] == "too_short" and item["loc"] in inner:
+            continue
+        location = (*at, *item["loc"])
+        cause = item.get("ctx", {}).get("error")
+        if isinstance(cause, WrongTable):
+            key, _ = _resolved(location, model)
+            found += [problem.below(key) for problem in cause.problems]
+        elif isinstance(cause, ConfigError) and isinstance(cause.__context__, ValidationError):
+            # It names the class of the settings, which a file does not know.
+            found += _problems(cause.__context__, model, location)
+        else:
+            found.append(_worded(item, location, model))
+    return found
+
+
+def _worded(error: ErrorDetails, location: Location, model: type[BaseModel]) -> KeyProblem:
+    key, table = _resolved(location, model)
+    kind, context, value = error["type"], error.get("ctx", {}), error["input"]
+    if kind == "missing":
+        return KeyProblem(key, None, f"required{_for_kind(table)}")
+    if kind == "extra_forbidden":
+        keys = [field.alias or name for name, field in table.model_fields.items()]
+        meant = did_you_mean(str(location[-1]), keys)
+        return KeyProblem(key, value, f"unknown key{_for_kind(table)}, allowed are {', '.join(keys)}{meant}")
+    if kind == "union_tag_not_found":
+        return KeyProblem(f"{key}.kind", None, "required")
+    if kind == "union_tag_invalid":
+        return KeyProblem(
+            f"{key}.kind", context["tag"], f"must be {' or '.join(context['expected_tags'].rsplit(', ', 1))}"
+        )
+    if kind == "value_error":
+        return KeyProblem(key, value, str(context["error"]))
+    return KeyProblem(key, value, _allowed(kind, context) or error["msg"][0].lower() + error["msg"][1:])
+
+
+_SIGNS = {
+    "greater_than": ("gt", ">"),
+    "greater_than_equal": ("ge", ">="),
+    "less_than": ("lt", "<"),
+    "less_than_equal": ("le", "<="),
+}
+_MUST_BE = {
+    "float": "a number",
+    "int": "an integer",
+    "string_type": "text",
+    "string_pattern_mismatch": "letters, digits, dots, dashes and underscores",
+    "bool": "true or false",
+    "tuple": "a list",
+    "model": "a table",
+    "finite_number": "a finite number",
+}
+"""By pydantic's kind of error, or by how it begins."""
+
+
+def _allowed(kind: str, context: Mapping[str, Any]) -> str | None:
+    """The allowed values by pydantic's kind of error; None where its own message serves."""
+    if kind in _SIGNS:
+        name, sign = _SIGNS[kind]
+        return f"must be {sign} {context[name]:g}"
+    if kind in ("too_long", "too_short"):
+        sign, limit = ("<=", "max_length") if kind == "too_long" else (">=", "min_length")
+        return f"number of entries must be {sign} {context[limit]}, not {context['actual_length']}"
+    if kind == "literal_error":
+        return f"must be {context['expected']}"
+    words = _MUST_BE.get(kind) or _MUST_BE.get(kind.partition("_")[0])
+    return words and f"must be {words}"
+
+
+def _for_kind(table: type[BaseModel]) -> str:
+    """For which kind of a table, where each kind has its own keys."""
+    kinds = get_args(table.model_fields["kind"].annotation) if "kind" in table.model_fields else ()
+    return f" for kind = {kinds[0]!r}" if len(kinds) == 1 else ""
+
+
+def _resolved(location: Location, model: type[BaseModel]) -> tuple[str, type[BaseModel]]:
+    """The key of a location in a file, and the table that its last part is in."""
+    key, inside = "", [model]
+    for place, part in enumerate(location):
+        if isinstance(part, int):
+            key += f"[{part}]"
+            continue
+        if len(inside) > 1:  # one kind of several: pydantic puts it into the location, the file does not
+            inside = [each for each in inside if part in get_args(each.model_fields["kind"].annotation)]
+            continue
+        key += f".{part}" if key else part
+        fields = (field for name, field in inside[0].model_fields.items() if part in (name, field.alias))
+        if place < len(location) - 1 and (field := next(fields, None)) is not None:
+            inside = list(_models_in(field.annotation)) or inside
+    return key, inside[0]
+
+
+def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """The models inside of `tuple[Model, ...] | None` and the like."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _models_in(inner)

@@ -1,0 +1,125 @@
+"""[path] and [corridor]: the route that is given, and the space along it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from geometry import Corridor, Narrowing, Pose2, ReferencePath
+from rti_mpcc.errors import InputError
+from rti_mpcc.simulation.sections.base import (
+    KeyProblem,
+    ListOf,
+    Obstacle,
+    Polygon,
+    Positive,
+    Section,
+    Triple,
+    beside_the_file,
+)
+
+
+class SegmentSection(Section):
+    """One piece of constant curvature [1/m] and length [m]; direction -1 is reverse."""
+
+    direction: Literal[1, -1]
+    curvature: float
+    length: Positive
+
+
+class PathSection(Section):
+    """Either `start` (x, y [m], heading [rad] of the vehicle) and `segments`, or a CSV `file`."""
+
+    start: Triple | None = None
+    segments: Annotated[ListOf[SegmentSection], Field(min_length=1)] | None = None
+    file: str | None = None
+
+    _beside = field_validator("file")(beside_the_file)
+
+    def problems(self) -> Iterator[KeyProblem]:
+        """File and segments, too little of both, or no route that they make."""
+        if self.file is not None and (self.start is not None or self.segments is not None):
+            yield KeyProblem("file", self.file, "either file, or start and segments, not both")
+            return
+        missing = [key for key in ("start", "segments") if self.file is None and getattr(self, key) is None]
+        for key in missing:
+            yield KeyProblem(key, None, "required where path.file is not given")
+        try:
+            if not missing:
+                self.build()
+        except InputError as error:
+            yield KeyProblem("" if self.file is None else "file", self.file, str(error))
+
+    def build(self) -> ReferencePath:
+        """The route. Raises PathError."""
+        if self.file is not None:
+            return ReferencePath.from_csv(self.file)
+        assert self.start is not None
+        assert self.segments is not None
+        segments = [(piece.direction, piece.curvature, piece.length) for piece in self.segments]
+        return ReferencePath.from_segments(start=Pose2(*self.start), segments=segments)
+
+
+class NarrowingSection(Section):
+    """Other offsets [m] of one or both boundaries between two arc lengths [m] of the whole route."""
+
+    start: float = Field(alias="from", ge=0.0)
+    end: float = Field(alias="to")
+    left: float | None = None
+    right: float | None = None
+
+    def problems(self) -> Iterator[KeyProblem]:
+        """Neither boundary."""
+        if self.left is None and self.right is None:
+            yield KeyProblem("", None, "needs left, right or both")
+
+
+class CorridorSection(Section):
+    """Either offsets `left` and `right` [m] of the path (positive to the left) or a `polygon`; obstacles."""
+
+    left: float | None = None
+    right: float | None = None
+    narrowings: ListOf[NarrowingSection] = ()
+    polygon: Polygon | None = None
+    obstacles: ListOf[Obstacle] = ()
+
+    def problems(self) -> Iterator[KeyProblem]:
+        """Offsets and a polygon, or too little of both."""
+        for key, value in (("left", self.left), ("right", self.right)):
+            if self.polygon is None and value is None:
+                yield KeyProblem(key, None, "required where corridor.polygon is not given")
+            if self.polygon is not None and value is not None:
+                yield KeyProblem(key, value, "either polygon, or left and right, not both")
+        if self.polygon is not None and self.narrowings:
+            tables = f"{len(self.narrowings)} tables"
+            yield KeyProblem("narrowings", tables, "only with left and right, not with polygon")
+
+    def build(self, path: ReferencePath) -> Corridor:
+        """The drivable area along `path`. Raises CorridorError."""
+        if self.polygon is not None:
+            return Corridor.from_polygon(path, self.polygon, obstacles=self.obstacles)
+        assert self.left is not None
+        assert self.right is not None
+        narrowings = [Narrowing(each.start, each.end, each.left, each.right) for each in self.narrowings]
+        return Corridor.from_offsets(
+            path, left=self.left, right=self.right, narrowings=narrowings, obstacles=self.obstacles
+        )
+
+    def problems_along(self, path: ReferencePath, width: float) -> Iterator[KeyProblem]:
+        """Offsets and narrowings that leave no room for a body of this width [m], or are not on the path."""
+        if self.left is None or self.right is None:
+            return
+        allowed = f"left - right must be >= the body's width {width} m"
+        if self.left - self.right < width:
+            yield KeyProblem("left", f"{self.left} with right = {self.right}", allowed)
+            return
+        for index, each in enumerate(self.narrowings):
+            left = self.left if each.left is None else each.left
+            right = self.right if each.right is None else each.right
+            if not each.start < each.end <= path.length + 1e-9:
+                most = f"must be above from = {each.start} and at most the path's length {path.length:.6g}"
+                yield KeyProblem(f"narrowings[{index}].to", each.end, most)
+            elif left - right < width:
+                yield KeyProblem(f"narrowings[{index}]", f"left {left}, right {right}", allowed)
