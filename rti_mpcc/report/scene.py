@@ -146,7 +146,7 @@ class WeightBars:
         axes.set_xlim(0.0, 10.0 * max(1.0, largest))
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.set_yticks(range(len(names)), names)
-        axes.set_xlabel("effective weights of the first stage, goal position of the last")
+        axes.set_xlabel("effective weights")
         axes.grid(axis="x", color=style.GREY, alpha=0.25, linewidth=0.5)
 
     def show(self, moment: Moment) -> None:

@@ -26,6 +26,7 @@ _APART = (*_TITLE, "mission", "comfort", "energy_to_dock")
 _ENDINGS = {"_s": ("s", 1.0, 2), "_m": ("m", 1.0, 3), "_rad": ("rad", 1.0, 3), "seconds": ("s", 1.0, 3)}
 _ERRORS = {"_m": ("mm", 1e3, 1), "_rad": ("deg", degrees(1.0), 2)}
 """Unit, factor and digits by the end of a name, and below a name that holds errors."""
+_PERCENTILES = ("p50", "p95", "p99", "max")
 _UNITS = {
     "steering": "rad",
     "steering_rate": "rad/s",
@@ -76,32 +77,40 @@ def docks_table(name: str, docks: Docks) -> Table:
 
 
 def figure_rows(figures: Mapping[str, Any], above: str = "") -> Iterator[Row]:
-    """A row for each figure; a figure that was never reached or measured is a dash."""
+    """A row for each figure, percentiles in one row; `above`: name that the figures belong to.
+
+    A figure that was never reached or measured is a dash.
+    """
     for key, value in figures.items():
-        name = f"{above} {key}".strip()
-        endings = _ERRORS if "error" in above else _ENDINGS
-        ending = next((each for each in endings if key.endswith(each)), "")
-        unit, factor, digits = endings.get(ending, ("", 1.0, 3))
-        words = in_words(name.removesuffix(ending) if ending.startswith("_") else name)
-        if isinstance(value, Mapping) and any(each.endswith("p50") for each in value):
-            spread = {
-                each: value[each] for each in value if each.rpartition("_")[2] in ("p50", "p95", "p99", "max")
-            }
-            heads = " / ".join(each.rpartition("_")[2] for each in spread)
+        if not isinstance(value, Mapping):
+            yield _row(key, value, above)
+            continue
+        spread = {name: each for name, each in value.items() if name.endswith(_PERCENTILES)}
+        if spread:
+            heads = " / ".join(name.rpartition("_")[2] for name in spread)
+            counted = "" if key.endswith("_ms") else "iterations "
             told = " / ".join(number(each, 1) for each in spread.values())
-            kind = "ms" if key.endswith("_ms") else ""
-            yield in_words(f"{key.removesuffix('_ms')} {'' if kind else 'iterations '}{heads}"), told, kind
-            yield from figure_rows({each: value[each] for each in value if each not in spread}, name)
-        elif isinstance(value, Mapping):
-            yield from figure_rows(value, name)
-        elif isinstance(value, bool):
-            yield words, "yes" if value else "no", ""
-        elif value is None or isinstance(value, float):
-            known = (_SQUARED if above.startswith("energy") else _UNITS).get(key, "")
-            told = number(None if value is None else factor * value, digits)
-            yield words, told, "" if value is None else unit or known
-        else:
-            yield words, str(value), _UNITS.get(key, "") if above.startswith("peak") else ""
+            yield f"{key.removesuffix('_ms')} {counted}{heads}", told, "" if counted else "ms"
+        yield from figure_rows(
+            {name: each for name, each in value.items() if name not in spread}, f"{above} {key}"
+        )
+
+
+def _row(key: str, value: Any, above: str) -> Row:
+    endings = _ERRORS if "error" in above else _ENDINGS
+    ending = next((each for each in endings if key.endswith(each)), "")
+    unit, factor, digits = endings.get(ending, ("", 1.0, 3))
+    units = _SQUARED if "energy" in above else _UNITS
+    name = in_words(f"{above} {key.removesuffix(ending) if ending.startswith('_') else key}".strip())
+    if isinstance(value, bool):
+        return name, "yes" if value else "no", ""
+    if isinstance(value, float):
+        return name, number(factor * value, digits), unit or units.get(key, "")
+    return (
+        name,
+        number(None, 0) if value is None else str(value),
+        units.get(key, "") if "peak" in above else "",
+    )
 
 
 def mission_rows(steps: Sequence[Mapping[str, Any]] | None) -> Iterator[Row]:
