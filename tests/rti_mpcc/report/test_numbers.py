@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rti_mpcc.report.numbers import counted, number, percent
+from rti_mpcc.report.numbers import number, percent
 
 
 @pytest.mark.parametrize(
@@ -12,10 +12,6 @@ from rti_mpcc.report.numbers import counted, number, percent
 )
 def test_what_rounds_to_zero_has_no_sign(value: float | None, digits: int, told: str) -> None:
     assert number(value, digits) == told
-
-
-def test_things_are_counted_by_their_word() -> None:
-    assert [counted(count, "case") for count in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
 
 
 @pytest.mark.parametrize(
