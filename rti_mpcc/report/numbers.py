@@ -16,6 +16,11 @@ def percent(share: float) -> str:
     return "0.01 %" if share > 0.0 and told == "0.00" else f"{told} %"
 
 
+def counted(count: int, word: str) -> str:
+    """A number of things by their word, which gets an s unless it is one."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
 def in_words(name: str) -> str:
     """A name of the program for people."""
     return name.replace("_", " ")
