@@ -182,7 +182,7 @@ class DockingController:
         Obstacles given to `step` stay.
 
         Args:
-            area: all of it; what differs by `Caution.moved` at most is no change.
+            area: all of it; what differs by `rti_mpcc.planning.obstacles.MOVED` at most is no change.
 
         Raises:
             InputError: the controller drives a path in a corridor, or `area` is no Area.
@@ -261,7 +261,7 @@ class DockingController:
             decision = replace(decision, control=self._saturated(decision.control, context.state, s))
             status = status_of(decision.verdict, after.task)
             after = _sent(after, decision.control, context.begin, context.state)
-            after = _looking_again(after, status, decision.verdict.reason, self.config)
+            after = _looking_again(after, status, decision.verdict.reason)
             remarks = (*remarks, unfit, *aim.remarks(s.goal))
             if self._rerouter is not None:
                 after = self._rerouter.planned_on(after, clock)
@@ -316,7 +316,7 @@ class DockingController:
             return hint
         here = Pose2(float(state[X]), float(state[Y]), float(state[PHI]))
         part = s.path.parts[s.task.segment.index]
-        return goals.degrees_beside("heading", here, part, self.config.goal_limits)
+        return goals.degrees_beside("heading", here, part)
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal; the detections of another dock begin anew."""
@@ -393,7 +393,7 @@ class DockingController:
         target = self._workspaces_on(s).target(s)
         if target != s.task.target:
             s = replace(s, task=replace(s.task, target=target))
-        return moves.released(s) if stops.way_may_be_free(s, self.config) else s
+        return moves.released(s) if stops.way_may_be_free(s) else s
 
     def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
         """The state with which another segment begins now; None: this one goes on."""
@@ -462,9 +462,7 @@ def _sent(
     return replace(s, queue=queued(s.queue, sent, s.now), begin=begin)
 
 
-def _looking_again(
-    s: ControllerState, status: Status, reason: Reason, config: ControllerConfig
-) -> ControllerState:
+def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
     """What the status of a cycle means for the next: whether it waits for the goal, and when it looks again.
 
     A vehicle that stands blocked begins afresh, unless it only waits a while.
@@ -475,6 +473,6 @@ def _looking_again(
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
     blocked = held and s.task.stop is None and not s.task.looks_past
     waits = halt is not None and halt.clear_since is not None
-    if blocked and not waits and may_look_again(s, config):
+    if blocked and not waits and may_look_again(s):
         return moves.looking_again(s)
     return s

@@ -7,22 +7,31 @@ from math import inf
 from typing import NamedTuple
 
 from rti_mpcc.behaviour import conditions, moves
-from rti_mpcc.behaviour.conditions import replan_due, standing_since
+from rti_mpcc.behaviour.conditions import GIVE_UP_TIME, replan_due, standing_since
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.behaviour.transitions import Event, transition_by_condition, transition_on
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.layout import DELTA, DELTA_DOT, THETA, V
 from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.obstacles import CLEAR_TIME
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.planning.stops import CLEAR_DISTANCE
+from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import authority, causes, contact, escape, fallback, lookout, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
 from rti_mpcc.types import Reason, Source, Trajectory
+
+WHEELS_OFF = 0.1
+"""A segment that names wheels is begun with them within this of that angle [rad],"""
+WHEELS_REACH = 0.5
+"""as long as no more of it is driven [m]."""
 
 
 class Driven(NamedTuple):
@@ -44,7 +53,7 @@ def driven(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
 
 def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """What must not be goes before what the phase asks for."""
-    since = standing_since(s, context, w.config)
+    since = standing_since(s, context)
     if since != s.vehicle.standing_since:
         s = replace(s, vehicle=replace(s.vehicle, standing_since=since))
     overlap = lookout.overlap(s, context, w.config)
@@ -74,9 +83,9 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Look for a first plan."""
     stands, latched = s.is_stationary, s.task.latched
-    if stands and not replan_due(s, context, w.config):
+    if stands and not replan_due(s, context):
         return _stop(s, context, w, Verdict(Reason.LOOKS_SOON, latched))
-    if _wheels_are_off(s, context, w):
+    if _wheels_are_off(s, context):
         return _turn_wheels(s, context, w)
     if stands and s.route is not None and s.route.wanted:
         return _wait_for_way(s, context, w)
@@ -93,7 +102,7 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
             return last
     task = s.task
     going_on = task.looks_past and attempt.out_of_time
-    if not (latched or going_on) and s.vehicle.is_stationary(s.now, w.config.retries.give_up_time):
+    if not (latched or going_on) and s.vehicle.is_stationary(s.now, GIVE_UP_TIME):
         latched = attempt.problem
         task = replace(task, latched=latched)
     if latched and stands:
@@ -103,15 +112,13 @@ def _start(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven
     return _stop(replace(s, task=task), context, w, verdict, firm, attempt)
 
 
-def _wheels_are_off(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
+def _wheels_are_off(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the wheels are to be turned at rest before the segment is begun."""
-    segment, settings = s.task.whole, w.config.behaviour
+    segment = s.task.whole
     if segment.wheels is None or not s.is_stationary:
         return False
     driven = float(context.state[THETA]) - segment.part.start
-    return driven <= settings.wheels_reach and (
-        abs(segment.wheels - float(context.state[DELTA])) > settings.wheels_off
-    )
+    return driven <= WHEELS_REACH and (abs(segment.wheels - float(context.state[DELTA])) > WHEELS_OFF)
 
 
 def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
@@ -128,7 +135,7 @@ def _turn_wheels(s: ControllerState, context: PlanningContext, w: Workspace) -> 
 def _drive(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """Go on with the plan, unless another one is needed and found."""
     s, distance = _distance_on_driven(s, w)
-    in_view = lookout.comes_into_view(s, context, w.config) and not stops.is_old(s, w.config)
+    in_view = lookout.comes_into_view(s, context, w.config) and not stops.is_old(s)
     if in_view or distance < inf or _wants_another_plan(s, context, w):
         s, decision = _change_over(s, context, w, distance)
         if in_view and s.plans.suspended is None:
@@ -154,7 +161,7 @@ def _stay(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
         why = causes.of_stall(s, context, w.config, w.mpcc.room)
         stalled = Verdict(Reason.STALLED, why and f": {why}")
         return _stop(s, context, w, stalled, along=s.plans.driven)
-    in_reach = w.config.goal_limits.reach + context.along
+    in_reach = GOAL_REACH + context.along
     wanted = fallback.braking_over(in_reach, context.speed, w.config.firm_deceleration, w.config)
     behind = context.speed**2 / (2.0 * wanted) - context.along
     return _stop(s, context, w, Verdict(Reason.GOAL_BEHIND, f"{behind:.2f}"), wanted, along=s.plans.driven)
@@ -232,7 +239,7 @@ def _change_over(
     """Turn from the present plan to the first one of another objective; None: not yet.
 
     An arrival that goes through something, or does not end at its target, is looked for again after
-    `Retries.replan_interval`, from nearer, while the present plan is driven on.
+    `rti_mpcc.planning.stops.REPLAN_INTERVAL`, from nearer, while the present plan is driven on.
 
     `distance`: of what the present plan meets, from its begin [m], inf if nothing.
     """
@@ -263,7 +270,7 @@ def _change_over(
 def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driven:
     """One real-time iteration, and the fallback if it gives no plan."""
     valid, suspended = s.plans.valid, s.plans.suspended
-    start = search.going_on(s.plans.solution, w.config)
+    start = search.going_on(s.plans.solution)
     if s.plans.solution is None and valid is not None:  # another objective from here on
         start = search.clean(valid, w.config)
     s, attempt = iterated(s, context, start, w)
@@ -290,13 +297,13 @@ def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerSta
 
 def _wants_another_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> bool:
     """Whether the way may be free that the plan being driven stops in, or its arrival should begin."""
-    if stops.is_old(s, w.config):
+    if stops.is_old(s):
         return False
-    if stops.way_may_be_free(s, w.config):
+    if stops.way_may_be_free(s):
         return True
     if s.plans.driven and _ends_elsewhere(s, s.plans.driven, context, w.config):
-        return replan_due(s, context, w.config)
-    return schedule.arrival_due(s, context, w.config) and replan_due(s, context, w.config)
+        return replan_due(s, context)
+    return schedule.arrival_due(s, context, w.config) and replan_due(s, context)
 
 
 def _ends_elsewhere(
@@ -378,12 +385,12 @@ def _follow_plan(
     """
     config = w.config
     need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)
-    later = 0.0 if s.task.halt is None else config.caution.clear_time
-    distance = lookout.clear_distance_on(s, plan, config, need + config.caution.clear_distance, later)
+    later = 0.0 if s.task.halt is None else CLEAR_TIME
+    distance = lookout.clear_distance_on(s, plan, config, need + CLEAR_DISTANCE, later)
     if s.area.moving:
         slowing = lookout.slowing(context, plan, config)
         distance = min(distance, lookout.distance_to_moving(s, slowing, config, later=later))
-    s = _halting(s, w, distance, need if distance < inf else 0.0)
+    s = _halting(s, distance, need if distance < inf else 0.0)
     if s.task.halt is not None:
         if distance < inf:
             late = problem if attempt is not None and attempt.out_of_time else ""
@@ -427,7 +434,7 @@ def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, over
         )
         return Driven(s, decision)
     # Noise of a centimetre beside an obstacle is no reason to brake as hard as can be.
-    shallow = overlap.depth <= w.config.caution.contact_tolerance
+    shallow = overlap.depth <= CONTACT_TOLERANCE
     wanted = w.config.comfort_acceleration if shallow else w.config.limits.acceleration
     return _stop(s, context, w, Verdict(Reason.OVERLAP, str(overlap)), wanted)
 
@@ -447,12 +454,12 @@ def _watching(s: ControllerState, context: PlanningContext, w: Workspace) -> Con
         distance = min(distance, lookout.distance_to_contact(s, slowing, w.config, end, least))
     if distance == inf:
         return s
-    return causes.meeting(_halting(s, w, distance, inf), slowing, distance, "", w.config)
+    return causes.meeting(_halting(s, distance, inf), slowing, distance, "", w.config)
 
 
-def _halting(s: ControllerState, w: Workspace, distance: float, need: float) -> ControllerState:
+def _halting(s: ControllerState, distance: float, need: float) -> ControllerState:
     """Whether it brakes, or stands, for what is met after `distance` [m]; `need`: what a stop takes [m]."""
-    halt = stops.halted(s.task.halt, distance, need, s.now, w.config.caution)
+    halt = stops.halted(s.task.halt, distance, need, s.now)
     if halt is s.task.halt:
         return s
     since = s.now if halt is None else s.task.driving_since

@@ -11,13 +11,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import groupby, pairwise
-from math import inf, nan
+from math import inf, nan, radians
 
 from geometry import InputError, PathError, PathPart, Pose2, ReferencePath
 from geometry.doors import Admitted, admit, door
 from geometry.settings import replaced
-from rti_mpcc.config import Behaviour, ControllerConfig
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
+
+CUSP_TOLERANCE = (0.1, 0.1, radians(3.0))
+"""What counts as being at a cusp or a staging pose: longitudinal [m], lateral [m], heading [rad]."""
 
 
 class SegmentEnd(Enum):
@@ -96,7 +99,7 @@ class Segment(Admitted):
     part: PathPart
     index: int
     end: SegmentEnd = SegmentEnd.CUSP
-    tolerance: tuple[float, float, float] = Behaviour().cusp_tolerance
+    tolerance: tuple[float, float, float] = CUSP_TOLERANCE
     speed: float | None = None
     steering: float | None = None
     wheels: float | None = None
@@ -227,7 +230,7 @@ class Manoeuvre:
 
 def along(path: ReferencePath, config: ControllerConfig) -> Segments:
     """The parts of a path, the last one to its end or to a goal near it."""
-    tolerance = config.behaviour.cusp_tolerance
+    tolerance = CUSP_TOLERANCE
     *before, last = (Segment(part=p, index=k, tolerance=tolerance) for k, p in enumerate(path.parts))
     return (*before, replace(last, end=SegmentEnd.GOAL, tolerance=config.goal_tolerance))
 

@@ -15,7 +15,7 @@ from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import V
 from rti_mpcc.planning.schedule import apart
-from rti_mpcc.planning.state import ControllerState, Phase, Plans, Task
+from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase, Plans, Task
 from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.types import Array
 
@@ -29,7 +29,7 @@ def is_due(s: ControllerState, config: ControllerConfig) -> bool:
         return False
     if s.on_planned_way or route.why or s.goal.rejected:
         return False
-    stands = abs(float(measured[V])) <= config.behaviour.standstill_speed
+    stands = abs(float(measured[V])) <= STANDSTILL_SPEED
     begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
     if not (stands and begins and config.arrival and config.method is Method.DYNAMIC):
         return False

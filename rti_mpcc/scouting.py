@@ -12,14 +12,20 @@ from math import inf
 from typing import NamedTuple
 
 from rti_mpcc.behaviour import moves
+from rti_mpcc.behaviour.moves import NEAR_STOP
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning import schedule, search, stops, ways
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.search import InitialIterate, SqpResult
+from rti_mpcc.planning.search import ITERATIONS, InitialIterate, SqpResult
 from rti_mpcc.planning.state import Candidate, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.stops import SEEN_SHARE
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
+
+ACCEPTED_MISS = 1.5
+"""A first plan that ends within this times the goal tolerance is driven; from rest it replans where one
+misses by more."""
 
 
 class Found(NamedTuple):
@@ -71,7 +77,7 @@ def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> 
     found = _reaching(Found(s, attempt, context), None, w)
     if found.attempt.out_of_time:
         return None
-    return search.reaches(found.attempt, context, w.config.retries.accepted_miss)
+    return search.reaches(found.attempt, context, ACCEPTED_MISS)
 
 
 def iterated(
@@ -100,13 +106,13 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
         filled = lookout.progress_of_contact(s, plan, way, config)
         left = _left_before(filled, context, w)
-    if config.behaviour.near_stop < left < inf:
-        s = moves.stop_before(s, context, config, left, None, str(lookout.met_at(s, filled, config)))
+    if NEAR_STOP < left < inf:
+        s = moves.stop_before(s, context, left, None, str(lookout.met_at(s, filled, config)))
     elif begun is not None and begun.segment.stop != s.task.stop:
         s = moves.seeking(s, begun.segment)
-    elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s, config)):
+    elif begun is None and s.task.stop and (distance < inf or stops.way_may_be_free(s)):
         s = moves.seeking(s, s.task.whole)
-    return moves.released(s) if stops.way_may_be_free(s, config) else s
+    return moves.released(s) if stops.way_may_be_free(s) else s
 
 
 def _onward(scouting: Scouting, w: Workspace) -> Scouting:
@@ -125,7 +131,7 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
             # It goes through nothing and yet is not clear: it has not come to its end that far ahead.
             s, attempt = _on(s, attempt, context, search.further(attempt, w.config), w)
             plan = attempt.plan if attempt.fits else guess
-            distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config), w)
+            distance = _as_far_as_seen(s, attempt, lookout.distance_to_contact(s, plan, w.config))
         if distance < inf and not _stands_at_a_wall(s, plan, distance, w):
             # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
             on_guess = lookout.distance_to_contact(s, guess, w.config)
@@ -163,7 +169,7 @@ def _another_way(scouting: Scouting, w: Workspace) -> Scouting:
             return replace(scouting, found=Found(waiting, found.attempt, context))
         scouting = replace(scouting, found=found)
     why = found.attempt.problem or ("something fills the way" if scouting.filled is not None else "")
-    if arrives and not (why or search.reaches(found.attempt, context, w.config.retries.accepted_miss)):
+    if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
     if not why or (ways.was_asked(s, w.config) if s.is_stationary else not ways.on_the_move(s)):
         return scouting
@@ -180,7 +186,7 @@ def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
     if filled is None or found is None:
         return scouting
     left, met = _left_before(filled, scouting.context, w), lookout.met_at(found.s, filled, w.config)
-    s = moves.stop_before(found.s, scouting.context, w.config, left, found.s.area.changes, str(met))
+    s = moves.stop_before(found.s, scouting.context, left, found.s.area.changes, str(met))
     context = w.context(s)
     if s.task.phase is Phase.HOLDING:
         return replace(scouting, found=Found(s, found.attempt, context))
@@ -198,7 +204,7 @@ def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Foun
     """A first plan to the goal that misses it is iterated on, one of a brisk ride with more time then."""
     found = _iterated_on(found, begun, w)
     attempt, calm = found.attempt, schedule.calmed(found.s, found.context, w.config)
-    near = search.reaches(attempt, found.context, w.config.retries.accepted_miss)
+    near = search.reaches(attempt, found.context, ACCEPTED_MISS)
     if calm is found.s or near or not attempt.fits or attempt.out_of_time:
         return found
     return _iterated_on(found._replace(s=calm), begun, w)
@@ -215,7 +221,7 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     done = before + len(attempt.solutions)
     missed = attempt.fits and not search.reaches(attempt, context)
     rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
-    if not (context.free and missed) or done >= rounds * w.config.search.iterations:
+    if not (context.free and missed) or done >= rounds * ITERATIONS:
         return found
     s, more = iterated(s, context, search.nearer(attempt, w.config), w)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
@@ -258,13 +264,13 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
 
 def _stands_at_a_wall(s: ControllerState, plan: Trajectory, distance: float, w: Workspace) -> bool:
     """Whether it would stop right here, `distance` [m] before what is no obstacle: nothing to wait for."""
-    if distance - contact.stop_clearance(w.config) > w.config.behaviour.near_stop:
+    if distance - contact.stop_clearance(w.config) > NEAR_STOP:
         return False
     return contact.distance_to_obstacle(plan, s.area.corridor, s.task.segment.index, w.config, inf) > distance
 
 
-def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float, w: Workspace) -> float:
+def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float) -> float:
     """The way [m], or inf in the far part of a cruise, which ends in mid-way: it has not seen enough."""
     if not attempt.fits or s.task.arrival is not None:
         return distance
-    return inf if distance > w.config.search.seen_share * contact.length(attempt.plan) else distance
+    return inf if distance > SEEN_SHARE * contact.length(attempt.plan) else distance

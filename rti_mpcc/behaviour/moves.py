@@ -6,12 +6,16 @@ from dataclasses import replace
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.behaviour.transitions import Event, transition_on
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
 from rti_mpcc.types import GoalOrigin, Trajectory
+
+NEAR_STOP = 0.2
+"""A vehicle this near to a stop before an obstacle stays where it is [m]."""
+STOP_TOLERANCE = (0.2, 1.0, 0.5)
+"""What counts as being at such a stop: longitudinal [m], lateral [m], heading [rad]."""
 
 # -- plans ----------------------------------------------------------------------------------------------
 
@@ -62,7 +66,6 @@ def found_elsewhere(s: ControllerState) -> ControllerState:
 def stop_before(
     s: ControllerState,
     context: PlanningContext,
-    config: ControllerConfig,
     distance: float,
     obstacle_changes: int | None,
     met: str = "",
@@ -72,7 +75,7 @@ def stop_before(
     `obstacle_changes`: after which no way past was found; None: there was no time to find one. `met`: what
     fills the way, and where.
     """
-    stays = distance <= config.behaviour.near_stop
+    stays = distance <= NEAR_STOP
     stop = PlannedStop(
         at=float(context.state[THETA]) + max(distance, 0.0),
         goal=s.goal.pose,
@@ -83,7 +86,7 @@ def stop_before(
     s = transition_on(s, Event.WAY_FILLED)
     if stays:
         s = transition_on(s, Event.STOP_IS_HERE)
-    task = s.task.on(s.task.whole.stopped(stop, config.behaviour.stop_tolerance))
+    task = s.task.on(s.task.whole.stopped(stop, STOP_TOLERANCE))
     return replace(s, task=replace(task, looks_past=task.looks_past and not stays))
 
 

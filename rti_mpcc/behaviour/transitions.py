@@ -126,7 +126,7 @@ def transition_by_condition(
     s: ControllerState, context: PlanningContext, config: ControllerConfig
 ) -> ControllerState:
     """The state after the transition of this cycle, if one of the phase's conditions holds."""
-    since = conditions.outside_since(s, context, config)
+    since = conditions.outside_since(s, context)
     if since != s.task.outside_since:
         s = replace(s, task=replace(s.task, outside_since=since))
     for row in _LOOKED_FOR[s.task.phase]:

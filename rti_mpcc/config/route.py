@@ -32,8 +32,8 @@ class RoutePlanner(Settings):
         places: on a way that are tried to be joined directly.
         knots: distance of the curvatures of a smoothed way, and window: length of way that is smoothed at a
             time, at most, both in radii of the sharpest bend; smoothing_iterations: at most.
-        whole_tolerance: length of a stretch from which on its end has the whole of `Behaviour.cusp_tolerance`
-            [m]; a shorter one has a share of it; least_tolerance: of it, at least.
+        whole_tolerance: length of a stretch from which on its end has all of `manoeuvre.CUSP_TOLERANCE` [m];
+            a shorter one has a share of it; least_tolerance: of it, at least.
         farthest: distance of a goal, at most: one that is farther away is refused [m].
         box: without a boundary the area reaches so far beyond all that is given [m].
         replan_after: a vehicle that has stood so long where it cannot get on asks for another way [s].

@@ -37,6 +37,13 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array
 
+LEAST_TIME = 1.0
+"""Shortest time to go that is planned [s]; closer in, the plan always ends this far ahead."""
+WAITING_REACH = 30.0
+"""No arrival within reach waits until it is nearer [m]: (T2) leaves a slow vehicle no room to get across to a
+goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a goal and stalled
+(docs/decisions/01-arrival-at-rest.md)."""
+
 
 def arrival_time(
     distance: float,
@@ -55,7 +62,7 @@ def arrival_time(
         distance,
         speed,
         config.arrival_acceleration,
-        config.arrival_timing.least_time,
+        LEAST_TIME,
         highest,
         jerk=config.comfort.jerk,
         brisk=config.ride == "brisk" and not calm,
@@ -162,7 +169,7 @@ def _vertex_speed(distance: float, speed: float, duration: float) -> float:
 
 def within_reach(distance: float, speed: float, config: ControllerConfig, pace: Pace, theta: float) -> bool:
     """Whether the planned arrival should begin: near enough, and either slow enough or due: by (T2), or with
-    no more than `ArrivalTiming.waiting_reach` left.
+    no more than `WAITING_REACH` left.
 
     Near is what is reached at the default comfort within the arrival horizon. A gentler arrival over the same
     way takes longer, but its stages are as short in metres.
@@ -170,12 +177,12 @@ def within_reach(distance: float, speed: float, config: ControllerConfig, pace: 
     Args:
         distance: [m], from `theta` [m] on a part with this pace; speed: [m/s].
     """
-    comfort, timing = config.arrival_acceleration, config.arrival_timing
+    comfort = config.arrival_acceleration
     duration, brisk = arrival_time(distance, speed, config), config.ride == "brisk"
     braking = 4.0 * speed**2 / (3.0 * comfort)
     if brisk:
         braking = 0.5 * speed**2 / comfort + speed * comfort / config.comfort.jerk
-    due = distance <= max(braking, timing.waiting_reach)
+    due = distance <= max(braking, WAITING_REACH)
     peak = _highest_speed(distance, speed, comfort) if brisk else peak_speed(distance, speed, duration)
     if not due and peak > config.limits.speed:
         return False

@@ -16,6 +16,10 @@ from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.types import Array
 
+CUSP_SHIFT = 0.7
+"""Share of the tolerance at a cusp by which the pose made for may lie beside it
+(docs/decisions/13-cusps.md)."""
+
 _STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.norm)
 
 
@@ -23,12 +27,12 @@ def cusp_pose(cusp: Pose2, corridor: Corridor, segment: Segment, config: Control
     """The pose to change direction at, at the end of a segment.
 
     It is the nearest one to `cusp` at which the body keeps the corridor's margin on this part and on the
-    next, or, within `Behaviour.cusp_shift` of the tolerance, the one that comes nearest to that.
+    next, or, within `CUSP_SHIFT` of the tolerance, the one that comes nearest to that.
     """
     margin, index = config.footprint.margin, segment.index
     if _room([cusp], corridor, index, config)[0] == margin:
         return cusp
-    most = config.behaviour.cusp_shift
+    most = CUSP_SHIFT
     poses = [cusp.compose(Pose2(*(most * np.multiply(segment.tolerance, step)).tolist())) for step in _STEPS]
     room = _room(poses, corridor, index, config)
     return poses[int(np.argmax(room))]  # the first of equals is the nearest

@@ -6,15 +6,30 @@ One rule for scenario files and for every cycle. A cycle looks only at what is n
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, nan, radians
+from math import hypot, nan, pi, radians
 
 import numpy as np
 
 from geometry import Area, Corridor, PathPart, Pose2, ReferencePath, wrap
 from geometry.angles import degrees_hint
-from rti_mpcc.config import ControllerConfig, GoalLimits, Vehicle
+from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.model.footprint import clearances
-from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.surroundings import GOAL_REACH, Surroundings
+
+GOAL_TURN = 0.5 * pi
+"""The same for its heading, from the path's beside it [rad]."""
+UNMOVED = 0.01
+"""A goal at which no point of the body has moved farther needs no other check [m]."""
+NEARLY_UNMOVED = 0.03
+"""The same where there was more room than that [m]."""
+STILL_REFUSED = 0.1
+"""The same for a goal that is farther out of reach than that [m]."""
+IN_DEGREES = pi / 6.0
+"""A heading that is refused, and so near the path's if read in degrees, was meant in degrees [rad]."""
+ODD = 0.2
+"""A heading that is not refused is suspected of it if it is farther from the path's [rad],"""
+SURELY_IN_DEGREES = 0.1
+"""and within this if read in degrees [rad]."""
 
 NOISE, NOISE_HEADING = 0.15, 0.1
 """So far a goal may be from the last ones to be the same with noise [m], [rad]: five times a deviation of
@@ -51,14 +66,13 @@ def checked(
     path: ReferencePath,
     corridor: Corridor,
     vehicle: Vehicle,
-    limits: GoalLimits,
     *,
     margin: float = 0.0,
 ) -> GoalFit:
     """The exact check.
 
     Args:
-        limits: what can be a goal at all; margin: less room than this [m] is remarked.
+        margin: less room than this [m] is remarked.
 
     In an area a goal may be anywhere: the way there is planned.
     """
@@ -72,8 +86,8 @@ def checked(
         problem = _joined(problem, hint) if problem else ""
         return GoalFit(pose=goal, problem=problem, remark=remark, room=room, excess=excess, beside=goal)
     part = path.parts[-1]
-    beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part, limits)
-    problem, excess = _misplaced(goal, beside, vehicle, limits)
+    beside, hint = _beside(goal, part), degrees_beside("goal heading", goal, part)
+    problem, excess = _misplaced(goal, beside, vehicle)
     if problem:
         return GoalFit(pose=goal, problem=_joined(problem, hint), excess=excess, beside=beside)
     if corridor.cut_off(len(path.parts) - 1, (beside.x, beside.y), (goal.x, goal.y)):
@@ -124,25 +138,25 @@ def checked_again(
     if last is not None and _answered(last, goal, surroundings.changes, config):
         return last
     corridor, margin = surroundings.corridor, _margin(config)
-    fit = checked(goal, path, corridor, config.vehicle, config.goal_limits, margin=margin)
+    fit = checked(goal, path, corridor, config.vehicle, margin=margin)
     return replace(fit, changes=surroundings.changes)
 
 
 def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig) -> bool:
     """Whether what was found of another goal holds for this one: no clearance changes by more than the body
     has moved."""
-    vehicle, limits, known = config.vehicle, config.goal_limits, last.changes == changes
+    vehicle, known = config.vehicle, last.changes == changes
     moved = _moved(last.pose, goal, vehicle)
     if last.problem:
-        within = max(min(last.excess, limits.still_refused), limits.unmoved)
+        within = max(min(last.excess, STILL_REFUSED), UNMOVED)
         return (known or not last.room < 0.0) and moved <= within
-    if moved <= limits.unmoved:
+    if moved <= UNMOVED:
         return True
-    if _misplaced(goal, last.beside, vehicle, limits)[0]:
+    if _misplaced(goal, last.beside, vehicle)[0]:
         return False  # by that place of the path: another one may be nearer
     left = last.room - moved
     clear = known and left > _margin(config) and not last.remark
-    return clear or (moved <= limits.nearly_unmoved and left > 0.0)
+    return clear or (moved <= NEARLY_UNMOVED and left > 0.0)
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
@@ -155,7 +169,7 @@ def end_checked(path: ReferencePath, surroundings: Surroundings, config: Control
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
-def degrees_beside(what: str, pose: Pose2, part: PathPart, limits: GoalLimits) -> str:
+def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
     """What to say of a heading that is far from the path's beside it, but would be near it in degrees, or "".
 
     A heading may be on any branch. Up to a full turn, which is 6 degrees, it is taken for what it is.
@@ -165,22 +179,22 @@ def degrees_beside(what: str, pose: Pose2, part: PathPart, limits: GoalLimits) -
         return ""
     read = replace(pose, phi=radians(pose.phi))
     off, in_degrees = (_turn(one, _beside(one, part)) for one in (pose, read))
-    refused = off > limits.turn and in_degrees <= limits.in_degrees
-    if refused or (off > limits.odd and in_degrees <= limits.surely_in_degrees):
+    refused = off > GOAL_TURN and in_degrees <= IN_DEGREES
+    if refused or (off > ODD and in_degrees <= SURELY_IN_DEGREES):
         return hint
     return ""
 
 
-def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle, limits: GoalLimits) -> tuple[str, float]:
+def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
     """Why a goal is out of reach of the path, `beside` which it is, whatever stands there, or "", and how far
     it is beyond that [m]."""
     distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
-    if distance > limits.reach:
-        said = f"{distance:.4g} m from the path's last part, at most {limits.reach:g} m"
-        return said, distance - limits.reach
-    if turn > limits.turn:
-        said = f"turned by {turn:.4g} rad from the path beside it, at most {limits.turn:.4g} rad"
-        return said, (turn - limits.turn) * _arm(vehicle)
+    if distance > GOAL_REACH:
+        said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"
+        return said, distance - GOAL_REACH
+    if turn > GOAL_TURN:
+        said = f"turned by {turn:.4g} rad from the path beside it, at most {GOAL_TURN:.4g} rad"
+        return said, (turn - GOAL_TURN) * _arm(vehicle)
     return "", 0.0
 
 

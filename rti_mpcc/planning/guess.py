@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry import PathPart, Pose2, lift
 from geometry.compiled import Array1, Array2, Out2, inner, kernel
-from rti_mpcc.config import ControllerConfig, Guesses
+from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import CONTROLS, DELTA, DELTA_DOT, PHI, STATES, THETA, THETA_DOT, A, V, X, Y
 from rti_mpcc.ocp.room import Room
@@ -20,6 +20,19 @@ from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning.arrival import cubic_motion, paced_motion
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array, Trajectory
+
+FADE_DISTANCE = 12.0
+"""Over which an offset at the start or at the target fades into the path [m], at least."""
+FADE_CURVATURE = 0.1
+"""With which a large offset at the start begins to fade [1/m]: the end that trails swings out."""
+FADE_HEADING = 1.05
+"""A heading from the path beyond this fades like this [rad] (60 deg)."""
+ASTRAY = 0.05
+"""A start at which the heading goes astray by more while the steering turns has the steering turned first
+[rad]."""
+LEAST_STRETCH = 0.2
+"""Distance beside a bend's inside per distance along the path, at least: the guess must not run into the
+centre."""
 
 
 def arrival_guess(
@@ -139,15 +152,14 @@ def _faded(
     begin = Pose2(float(state[X]), float(state[Y]), float(state[PHI])).relative_to(here)
     end = target.pose.relative_to(there)
     distance = max(target.theta - float(state[THETA]), 1e-3)
-    settings = config.guesses
-    reach, fade = min(settings.fade_distance, distance), min(_fade_length(begin.y, settings), distance)
+    reach, fade = min(FADE_DISTANCE, distance), min(_fade_length(begin.y), distance)
     states = np.empty((len(s), STATES))
     _beside_path(
         reference.x, reference.y, reference.phi, reference.slope, float(part.direction),
         s, rate, theta, target.theta, target.stop,
-        (begin.x, begin.y, _slope(begin.phi, settings)), fade,
-        (end.x, end.y, _slope(end.phi, settings)), reach,
-        settings.least_stretch, config.vehicle.wheelbase, config.limits.steering, config.limits.speed, states,
+        (begin.x, begin.y, _slope(begin.phi)), fade,
+        (end.x, end.y, _slope(end.phi)), reach,
+        LEAST_STRETCH, config.vehicle.wheelbase, config.limits.steering, config.limits.speed, states,
     )  # fmt: skip
     states[0] = state
     states[0, PHI] = lift(float(state[PHI]), float(states[1, PHI]))
@@ -170,7 +182,7 @@ def _lead_in(
         here = Pose2(now[X], now[Y], now[PHI]).relative_to(part.pose(now[THETA]))
         gap = _fade_steering(part, target, now[THETA], here, config) - now[DELTA]
         astray = abs(now[V]) * gap**2 / (2.0 * limits.steering_rate * wheelbase)
-        if astray <= config.guesses.astray and (k == 0 or abs(gap) <= limits.steering_rate * length):
+        if astray <= ASTRAY and (k == 0 or abs(gap) <= limits.steering_rate * length):
             break
         a = (d * float(rate[k + 1]) - now[V]) / length
         a = max(min(a, limits.acceleration), -limits.acceleration)
@@ -185,17 +197,17 @@ def _fade_steering(
     part: PathPart, target: Target, theta: float, here: Pose2, config: ControllerConfig
 ) -> float:
     """Steering [rad] with which the fade from `here`, in the frame of the path at `theta`, begins."""
-    d, slope, settings = part.direction, _slope(here.phi, config.guesses), config.guesses
-    fade = min(_fade_length(here.y, settings), max(target.theta - theta, settings.fade_distance))
+    d, slope = part.direction, _slope(here.phi)
+    fade = min(_fade_length(here.y), max(target.theta - theta, FADE_DISTANCE))
     bend = -6.0 * here.y / fade**2 - 4.0 * d * slope / fade
     curvature = float(part.reference(np.array([theta])).slope[0]) + d * bend / (1.0 + slope**2) ** 1.5
     steering = atan(config.vehicle.wheelbase * d * curvature)
     return min(max(steering, -config.limits.steering), config.limits.steering)
 
 
-def _fade_length(offset: float, settings: Guesses) -> float:
+def _fade_length(offset: float) -> float:
     """Way over which an offset at the start fades [m]."""
-    return max(settings.fade_distance, sqrt(6.0 * abs(offset) / settings.fade_curvature))
+    return max(FADE_DISTANCE, sqrt(6.0 * abs(offset) / FADE_CURVATURE))
 
 
 def _let_in(speed: float, elapsed: Array, config: ControllerConfig) -> Array:
@@ -260,9 +272,9 @@ def _fade(share: float, offset: float, slope: float, reach: float) -> tuple[floa
     return value, offset * 6.0 * t * (1.0 - t) / reach + slope * (3.0 * t - 2.0) * t
 
 
-def _slope(heading: float, settings: Guesses) -> float:
+def _slope(heading: float) -> float:
     """Lateral way per way of a vehicle turned by `heading` [rad] from the path, within what fades."""
-    return tan(min(max(heading, -settings.fade_heading), settings.fade_heading))
+    return tan(min(max(heading, -FADE_HEADING), FADE_HEADING))
 
 
 @inner

@@ -18,8 +18,17 @@ import numpy as np
 
 from geometry import PathPart
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.controller import PLANNED_SHARE
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.types import Array
+
+PATH_SPACING = 0.25
+"""Of the samples along a part, and of the pieces of the route ahead, at which the pace is known [m]."""
+LEAST_PIECES = 64
+"""In which the route ahead is looked at."""
+MOST_PIECES = 400
+STEERING_DISTANCE = 4.0
+"""Over which a step of the path's curvature is steered [m]: no vehicle turns its wheels on the spot."""
 
 FLAT = 1e-9
 """Curvatures and their slopes below this are none [1/m], [1/m²]."""
@@ -44,26 +53,25 @@ class Pace:
 
     def ahead(self, theta: float, distance: float, config: ControllerConfig) -> Array:
         """Highest speeds (m,) [m/s] in the middles of m equal pieces of so far [m] from `theta` [m] on."""
-        timing = config.arrival_timing
-        pieces = int(min(max(distance / timing.path_spacing, timing.least_pieces), timing.most_pieces))
+        pieces = int(min(max(distance / PATH_SPACING, LEAST_PIECES), MOST_PIECES))
         return self.at(theta + distance * (np.arange(pieces) + 0.5) / pieces)
 
 
 def pace_of(part: PathPart, config: ControllerConfig, room: Room | None = None) -> Pace:
     """The pace of a part, Eq. (P1), and where its room is known (P2)."""
-    comfort, wheelbase, timing = config.comfort, config.vehicle.wheelbase, config.arrival_timing
-    theta = part.places(timing.path_spacing, least=2)
+    comfort, wheelbase = config.comfort, config.vehicle.wheelbase
+    theta = part.places(PATH_SPACING, least=2)
     count = theta.size - 1
-    width = 2 * round(0.5 * timing.steering_distance / timing.path_spacing) + 1
+    width = 2 * round(0.5 * STEERING_DISTANCE / PATH_SPACING) + 1
     asked = np.pad(np.arctan(wheelbase * part.curvature(theta)), width // 2, mode="edge")
     steering = np.convolve(asked, np.full(width, 1.0 / width), mode="valid")
     curvature = np.maximum(np.abs(np.tan(steering)) / wheelbase, FLAT)
     # In a part of two pieces the way over which it is smoothed would shrink with the part.
-    way = theta if count > 2 else timing.path_spacing * np.arange(count + 1.0)
+    way = theta if count > 2 else PATH_SPACING * np.arange(count + 1.0)
     turning = np.maximum(np.abs(np.gradient(steering, way)), FLAT)
     speed = np.minimum(np.sqrt(comfort.lateral_acceleration / curvature), config.limits.speed)
     if config.ride == "smooth":
         speed = np.minimum(speed, comfort.steering_rate / turning)
     if room is not None:
-        speed = np.minimum(speed, timing.planned_share * room.speed_at(theta))
+        speed = np.minimum(speed, PLANNED_SHARE * room.speed_at(theta))
     return Pace(theta=theta, speed=speed, room=room)

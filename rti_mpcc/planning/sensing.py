@@ -12,6 +12,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
+from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.context import PlanningContext
@@ -19,6 +20,11 @@ from rti_mpcc.planning.pace import Pace
 from rti_mpcc.planning.plausibility import by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
+
+OFF_PATH = 100.0
+"""A vehicle farther from its path is taken to be on another one [m]."""
+PROGRESS_STEP = 2.0
+"""So far may the progress move from one cycle to the next [m]."""
 
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
@@ -31,7 +37,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.now + config.dead_time, config)
-    _place_on_route(start, s.begin, part, config.plausibility.progress_step)
+    _place_on_route(start, s.begin, part, PROGRESS_STEP)
     return start
 
 
@@ -50,7 +56,7 @@ def context_of(
     state, part = reached.tolist(), segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
-    along, distance = way_left(here, theta, on_path, part, target, config.arrival_timing.passed_distance)
+    along, distance = way_left(here, theta, on_path, part, target, PASSED_DISTANCE)
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
         now=now,
@@ -58,7 +64,7 @@ def context_of(
         state=reached,
         acceleration=s.vehicle.disturbance.acting(s.queue[-1].acceleration) if s.queue else 0.0,
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
-        doubt=monitor.why or _off_the_path(here, on_path, config.plausibility.off_path),
+        doubt=monitor.why or _off_the_path(here, on_path, OFF_PATH),
         target=target,
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,

@@ -26,6 +26,11 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
 from rti_mpcc.types import Array, GoalOrigin, GoalSetpoint, Trajectory
 
+STANDSTILL_SPEED = 0.02
+"""Below this speed the vehicle stands [m/s], also where it creeps out of an overlap."""
+MOVING_SPEED = 0.04
+"""A vehicle that stands is taken to stand until it is measured faster [m/s]: noise is no motion."""
+
 
 class Phase(Enum):
     """What the controller is busy with on the active segment; `rti_mpcc.behaviour` tells how they follow."""
@@ -45,7 +50,7 @@ class Candidate(Enum):
 
     ONWARD = "onward to the target, from a guess along the path"
     ANOTHER_WAY = (
-        "from rest, where that is not clear, or misses the goal by more than `Retries.accepted_miss` of its "
+        "from rest, where that is not clear, or misses the goal by more than 1.5 times its "
         "tolerance: another way, planned from here, unless there is none"
     )
     STOP_BEFORE = "a stop before what fills the way; from there another way is planned"

@@ -16,6 +16,9 @@ from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
 from rti_mpcc.types import Array
 
+GOAL_REACH = 20.0
+"""Farthest goal from the path's last part [m]: beyond it a goal is taken for a mistake."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -128,7 +131,7 @@ def area_along(path: ReferencePath, corridor: Corridor, config: ControllerConfig
         CorridorError: the boundaries do not enclose the path.
     """
     vehicle = config.vehicle
-    return area_of(corridor, path, beyond=config.goal_limits.reach + 2.0 * (vehicle.front + vehicle.rear))
+    return area_of(corridor, path, beyond=GOAL_REACH + 2.0 * (vehicle.front + vehicle.rear))
 
 
 def standing(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:

@@ -133,7 +133,7 @@ class Workspaces:
         if end is SegmentEnd.STAGING_POSE:
             return staging_on(part, goal, config.staging)
         if end is SegmentEnd.GOAL and goal is not None:
-            return goal_on(part, goal, s.task.target, reach=config.progress.projection_reach)
+            return goal_on(part, goal, s.task.target)
         if end is SegmentEnd.CUSP and config.arrival:
             then = s.task.on_whole().segments[1]
             # To turn the wheels on the way costs heading at its end, and little way mends little of that.

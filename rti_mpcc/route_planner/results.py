@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.route_planner.drivable import Drivable
 from rti_mpcc.route_planner.problem import Problem
 
@@ -84,7 +84,7 @@ def found(problem: Problem, driven: Drivable, nodes: int) -> Manoeuvre:
 
 def _tolerance(length: float, config: ControllerConfig) -> tuple[float, float, float]:
     """At the end of a stretch [m], [m], [rad]: a short one must not be over where it begins."""
-    behaviour, settings = config.behaviour, config.route
+    settings = config.route
     share = min(max(length / settings.whole_tolerance, settings.least_tolerance), 1.0)
-    along, across, heading = behaviour.cusp_tolerance
+    along, across, heading = CUSP_TOLERANCE
     return share * along, share * across, share * heading

@@ -7,10 +7,14 @@ from math import degrees
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import Disturbance
 
+AUTHORITY_RESERVE = 0.15
+"""Share of a limit that must be left to drive with, beyond what it takes to hold the vehicle on a slope, or
+straight: with a fifth of the acceleration it still docks, with a tenth it no longer does."""
+
 
 def exceeded(disturbance: Disturbance, config: ControllerConfig) -> str:
     """Why the vehicle cannot be driven with this disturbance, or ""."""
-    limits, most = config.limits, 1.0 - config.caution.authority_reserve
+    limits, most = config.limits, 1.0 - AUTHORITY_RESERVE
     holding, o = disturbance.commanded(0.0), disturbance.steering
     if abs(holding) > most * limits.acceleration:
         return (

@@ -10,12 +10,14 @@ import numpy as np
 from geometry import Pose2
 from rti_mpcc.behaviour.status import Verdict
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import PlannedStop
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.model.layout import PHI, THETA, V, X, Y
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState
+from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.safety.naming import met_by
 from rti_mpcc.types import GoalOrigin, Reason, Trajectory
@@ -49,10 +51,10 @@ def _too_near(pose: Pose2, where: str, s: ControllerState, config: ControllerCon
     """What is too near to the body at a pose, or ""."""
     state, part = np.array([pose.x, pose.y, pose.phi]), s.task.segment.index
     apart = clearances(state[None], s.area.known, part, config.vehicle, config.caution.hard_minimum)[0]
-    apart[0] += config.caution.contact_tolerance  # of boundaries, which count later
+    apart[0] += CONTACT_TOLERANCE  # of boundaries, which count later
     if apart.min() >= config.caution.hard_minimum:
         return ""
-    apart[0] -= config.caution.contact_tolerance
+    apart[0] -= CONTACT_TOLERANCE
     room, met = float(apart.min()), met_by(state, s.area, part, config)
     if room < 0.0:
         return f"the body {where} overlaps {met} by {-room:.3f} m"
@@ -95,7 +97,7 @@ def meeting(
     """
     assert s.task.halt is not None
     met = f"{distance:.2f} m with {lookout.met_on(s, plan, distance, config)}"
-    needed = contact.stopping_distance(float(plan.states[0, V]), config) + config.caution.clear_distance
+    needed = contact.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
     halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
     return replace(s, task=replace(s.task, halt=halt))
 

@@ -20,6 +20,11 @@ from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.safety.stopping import stopping_along, stopping_motion
 from rti_mpcc.types import Trajectory
 
+BRAKING_OFFSET = (0.2, 0.1)
+"""A plan that passes farther from the vehicle is not braked along [m], [rad]."""
+LEAST_DECELERATION = 1e-3
+"""Of a motion that is looked at [m/s²]."""
+
 
 def overlap(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:
     """What the body overlaps, where it is believed to be now or until the command begins to act."""
@@ -114,7 +119,7 @@ def braking(
     times = stage_times(context.begin, lengths)
     motion = None
     if along is not None:
-        near = config.fallback.braking_offset
+        near = BRAKING_OFFSET
         motion = stopping_along(along, context.state, times, deceleration, near)
     return motion or stopping_motion(context.state, times, deceleration, config.vehicle.wheelbase)
 
@@ -123,7 +128,7 @@ def slowing(context: PlanningContext, plan: Trajectory, config: ControllerConfig
     """The motion that stands after all of the way that is looked at for a stop, along a plan."""
     speed = float(context.state[V])
     need = contact.stopping_distance(speed, config)
-    deceleration = max(speed**2 / (2.0 * need), config.fallback.least_deceleration)
+    deceleration = max(speed**2 / (2.0 * need), LEAST_DECELERATION)
     return braking(context, deceleration, config, plan)
 
 

@@ -7,7 +7,7 @@ from math import tan
 
 from geometry import Corridor, Pose2, ReferencePath
 from geometry.angles import degrees_hint
-from rti_mpcc.config import COMFORT_ACCELERATION, GoalLimits
+from rti_mpcc.config import COMFORT_ACCELERATION
 from rti_mpcc.errors import InputError
 from rti_mpcc.planning import goals
 from rti_mpcc.simulation.faults import SIZES
@@ -332,7 +332,7 @@ def _goals(scenario: Scenario, path: ReferencePath, corridor: Corridor) -> Itera
 def _goal(
     key: str, goal: Pose2, scenario: Scenario, path: ReferencePath, corridor: Corridor
 ) -> Iterator[Problem]:
-    problem = goals.checked(goal, path, corridor, scenario.build_vehicle(), GoalLimits()).problem
+    problem = goals.checked(goal, path, corridor, scenario.build_vehicle()).problem
     if problem:
         value = f"pose ({goal.x:.4g}, {goal.y:.4g}, {goal.phi:.4g})"
         yield Problem(key=key, value=value, allowed=f"out of reach, {problem}")

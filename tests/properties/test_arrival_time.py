@@ -14,6 +14,7 @@ from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.layout import CONTROLS, DELTA, STATES, THETA, A, V
 from rti_mpcc.planning.arrival import (
+    LEAST_TIME,
     arrival_time,
     cubic_motion,
     paced_motion,
@@ -23,13 +24,13 @@ from rti_mpcc.planning.arrival import (
     within_reach,
 )
 from rti_mpcc.planning.pace import Pace, pace_of
-from rti_mpcc.planning.schedule import own_time, pressed, rescheduled
-from rti_mpcc.planning.stops import in_view
+from rti_mpcc.planning.schedule import CATCHING_UP, own_time, pressed, rescheduled
+from rti_mpcc.planning.stops import SEEN_SHARE, in_view
 from rti_mpcc.types import Array, Trajectory
 from tests.properties.magnitudes import examples, few_examples, from_zero, positive
 from tests.rti_mpcc.states import arrival_at, arrives_at, arriving, contexts, contouring, some_plan
 
-LEAST = ControllerConfig().arrival_timing.least_time
+LEAST = LEAST_TIME
 STRAIGHT = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 50.0)]).parts[0]
 PACES: dict[str, Pace] = {
     ride: pace_of(STRAIGHT, ControllerConfig(ride=ride)) for ride in ("smooth", "brisk")
@@ -251,7 +252,7 @@ def test_the_time_of_an_arrival_that_has_enough_moves_by_no_more_than_the_clock_
     s = arriving(driven=plan_at(speed, 0.1, acceleration), arrival=arrival_at(at))
     then = arrives_at(rescheduled(s, context, config))
     assert then is not None
-    catching_up = config.arrival_timing.catching_up
+    catching_up = CATCHING_UP
     assert -catching_up * config.cycle - 1e-9 <= then - at <= config.cycle + 1e-9
 
 
@@ -267,5 +268,5 @@ def test_a_cruise_sees_no_farther_than_it_drives_at_its_own_speed(
     )
     s, context = contouring(driven=some_plan()), contexts(speed=speed)
     seen = in_view(s, context, config) - float(context.state[THETA])
-    most = config.search.seen_share * horizon * config.cruise_speed
+    most = SEEN_SHARE * horizon * config.cruise_speed
     assert -1e-9 * (1.0 + most) <= seen <= most * (1.0 + 1e-9)

@@ -10,13 +10,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from geometry import Pose2
-from rti_mpcc.config import ControllerConfig, Fallback, Limits
+from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.model.disturbance import Disturbance
 from rti_mpcc.model.layout import CONTROLS, PHI, STATES, A, V, X
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.safety import fallback
 from rti_mpcc.safety.contact import stopping_distance
+from rti_mpcc.safety.fallback import SETTLING_FACTOR, SETTLING_LEAST, STOP_DISTANCE
 from rti_mpcc.safety.limiter import saturate
 from rti_mpcc.safety.stopping import arc, stopping_along, stopping_motion
 from rti_mpcc.types import Array, Source, Trajectory
@@ -61,14 +62,13 @@ def test_the_faster_the_vehicle_the_harder_it_brakes_or_as_hard(
     assert slow <= fast * (1.0 + 1e-12)
 
 
-@given(speeds, cycles, positive(1e-3, 10.0), st.floats(-5.0, 5.0))
-@example(0.0, 0.05, 0.5, 0.0)
-@example(0.1, 0.05, 0.01, 0.0)  # a time constant that is shorter than a cycle
+@given(speeds, cycles, st.floats(-5.0, 5.0))
+@example(0.0, 0.05, 0.0)
 @examples
 def test_a_vehicle_that_holds_comes_to_rest_and_never_turns_round(
-    speed: float, cycle: float, holding_time: float, before: float
+    speed: float, cycle: float, before: float
 ) -> None:
-    config = ControllerConfig(cycle=cycle, fallback=Fallback(holding_time=holding_time))
+    config = ControllerConfig(cycle=cycle)
     acceleration = fallback.hold(state(speed), config, before).acceleration
     after = speed + cycle * acceleration
     assert abs(acceleration) <= config.limits.acceleration
@@ -91,8 +91,8 @@ def test_wheels_that_turn_at_rest_come_nearer_to_their_angle_and_not_past_it(
 
 @given(from_zero(1e-9, 30.0), signed(1e-12, 1e3), st.floats(1.0, 4.0))
 @example(0.0, 0.0, 2.0)
-@example(0.0, CONFIG.fallback.stop_distance, 2.0)
-@example(1.0, CONFIG.fallback.stop_distance, 2.0)
+@example(0.0, STOP_DISTANCE, 2.0)
+@example(1.0, STOP_DISTANCE, 2.0)
 @examples
 def test_what_is_braked_before_a_contact_is_within_limits_and_falls_with_the_distance(
     speed: float, distance: float, faster: float
@@ -101,7 +101,7 @@ def test_what_is_braked_before_a_contact_is_within_limits_and_falls_with_the_dis
     assert COMFORT <= here <= MOST
     assert fallback.before_contact(speed, distance + 0.1, CONFIG) <= here
     assert fallback.before_contact(faster * speed, distance, CONFIG) >= here
-    left = distance - CONFIG.fallback.stop_distance
+    left = distance - STOP_DISTANCE
     if here < MOST:
         assert speed**2 / (2.0 * here) <= left * (1.0 + 1e-9)
 
@@ -123,8 +123,7 @@ def test_the_deceleration_of_a_settling_vehicle_is_about_comfort(
 ) -> None:
     config = ControllerConfig(cycle=cycle, comfort_jerk=jerk)
     found = fallback.settling_deceleration(before_the_goal(left, speed, deceleration), config)
-    settings = config.fallback
-    assert settings.settling_least * COMFORT <= found <= settings.settling_factor * COMFORT
+    assert SETTLING_LEAST * COMFORT <= found <= SETTLING_FACTOR * COMFORT
 
 
 @given(speeds, from_zero(1e-9, 1.4), positive(1e-3, 100.0), positive(0.1, 10.0), cycles)

@@ -9,18 +9,19 @@ from hypothesis import strategies as st
 
 from estimation import GoalEstimate, GoalStatus
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import Caution, ControllerConfig, GoalTracking
+from rti_mpcc.config import ControllerConfig, GoalTracking
 from rti_mpcc.model.layout import STATES, V, X
 from rti_mpcc.ocp.targets import goal_on
 from rti_mpcc.planning.aim import rate_limited_goal
-from rti_mpcc.planning.obstacles import observed
+from rti_mpcc.planning.obstacles import FASTEST, FORGOTTEN, observed
 from rti_mpcc.planning.sensing import way_left
 from rti_mpcc.planning.state import GoalState
+from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety.contact import distance_to_contact
 from rti_mpcc.types import Array, Trajectory
 from tests.properties.magnitudes import examples, few_examples, from_zero, positive, signed
 
-CONFIG = ControllerConfig(caution=Caution(check_spacing=0.01))
+CONFIG = ControllerConfig()
 LEAST = CONFIG.caution.hard_minimum
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 40.0)])
 
@@ -44,7 +45,7 @@ def test_no_obstacle_is_taken_to_move_faster_than_one_can(sights: list[tuple[flo
         known = observed(known, [box(place)], now, last, CONFIG)
         (obstacle,) = known
         assert np.isfinite(obstacle.velocity).all()
-        assert obstacle.speed <= CONFIG.obstacle_tracking.fastest * (1.0 + 1e-9)
+        assert obstacle.speed <= FASTEST * (1.0 + 1e-9)
         assert obstacle.moves or obstacle.speed == 0.0
 
 
@@ -52,8 +53,8 @@ def test_no_obstacle_is_taken_to_move_faster_than_one_can(sights: list[tuple[flo
 @example(0.0, 0.05)
 @few_examples
 def test_a_steady_obstacle_has_its_own_speed(speed: float, cycle: float) -> None:
-    speed = min(speed, CONFIG.obstacle_tracking.fastest)
-    cycle = min(cycle, CONFIG.obstacle_tracking.forgotten)
+    speed = min(speed, FASTEST)
+    cycle = min(cycle, FORGOTTEN)
     known = observed((), [box(0.0)], 0.0, 0.0, CONFIG)
     for k in range(1, 12):
         known = observed(known, [box(k * cycle * speed)], k * cycle, (k - 1) * cycle, CONFIG)
@@ -85,8 +86,8 @@ def test_from_farther_off_a_plan_may_go_as_far_towards_an_obstacle_at_least(
 ) -> None:
     near, far = way_before(gap), way_before(gap + farther)
     # The bodies that are looked at are a centimetre apart.
-    assert far >= near - 1.01 * CONFIG.caution.check_spacing
-    assert near <= gap + 1.01 * CONFIG.caution.check_spacing
+    assert far >= near - 1.01 * CHECK_SPACING
+    assert near <= gap + 1.01 * CHECK_SPACING
 
 
 @given(from_zero(1e-12, 1.0), st.integers(1, 20))

@@ -9,9 +9,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.config import ArrivalTiming, ControllerConfig, Limits, NarrowPassage
+from rti_mpcc.config import ControllerConfig, Limits, NarrowPassage
+from rti_mpcc.config.controller import PLANNED_SHARE
 from rti_mpcc.ocp.room import room_along
-from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.pace import LEAST_PIECES, MOST_PIECES, STEERING_DISTANCE, pace_of
 from tests.properties.magnitudes import examples, few_examples, from_zero, positive, signed
 
 CONFIG = ControllerConfig()
@@ -64,25 +65,22 @@ def test_wheels_are_never_turned_over_less_way_than_the_steering_distance(
     turned, sharpest = max(turns) - min(turns), max(abs(curvature) for curvature, _ in pieces)
     slowest = min(MOST, sqrt(CONFIG.comfort_lateral_acceleration / max(sharpest, 1e-12)))
     if turned > 0.0:
-        slowest = min(
-            slowest, CONFIG.comfort_steering_rate * CONFIG.arrival_timing.steering_distance / turned
-        )
+        slowest = min(slowest, CONFIG.comfort_steering_rate * STEERING_DISTANCE / turned)
     # The bends are smoothed with the steering: the tangent of a mean is no more than the largest one. Three
     # samples or more are at least two thirds of their usual distance apart.
     assert pace.speed.min() >= slowest * 2.0 / 3.0 * (1.0 - 1e-6)
 
 
-@given(positive(1e-3, 100.0), positive(1e-3, 100.0), positive(1e-3, 100.0), from_zero(1e-3, 100.0))
-@example(1.0, 0.5, 10.0, 0.0)
+@given(positive(1e-3, 100.0), positive(1e-3, 100.0), positive(1e-3, 100.0))
+@example(1.0, 0.5, 10.0)
 @few_examples
 def test_whatever_the_comfort_a_pace_is_positive_and_within_the_limit(
-    lateral: float, rate: float, most: float, steering_distance: float
+    lateral: float, rate: float, most: float
 ) -> None:
     config = ControllerConfig(
         comfort_lateral_acceleration=lateral,
         comfort_steering_rate=rate,
         limits=Limits(speed=most, steering_rate=100.0),
-        arrival_timing=ArrivalTiming(steering_distance=steering_distance),
     )
     pace = pace_of(path_of((0.0, 5.0), (0.2, 5.0), (-0.2, 1e-9), (0.0, 5.0)).parts[0], config)
     assert (pace.speed > 0.0).all()
@@ -95,8 +93,8 @@ def test_whatever_the_comfort_a_pace_is_positive_and_within_the_limit(
 @examples
 def test_the_way_ahead_is_known_in_pieces_however_short_it_is(distance: float, theta: float) -> None:
     pace = pace_of(path_of((0.0, 10.0), (0.2, 10.0)).parts[0], CONFIG)
-    ahead, timing = pace.ahead(theta, distance, CONFIG), CONFIG.arrival_timing
-    assert timing.least_pieces <= len(ahead) <= timing.most_pieces
+    ahead = pace.ahead(theta, distance, CONFIG)
+    assert LEAST_PIECES <= len(ahead) <= MOST_PIECES
     assert (ahead >= pace.speed.min()).all()
     assert (ahead <= pace.speed.max()).all()
 
@@ -135,6 +133,6 @@ def test_the_speed_in_a_lane_is_that_of_its_room_whatever_the_settings(
     )
     room = 0.1
     expected = slowest + (room - config.caution.hard_minimum) / reaction_time
-    most = MOST / config.arrival_timing.planned_share
+    most = MOST / PLANNED_SHARE
     found = speed_between(HALF_WIDTH + room, config)
     np.testing.assert_allclose(found, min(expected, most), rtol=1e-6)

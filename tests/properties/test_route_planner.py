@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from geometry import Area, Pose2, ReferencePath, wrap
 from geometry.arrays import Array
 from rti_mpcc.config import ControllerConfig, RoutePlanner, Vehicle
-from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Manoeuvre, PlanOutcome
 from rti_mpcc.route_planner.arcs import after, joined, length_of, poses_after, split
 from rti_mpcc.route_planner.cost_to_go import axle_clearances, cost_to_go, looked_up
 from rti_mpcc.route_planner.costs import closeness_of
@@ -292,7 +292,7 @@ def test_the_end_of_a_longer_stretch_is_no_more_narrow(length: float, more: floa
     config = ControllerConfig()
     short, long = (_tolerance(each, config) for each in (length, length + more))
     least = config.route.least_tolerance
-    for here, there, whole in zip(short, long, config.behaviour.cusp_tolerance, strict=True):
+    for here, there, whole in zip(short, long, CUSP_TOLERANCE, strict=True):
         assert least * whole <= here <= there <= whole
 
 

@@ -14,6 +14,7 @@ from hypothesis.strategies import SearchStrategy
 from geometry import Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Reason, Source, Status, VehicleState
 from rti_mpcc.model.layout import V
+from rti_mpcc.planning.state import MOVING_SPEED
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
 from tests.rti_mpcc.drawn import RUNS, Placed, Run, is_finite, measured, placed_state, told
 from tests.rti_mpcc.worlds import World, world
@@ -129,10 +130,10 @@ def check_account(state: VehicleState, command: Command, config: ControllerConfi
         assert is_finite(state)
         error = Pose2(state.x, state.y, state.phi).relative_to(command.diagnostics.aim)
         along, across, heading = (HELD_OUT * most for most in config.goal_tolerance)
-        assert abs(error.x) <= along + config.behaviour.moving_speed * config.dead_time, error
+        assert abs(error.x) <= along + MOVING_SPEED * config.dead_time, error
         assert abs(error.y) <= across, error
         assert abs(error.phi) <= heading, error
-        assert abs(state.v) <= config.behaviour.moving_speed
+        assert abs(state.v) <= MOVING_SPEED
 
 
 def _moved(plant: PlantState, place: Placed, here: World, limit: float) -> PlantState:

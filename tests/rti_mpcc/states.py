@@ -10,6 +10,7 @@ import numpy as np
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour.conditions import standing_since
+from rti_mpcc.behaviour.moves import STOP_TOLERANCE
 from rti_mpcc.behaviour.transitions import transition_by_condition
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd
@@ -68,7 +69,7 @@ def put(s: ControllerState, **values: Any) -> ControllerState:
 
 def stopped(whole: Segment, stop: PlannedStop | None) -> Segment:
     """Its piece up to a stop, or all of it."""
-    return whole if stop is None else whole.stopped(stop, ControllerConfig().behaviour.stop_tolerance)
+    return whole if stop is None else whole.stopped(stop, STOP_TOLERANCE)
 
 
 def _put(whole: Any, path: tuple[str, ...], name: str, value: Any) -> Any:
@@ -148,7 +149,7 @@ def some_plan() -> Trajectory:
 def decided(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """The state after what is decided in a cycle, with nothing in the way."""
     s = put(s, time=context.now)
-    s = transition_by_condition(put(s, standing_since=standing_since(s, context, config)), context, config)
+    s = transition_by_condition(put(s, standing_since=standing_since(s, context)), context, config)
     return rescheduled(s, context, config)
 
 

@@ -12,10 +12,10 @@ import pytest
 
 from geometry import Corridor, CorridorError, InputError, Pose2, ReferencePath
 from rti_mpcc import ControllerConfig, DockingController, Vehicle
-from rti_mpcc.config import Fallback
 from rti_mpcc.planning import search, sensing
 from rti_mpcc.planning.search import SqpResult
 from rti_mpcc.safety import decision
+from rti_mpcc.safety.fallback import PLAN_LIFE
 from rti_mpcc.simulation import docking_controller
 from rti_mpcc.simulation.plant import PlantState, advance, issue
 from rti_mpcc.types import Command, Reason, Source, Status, VehicleState
@@ -73,7 +73,7 @@ def test_it_brakes_when_the_plan_is_too_old_and_goes_on_afterwards(fail: Fail) -
     run = list(drive(short(), 30.0))
     shifted = [plant.time for plant, command in run if command.source is Source.SHIFTED_PLAN]
     assert shifted[0] == pytest.approx(5.0)
-    assert shifted[-1] <= 5.0 + Fallback().plan_life
+    assert shifted[-1] <= 5.0 + PLAN_LIFE
     failed = [(plant, command) for plant, command in run if command.status is Status.FAILED]
     assert failed
     assert {command.source for _, command in failed} <= {Source.BRAKING, Source.STANDSTILL}

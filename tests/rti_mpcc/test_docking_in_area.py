@@ -16,6 +16,7 @@ from numba.core import config as numba_config
 from estimation import Frame, GoalMeasurement
 from geometry import Area, Pose2, compiled
 from rti_mpcc import DockingController, GoalTracking, Reason, Source, Status, VehicleState
+from rti_mpcc.driving import WHEELS_OFF
 from rti_mpcc.recording import Recorder, replay
 from rti_mpcc.route_planner.planner import RoutePlanning
 from rti_mpcc.simulation.plant import PlantParameters, PlantState, advance, issue
@@ -379,7 +380,7 @@ def test_wheels_are_turned_at_rest_where_a_segment_asks_for_it() -> None:
     drive, wheels = wheels_at_begin(0.5)
     turning = [command.diagnostics.cause is Reason.TURNS_WHEELS for command in drive.commands]
     assert any(turning)
-    assert abs(wheels - 0.5) > BRISK.behaviour.wheels_off
+    assert abs(wheels - 0.5) > WHEELS_OFF
     first = turning.index(True)
     last = len(turning) - turning[::-1].index(True)
     for command in drive.commands[first:last]:

@@ -18,6 +18,7 @@ from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.ocp.horizon import stage_lengths, stage_times
 from rti_mpcc.planning.guess import cruise_guess
 from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.search import FIRST_PATIENCE
 from rti_mpcc.simulation import Scenario, scenario_from_dict
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array, Command, Source, Status
@@ -296,7 +297,7 @@ def test_one_qp_is_solved_wherever_it_is_linearised(name: str, direction: int, a
     times = stage_times(0.0, lengths)
     begun = state if about == "the start" else usual
     mpcc.prepare(0.0, plan=cruise_guess(part, mpcc.target, begun, times, pace_of(part, config), config))
-    solution = mpcc.feedback(state, 0.0, patience=mpcc.config.search.first_patience)
+    solution = mpcc.feedback(state, 0.0, patience=FIRST_PATIENCE)
     assert solution.solved, solution.status
     states = solution.trajectory.states
     np.testing.assert_allclose(states[0, :5], state[:5], atol=2e-3)

@@ -14,8 +14,9 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.controller import RtiMpcc
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
-from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.planning.search import ITERATIONS, SqpResult
 from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.scouting import Found
 from rti_mpcc.simulation import docking_controller, load_scenario
@@ -48,7 +49,7 @@ def test_an_arrival_that_goes_through_something_is_looked_for_again_from_nearer(
             assert plant.time == looked[-1]
             break
     assert len(looked) == IN_VAIN + 1
-    interval = ControllerConfig().retries.replan_interval
+    interval = REPLAN_INTERVAL
     gaps = [later - before for before, later in pairwise(looked)]
     assert gaps == pytest.approx([interval] * IN_VAIN, abs=ControllerConfig().cycle)
     assert set(statuses[:-1]) == {Status.FOLLOWING}
@@ -72,7 +73,7 @@ def test_a_search_for_an_arrival_that_ran_out_of_time_goes_on_in_the_next_cycle(
     controller = Clocked(docking_controller(scenario), lambda _: granting(2))
     run = drive(scenario, 60.0, controller=controller)
     begun = next(plant.time for plant, command in run if command.status is Status.ARRIVING)
-    assert 1 < len(looked) <= ControllerConfig().search.iterations
+    assert 1 < len(looked) <= ITERATIONS
     gaps = [later - before for before, later in pairwise(looked)]
     assert gaps == pytest.approx([ControllerConfig().cycle] * len(gaps))
     assert begun == looked[-1]

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from geometry import Area, Pose2
 from rti_mpcc import Command, ControllerConfig, DockingController, Reason, Source, Status, VehicleState
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.safety.contact import stopping_distance
 from rti_mpcc.simulation.plant import PlantState
 from rti_mpcc.types import Array
@@ -69,7 +70,7 @@ def test_the_promises_hold_whatever_the_controller_is_told(chunk: int) -> None:
 
 SOLID = shapely.union_all([shapely.Polygon(ring) for ring in (*ROOMS.obstacles, CART)])
 INSIDE = shapely.Polygon(ROOMS.boundary)
-LEAST = BRISK.caution.hard_minimum - BRISK.caution.contact_tolerance
+LEAST = BRISK.caution.hard_minimum - CONTACT_TOLERANCE
 """So near a plan that is driven may come to what stands [m]."""
 
 

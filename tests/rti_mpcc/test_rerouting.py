@@ -12,11 +12,13 @@ import pytest
 from estimation import PoseHistory
 from geometry import Area, Corridor, Pose2, ReferencePath
 from rti_mpcc import rerouting
+from rti_mpcc.behaviour.conditions import SETTLE_SHARE
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.route import RoutePlanner
 from rti_mpcc.docking import DockingController
 from rti_mpcc.manoeuvre import Manoeuvre, SegmentEnd
 from rti_mpcc.planning.plausibility import StateMonitor
+from rti_mpcc.planning.sensing import OFF_PATH
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.rerouting import Rerouter, standing_route
@@ -566,7 +568,7 @@ def test_while_plans_come_and_go_what_was_asked_for_is_planned_on_as_long_as_it_
         assert (route.ways == 2) is driven
 
 
-@pytest.mark.parametrize(("ways", "there"), [(0, 1.0), (1, CONFIG.behaviour.settle_share)])
+@pytest.mark.parametrize(("ways", "there"), [(0, 1.0), (1, SETTLE_SHARE)])
 def test_one_that_has_driven_has_to_get_well_inside(ways: int, there: float, searches: list[Search]) -> None:
     s = on_way(phase=Phase.PLANNING)
     assert s.route is not None
@@ -734,7 +736,7 @@ def test_a_goal_that_is_cleared_leaves_the_end_of_the_path_that_was_given(
 
 
 def test_a_vehicle_first_heard_of_far_away_stands_on_a_route_there() -> None:
-    far = 2.0 * CONFIG.plausibility.off_path
+    far = 2.0 * OFF_PATH
     s = put(without_way(), monitor=at(far, far), pose=Pose2(far + 5.0, far, 0.0))
     after = rerouter().routed(s)
     assert after.path.start == Pose2(far, far, 0.0)

@@ -20,11 +20,12 @@ from rti_mpcc.ocp.targets import goal_on
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.plausibility import StateMonitor
-from rti_mpcc.planning.search import SqpResult
+from rti_mpcc.planning.search import FIRST_ITERATIONS, SqpResult
 from rti_mpcc.planning.state import Candidate, ControllerState, RouteState
+from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety.contact import stop_clearance
-from rti_mpcc.scouting import first_plan
+from rti_mpcc.scouting import ACCEPTED_MISS, first_plan
 from rti_mpcc.types import Reason, VehicleState
 from tests.rti_mpcc.docking_runs import granting
 from tests.rti_mpcc.planned import no_manoeuvre
@@ -109,12 +110,12 @@ def test_a_stop_before_something_in_a_bend_is_where_the_body_on_the_path_meets_i
         controller.step(VehicleState(x=0.0, y=y, phi=0.0, v=0.0, delta=0.0), now=0.0)
         assert controller.state.task.stop is not None
         stops.append(controller.state.task.stop.at)
-    assert np.ptp(stops) <= CONFIG.caution.check_spacing
+    assert np.ptp(stops) <= CHECK_SPACING
     bodies = [path.parts[0].pose(stop + 0.01 * k) for stop in stops[:1] for k in range(500)]
     poses = np.array([(pose.x, pose.y, pose.phi) for pose in bodies])
     free = 0.01 * np.argmax(lane.collides(0, body_polygons(poses, CONFIG.vehicle)))
     clearance = stop_clearance(CONFIG)
-    assert clearance - CONFIG.caution.check_spacing <= free <= clearance + 0.02
+    assert clearance - CHECK_SPACING <= free <= clearance + 0.02
 
 
 @pytest.mark.parametrize("x", [12.0, 18.0])
@@ -158,7 +159,7 @@ def missing_by(share: float, mpcc: RtiMpcc) -> dict[str, Any]:
 
 def test_a_first_plan_that_misses_the_goal_by_too_much_asks_for_another_way(mpcc: RtiMpcc) -> None:
     s = state(standing_since=1.0, route=PLANNED)
-    most = CONFIG.retries.accepted_miss
+    most = ACCEPTED_MISS
     after, _ = first(mpcc, s, **missing_by(1.1 * most, mpcc))
     assert after == replace(s, route=replace(PLANNED, wanted="the first plan misses the goal"))
     near, _ = first(mpcc, s, **missing_by(0.9 * most, mpcc))
@@ -197,7 +198,7 @@ def test_a_plan_to_a_cusp_that_misses_it_is_driven(mpcc: RtiMpcc) -> None:
 
 def test_a_plan_that_there_is_no_time_to_iterate_on_is_gone_on_from(mpcc: RtiMpcc) -> None:
     """It misses the goal, by however little, and took all of the cycle's time; it wants nothing yet."""
-    least = CONFIG.search.first_iterations
+    least = FIRST_ITERATIONS
     s = state(standing_since=1.0, route=PLANNED)
     s, attempt = first(mpcc, s, least, tolerance=(1e-9, 1e-9, 1e-9))
     assert attempt.out_of_time

@@ -12,7 +12,9 @@ import pytest
 
 from geometry import InputError
 from rti_mpcc import DockingController, Segment, SegmentEnd, segments_of
-from rti_mpcc.config import Behaviour, ControllerConfig, Method
+from rti_mpcc.behaviour.conditions import GIVE_UP_TIME
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.manoeuvre import FinalObjective, PlannedStop
 from rti_mpcc.ocp.objectives import CONTOURING
 from rti_mpcc.planning import search
@@ -38,7 +40,7 @@ SCENARIO = scenario_from_dict(
 )
 PATH = SCENARIO.build_path()
 CONFIG = SCENARIO.controller_config()
-GIVE_UP_TIME = CONFIG.retries.give_up_time
+GIVE_UP_TIME = GIVE_UP_TIME
 
 
 def controller(first: dict[str, Any]) -> DockingController:
@@ -132,7 +134,7 @@ def test_bad_values_are_told(values: dict[str, Any], named: str) -> None:
 
 def test_a_planned_segment_keeps_what_was_planned_and_no_less_than_may_be_driven() -> None:
     segment, caution = segments_of(PATH, CONFIG)[0], CONFIG.caution
-    least = caution.hard_minimum + caution.contact_tolerance
+    least = caution.hard_minimum + CONTACT_TOLERANCE
     assert segment.limited(CONFIG) is CONFIG
     assert replace(segment, margin=0.3).limited(CONFIG) is CONFIG
     for planned, kept in ((0.08, 0.08), (0.051, least), (0.0, least)):
@@ -143,14 +145,6 @@ def test_a_planned_segment_keeps_what_was_planned_and_no_less_than_may_be_driven
 def test_a_final_objective_is_for_some_of_the_path(within: float) -> None:
     with pytest.raises(InputError, match="within"):
         FinalObjective(CONTOURING, within=within)
-
-
-def test_the_tolerance_at_a_cusp_is_a_setting() -> None:
-    tight = Behaviour(cusp_tolerance=(0.05, 0.04, 0.03))
-    for method in Method:
-        *before, goal = segments_of(PATH, ControllerConfig(method=method, behaviour=tight))
-        assert {segment.tolerance for segment in before} == {tight.cusp_tolerance}
-        assert goal.tolerance == ControllerConfig().goal_tolerance
 
 
 def test_what_is_no_manoeuvre_is_told() -> None:

@@ -10,10 +10,13 @@ import pytest
 
 from geometry import Pose2
 from rti_mpcc.behaviour import conditions
+from rti_mpcc.behaviour.conditions import DUE_TIME, OUTSIDE_SHARE, OVERDUE_TIME, SETTLE_SHARE
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment
 from rti_mpcc.model.layout import PHI, X, Y
+from rti_mpcc.planning.schedule import DUE_SHARE
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, RouteState
+from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.types import Trajectory
 from tests.rti_mpcc.states import (
     PATH,
@@ -30,8 +33,8 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
-CUSP_TOLERANCE = CONFIG.behaviour.cusp_tolerance
-INTERVAL = CONFIG.retries.replan_interval
+CUSP_TOLERANCE = CUSP_TOLERANCE
+INTERVAL = REPLAN_INTERVAL
 
 
 # -- standing --------------------------------------------------------------------------------------------
@@ -53,14 +56,14 @@ def test_standing_is_counted_from_its_first_cycle_and_ends_with_motion() -> None
 def test_a_vehicle_about_to_move_does_not_stand() -> None:
     """Measured at rest, but the queued commands will have it moving."""
     about_to = np.array([12.0, 0.0, 0.0, 0.1, 0.0, 12.0])
-    assert conditions.standing_since(arriving(), contexts.standing(12.0, state=about_to), CONFIG) is None
+    assert conditions.standing_since(arriving(), contexts.standing(12.0, state=about_to)) is None
 
 
 def test_noise_on_the_speed_is_no_motion() -> None:
     s = arriving(standing_since=8.0)
     noisy = contexts.standing(19.96, measured_speed=0.035)
-    assert conditions.standing_since(s, noisy, CONFIG) == 8.0
-    assert conditions.standing_since(arriving(), noisy, CONFIG) is None
+    assert conditions.standing_since(s, noisy) == 8.0
+    assert conditions.standing_since(arriving(), noisy) is None
     cusp = contexts.standing(20.0, ends_at_goal=False, measured_speed=0.035)
     assert not conditions.may_change_direction(s, cusp, CONFIG)
     assert conditions.may_change_direction(s, replace(cusp, measured_speed=0.0), CONFIG)
@@ -101,19 +104,19 @@ def test_a_vehicle_stands_at_the_end_of_a_segment_as_long_as_it_is_to_dwell() ->
 
 def test_a_blocked_vehicle_looks_again_now_and_then() -> None:
     looked = state(looked_at=10.0)
-    assert conditions.replan_due(state(), contexts.standing(now=10.0), CONFIG)
+    assert conditions.replan_due(state(), contexts.standing(now=10.0))
     early = contexts.standing(now=10.0 + 0.9 * INTERVAL)
-    assert not conditions.replan_due(looked, early, CONFIG)
-    assert conditions.replan_due(looked, contexts.standing(now=10.0 + INTERVAL), CONFIG)
-    assert conditions.replan_due(looked, contexts.standing(now=3.0), CONFIG)  # a clock that was set back
-    assert conditions.replan_due(put(looked, suspended=begun_for(None)), early, CONFIG)  # it goes on looking
+    assert not conditions.replan_due(looked, early)
+    assert conditions.replan_due(looked, contexts.standing(now=10.0 + INTERVAL))
+    assert conditions.replan_due(looked, contexts.standing(now=3.0))  # a clock that was set back
+    assert conditions.replan_due(put(looked, suspended=begun_for(None)), early)  # it goes on looking
 
 
 def test_a_plan_that_is_blocked_is_iterated_for_a_while_before_another_is_looked_for() -> None:
     standing = state(standing_since=5.0, driving_since=10.0 - INTERVAL)
-    assert conditions.may_look_again(standing, CONFIG)
-    assert not conditions.may_look_again(put(standing, driving_since=10.0 - 0.9 * INTERVAL), CONFIG)
-    assert not conditions.may_look_again(put(standing, standing_since=None), CONFIG)
+    assert conditions.may_look_again(standing)
+    assert not conditions.may_look_again(put(standing, driving_since=10.0 - 0.9 * INTERVAL))
+    assert not conditions.may_look_again(put(standing, standing_since=None))
 
 
 def test_a_vehicle_that_halts_for_something_waits_and_is_not_stuck() -> None:
@@ -128,7 +131,7 @@ def test_beside_the_cusp_it_waits_for_its_dwell_and_does_not_stall() -> None:
     here = contexts.standing(19.8, ends_at_goal=False, tolerance=CUSP_TOLERANCE)
     assert not here.inside(here.error)
     dwelling = (Segment(part=PATH.parts[0], index=0, dwell=4.0), *SEGMENTS)
-    overdue = arrival_at(12.0, overdue_since=here.now - 2.0 * CONFIG.behaviour.overdue_time)
+    overdue = arrival_at(12.0, overdue_since=here.now - 2.0 * OVERDUE_TIME)
     for segments, waits in ((dwelling, True), (SEGMENTS, False)):
         for arrival in (None, overdue):
             s = arriving(segments=segments, standing_since=here.now - 3.0, arrival=arrival)
@@ -145,7 +148,7 @@ def test_an_overdue_vehicle_that_drives_through_its_tolerance_is_not_there(
 ) -> None:
     here = contexts.standing(19.99, speed=0.5, stop_error=Pose2(0.6, 0.0, 0.0))
     assert here.inside(here.error)
-    overdue = arrival_at(10.0, overdue_since=here.now - 2.0 * CONFIG.behaviour.overdue_time)
+    overdue = arrival_at(10.0, overdue_since=here.now - 2.0 * OVERDUE_TIME)
     s = arriving(arrival=overdue, standing_since=since)
     assert conditions.no_progress(s, here, CONFIG)
     assert conditions.stuck_inside(s, here, CONFIG) == stands
@@ -153,7 +156,7 @@ def test_an_overdue_vehicle_that_drives_through_its_tolerance_is_not_there(
 
 # -- a plan that ends beside its target -------------------------------------------------------------------
 
-DUE = CONFIG.behaviour.due_time
+DUE = DUE_TIME
 
 
 def ending(pose: Pose2) -> Trajectory:
@@ -229,15 +232,14 @@ def test_an_arrival_is_due_once_it_has_its_shortest_time_to_go_for_a_moment() ->
         s = arriving(arrival=arrival_at(11.2, overdue_since=since))
         assert conditions.is_due(s, SHORT, CONFIG) == due
     assert not conditions.is_due(contouring(), SHORT, CONFIG)
-    assert CONFIG.behaviour.overdue_time > DUE
+    assert OVERDUE_TIME > DUE
 
 
 def test_the_longer_an_arrival_is_due_the_more_of_the_tolerance_ends_it() -> None:
     """Half of it on the way, most of it when it is due, all of it when it is long overdue."""
-    settings = CONFIG.behaviour
-    shares = settings.settle_share, settings.due_share, 1.0
+    shares = SETTLE_SHARE, DUE_SHARE, 1.0
     assert shares[0] < shares[1] < 1.0
-    for since, share in zip((None, 10.0 - DUE, 10.0 - settings.overdue_time), shares, strict=True):
+    for since, share in zip((None, 10.0 - DUE, 10.0 - OVERDUE_TIME), shares, strict=True):
         s = arriving(arrival=arrival_at(11.2, overdue_since=since))
         for off, ends in ((0.95 * share, True), (1.05 * share, False)):
             stopping = contexts(speed=0.1, stop_error=Pose2(off * SHORT.tolerance[0], 0.0, 0.0))
@@ -253,7 +255,7 @@ def test_well_inside_is_within_a_share_of_each_tolerance(axis: int, sign: float)
     s, here = state(standing_since=9.0), contexts.standing()
     for share, well in ((0.9, True), (1.1, False)):
         off = [0.0, 0.0, 0.0]
-        off[axis] = sign * share * CONFIG.behaviour.settle_share * here.tolerance[axis]
+        off[axis] = sign * share * SETTLE_SHARE * here.tolerance[axis]
         beside = replace(here, standing_error=Pose2(*off))
         assert conditions.stands_well_inside(s, beside, CONFIG) == well
         assert conditions.stands_inside(s, beside, CONFIG)
@@ -269,5 +271,5 @@ def test_outside_is_where_the_mean_is_or_far_from_the_target_in_one_cycle() -> N
     for now, mean, outside in ((0.0, 0.0, False), (1.5, 0.5, False), (0.5, 1.5, True), (2.5, 0.2, True)):
         error, standing = (Pose2(0.0, share * across, 0.0) for share in (now, mean))
         here = contexts.standing(error=error, standing_error=standing)
-        assert (conditions.outside_since(held, here, CONFIG) is not None) is outside
-    assert CONFIG.behaviour.outside_share == 2.0
+        assert (conditions.outside_since(held, here) is not None) is outside
+    assert OUTSIDE_SHARE == 2.0

@@ -12,6 +12,7 @@ from geometry import Pose2
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import replan_due
+from rti_mpcc.behaviour.moves import NEAR_STOP
 from rti_mpcc.behaviour.transitions import ON_ITS_WAY
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.manoeuvre import PlannedStop
@@ -105,7 +106,7 @@ def test_a_vehicle_that_overlaps_something_begins_afresh_once_its_way_is_clear(p
 def test_a_vehicle_that_stands_blocked_looks_again_at_once() -> None:
     s = moves.looking_again(planned(suspended=None))
     assert begins_afresh(s)
-    assert replan_due(s, contexts.standing(12.0, now=10.05), CONFIG)
+    assert replan_due(s, contexts.standing(12.0, now=10.05))
 
 
 @pytest.mark.parametrize(
@@ -145,26 +146,26 @@ def test_of_a_cycle_that_went_wrong_nothing_is_kept_but_why() -> None:
 
 
 def test_a_stop_is_made_for_or_kept_where_it_is_near() -> None:
-    s = moves.stop_before(arriving(), contexts(), CONFIG, 4.0, 7)
+    s = moves.stop_before(arriving(), contexts(), 4.0, 7)
     assert s.task.phase is Phase.STARTING
     assert s.task.stop == PlannedStop(at=14.0, goal=None, obstacles=7, since=10.0)
-    near = moves.stop_before(arriving(), contexts(), CONFIG, CONFIG.behaviour.near_stop, 7)
+    near = moves.stop_before(arriving(), contexts(), NEAR_STOP, 7)
     assert near.task.phase is Phase.HOLDING
-    behind = moves.stop_before(arriving(), contexts(), CONFIG, -1.0, 7).task.stop
+    behind = moves.stop_before(arriving(), contexts(), -1.0, 7).task.stop
     assert behind is not None
     assert behind.at == 10.0
 
 
 @pytest.mark.parametrize("distance", [4.0, 0.1])
 def test_a_stop_is_made_for_or_kept_with_nothing_of_what_was_planned(distance: float) -> None:
-    s = moves.stop_before(planned(), contexts(), CONFIG, distance, 7)
+    s = moves.stop_before(planned(), contexts(), distance, 7)
     assert (s.task.arrival, s.task.outside_since, s.plans) == (None, None, Plans(clear_of=3))
 
 
 @pytest.mark.parametrize("distance", [4.0, 0.1])
 def test_a_stop_remembers_the_goal(distance: float) -> None:
     goal = Pose2(20.0, 0.0, 0.0)
-    stop = moves.stop_before(arriving(pose=goal), contexts(), CONFIG, distance, 7).task.stop
+    stop = moves.stop_before(arriving(pose=goal), contexts(), distance, 7).task.stop
     assert stop is not None
     assert stop.goal == goal
 
@@ -192,8 +193,8 @@ def test_a_stop_that_is_driven_to_stays_until_another_plan_is_found(phase: Phase
 def test_a_look_past_a_stop_ends_with_a_plan_or_back_at_the_stop() -> None:
     looking = state(looks_past=True, standing_since=9.0)
     here = contexts.standing(12.0)
-    assert not moves.stop_before(looking, here, CONFIG, CONFIG.behaviour.near_stop, 7).task.looks_past
-    assert moves.stop_before(looking, here, CONFIG, 0.4, 7).task.looks_past  # drives up to it first
+    assert not moves.stop_before(looking, here, NEAR_STOP, 7).task.looks_past
+    assert moves.stop_before(looking, here, 0.4, 7).task.looks_past  # drives up to it first
     assert not moves.plan_accepted(looking, some_plan()).task.looks_past
 
 

@@ -13,6 +13,14 @@ import pytest
 import rti_mpcc
 from geometry import Pose2
 from rti_mpcc.behaviour import conditions
+from rti_mpcc.behaviour.conditions import (
+    DUE_TIME,
+    GIVE_UP_TIME,
+    OUTSIDE_TIME,
+    OVERDUE_TIME,
+    STANDSTILL_TIME,
+    TURNING_TIME,
+)
 from rti_mpcc.behaviour.transitions import (
     TRANSITIONS,
     Event,
@@ -40,11 +48,10 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
-BEHAVIOUR = CONFIG.behaviour
 SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
 NEAR = Pose2(0.01, -0.01, 0.01)
 """Inside half the tolerance."""
-LONG = BEHAVIOUR.standstill_time + 1.0
+LONG = STANDSTILL_TIME + 1.0
 """A vehicle that stands so long gets no nearer [s]."""
 STALL = Stall(target=target_at(20.0), obstacles=())
 
@@ -92,7 +99,7 @@ def test_a_vehicle_that_stands_has_not_stalled_while_its_arrival_has_time_to_go(
     ("x", "phase"), [(19.8, Phase.STALLED), (19.96, Phase.SETTLING), (19.99, Phase.SETTLING)]
 )
 def test_an_arrival_long_overdue_ends_even_if_noise_hides_that_it_stands(x: float, phase: Phase) -> None:
-    s, overdue = arriving(at=10.2), BEHAVIOUR.overdue_time
+    s, overdue = arriving(at=10.2), OVERDUE_TIME
     for cycle in range(round(overdue / 0.05)):
         creeping = contexts.standing(19.8, now=10.0 + 0.05 * cycle, begin=10.2 + 0.05 * cycle)
         s = decided(s, replace(creeping, measured_speed=0.03), CONFIG)
@@ -115,8 +122,8 @@ def test_a_vehicle_that_stands_for_good_outside_the_tolerance_stalls_at_once(
 
 
 def test_an_arrival_whose_plan_misses_stalls_before_it_is_long_overdue_where_ways_are_planned() -> None:
-    soon = arrival_at(10.2, overdue_since=10.0 - BEHAVIOUR.due_time)
-    assert BEHAVIOUR.due_time < BEHAVIOUR.overdue_time
+    soon = arrival_at(10.2, overdue_since=10.0 - DUE_TIME)
+    assert DUE_TIME < OVERDUE_TIME
     s = arriving(arrival=soon, driven=some_plan(), route=RouteState())
     after = decided(s, contexts(), CONFIG)
     assert (after.task.phase, after.task.stall) == (Phase.STALLED, STALL)
@@ -127,7 +134,7 @@ def test_an_arrival_whose_plan_misses_stalls_before_it_is_long_overdue_where_way
 def test_a_vehicle_that_may_turn_about_stands_longer_before_it_is_stuck() -> None:
     standing, posing = contexts.standing(19.0), contouring(final=True)
     assert decided(put(posing, standing_since=8.0), standing, SEPARATED).task.phase is Phase.CONTOURING
-    long = put(posing, standing_since=10.0 - BEHAVIOUR.turning_time)
+    long = put(posing, standing_since=10.0 - TURNING_TIME)
     assert decided(long, standing, SEPARATED).task.phase is Phase.STALLED
 
 
@@ -153,7 +160,7 @@ def test_a_settling_vehicle_that_stands_outside_the_tolerance_does_not_hold() ->
     s = decided(s, contexts.standing(19.94), CONFIG)
     assert s.task.phase is Phase.SETTLING
     assert decided(s, contexts.standing(19.96), CONFIG).task.phase is Phase.HOLDING
-    later = contexts.standing(19.94, now=10.01 + BEHAVIOUR.outside_time)
+    later = contexts.standing(19.94, now=10.01 + OUTSIDE_TIME)
     assert decided(s, later, CONFIG).task.phase is Phase.STARTING
 
 
@@ -183,7 +190,7 @@ def test_a_holding_vehicle_measured_just_outside_for_a_moment_holds() -> None:
         assert s.task.phase is Phase.HOLDING
     inside = decided(s, contexts.standing(19.96, now=10.25), CONFIG)
     assert inside.task.outside_since is None
-    after = decided(s, contexts.standing(19.94, now=10.0 + BEHAVIOUR.outside_time), CONFIG)
+    after = decided(s, contexts.standing(19.94, now=10.0 + OUTSIDE_TIME), CONFIG)
     assert after.task.phase is Phase.STARTING
 
 
@@ -197,8 +204,8 @@ def test_noise_does_not_take_a_vehicle_from_its_goal_but_a_goal_a_little_away_do
     for time, x, phase in (
         (6.0, 20.0, Phase.HOLDING),
         (7.0, 19.94, Phase.HOLDING),
-        (7.0 + 0.9 * BEHAVIOUR.outside_time, 19.94, Phase.HOLDING),
-        (7.0 + 1.1 * BEHAVIOUR.outside_time, 19.94, Phase.STARTING),
+        (7.0 + 0.9 * OUTSIDE_TIME, 19.94, Phase.HOLDING),
+        (7.0 + 1.1 * OUTSIDE_TIME, 19.94, Phase.STARTING),
     ):
         s = decided(s, contexts.standing(x, now=time), CONFIG)
         assert s.task.phase is phase
@@ -272,7 +279,7 @@ def test_a_stalled_vehicle_is_not_woken_by_noise_but_by_a_target_that_creeps_awa
 
 def test_a_stalled_vehicle_tries_again_when_what_stands_around_it_has_changed() -> None:
     """Not by what perception says a little differently, nor at once."""
-    patience, beside = CONFIG.retries.give_up_time, contexts.standing(19.8)
+    patience, beside = GIVE_UP_TIME, contexts.standing(19.8)
     known = Stall(target=target_at(20.0), obstacles=with_box(22.0).standing)
     s = arriving(phase=Phase.STALLED, stall=known, standing_since=10.0 - patience)
     for there in (22.0, 22.03):
@@ -331,7 +338,7 @@ def witness(phase: Phase, event: Event) -> tuple[ControllerState, PlanningContex
         case Event.NO_PROGRESS:
             return getting_no_nearer(phase), beside
         case Event.PLAN_MISSES:
-            due = arrival_at(10.2, overdue_since=10.0 - BEHAVIOUR.due_time)
+            due = arrival_at(10.2, overdue_since=10.0 - DUE_TIME)
             return planned(phase, arrival=due, route=RouteState()), contexts()
         case Event.INSIDE:
             return standing, contexts.standing(19.98 if phase is Phase.STALLED else 19.96)
@@ -345,7 +352,7 @@ def witness(phase: Phase, event: Event) -> tuple[ControllerState, PlanningContex
             moved = contexts.standing(19.8, target=target_at(20.5))
             return put(standing, stall=STALL), moved
         case Event.OBSTACLES_CHANGED:
-            stood = 10.0 - CONFIG.retries.give_up_time
+            stood = 10.0 - GIVE_UP_TIME
             return put(standing, stall=STALL, standing_since=stood, area=with_box(22.0)), beside
     raise AssertionError(f"{event} needs a witness here: where it is found")
 
@@ -362,7 +369,7 @@ def test_the_table_has_every_event_and_no_two_rows_for_one_in_a_phase() -> None:
 def test_every_row_that_is_looked_for_is_found_and_leads_to_its_phase(phase: Phase, row: Transition) -> None:
     s, context = witness(phase, row.event)
     assert s.task.phase is phase
-    noted = put(s, outside_since=conditions.outside_since(s, context, CONFIG))
+    noted = put(s, outside_since=conditions.outside_since(s, context))
     of_phase = [each for source, each in LOOKED_FOR if source is phase]
     holds = [bool(each.when and each.when(noted, context, CONFIG)) for each in of_phase]
     assert of_phase[holds.index(True)] is row

@@ -8,6 +8,8 @@ import pytest
 from geometry import Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
 from rti_mpcc.planning.arrival import (
+    LEAST_TIME,
+    WAITING_REACH,
     arrival_time,
     cubic_motion,
     paced_motion,
@@ -19,11 +21,10 @@ from rti_mpcc.planning.arrival import (
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.types import Array
 
-TIMING = ControllerConfig().arrival_timing
 CASES = [(20.0, 0.0), (20.0, 2.0), (8.0, 1.5), (3.0, 0.4), (100.0, 5.0)]
 """Way [m] and speed [m/s] from which the comfort acceleration is enough."""
 COMFORT = 0.4
-LEAST, REACH = TIMING.least_time, TIMING.waiting_reach
+LEAST, REACH = LEAST_TIME, WAITING_REACH
 
 
 def cubic(distance: float, speed: float, duration: float, t: float) -> tuple[float, float, float]:
@@ -284,10 +285,10 @@ def test_unequal_pieces_take_the_time_of_their_way() -> None:
     assert time_along(ways, 0.0, 0.4, np.full(2000, 50.0)) == pytest.approx(even, rel=1e-3)
 
 
-def test_out_of_a_cruise_a_brisk_arrival_begins_when_it_has_to_brake() -> None:
+def test_out_of_a_cruise_a_brisk_arrival_begins_when_it_has_to_brake(monkeypatch: pytest.MonkeyPatch) -> None:
     config = ControllerConfig(limits=Limits(speed=3.0), ride="brisk", arrival_horizon=60.0)
     a, speed = config.arrival_acceleration, 3.0
     braking = 0.5 * speed**2 / a + speed * a / config.comfort.jerk
-    config = config.model_copy(update={"arrival_timing": TIMING.model_copy(update={"waiting_reach": 0.0})})
+    monkeypatch.setattr("rti_mpcc.planning.arrival.WAITING_REACH", 0.0)
     assert reaches(braking - 0.1, speed, config)
     assert not reaches(braking + 0.5, speed, config)

@@ -9,15 +9,15 @@ import pytest
 
 from geometry import Corridor, Narrowing, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import Segment
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning import workspace
-from rti_mpcc.planning.cusp import cusp_pose
+from rti_mpcc.planning.cusp import CUSP_SHIFT, cusp_pose
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
 
 CONFIG = ControllerConfig()
-CUSP_TOLERANCE = CONFIG.behaviour.cusp_tolerance
-SHIFT = CONFIG.behaviour.cusp_shift
+CUSP_TOLERANCE = CUSP_TOLERANCE
+SHIFT = CUSP_SHIFT
 BENT = [(-1, 0.0, 8.0), (1, 0.08, 14.0)]
 MARGIN = CONFIG.footprint.margin
 

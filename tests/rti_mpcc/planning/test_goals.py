@@ -13,14 +13,13 @@ from hypothesis import strategies as st
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.config import Caution, ControllerConfig, Footprint
 from rti_mpcc.planning import goals, validation
-from rti_mpcc.planning.goals import GoalFit
+from rti_mpcc.planning.goals import UNMOVED, GoalFit
 from rti_mpcc.planning.state import GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
 
 PATH = ReferencePath.from_segments(Pose2(0.0, 0.0, 0.0), [(1, 0.0, 20.0)])
 CONFIG = ControllerConfig()
-LIMITS = CONFIG.goal_limits
 HALF = 0.5 * CONFIG.vehicle.width
 LANE = Surroundings.of(Corridor.from_offsets(PATH, left=3.0, right=-3.0), PATH, CONFIG)
 BOX = [(-5.0, -3.0), (28.0, -3.0), (28.0, 3.0), (-5.0, 3.0)]
@@ -33,7 +32,7 @@ def block(x: float, y: float) -> Array:
 
 
 def check(goal: Pose2, where: Surroundings = LANE) -> GoalFit:
-    return goals.checked(goal, PATH, where.corridor, CONFIG.vehicle, LIMITS, margin=0.1)
+    return goals.checked(goal, PATH, where.corridor, CONFIG.vehicle, margin=0.1)
 
 
 def again(last: GoalFit | None, goal: Pose2, where: Surroundings = LANE) -> GoalFit:
@@ -128,7 +127,7 @@ def along(heading: float) -> ReferencePath:
 @pytest.mark.parametrize("degrees", [30, 45, 60, 90, 135, 180, 225, 270, 315, 360, -90, -180])
 def test_a_heading_in_degrees_is_found_out(degrees: int) -> None:
     part = along(radians(degrees)).parts[0]
-    hint = goals.degrees_beside("heading", Pose2(part.last.x, part.last.y, float(degrees)), part, LIMITS)
+    hint = goals.degrees_beside("heading", Pose2(part.last.x, part.last.y, float(degrees)), part)
     assert hint == f"heading {degrees}: in degrees? radians are expected"
 
 
@@ -138,24 +137,22 @@ def test_a_heading_near_the_paths_is_not_suspected_on_any_branch(
     heading: float, off: float, turns: int
 ) -> None:
     part = along(heading).parts[0]
-    assert (
-        goals.degrees_beside("heading", Pose2(0.0, 0.0, heading + off + 2.0 * pi * turns), part, LIMITS) == ""
-    )
+    assert goals.degrees_beside("heading", Pose2(0.0, 0.0, heading + off + 2.0 * pi * turns), part) == ""
 
 
 def test_a_vehicle_that_is_turned_is_not_suspected_where_it_is_told_within_a_turn() -> None:
     for phi in (-pi, -2.0, 2.0, pi, 4.0, 6.0):
-        assert goals.degrees_beside("heading", Pose2(0.0, 0.0, phi), along(0.0).parts[0], LIMITS) == ""
+        assert goals.degrees_beside("heading", Pose2(0.0, 0.0, phi), along(0.0).parts[0]) == ""
 
 
 def test_the_hint_is_part_of_a_refusal_and_of_the_remark_on_an_odd_goal() -> None:
     flat, up = along(0.0), along(0.5 * pi)
     wide = Corridor.from_offsets(flat, left=9.0, right=-9.0)
-    refused = goals.checked(Pose2(20.0, 0.0, 360.0), flat, wide, CONFIG.vehicle, LIMITS)
+    refused = goals.checked(Pose2(20.0, 0.0, 360.0), flat, wide, CONFIG.vehicle)
     assert refused.problem.startswith("turned by 1.858 rad")
     assert refused.problem.endswith("goal heading 360: in degrees? radians are expected")
     wide = Corridor.from_offsets(up, left=9.0, right=-9.0)
-    odd = goals.checked(Pose2(0.0, 20.0, 90.0), up, wide, CONFIG.vehicle, LIMITS)
+    odd = goals.checked(Pose2(0.0, 20.0, 90.0), up, wide, CONFIG.vehicle)
     assert (odd.problem, odd.remark) == ("", "goal heading 90: in degrees? radians are expected")
 
 
@@ -186,8 +183,8 @@ def test_one_that_moves_away_is_looked_at_in_time(looked: list[Pose2]) -> None:
         goal = Pose2(18.0, 0.01 * k, 0.0)
         fit = again(fit, goal)
         room = 3.0 - HALF - goal.y
-        assert bool(fit.problem) == (room < 0.0) or abs(room) <= LIMITS.unmoved
-        assert bool(fit.remark) == (0.0 <= room < 0.1) or abs(room) <= LIMITS.unmoved or 0.07 < room < 0.11
+        assert bool(fit.problem) == (room < 0.0) or abs(room) <= UNMOVED
+        assert bool(fit.remark) == (0.0 <= room < 0.1) or abs(room) <= UNMOVED or 0.07 < room < 0.11
     assert len(looked) < 40
 
 
@@ -247,7 +244,7 @@ def test_what_is_known_from_before_says_the_same_as_a_new_check(
         goal = Pose2(goal.x + x, goal.y + y, goal.phi + phi)
         fit, exact = again(fit, goal, where), check(goal, where)
         # Within a centimetre of a change of the verdict either is right.
-        near = abs(exact.room) <= LIMITS.unmoved
+        near = abs(exact.room) <= UNMOVED
         assert near or bool(fit.problem) == bool(exact.problem)
 
 

@@ -17,7 +17,7 @@ from rti_mpcc.rerouting import standing_route
 from tests.rti_mpcc.encounters import square
 
 CONFIG = ControllerConfig()
-VEHICLE, LIMITS = CONFIG.vehicle, CONFIG.goal_limits
+VEHICLE = CONFIG.vehicle
 HALF = 0.5 * VEHICLE.width
 YARD = Area(
     boundary=[(-20.0, -10.0), (40.0, -10.0), (40.0, 10.0), (-20.0, 10.0)],
@@ -29,7 +29,7 @@ PATH, _ = standing_route(Pose2(0.0, 0.0, 0.0))
 
 
 def check(goal: Pose2, area: Area = YARD, path: ReferencePath = PATH) -> GoalFit:
-    return goals.checked(goal, path, Corridor.in_area(area), VEHICLE, LIMITS, margin=CONFIG.footprint.margin)
+    return goals.checked(goal, path, Corridor.in_area(area), VEHICLE, margin=CONFIG.footprint.margin)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_without_a_boundary_a_goal_may_be_far_away() -> None:
 def test_obstacles_that_are_told_count_too() -> None:
     goal = Pose2(0.0, 0.0, 0.0)
     corridor = Corridor.in_area(YARD).with_obstacles([square(VEHICLE.front, 0.0, 1.0)])
-    fit = goals.checked(goal, PATH, corridor, VEHICLE, LIMITS)
+    fit = goals.checked(goal, PATH, corridor, VEHICLE)
     assert fit.problem == "the body there crosses a boundary or obstacle by 0.5 m"
 
 

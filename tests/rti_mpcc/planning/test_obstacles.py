@@ -9,7 +9,16 @@ import pytest
 
 from geometry import Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.obstacles import Obstacle, changed, first_seen, observed
+from rti_mpcc.planning.obstacles import (
+    CLEAR_TIME,
+    JUMP,
+    MOVED,
+    OBSERVATION,
+    Obstacle,
+    changed,
+    first_seen,
+    observed,
+)
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.validation import surroundings_in
 from rti_mpcc.types import Array
@@ -40,17 +49,17 @@ def test_who_begins_to_walk_is_seen_to_within_the_time_that_his_first_steps_take
     begun = 1.0
     for after in (0.05, 0.1, 0.2):
         (found,) = watched(lambda t: [square(0.8 * max(t - begun, 0.0), 0.0, 0.6)], begun + after)
-        assert found.moves == (0.8 * after > CAUTION.moved)
+        assert found.moves == (0.8 * after > MOVED)
 
 
 def test_who_stops_stands_after_the_clear_time() -> None:
     def place(t: float) -> list[Array]:
         return [square(min(t, 1.0), 0.0, 0.6)]
 
-    (soon,) = watched(place, 1.0 + CAUTION.observation + 0.8 * CAUTION.clear_time)
+    (soon,) = watched(place, 1.0 + OBSERVATION + 0.8 * CLEAR_TIME)
     assert soon.moves
     assert soon.speed < 0.2
-    (later,) = watched(place, 1.0 + CAUTION.observation + 1.2 * CAUTION.clear_time)
+    (later,) = watched(place, 1.0 + OBSERVATION + 1.2 * CLEAR_TIME)
     assert not later.moves
     assert later.speed == 0.0
 
@@ -78,7 +87,7 @@ def test_they_are_told_apart_in_whatever_order_they_come() -> None:
 def test_what_appears_elsewhere_is_another_one() -> None:
     (found,) = watched(lambda t: [square(0.0 if t < 0.5 else 50.0, 0.0, 0.5)], 0.6)
     assert not found.moves
-    assert CONFIG.obstacle_tracking.jump < 50.0
+    assert JUMP < 50.0
 
 
 def test_what_is_told_now_and_then_only_keeps_its_speed() -> None:

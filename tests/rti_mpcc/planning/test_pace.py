@@ -7,7 +7,7 @@ import pytest
 
 from geometry import PathPart, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig, Limits
-from rti_mpcc.planning.pace import pace_of
+from rti_mpcc.planning.pace import STEERING_DISTANCE, pace_of
 
 CONFIG = ControllerConfig(comfort_lateral_acceleration=0.8, comfort_steering_rate=0.4)
 L = CONFIG.vehicle.wheelbase
@@ -35,7 +35,7 @@ def test_a_step_of_curvature_is_steered_at_the_comfortable_rate() -> None:
     turned = 2.0 * np.arctan(L * 0.2)
     pace = pace_of(part((-1, 0.2, 15.0), (-1, -0.2, 15.0)), gentle)
     middle = pace.at(np.array([15.0]))[0]
-    assert middle == pytest.approx(0.1 * CONFIG.arrival_timing.steering_distance / turned, rel=0.1)
+    assert middle == pytest.approx(0.1 * STEERING_DISTANCE / turned, rel=0.1)
     assert pace.at(np.array([5.0]))[0] == gentle.limits.speed
 
 

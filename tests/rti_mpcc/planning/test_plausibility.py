@@ -12,7 +12,7 @@ import pytest
 from estimation import VehicleFilterConfig
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.delay import QueuedCommand
-from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
+from rti_mpcc.planning.plausibility import CONFIRMATION, FROZEN_TRIES, StateMonitor, validate_measurement
 from rti_mpcc.types import VehicleState
 
 CONFIG = ControllerConfig(cycle=0.05)
@@ -169,7 +169,7 @@ def test_a_vehicle_that_was_set_down_elsewhere_is_there_once_it_has_stood_there(
     rolling = after([cruising(0.5 + k * 0.05, y=3.0) for k in range(1, 100)], jumped)
     assert rolling.why != ""
     there = standing(5.5, y=3.0)
-    cycles = round(CHECKS.confirmation / CONFIG.cycle)
+    cycles = round(CONFIRMATION / CONFIG.cycle)
     almost = after([there] * (cycles - 1), rolling)
     assert almost.why != ""
     found = after([there] * 3, almost)
@@ -221,10 +221,10 @@ def test_a_vehicle_that_cannot_move_is_tried_again_each_time_after_twice_the_tim
         if monitor.found:
             tried.append(monitor.at)
     assert monitor.why != ""
-    assert monitor.tries == CHECKS.frozen_tries
+    assert monitor.tries == FROZEN_TRIES
     waits = np.diff(tried)
-    assert len(waits) == CHECKS.frozen_tries
-    np.testing.assert_allclose(np.diff(waits), CHECKS.confirmation * np.array([1.0, 2.0]), atol=0.2)
+    assert len(waits) == FROZEN_TRIES
+    np.testing.assert_allclose(np.diff(waits), CONFIRMATION * np.array([1.0, 2.0]), atol=0.2)
     assert after([standing(x=0.001)] * 200, monitor, (QueuedCommand(-1.0, 0.0, 0.0),)).why == ""
 
 

@@ -13,10 +13,10 @@ from rti_mpcc.config import ControllerConfig, Limits, Method
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.model.layout import STATES, THETA
 from rti_mpcc.planning import schedule
-from rti_mpcc.planning.arrival import arrival_time
+from rti_mpcc.planning.arrival import LEAST_TIME, arrival_time
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import Pace
-from rti_mpcc.planning.schedule import rescheduled, scheduled
+from rti_mpcc.planning.schedule import CATCHING_UP, HURRY, LATE_REACH, SLACK, rescheduled, scheduled
 from rti_mpcc.planning.state import Arrival, ControllerState, Halt, Phase
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.states import (
@@ -35,8 +35,7 @@ from tests.rti_mpcc.states import (
 )
 
 CONFIG = ControllerConfig(dead_time=0.2)
-TIMING = CONFIG.arrival_timing
-LEAST = TIMING.least_time
+LEAST = LEAST_TIME
 SEPARATED = CONFIG.model_copy(update={"method": Method.SEPARATED})
 SWITCHED = CONFIG.model_copy(update={"method": Method.SWITCHED})
 
@@ -118,11 +117,11 @@ def test_the_time_of_arrival_follows_the_plan() -> None:
     assert later == pytest.approx(20.0 + cycle * 0.5)
     assert due(arriving(at=20.0, driven=planned(4.0)), contexts()) == pytest.approx(20.0 + cycle)
     # With slack there is less, as long as there is more than the way takes.
-    slow, slower = (planned((share * TIMING.slack) ** 2 * 0.4, 0.0, 0.0) for share in (0.95, 0.5))
+    slow, slower = (planned((share * SLACK) ** 2 * 0.4, 0.0, 0.0) for share in (0.95, 0.5))
     sooner = due(arriving(at=30.0, driven=slow), contexts())
-    assert sooner == pytest.approx(30.0 - cycle * 0.05 / TIMING.hurry)
+    assert sooner == pytest.approx(30.0 - cycle * 0.05 / HURRY)
     most = due(arriving(at=30.0, driven=slower), contexts())
-    assert most == pytest.approx(30.0 - cycle * TIMING.catching_up)
+    assert most == pytest.approx(30.0 - cycle * CATCHING_UP)
     assert due(arriving(at=20.0, driven=slower), contexts()) == 20.0
 
 
@@ -161,7 +160,7 @@ def test_the_time_of_a_brisk_arrival_follows_the_own_time_of_its_plan() -> None:
         return arrival_of(decided(arriving(at=at, driven=plan), contexts(), BRISK)).at - at
 
     assert due_brisk(ramp) == pytest.approx(0.0, abs=1e-12)
-    assert due_brisk(ramp + 2.0) == pytest.approx(-BRISK.cycle * TIMING.catching_up)
+    assert due_brisk(ramp + 2.0) == pytest.approx(-BRISK.cycle * CATCHING_UP)
     assert due_brisk(ramp - 0.1) == pytest.approx(0.5 * BRISK.cycle)
     assert due_brisk(-3.0) == pytest.approx(BRISK.cycle)
 
@@ -172,7 +171,7 @@ def test_the_time_of_a_brisk_arrival_follows_the_own_time_of_its_plan() -> None:
         (0.9, 10.0, 1.0),  # no more than a smooth ride takes
         (0.9, 20.0, 0.0),
         (0.75, 10.0, 0.0),
-        (0.7, 20.0, -TIMING.catching_up),
+        (0.7, 20.0, -CATCHING_UP),
     ],
 )
 def test_a_brisk_arrival_whose_plan_misses_gets_more_time_up_to_that_of_a_smooth_one(
@@ -197,7 +196,7 @@ def test_the_first_plan_of_a_brisk_ride_gets_the_time_of_a_smooth_one_once() -> 
 
 def test_near_its_target_or_slow_for_its_way_an_arrival_keeps_its_time_to_be_overdue_one_day() -> None:
     pressed = arriving(at=20.0, driven=planned(4.0))
-    assert due(pressed, contexts(distance=0.9 * TIMING.late_reach, speed=0.5)) == 20.0
+    assert due(pressed, contexts(distance=0.9 * LATE_REACH, speed=0.5)) == 20.0
     assert due(pressed, contexts(distance=10.0, speed=0.1)) == 20.0
     assert due(pressed, contexts(distance=10.0, speed=0.9)) > 20.0
 

@@ -17,14 +17,24 @@ from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import schedule, search
 from rti_mpcc.planning.arrival import arrival_time
 from rti_mpcc.planning.clock import TIME_IS_UP, CycleClock
+from rti_mpcc.planning.schedule import TARGET_MOVED
+from rti_mpcc.planning.search import (
+    BLOCKED_SLACK,
+    CHECKED_SPAN,
+    DAMPING,
+    DAMPING_SHARE,
+    FIRST_DAMPING,
+    FIRST_ITERATIONS,
+    ITERATIONS,
+    UNSOLVED,
+)
 from rti_mpcc.planning.state import SuspendedSearch
 from rti_mpcc.qp.solver import Stop
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.states import arrival_at, arrives_at, begun_for, contexts, state
 
 CONFIG = ControllerConfig()
-SETTINGS = CONFIG.search
-MOVED = CONFIG.arrival_timing.target_moved
+MOVED = TARGET_MOVED
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +128,7 @@ def test_all_of_a_plan_has_to_be_believed(
     place: int, column: int, value: float, said: str, solution: Solution
 ) -> None:
     broken = changed(solution, states=put(place, column, value))
-    assert broken.trajectory.times[place - 1] > SETTINGS.checked_span
+    assert broken.trajectory.times[place - 1] > CHECKED_SPAN
     assert said in search.rejection_reason(broken, CONFIG)
 
 
@@ -143,8 +153,8 @@ def test_a_first_guess_is_iterated_and_a_plan_under_way_once(mpcc: RtiMpcc) -> N
     attempt = search.converge(mpcc, s, context, start, CycleClock())
     assert attempt.problem == ""
     assert not attempt.corridor_infeasible
-    assert SETTINGS.first_iterations <= len(attempt.solutions) <= SETTINGS.iterations
-    again = search.converge(mpcc, s, context, search.going_on(attempt.solved, CONFIG), CycleClock())
+    assert FIRST_ITERATIONS <= len(attempt.solutions) <= ITERATIONS
+    again = search.converge(mpcc, s, context, search.going_on(attempt.solved), CycleClock())
     assert len(again.solutions) == 1
 
 
@@ -153,15 +163,15 @@ def test_the_damping_of_a_first_guess_fades_from_cycle_to_cycle(mpcc: RtiMpcc) -
     s = state(arrival=arrival_at(15.0))
     start = search.from_guess(search.first_guess(mpcc, s, context), CONFIG)
     last, damped = search.converge(mpcc, s, context, start, CycleClock()).solved, [start.damping]
-    while damped[-1] > SETTINGS.damping:
+    while damped[-1] > DAMPING:
         assert last is not None
         assert last.damping == damped[-1]
-        start = search.going_on(last, CONFIG)
+        start = search.going_on(last)
         damped.append(start.damping)
         last = search.converge(mpcc, s, context, start, CycleClock()).solved
-    share = SETTINGS.damping_share ** np.arange(len(damped))
-    np.testing.assert_allclose(damped, np.maximum(SETTINGS.first_damping * share, SETTINGS.damping))
-    assert search.going_on(None, CONFIG).damping == SETTINGS.damping
+    share = DAMPING_SHARE ** np.arange(len(damped))
+    np.testing.assert_allclose(damped, np.maximum(FIRST_DAMPING * share, DAMPING))
+    assert search.going_on(None).damping == DAMPING
 
 
 def test_two_first_iterations_are_enough_where_the_second_moves_the_plan_by_little(mpcc: RtiMpcc) -> None:
@@ -174,7 +184,7 @@ def test_two_first_iterations_are_enough_where_the_second_moves_the_plan_by_litt
     )
     apart = np.hypot(*(other.states - one.states)[1:, :2].T)
     parting = float((apart / (one.times[1:] - one.times[0])).max())
-    for speed, enough in ((1.01 * parting, 2), (0.99 * parting, SETTINGS.first_iterations)):
+    for speed, enough in ((1.01 * parting, 2), (0.99 * parting, FIRST_ITERATIONS)):
         found = search.converge(mpcc, s, context, replace(start, settled=speed), CycleClock())
         assert len(found.solutions) == enough
 
@@ -192,21 +202,21 @@ def test_it_gives_up_when_problems_are_not_solved(
         mpcc, "feedback", lambda state, at, **_: replace(solution, solved=False, status="limit")
     )
     guess = begin == "guess"
-    start = search.from_guess(solution.trajectory, CONFIG) if guess else search.going_on(solution, CONFIG)
+    start = search.from_guess(solution.trajectory, CONFIG) if guess else search.going_on(solution)
     context = contexts(target=mpcc.target, begin=0.2)
     attempt = search.converge(mpcc, state(), context, start, CycleClock())
     assert attempt.problem == "the QP was not solved: limit"
     assert attempt.solved is None
-    assert len(attempt.solutions) == (SETTINGS.unsolved if guess else 1)
+    assert len(attempt.solutions) == (UNSOLVED if guess else 1)
 
 
 def test_a_plan_that_goes_through_something_is_refused_unless_it_begins_there(solution: Solution) -> None:
-    slack = np.full(len(solution.trajectory.controls), 0.9 * SETTINGS.blocked_slack)
+    slack = np.full(len(solution.trajectory.controls), 0.9 * BLOCKED_SLACK)
     slack[0] = 0.0
     assert search.rejection_reason(replace(solution, slack=slack), CONFIG) == ""
-    slack[30] = 1.5 * SETTINGS.blocked_slack
+    slack[30] = 1.5 * BLOCKED_SLACK
     assert "leaves the corridor by 0.45 m" in search.rejection_reason(replace(solution, slack=slack), CONFIG)
-    slack[0] = 0.5 * SETTINGS.blocked_slack
+    slack[0] = 0.5 * BLOCKED_SLACK
     assert search.rejection_reason(replace(solution, slack=slack), CONFIG) == ""
 
 
@@ -258,9 +268,9 @@ def test_one_for_a_plan_that_misses_its_target_ends_as_soon_as_it_reaches_it(mpc
         more = search.converge(mpcc, s, context, search.nearer(one, CONFIG), CycleClock())
         reached = [search.reaches(replace(more, solutions=(each,)), context) for each in more.solutions]
         assert not any(reached[:-1])
-        assert reached[-1] or len(more.solutions) == CONFIG.search.iterations
+        assert reached[-1] or len(more.solutions) == ITERATIONS
         ways.append(len(more.solutions))
-    assert ways[0] == CONFIG.search.iterations
+    assert ways[0] == ITERATIONS
     assert ways[2] == 1
 
 
@@ -291,13 +301,13 @@ def test_a_resumed_search_is_one_for_a_first_plan_however_far_it_had_come(
     begun = replace(suspended(solution, mpcc.target), iterations=done)
     start = search.resumed(begun, solution.trajectory, CONFIG)
     assert start.first
-    blocked = replace(solution, slack=np.full(CONFIG.stages, 2.0 * SETTINGS.blocked_slack))
+    blocked = replace(solution, slack=np.full(CONFIG.stages, 2.0 * BLOCKED_SLACK))
     core: Any = Answering(mpcc, blocked)
     s, context = state(), contexts(target=mpcc.target, begin=0.2)
     attempt = search.converge(core, s, context, replace(start, most=1), CycleClock())
     assert attempt.corridor_infeasible
     assert not attempt.fits
-    going_on = search.going_on(solution, CONFIG)
+    going_on = search.going_on(solution)
     assert not search.converge(core, s, context, going_on, CycleClock()).corridor_infeasible
 
 
@@ -385,7 +395,7 @@ def test_a_search_that_had_no_time_at_all_keeps_what_it_is_for(mpcc: RtiMpcc) ->
 
 
 def test_without_any_time_nothing_is_solved(mpcc: RtiMpcc, solution: Solution) -> None:
-    context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution, CONFIG)
+    context, start = contexts(target=mpcc.target, begin=0.2), search.going_on(solution)
     attempt = search.converge(mpcc, state(), context, start, Granting(0))
     assert (attempt.solutions, attempt.problem, attempt.out_of_time) == ((), search.NO_TIME, True)
 

@@ -8,8 +8,9 @@ import pytest
 
 from estimation import PoseHistory
 from geometry import PathPart, Pose2, ReferencePath
+from rti_mpcc.behaviour.moves import STOP_TOLERANCE
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.manoeuvre import PlannedStop, Segment, SegmentEnd
+from rti_mpcc.manoeuvre import CUSP_TOLERANCE, PlannedStop, Segment, SegmentEnd
 from rti_mpcc.model.delay import QueuedCommand
 from rti_mpcc.ocp.targets import Target, TargetKind, path_end
 from rti_mpcc.planning import sensing
@@ -20,7 +21,7 @@ from rti_mpcc.types import Array
 from tests.rti_mpcc.states import state
 
 CONFIG = ControllerConfig(dead_time=0.2)
-CUSP_TOLERANCE = CONFIG.behaviour.cusp_tolerance
+CUSP_TOLERANCE = CUSP_TOLERANCE
 
 
 def part(direction: int = 1) -> PathPart:
@@ -41,7 +42,7 @@ def assess(
     pace, target = pace_of(on, CONFIG), target or path_end(on)
     if not free:
         stop = PlannedStop(at=on.end, goal=None, obstacles=0, since=0.0)
-        segment = segment.stopped(stop, CONFIG.behaviour.stop_tolerance)
+        segment = segment.stopped(stop, STOP_TOLERANCE)
     s = state(time=1.0, monitor=StateMonitor(state=reached), segments=(segment,))
     return sensing.context_of(s, reached, pace, target, CONFIG)
 
@@ -109,7 +110,7 @@ def test_the_tolerance_is_the_goals_the_cusps_or_a_stops() -> None:
     reached = np.array([12.0, 0.0, 0.0, 0.0, 0.0, 12.0])
     assert assess(reached, part()).tolerance == CONFIG.goal_tolerance
     assert assess(reached, part(), ends_at_goal=False).tolerance == CUSP_TOLERANCE
-    assert assess(reached, part(), free=False).tolerance == CONFIG.behaviour.stop_tolerance
+    assert assess(reached, part(), free=False).tolerance == STOP_TOLERANCE
 
 
 def test_what_is_far_off_the_path_is_doubted() -> None:

@@ -12,7 +12,7 @@ import shapely
 
 from geometry import Area, Corridor, CorridorError, Pose2, ReferencePath
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.planning.surroundings import Surroundings, area_along
+from rti_mpcc.planning.surroundings import GOAL_REACH, Surroundings, area_along
 from rti_mpcc.types import Array
 from tests.rti_mpcc.encounters import body_at, square
 
@@ -88,7 +88,7 @@ def test_in_an_area_already_it_is_in_the_same_one() -> None:
 
 def test_the_area_along_a_path_is_its_corridor_and_what_is_beyond_its_ends() -> None:
     vehicle = CONFIG.vehicle
-    beyond = CONFIG.goal_limits.reach + 2.0 * (vehicle.front + vehicle.rear)
+    beyond = GOAL_REACH + 2.0 * (vehicle.front + vehicle.rear)
     found = polygon(area_along(PATH, LANE, CONFIG))
     lane = found.intersection(shapely.box(0.0, -99.0, 20.0, 99.0))
     assert lane.symmetric_difference(shapely.box(0.0, -4.0, 20.0, 4.0)).area < 0.1
@@ -100,7 +100,7 @@ def test_the_area_along_a_path_is_its_corridor_and_what_is_beyond_its_ends() -> 
 def test_a_vehicle_has_room_at_any_goal_that_is_taken() -> None:
     """As far from the path's end as a goal may be, turned however; and before it, to turn about."""
     found = polygon(area_along(PATH, LANE, CONFIG))
-    reach = CONFIG.goal_limits.reach
+    reach = GOAL_REACH
     for direction, turned in product(np.linspace(-0.5 * pi, 0.5 * pi, 9), np.linspace(0.0, 2.0 * pi, 9)):
         x, y = 20.0 + reach * np.cos(direction), reach * np.sin(direction)
         if direction in (-0.5 * pi, 0.5 * pi):

@@ -7,11 +7,13 @@ import shapely
 from geometry import Corridor, Pose2, ReferencePath
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, body_polygons
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
+from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety import contact
 from rti_mpcc.types import Array, Trajectory
 from tests.rti_mpcc.encounters import square
@@ -51,7 +53,7 @@ def way(plan: Trajectory, inside: Corridor, reach: float = np.inf) -> float:
 def test_the_way_to_a_wall_is_found_within_the_spacing(direction: int, ahead: float) -> None:
     found = way(straight_on(2.0, 30.0, direction=direction), corridor(direction))
     expected = WALL_AT - ahead - 2.0
-    assert expected <= found <= expected + CONFIG.caution.check_spacing
+    assert expected <= found <= expected + CHECK_SPACING
 
 
 def test_nothing_in_the_way_is_infinite() -> None:
@@ -82,10 +84,10 @@ def beside_the_wall(room: float, onwards: float) -> Trajectory:
 
 
 def test_no_plan_is_clear_that_comes_nearer_to_a_boundary_than_the_hard_minimum_less_noise() -> None:
-    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONFIG.caution.contact_tolerance
+    inside, least = corridor(wall_at=None), CONFIG.caution.hard_minimum - CONTACT_TOLERANCE
     assert way(beside_the_wall(0.3, 0.3 - least - 0.01), inside) == np.inf
     found = way(beside_the_wall(0.3, 0.3), inside)
-    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CONFIG.caution.check_spacing)
+    assert found == pytest.approx(10.0 * (0.3 - least) / 0.3, abs=2.0 * CHECK_SPACING)
 
 
 @pytest.mark.parametrize("room", [0.3, 0.02])
@@ -127,7 +129,7 @@ def test_at_the_stop_clearance_no_row_is_violated_and_there_is_room_to_swing_out
     rows = corridor_rows(np.zeros(1), found, CONFIG.footprint.model_copy(update={"near": 9.0}))
     assert rows is not None
     assert rows.lower.max() <= 0.0
-    assert room > CONFIG.footprint.margin + CONFIG.caution.check_spacing + 0.3 * vehicle.width
+    assert room > CONFIG.footprint.margin + CHECK_SPACING + 0.3 * vehicle.width
 
 
 # -- what the body overlaps ----------------------------------------------------------------------------------
@@ -173,7 +175,7 @@ def test_a_body_beyond_a_boundary_overlaps_what_lies_there() -> None:
 
 def test_a_free_body_and_one_that_only_seems_to_touch_overlap_nothing() -> None:
     inside = around(corridor())
-    tolerance = CONFIG.caution.contact_tolerance
+    tolerance = CONTACT_TOLERANCE
     assert contact.overlap(at(FREE), inside, 0, CONFIG) is None
     assert contact.overlap(at(10.0, LEFT + 0.9 * tolerance), inside, 0, CONFIG) is None
     assert contact.overlap(at(10.0, LEFT + 1.5 * tolerance), inside, 0, CONFIG) is not None
@@ -252,7 +254,7 @@ def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
     around = Surroundings.of(corridor(), PATH, CONFIG)
     met = contact.distance_to_obstacle(into_both, around.corridor, 0, CONFIG, np.inf)
     expected = WALL_AT - CONFIG.vehicle.front - 2.0
-    assert expected <= met <= expected + CONFIG.caution.check_spacing
+    assert expected <= met <= expected + CHECK_SPACING
     assert around.corridor.collides(0, body_polygons(into_both.states, CONFIG.vehicle)).all()
     free = around.corridor.with_obstacles(())
     assert contact.distance_to_obstacle(into_both, free, 0, CONFIG, np.inf) == np.inf
@@ -267,7 +269,7 @@ def test_what_a_plan_meets_is_met_by_the_body_on_the_path_at_its_own_progress() 
     def progress(plan: Trajectory, distance: float) -> float:
         return contact.progress_of_contact(plan, distance, around.corridor, segment, CONFIG)
 
-    spacing = CONFIG.caution.check_spacing
+    spacing = CHECK_SPACING
     for ahead in (0.0, -3.0, 3.0):
         plan = straight_on(2.0, 30.0)
         plan.states[:, THETA] = plan.states[:, 0] + ahead

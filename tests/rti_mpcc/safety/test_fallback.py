@@ -13,6 +13,7 @@ from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.safety import fallback
+from rti_mpcc.safety.fallback import HOLDING_TIME, SETTLING_FACTOR, STOP_DISTANCE
 from rti_mpcc.types import Array, Source, Trajectory
 
 CONFIG = ControllerConfig()
@@ -125,7 +126,7 @@ def test_a_plan_that_is_old_or_far_off_is_not_driven_on(
 
 def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:
     control = fallback.hold(state(0.01, 0.3), CONFIG)
-    assert control.acceleration == pytest.approx(-0.01 / CONFIG.fallback.holding_time)
+    assert control.acceleration == pytest.approx(-0.01 / HOLDING_TIME)
     assert (control.steering_rate, control.source) == (0.0, Source.STANDSTILL)
     assert fallback.hold(state(0.0), CONFIG).acceleration == 0.0
     assert fallback.hold(state(9.0), CONFIG).acceleration == -CONFIG.limits.acceleration
@@ -133,7 +134,7 @@ def test_holding_lets_the_last_of_the_speed_fade_and_never_steers() -> None:
 
 def test_before_a_contact_it_brakes_as_hard_as_the_way_needs() -> None:
     assert fallback.before_contact(1.0, 10.0, CONFIG) == CONFIG.comfort_acceleration
-    distance = 1.0 + CONFIG.fallback.stop_distance
+    distance = 1.0 + STOP_DISTANCE
     assert fallback.before_contact(2.5, distance, CONFIG) == pytest.approx(2.5**2 / 2.0)
     assert fallback.before_contact(8.0, distance, CONFIG) == CONFIG.limits.acceleration
     assert fallback.before_contact(1.0, 0.0, CONFIG) == CONFIG.limits.acceleration
@@ -159,7 +160,7 @@ def test_settling_goes_on_braking_without_a_step_to_rest_at_the_goal(
 
 def test_settling_stays_within_a_factor_of_the_comfort() -> None:
     comfort = CONFIG.comfort_acceleration
-    most = CONFIG.fallback.settling_factor * comfort
+    most = SETTLING_FACTOR * comfort
     past = before_the_goal(-0.02, 0.1, deceleration=most)
     assert fallback.settling_deceleration(past, CONFIG) == pytest.approx(most)
     assert fallback.settling_deceleration(before_the_goal(1.0, 0.1), CONFIG) == 0.5 * comfort
