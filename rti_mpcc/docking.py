@@ -32,7 +32,7 @@ from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
 from rti_mpcc.orders import Order
-from rti_mpcc.planning import aim, goals, offsets, sensing, stops, validation
+from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
@@ -293,7 +293,7 @@ class DockingController:
         area = validation.surroundings_in(s.area, obstacles, clock.now, config)
         last = s.vehicle
         monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
-        known = offsets.learnt(s, monitor, config)
+        known = sensing.learnt(s, monitor, config)
         monitor = monitor.doubting(area.unreadable, last.monitor)
         hint = self._heading_hint(s, monitor)
         vehicle = replace(last, monitor=monitor, offsets=known, heading_hint=hint)

@@ -22,16 +22,14 @@ from rti_mpcc.planning.state import ControllerState, Phase
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
-from rti_mpcc.safety import authority, causes, contact, escape, fallback, lookout, stopping
+from rti_mpcc.safety import causes, contact, escape, fallback, limiter, lookout, stopping
 from rti_mpcc.safety.contact import Overlap
 from rti_mpcc.safety.decision import ControlDecision
 from rti_mpcc.scouting import first_plan, iterated, sought
 from rti_mpcc.types import Reason, Source, Trajectory
 
-WHEELS_OFF = 0.1
-"""A segment that names wheels is begun with them within this of that angle [rad],"""
-WHEELS_REACH = 0.5
-"""as long as no more of it is driven [m]."""
+WHEELS_OFF = 0.1  # [rad] from the angle that a segment names: beyond it the wheels are turned first,
+WHEELS_REACH = 0.5  # [m] from its start, at most
 
 
 class Driven(NamedTuple):
@@ -61,7 +59,7 @@ def _decided(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
         return _in_contact(s, context, w, overlap)
     if context.doubt:
         return _doubt(s, context, w)
-    beyond = authority.exceeded(s.vehicle.disturbance, w.config)
+    beyond = limiter.exceeded(s.vehicle.disturbance, w.config)
     if beyond:
         return _give_up(s, context, w, beyond)
     if s.goal.rejected and s.task.phase is not Phase.WAITING:

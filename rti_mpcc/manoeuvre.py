@@ -19,8 +19,7 @@ from geometry.settings import replaced
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.ocp.objectives import CONTOURING, HorizonObjective
 
-CUSP_TOLERANCE = (0.1, 0.1, radians(3.0))
-"""What counts as being at a cusp or a staging pose: longitudinal [m], lateral [m], heading [rad]."""
+CUSP_TOLERANCE = (0.1, 0.1, radians(3.0))  # [m], [m], [rad] at a cusp or staging pose
 
 
 class SegmentEnd(Enum):

@@ -12,8 +12,8 @@ from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.errors import InputError
 from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.planning.goals import NO_TERMS, GoalTerms
 from rti_mpcc.planning.state import ControllerState, GoalState
-from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
 from rti_mpcc.rerouting import Rerouter
 from rti_mpcc.types import GoalOrigin
 

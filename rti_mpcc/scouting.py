@@ -1,13 +1,11 @@
 """The search for the first plan of an objective, over several cycles where there is no time in one.
 
-`Candidate` lists what it may be, in the order in which it is looked for; `first_plan` goes through that list.
 Each function returns the state with which its result would be driven, beside that result.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
@@ -17,15 +15,13 @@ from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning import schedule, search, stops, ways
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.search import ITERATIONS, InitialIterate, SqpResult
-from rti_mpcc.planning.state import Candidate, ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.state import ControllerState, Phase, SuspendedSearch
 from rti_mpcc.planning.stops import SEEN_SHARE
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
 
-ACCEPTED_MISS = 1.5
-"""A first plan that ends within this times the goal tolerance is driven; from rest it replans where one
-misses by more."""
+ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
 
 
 class Found(NamedTuple):
@@ -36,35 +32,22 @@ class Found(NamedTuple):
     context: PlanningContext
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scouting:
-    """What is known on the way through the candidates.
-
-    Attributes:
-        s, context: where the search begins; begun: the one of an earlier cycle that it goes on with, or None.
-        found: what may be driven if nothing better comes, or None.
-        filled: progress at which a body on the path meets something [m]; None: nothing does.
-    """
-
-    s: ControllerState
-    context: PlanningContext
-    begun: SuspendedSearch | None
-    found: Found | None = None
-    filled: float | None = None
-
-
 def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Found:
-    """Go through the candidates, beginning with the one at which an earlier cycle ran out of time."""
+    """The first plan, in this order; a search that ran out of time goes on where it was.
+
+    1. Onward to the target, from a guess along the path; on the way to a stop nothing else.
+    2. From rest, where that is not clear or misses the goal by more than `ACCEPTED_MISS`, another route is
+       asked for, unless there is none.
+    3. A stop before what blocks the route; from there it replans.
+    """
     begun = s.plans.suspended
-    candidates = tuple(Candidate) if begun is None else begun.candidates
-    scouting = Scouting(s=s, context=context, begun=begun)
-    for candidate in candidates:
-        scouting = _LOOKED_FOR[candidate](scouting, w)
-        found = scouting.found
-        if found is not None and found.attempt.out_of_time:
-            break
-    assert scouting.found is not None
-    return scouting.found
+    found, filled = _onward(s, context, w)
+    if found.attempt.out_of_time or (begun is not None and begun.segment.stop is not None):
+        return found
+    found, filled = _another_way(s, context, found, filled, w)
+    if found.attempt.out_of_time or filled is None:
+        return found
+    return _stop_before(found, filled, context, w)
 
 
 def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
@@ -115,14 +98,13 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
     return moves.released(s) if stops.way_may_be_free(s) else s
 
 
-def _onward(scouting: Scouting, w: Workspace) -> Scouting:
-    """From a first guess along the path; finds out what fills the way of it."""
-    context = scouting.context
-    s = schedule.scheduled(scouting.s, context, w.config)
+def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple[Found, float | None]:
+    """From a first guess along the path; with the progress [m] at which something blocks it, or None."""
+    s = schedule.scheduled(s, context, w.config)
     filled = _met_on_planned_way(s, context, w)
     if filled is not None:
         nothing = SqpResult(solutions=(), problem="something fills the way", corridor_infeasible=True)
-        return replace(scouting, found=Found(s.suspending(None), nothing, context), filled=filled)
+        return Found(s.suspending(None), nothing, context), filled
     s, attempt, guess = _from_guess(s, context, w)
     if not attempt.out_of_time and context.free and s.area.corridor.obstacles:
         plan = attempt.plan if attempt.fits else guess
@@ -140,7 +122,7 @@ def _onward(scouting: Scouting, w: Workspace) -> Scouting:
     if filled is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
-    return replace(scouting, found=Found(s, attempt, context), filled=filled)
+    return Found(s, attempt, context), filled
 
 
 def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspace) -> float | None:
@@ -155,49 +137,36 @@ def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspa
     return lookout.progress_of_contact(s, guess, distance, w.config)
 
 
-def _another_way(scouting: Scouting, w: Workspace) -> Scouting:
-    """Ask for another way from here, where what was found is not clear or misses the goal."""
-    s, context, found = scouting.s, scouting.context, scouting.found
-    assert found is not None
+def _another_way(
+    s: ControllerState, context: PlanningContext, found: Found, filled: float | None, w: Workspace
+) -> tuple[Found, float | None]:
+    """Ask for another route from here, where what was found is not clear or misses the goal."""
     if s.route is None or s.route.fixed or not context.free:
-        return scouting
+        return found, filled
     arrives = context.ends_at_goal and found.s.task.arrival is not None
     if arrives:
-        found = _reaching(found, scouting.begun, w)
+        found = _reaching(found, s.plans.suspended, w)
         if found.attempt.out_of_time:  # nothing is begun yet
-            waiting = s.suspending(found.s.plans.suspended)
-            return replace(scouting, found=Found(waiting, found.attempt, context))
-        scouting = replace(scouting, found=found)
-    why = found.attempt.problem or ("something fills the way" if scouting.filled is not None else "")
+            return found._replace(s=s.suspending(found.s.plans.suspended), context=context), filled
+    why = found.attempt.problem or ("something fills the way" if filled is not None else "")
     if arrives and not (why or search.reaches(found.attempt, context, ACCEPTED_MISS)):
         why = "the first plan misses the goal"
     if not why or (ways.was_asked(s, w.config) if s.is_stationary else not ways.on_the_move(s)):
-        return scouting
+        return found, filled
     wanted = replace(s.route, wanted=why)
     if not s.is_stationary:  # it is planned while what was found is driven
-        return replace(scouting, found=found._replace(s=replace(found.s, route=wanted)))
+        return found._replace(s=replace(found.s, route=wanted)), filled
     asking = replace(s.suspending(None), route=wanted)
-    return replace(scouting, found=Found(asking, found.attempt, context), filled=None)
+    return Found(asking, found.attempt, context), None
 
 
-def _stop_before(scouting: Scouting, w: Workspace) -> Scouting:
-    """A stop before what still fills the way."""
-    filled, found = scouting.filled, scouting.found
-    if filled is None or found is None:
-        return scouting
-    left, met = _left_before(filled, scouting.context, w), lookout.met_at(found.s, filled, w.config)
-    s = moves.stop_before(found.s, scouting.context, left, found.s.area.changes, str(met))
-    context = w.context(s)
+def _stop_before(found: Found, filled: float, context: PlanningContext, w: Workspace) -> Found:
+    """A stop before what still blocks the route."""
+    left, met = _left_before(filled, context, w), lookout.met_at(found.s, filled, w.config)
+    s = moves.stop_before(found.s, context, left, found.s.area.changes, str(met))
     if s.task.phase is Phase.HOLDING:
-        return replace(scouting, found=Found(s, found.attempt, context))
-    return replace(scouting, found=_onward(replace(scouting, s=s, context=context), w).found)
-
-
-_LOOKED_FOR: dict[Candidate, Callable[[Scouting, Workspace], Scouting]] = {
-    Candidate.ONWARD: _onward,
-    Candidate.ANOTHER_WAY: _another_way,
-    Candidate.STOP_BEFORE: _stop_before,
-}
+        return Found(s, found.attempt, w.context(s))
+    return _onward(s, w.context(s), w)[0]
 
 
 def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:

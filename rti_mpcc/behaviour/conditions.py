@@ -12,26 +12,18 @@ from rti_mpcc.planning.schedule import DUE_SHARE
 from rti_mpcc.planning.state import MOVING_SPEED, STANDSTILL_SPEED, ControllerState, Phase
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 
-STANDSTILL_TIME = 1.0
-"""A vehicle that has stood so long will not get nearer by waiting [s]."""
-TURNING_TIME = 5.0
-"""The same where it may change its direction of motion on its route [s]."""
+STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
+TURNING_TIME = 5.0  # [s], the same where it may change its direction of motion on its route
 OVERDUE_TIME = 4.0
 """An arrival that is driven so long after its time to go reached `LEAST_TIME` will not get nearer, even if
 noise hides that the vehicle stands [s]."""
 OUTSIDE_TIME = 0.3
 """So long a vehicle that holds has to be measured just outside the tolerance to be outside [s];"""
-OUTSIDE_SHARE = 2.0
-"""at once it is beyond this times the tolerance."""
-SETTLE_SHARE = 0.5
-"""Share of the goal tolerance inside which a braked stop ends the arrival, and within which a target has not
-moved for a vehicle that stalled."""
-SETTLE_TIME = 0.75
-"""A braked stop that ends the arrival takes no longer [s]; until then the plan is driven."""
-DUE_TIME = 0.3
-"""An arrival that has its shortest time to go for so long is due [s]."""
-CUSP_REACH = 0.5
-"""A vehicle that stands within this distance of a cusp may go on from there [m]."""
+OUTSIDE_SHARE = 2.0  # or beyond this times the tolerance
+SETTLE_SHARE = 0.5  # of the tolerance: inside, a braked stop ends the arrival; a stalled vehicle sees no move
+SETTLE_TIME = 0.75  # [s] that a braked stop which ends the arrival takes, at most
+DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is due
+CUSP_REACH = 0.5  # [m] from a cusp, within which a vehicle that stands may go on
 GIVE_UP_TIME = 5.0
 """A vehicle that stands so long without a first plan says that it failed, and looks less often [s]."""
 

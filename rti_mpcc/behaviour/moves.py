@@ -12,10 +12,8 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
 from rti_mpcc.types import GoalOrigin, Trajectory
 
-NEAR_STOP = 0.2
-"""A vehicle this near to a stop before an obstacle stays where it is [m]."""
-STOP_TOLERANCE = (0.2, 1.0, 0.5)
-"""What counts as being at such a stop: longitudinal [m], lateral [m], heading [rad]."""
+NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
+STOP_TOLERANCE = (0.2, 1.0, 0.5)  # longitudinal [m], lateral [m], heading [rad] at such a stop
 
 # -- plans ----------------------------------------------------------------------------------------------
 

@@ -38,17 +38,11 @@ NO_JERK = 1e3
 """More than any vehicle has in a cycle: no bound [m/s³]."""
 NO_COMFORT = (0.0, 0.0, 0.0)
 """Weights of a method that knows no comfort."""
-PLANNED_SHARE = 0.9
-"""What an arrival takes of the comfort acceleration, and of the speed that narrow places allow: the rest is
-for corrections."""
-BRISK_SHARE = 0.98
-"""The same of a brisk ride: its time has the ramps for a reserve."""
-BRISK_BOUND = 1.1
-"""No plan of a brisk ride takes more than this times the comfort acceleration."""
-LOST_CYCLES = 2.5
-"""After a gap of more cycles the vehicle may have done anything within its limits."""
-FIRMNESS = 4.0
-"""Times the comfort acceleration that is braked with before an obstacle, or without a plan."""
+PLANNED_SHARE = 0.9  # of comfort, and of the speed in narrow places: the rest is for corrections
+BRISK_SHARE = 0.98  # the same of a brisk ride: its time has the ramps for a reserve
+BRISK_BOUND = 1.1  # times comfort, at most, in any plan of a brisk ride
+LOST_CYCLES = 2.5  # after a longer gap the vehicle may have done anything within its limits
+FIRMNESS = 4.0  # times the comfort acceleration: before an obstacle, or without a plan
 
 
 class ControllerConfig(Settings):

@@ -20,7 +20,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import Manoeuvre, PlanOutcome, Segment, SegmentEnd
 from rti_mpcc.model.footprint import body_of
 from rti_mpcc.orders import Follow
-from rti_mpcc.planning.terms import GoalTerms
+from rti_mpcc.planning.goals import GoalTerms
 from rti_mpcc.steps import Straight
 
 

@@ -31,15 +31,10 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.ocp.targets import Target, TargetKind
 from rti_mpcc.types import Array
 
-OVERRUN = 0.1
-"""How far the progress may pass the stop point of a goal pose [m] (published code)."""
-HEADROOM = 1.5
-"""Share of the speed limit that theta_dot may reach, so that no bound on it and the one on v ever say the
-same twice."""
-CALM_SPEED = 0.1
-"""Slower than this a plan turns the wheels within comfort [m/s]."""
-PASSED_DISTANCE = 0.5
-"""A vehicle that has passed its target by less than this still has that distance left [m]."""
+OVERRUN = 0.1  # [m] of the progress past the stop point of a goal pose (published code)
+HEADROOM = 1.5  # of theta_dot: its bound and the one on v must not say the same twice
+CALM_SPEED = 0.1  # [m/s]; slower, a plan turns the wheels within comfort
+PASSED_DISTANCE = 0.5  # [m]; passed by less, the vehicle still has that distance left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -37,8 +37,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array
 
-LEAST_TIME = 1.0
-"""Shortest time to go that is planned [s]; closer in, the plan always ends this far ahead."""
+LEAST_TIME = 1.0  # [s] to go, at least: closer in, the plan always ends this far ahead
 WAITING_REACH = 30.0
 """No arrival within reach waits until it is nearer [m]: (T2) leaves a slow vehicle no room to get across to a
 goal beside its path. With a speed limit of 0.5 m/s it began 0.9 m before such a goal and stalled

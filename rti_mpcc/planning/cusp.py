@@ -16,9 +16,7 @@ from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.types import Array
 
-CUSP_SHIFT = 0.7
-"""Share of the tolerance at a cusp by which the pose made for may lie beside it
-(docs/decisions/13-cusps.md)."""
+CUSP_SHIFT = 0.7  # of the tolerance at a cusp: so far beside it may the pose be (docs/decisions/13-cusps.md)
 
 _STEPS = sorted(product((0.0, -0.5, 0.5, -1.0, 1.0), repeat=3), key=np.linalg.norm)
 

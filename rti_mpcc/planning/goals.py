@@ -12,24 +12,19 @@ import numpy as np
 
 from geometry import Area, Corridor, PathPart, Pose2, ReferencePath, wrap
 from geometry.angles import degrees_hint
+from geometry.settings import replaced
 from rti_mpcc.config import ControllerConfig, Vehicle
 from rti_mpcc.model.footprint import clearances
 from rti_mpcc.planning.surroundings import GOAL_REACH, Surroundings
 
-GOAL_TURN = 0.5 * pi
-"""The same for its heading, from the path's beside it [rad]."""
-UNMOVED = 0.01
-"""A goal at which no point of the body has moved farther needs no other check [m]."""
-NEARLY_UNMOVED = 0.03
-"""The same where there was more room than that [m]."""
-STILL_REFUSED = 0.1
-"""The same for a goal that is farther out of reach than that [m]."""
+GOAL_TURN = 0.5 * pi  # [rad] from the path's heading beside it: the same
+UNMOVED = 0.01  # [m] of any point of the body: the goal needs no other check
+NEARLY_UNMOVED = 0.03  # [m], the same where there was more room than that
+STILL_REFUSED = 0.1  # [m], the same for a goal that is farther out of reach than that
 IN_DEGREES = pi / 6.0
 """A heading that is refused, and so near the path's if read in degrees, was meant in degrees [rad]."""
-ODD = 0.2
-"""A heading that is not refused is suspected of it if it is farther from the path's [rad],"""
-SURELY_IN_DEGREES = 0.1
-"""and within this if read in degrees [rad]."""
+ODD = 0.2  # [rad] from the path's heading: a heading that is not refused is suspected of it
+SURELY_IN_DEGREES = 0.1  # [rad]: if it is within this, read in degrees
 
 NOISE, NOISE_HEADING = 0.15, 0.1
 """So far a goal may be from the last ones to be the same with noise [m], [rad]: five times a deviation of
@@ -248,3 +243,44 @@ def _arm(vehicle: Vehicle) -> float:
 
 def _joined(*said: str) -> str:
     return "; ".join(filter(None, said))
+
+
+Outline = tuple[tuple[float, float], ...]
+"""Corners x, y [m], of a value that can be compared."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalTerms:
+    """What is asked of a goal, where that is not what the settings say.
+
+    Attributes:
+        tolerance: longitudinal [m], lateral [m], heading [rad]; None: `ControllerConfig.goal_tolerance`.
+        detected: whether the vehicle has docked only where the goal was seen; None: `GoalTracking.required`.
+        approach: length [m] and direction, +1 or -1, of the straight last piece of a planned way; None:
+            `RoutePlanner.final_straight`.
+        keep_out: outlines [m] that a planned way keeps out of before that piece, until the goal has
+            been detected.
+    """
+
+    tolerance: tuple[float, float, float] | None = None
+    detected: bool | None = None
+    approach: tuple[float, int] | None = None
+    keep_out: tuple[Outline, ...] = ()
+
+    def on(self, config: ControllerConfig) -> ControllerConfig:
+        """The settings with what is asked here."""
+        changes: dict[str, object] = {}
+        if self.tolerance is not None:
+            changes["goal_tolerance"] = self.tolerance
+        if self.detected is not None:
+            tracking = config.goal_tracking
+            changes["goal_tracking"] = replaced(tracking, required=self.detected)
+        if self.approach is not None:
+            length, direction = self.approach
+            straight = {"final_straight": length, "final_direction": direction}
+            changes["route"] = replaced(config.route, **straight)
+        return replaced(config, **changes) if changes else config
+
+
+NO_TERMS = GoalTerms()
+"""What the settings say."""

@@ -21,19 +21,12 @@ from geometry.outline import Shape, checked_shape, corners_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array, Index
 
-MOVED = 0.05
-"""An obstacle whose middle has moved by more than this within `OBSERVATION` moves [m]; what differs by less
-is no change."""
-OBSERVATION = 0.3
-"""The speed of an obstacle is what it did in this time [s]."""
-CLEAR_TIME = 1.0
-"""An obstacle stands again, and a vehicle that was stopped drives on, after this time without [s]."""
-FASTEST = 10.0
-"""What seems to move faster is another obstacle [m/s]."""
-JUMP = 0.2
-"""So far may noise put a middle elsewhere [m]."""
-FORGOTTEN = 1.0
-"""An obstacle that was not given for this time is where it was, and stands [s]."""
+MOVED = 0.05  # [m] of its middle within OBSERVATION: the obstacle moves; what differs by less is no change
+OBSERVATION = 0.3  # [s] over which the speed of an obstacle is measured
+CLEAR_TIME = 1.0  # [s] without: an obstacle stands again, a vehicle that was stopped drives on
+FASTEST = 10.0  # [m/s]; what seems to move faster is another obstacle
+JUMP = 0.2  # [m] by which noise may put a middle elsewhere
+FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
 
 ROUNDING = 1e-6
 """Middles of obstacles that are nearer to each other than this are at the same place [m]."""

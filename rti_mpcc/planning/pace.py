@@ -22,10 +22,8 @@ from rti_mpcc.config.controller import PLANNED_SHARE
 from rti_mpcc.ocp.room import Room
 from rti_mpcc.types import Array
 
-PATH_SPACING = 0.25
-"""Of the samples along a part, and of the pieces of the route ahead, at which the pace is known [m]."""
-LEAST_PIECES = 64
-"""In which the route ahead is looked at."""
+PATH_SPACING = 0.25  # [m] of the samples along a part, and of the pieces ahead
+LEAST_PIECES = 64  # in which the route ahead is looked at
 MOST_PIECES = 400
 STEERING_DISTANCE = 4.0
 """Over which a step of the path's curvature is steered [m]: no vehicle turns its wheels on the spot."""

@@ -28,34 +28,21 @@ from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
 from rti_mpcc.model.layout import DELTA, STATES, V, X, Y
 from rti_mpcc.types import Array, VehicleState
 
-FROZEN_DISTANCE = 0.2
-"""A measurement that stays the same to the last bit is an old one once the vehicle must have moved so far
-[m]."""
-FROZEN_SPEED = 0.3
-"""The same once it must be so much faster or slower [m/s]."""
-STEERING_GAP = 0.2
-"""So far may the steering move otherwise than commanded within `STEERING_TIME` [rad]."""
-STEERING_TIME = 1.0
-"""[s]."""
-CONFIRMATION = 3.0
-"""So long a standing vehicle has to be measured in the same place to be there [s]."""
+FROZEN_DISTANCE = 0.2  # [m] that the vehicle must have moved for an unchanged measurement to be an old one
+FROZEN_SPEED = 0.3  # [m/s], the same for its speed
+STEERING_GAP = 0.2  # [rad] by which the steering may move otherwise than commanded within STEERING_TIME
+STEERING_TIME = 1.0  # [s]
+CONFIRMATION = 3.0  # [s] for which a standing vehicle has to be measured in the same place to be there
 FROZEN_TRIES = 3
 """So often a frozen measurement of a standing vehicle is trusted once more, each time after twice the
 time."""
-REST_SPEED = 0.05
-"""A vehicle measured slower stands, as far as a doubted measurement can say [m/s]."""
-MODEL_MISMATCH = 0.3
-"""Share of what a vehicle can do in the meantime by which its model may be wrong."""
-LONGEST_GAP = 1.0
-"""After so long without a cycle a measurement is taken as it is: too much may have happened [s]."""
-FARTHEST = 1e10
-"""Coordinates beyond this are no places on earth, whoever gives them [m]."""
-LARGEST_HEADING = 1e4
-"""Headings beyond this have lost their precision [rad]."""
-LARGEST_STEERING = 1.5
-"""No steering angle is beyond this [rad]."""
-SPEED_SHARE = 3.0
-"""No speed is beyond this times its limit."""
+REST_SPEED = 0.05  # [m/s]; a vehicle measured slower stands, as far as a doubted measurement can say
+MODEL_MISMATCH = 0.3  # of what a vehicle can do in the meantime: so wrong may its model be
+LONGEST_GAP = 1.0  # [s] without a cycle, after which a measurement is taken as it is
+FARTHEST = 1e10  # [m]; coordinates beyond this are no places on earth
+LARGEST_HEADING = 1e4  # [rad]; headings beyond this have lost their precision
+LARGEST_STEERING = 1.5  # [rad]
+SPEED_SHARE = 3.0  # times the speed limit: no speed is beyond that
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

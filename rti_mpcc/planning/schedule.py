@@ -16,24 +16,16 @@ from rti_mpcc.planning.pace import FLAT
 from rti_mpcc.planning.state import MOVING_SPEED, Arrival, ControllerState, Phase, SuspendedSearch
 from rti_mpcc.types import Trajectory
 
-LATE_REACH = 2.0
-"""Nearer to its target an arrival keeps its time [m]."""
-HURRY_FROM = 0.03
-"""A plan that would take longer in comfort by more than this share gets more time."""
-HURRY = 0.2
-"""By which share a plan gets a second more each second."""
-SLACK = 0.9
-"""A plan that would take less than this share of its time in comfort, and has that much more than its route
-takes, gets less."""
-CATCHING_UP = 0.5
-"""So many seconds each second, at most."""
-TARGET_MOVED = 0.1
-"""A target that has moved by more is a new arrival [m]."""
+LATE_REACH = 2.0  # [m] from its target: nearer, an arrival keeps its time
+HURRY_FROM = 0.03  # of its time: a plan that lacks more in comfort gets more
+HURRY = 0.2  # of its time that a plan lacks, for a second more each second
+SLACK = 0.9  # of its time: a plan that needs less in comfort, and has more than its route takes, gets less
+CATCHING_UP = 0.5  # [s] each second, at most
+TARGET_MOVED = 0.1  # [m]; a target that has moved by more is a new arrival
 KEPT_SHARE = 0.5
 """A search for an arrival keeps its time as long as this share of what the route takes is left; a vehicle
 whose speed brings it less than this share in its time is slow."""
-DUE_SHARE = 0.8
-"""An arrival that is due is ended by a braked stop within this share of the tolerance."""
+DUE_SHARE = 0.8  # of the tolerance, for a braked stop that ends an arrival that is due
 
 SOON = 1.0
 """A plan that drives on does so within this [s]."""

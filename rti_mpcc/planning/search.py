@@ -23,34 +23,21 @@ from rti_mpcc.planning.guess import arrival_guess, cruise_guess
 from rti_mpcc.planning.state import ControllerState, SuspendedSearch
 from rti_mpcc.types import Array, Objective, Trajectory
 
-ITERATIONS = 10
-"""Real-time iterations of one search, at most; of one that misses the goal twice as many."""
+ITERATIONS = 10  # of one search, at most; of one that misses the goal twice as many
 FIRST_ITERATIONS = 3
 """From a first guess on, at least; two are enough where the second has moved the plan by less than
 `SETTLED`."""
-SETTLED = 0.02
-"""[m] for each second ahead."""
-UNSOLVED = 2
-"""From a first guess on so many QPs may remain unsolved."""
-FIRST_PATIENCE = 10
-"""Times the configured iterations that a QP may take from a first guess on."""
-CLEAN_PATIENCE = 3
-"""The same for a plan that is sought once more from a clean start."""
-FIRST_DAMPING = 1e-2
-"""Weight on the change (`qp.filling.fill_cost`) from a first guess on, which may be far from the optimum
-(docs/decisions/05-damping-and-curvature.md)."""
-DAMPING = 1e-4
-"""The same from cycle to cycle, once it has come down to that."""
-DAMPING_SHARE = 0.5
-"""Of the last damping, until then."""
-CHECKED_SPAN = 2.0
-"""Start of a plan over which it has to obey the dynamics [s],"""
-POSITION_DEFECT = 0.05
-"""with an error of at most this [m]"""
-HEADING_DEFECT = radians(2.0)
-"""and this [rad]."""
-INPUT_EXCESS = 0.02
-"""Share of an input limit by which a solver's answer may pass it before it is cut."""
+SETTLED = 0.02  # [m] for each second ahead
+UNSOLVED = 2  # QPs that may remain unsolved from a first guess on
+FIRST_PATIENCE = 10  # times the configured iterations of a QP, from a first guess on
+CLEAN_PATIENCE = 3  # the same once more from a clean start
+FIRST_DAMPING = 1e-2  # on the change, from a first guess on (docs/decisions/05-damping-and-curvature.md)
+DAMPING = 1e-4  # from cycle to cycle, once it has come down to that
+DAMPING_SHARE = 0.5  # of the last damping, until then
+CHECKED_SPAN = 2.0  # [s] at the start of a plan over which it has to obey the dynamics,
+POSITION_DEFECT = 0.05  # [m]: with at most this error
+HEADING_DEFECT = radians(2.0)  # [rad]
+INPUT_EXCESS = 0.02  # of an input limit, by which a solver's answer may pass it before it is cut
 BLOCKED_SLACK = 0.3
 """Corridor slack, on top of that of the vehicle's own pose, from which on a plan goes through something [m]:
 it is not driven."""

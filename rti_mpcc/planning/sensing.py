@@ -1,4 +1,4 @@
-"""From a measurement to the situation that a cycle plans in."""
+"""From a measurement to the situation that a cycle plans in, and to what acts beside the commands."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ from math import copysign, hypot, pi
 
 import numpy as np
 
+from estimation import DisturbanceEstimate
+from estimation.disturbance import Motion, first_estimate, unseated, updated
 from geometry import PathPart, Pose2, lift
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import SegmentEnd
 from rti_mpcc.model.bicycle import step_one
-from rti_mpcc.model.layout import PHI, THETA, V, X, Y
+from rti_mpcc.model.delay import mean_acceleration
+from rti_mpcc.model.layout import DELTA, PHI, THETA, V, X, Y
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.ocp.targets import Target
 from rti_mpcc.planning import ways
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import Pace
-from rti_mpcc.planning.plausibility import by_commands
+from rti_mpcc.planning.plausibility import StateMonitor, by_commands
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
-OFF_PATH = 100.0
-"""A vehicle farther from its path is taken to be on another one [m]."""
-PROGRESS_STEP = 2.0
-"""So far may the progress move from one cycle to the next [m]."""
+OFF_PATH = 100.0  # [m]; a vehicle farther from its path is taken to be on another one
+PROGRESS_STEP = 2.0  # [m] by which the progress may move in a cycle
 
 
 def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Array:
@@ -128,3 +129,32 @@ def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:
     control = (-copysign(most, speed), 0.0, 0.0)
     stopped = step_one(state, control, abs(speed) / most, config.vehicle.wheelbase)
     return Pose2(stopped[X], stopped[Y], stopped[PHI])
+
+
+def learnt(s: ControllerState, monitor: StateMonitor, config: ControllerConfig) -> DisturbanceEstimate | None:
+    """The estimate after this cycle's measurement: nothing is learnt from one whose speed is doubted.
+
+    A vehicle that is measured elsewhere than it should be is braked until it stands: what acts beside its
+    commands by then may be something else than before.
+
+    `s`: of the last cycle, with the commands sent up to then; `monitor`: with this measurement.
+    """
+    if monitor.measured is None or not config.disturbance.enabled:
+        return s.vehicle.offsets
+    before = s.vehicle.offsets or first_estimate(config.disturbance)
+    if monitor.found or (monitor.why and not _moves_as_measured(monitor)):
+        return unseated(before)
+    state, now = monitor.measured, monitor.at
+    if before.at is not None and now - before.at > config.longest_cycle:
+        before = unseated(before)  # a watchdog may have driven
+    asked = 0.0 if before.at is None else mean_acceleration(s.queue, before.at, now)
+    motion = Motion(v=float(state[V]), phi=float(state[PHI]), delta=float(state[DELTA]))
+    return updated(before, motion, now, asked, config.vehicle.wheelbase, config.disturbance)
+
+
+def _moves_as_measured(monitor: StateMonitor) -> bool:
+    """Whether of a doubted measurement the place is doubted alone."""
+    measured, state = monitor.measured, monitor.state
+    if measured is None or state is None or monitor.steering_fault or monitor.odd_since is not None:
+        return False
+    return monitor.reckoned is measured and bool((state[[V, DELTA]] == measured[[V, DELTA]]).all())

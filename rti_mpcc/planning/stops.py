@@ -12,13 +12,9 @@ from rti_mpcc.planning.obstacles import CLEAR_TIME
 from rti_mpcc.planning.schedule import TARGET_MOVED, apart
 from rti_mpcc.planning.state import ControllerState, Halt, Phase
 
-CLEAR_DISTANCE = 0.5
-"""A vehicle that was stopped drives on where this much more than it needs to stop is clear [m]."""
-REPLAN_INTERVAL = 0.5
-"""Time between two looks whether the route is clear again, or whether there is a plan [s]."""
-SEEN_SHARE = 0.5
-"""Share of a cruise's plan up to which an obstacle counts: it ends in mid-way, and has not seen enough of
-what is beyond."""
+CLEAR_DISTANCE = 0.5  # [m] that have to be clear beyond what a stop needs, to drive on
+REPLAN_INTERVAL = 0.5  # [s] between two looks whether the route is clear again, or whether there is a plan
+SEEN_SHARE = 0.5  # of a cruise's plan up to which an obstacle counts: it ends in mid-way
 PLAN_AGE = 0.2
 """A plan that is driven while another is sought is iterated itself when it is older [s]
 (docs/decisions/06-sliced-solves.md)."""

@@ -16,8 +16,7 @@ from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.obstacles import Obstacle, first_seen, observed
 from rti_mpcc.types import Array
 
-GOAL_REACH = 20.0
-"""Farthest goal from the path's last part [m]: beyond it a goal is taken for a mistake."""
+GOAL_REACH = 20.0  # [m] from the path's last part: a goal beyond it is taken for a mistake
 
 _log = logging.getLogger(__name__)
 

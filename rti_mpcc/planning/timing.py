@@ -24,10 +24,8 @@ from rti_mpcc.planning.arrival import arrival_time, within_reach
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.sensing import way_left
 
-SLOWEST = 0.1
-"""Least factor on the speeds of a motion by which it is slowed down for a given docking time."""
-CRUISE_STEP = 0.25
-"""In which a cruise is driven in thought for the expected docking time [s]."""
+SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
+CRUISE_STEP = 0.25  # [s] of a cruise that is driven in thought
 
 MOST_STEPS = 20_000
 """Of a cruise that is driven in thought: what takes longer than that does not come to its end."""

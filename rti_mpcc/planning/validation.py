@@ -23,10 +23,8 @@ from rti_mpcc.planning.state import ClockState, GoalState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.types import Array
 
-STOOD_CYCLES = 3
-"""A clock that has not moved for so many cycles stands still."""
-LEAP = 3600.0
-"""A clock that leaps ahead by more was set anew [s]."""
+STOOD_CYCLES = 3  # after which a clock that has not moved stands still
+LEAP = 3600.0  # [s]; a clock that leaps ahead by more was set anew
 
 
 def goal_in(

@@ -14,8 +14,7 @@ from rti_mpcc.model.layout import PHI, X, Y
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.types import Array
 
-CHECK_SPACING = 0.2
-"""Distance between two bodies of a motion that are checked [m]."""
+CHECK_SPACING = 0.2  # [m] between two bodies of a motion that are checked
 
 
 def here(s: ControllerState, config: ControllerConfig) -> Pose2:

@@ -38,12 +38,9 @@ from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.types import Array, Trajectory
 
-STOP_SHARE = 0.25
-"""By this share more of the route is looked at for a stop than braking in comfort takes."""
-SWING_ROOM = 0.33
-"""Share of the body's width that is left besides, to swing out past what blocks the route."""
-OVERLAP_GROWTH = 0.01
-"""A plan that begins where the body seems to touch something may go so much deeper [m]: rounding."""
+STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked for a stop
+SWING_ROOM = 0.33  # of the body's width, left to swing out past what blocks the route
+OVERLAP_GROWTH = 0.01  # [m], for rounding, by which a plan that starts in an overlap may go deeper
 
 MOST_BODIES = 5_000
 """That are checked along a plan: a kilometre, so that no plan makes a cycle long."""

@@ -19,16 +19,12 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.safety.stopping import arc
 from rti_mpcc.types import Array, Trajectory
 
-SPACING = 0.04
-"""Distance between two bodies that are checked [m]."""
-LONGEST = 2.0
-"""Longest escape [m]."""
+SPACING = 0.04  # [m] between two bodies that are checked
+LONGEST = 2.0  # [m], longest escape
 STEERING_SHARES = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)
 """Steering angles that are tried, as shares of the largest."""
-STEERING_TOLERANCE = 0.02
-"""Wheels this near to where they are to be are there [rad]."""
-RISE_TIME = 0.3
-"""Time constant with which the speed is set [s]."""
+STEERING_TOLERANCE = 0.02  # [rad] within which the wheels are there
+RISE_TIME = 0.3  # [s], time constant with which the speed is set
 
 
 def way_out(

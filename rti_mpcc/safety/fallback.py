@@ -31,23 +31,16 @@ from rti_mpcc.ocp.horizon import read_only, resample, stage_times
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.types import Array, Source, Trajectory
 
-PLAN_LIFE = 1.0
-"""How long the last plan that was driven may be driven on [s]."""
-PLAN_OFFSET = (0.5, 0.2)
-"""A plan that begins farther from the vehicle is not driven on [m], [rad]."""
+PLAN_LIFE = 1.0  # [s] for which the last plan may be driven on
+PLAN_OFFSET = (0.5, 0.2)  # [m], [rad]; a plan that starts farther from the vehicle is not driven on
 SETTLING_FACTOR = 1.05
 """A stop at the target's length takes at most this times the comfort acceleration, some millimetres more are
 better than that;"""
-SETTLING_LEAST = 0.5
-"""and no less than this share of it."""
-SETTLING_TIME = 0.15
-"""Time constant with which the last of the speed is taken out [s];"""
-HOLDING_TIME = 0.5
-"""the same while standing [s], so that noise hardly shows."""
-STOP_DISTANCE = 0.3
-"""Distance to a contact at which a blocked vehicle means to stand [m]."""
-STEERING_SPEED = 0.1
-"""Below this speed the steering is not turned while braking [m/s]."""
+SETTLING_LEAST = 0.5  # times comfort, at least
+SETTLING_TIME = 0.15  # [s], time constant with which the last of the speed is taken out,
+HOLDING_TIME = 0.5  # [s], the same while standing, so that noise hardly shows
+STOP_DISTANCE = 0.3  # [m] to a contact at which a blocked vehicle means to stand
+STEERING_SPEED = 0.1  # [m/s]; slower, the steering is not turned while braking
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

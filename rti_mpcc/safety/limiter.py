@@ -1,8 +1,8 @@
-"""The last check of every command: nothing passes it that is not finite and within the limits."""
+"""The limits: the last check of every command, and whether they leave enough to drive with."""
 
 from __future__ import annotations
 
-from math import isfinite, nan
+from math import degrees, isfinite, nan
 
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.model.disturbance import UNDISTURBED, Disturbance
@@ -58,3 +58,25 @@ def _within(
     if not isfinite(measured) or abs(measured) <= limit:
         return slope
     return min(slope, 0.0) if measured > 0.0 else max(slope, 0.0)
+
+
+AUTHORITY_RESERVE = 0.15
+"""Share of a limit that must be left to drive with, beyond what it takes to hold the vehicle on a slope, or
+straight: with a fifth of the acceleration it still docks, with a tenth it no longer does."""
+
+
+def exceeded(disturbance: Disturbance, config: ControllerConfig) -> str:
+    """Why the vehicle cannot be driven with this disturbance, or ""."""
+    limits, most = config.limits, 1.0 - AUTHORITY_RESERVE
+    holding, o = disturbance.commanded(0.0), disturbance.steering
+    if abs(holding) > most * limits.acceleration:
+        return (
+            f"the drive is too weak for the slope: to hold the vehicle takes {holding:+.2f} m/s², "
+            f"the limit is {limits.acceleration:.2f} m/s²"
+        )
+    if abs(o) > most * limits.steering:
+        return (
+            f"the steering is too far off: to go straight takes {degrees(-o):+.1f} deg, "
+            f"the limit is {degrees(limits.steering):.1f} deg"
+        )
+    return ""

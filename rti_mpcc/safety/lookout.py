@@ -20,10 +20,8 @@ from rti_mpcc.safety.naming import Met, met_by
 from rti_mpcc.safety.stopping import stopping_along, stopping_motion
 from rti_mpcc.types import Trajectory
 
-BRAKING_OFFSET = (0.2, 0.1)
-"""A plan that passes farther from the vehicle is not braked along [m], [rad]."""
-LEAST_DECELERATION = 1e-3
-"""Of a motion that is looked at [m/s²]."""
+BRAKING_OFFSET = (0.2, 0.1)  # [m], [rad]; a plan that passes farther from the vehicle is not braked along
+LEAST_DECELERATION = 1e-3  # [m/s²] of a motion that is checked
 
 
 def overlap(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> Overlap | None:

@@ -10,9 +10,9 @@ from geometry import InputError, Pose2, ReferencePath
 from rti_mpcc.behaviour.transitions import ANY, Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.orders import Follow, GoOn, GoTo, Stand, carried_out, new_goal
+from rti_mpcc.planning.goals import GoalTerms
 from rti_mpcc.planning.state import ControllerState, Phase, RouteState
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.planning.terms import GoalTerms
 from rti_mpcc.rerouting import Rerouter, standing_route
 from tests.rti_mpcc.planned import manoeuvre_along
 from tests.rti_mpcc.states import NOW, arriving, put, some_plan, stop_at

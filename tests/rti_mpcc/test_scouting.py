@@ -21,7 +21,7 @@ from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.pace import pace_of
 from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.search import FIRST_ITERATIONS, SqpResult
-from rti_mpcc.planning.state import Candidate, ControllerState, RouteState
+from rti_mpcc.planning.state import ControllerState, RouteState
 from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety.contact import stop_clearance
@@ -32,7 +32,6 @@ from tests.rti_mpcc.planned import no_manoeuvre
 from tests.rti_mpcc.states import AREA, NOW, PATH, begun_for, contexts, put, state, stop_at
 
 CONFIG = ControllerConfig()
-ALL = tuple(Candidate)
 GOAL = goal_on(PATH.parts[0], Pose2(19.0, 0.3, 0.0))
 STAYS = ControllerConfig(recovery=False)
 """Of a vehicle that plans no ways."""
@@ -61,37 +60,15 @@ def first(
     return found.s, found.attempt
 
 
-def left(s: ControllerState, w: Workspace) -> tuple[Candidate, ...]:
-    """What is still to be tried after a cycle."""
-    begun = first_plan(s, standing(), w).s.plans.suspended
-    assert begun is not None
-    return begun.candidates
-
-
-@pytest.mark.parametrize("iterations", [0, 1])
-def test_a_search_that_has_just_begun_has_all_before_it(iterations: int, mpcc: RtiMpcc) -> None:
-    s = state(standing_since=1.0)
-    assert left(s, workspace(mpcc, iterations)) == ALL
-
-
 def test_a_target_that_moves_is_sought_anew(mpcc: RtiMpcc) -> None:
     moved = replace(GOAL, pose=Pose2(19.0, -0.7, 0.0))
     s = state(standing_since=1.0, suspended=begun_for(None, target=moved))
     after = first_plan(s, standing(), workspace(mpcc, 0)).s
     assert after.plans.suspended is not None
     assert after.plans.suspended.target == GOAL
-    assert after.plans.suspended.candidates == ALL
     found = first_plan(after, standing(), workspace(mpcc, 10))
     assert not found.attempt.problem
     assert found.s.task.drives
-
-
-def test_on_the_way_to_a_stop_there_is_nothing_else(mpcc: RtiMpcc) -> None:
-    s = state(standing_since=1.0, stop=stop_at(12.0))
-    context = replace(standing(), free=False, ends_at_goal=False)
-    begun = first_plan(s, context, workspace(mpcc, 0)).s.plans.suspended
-    assert begun is not None
-    assert begun.candidates == (Candidate.ONWARD,)
 
 
 def test_a_stop_before_something_in_a_bend_is_where_the_body_on_the_path_meets_it() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rti_mpcc.config import ControllerConfig, GoalTracking
-from rti_mpcc.planning.terms import NO_TERMS, GoalTerms
+from rti_mpcc.planning.goals import NO_TERMS, GoalTerms
 
 CONFIG = ControllerConfig(dead_time=0.2)
 
