@@ -23,8 +23,9 @@ from geometry.doors import door
 from rti_mpcc import orders, rehearsal, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import may_change_direction, may_look_again
+from rti_mpcc.behaviour.conditions import may_change_direction
 from rti_mpcc.behaviour.status import Verdict, status_of
+from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.driving import driven
 from rti_mpcc.kernels import make_ready
@@ -37,6 +38,7 @@ from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
 from rti_mpcc.planning.state import ControllerState, Phase, RouteState, Task
+from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
 from rti_mpcc.qp.problem import QpProblem
@@ -93,7 +95,9 @@ class DockingController:
             path, self.path_changes = _mended(path, corridor, area, config)
             area = area if path is given else _area_along(path, corridor, config)
         around = Surroundings.of(corridor, path, config)
-        rerouter = None if area is None else _rerouter_in(area, config)
+        rerouter = None  # of other ways than the path, in all of its corridor
+        if area is not None:
+            rerouter = Rerouter(area, config.changed(route=config.route.along_path()))
         task = Task.begun(self.segments or segments_of(path, config))
         begun = ControllerState(area=around, path=path, task=task)
         if rerouter is not None:
@@ -290,7 +294,7 @@ class DockingController:
         """Take what is new, in so far as it can be used; says what could not."""
         config = self.config
         clock, clock_remark = validation.timed(s.clock, now, config)
-        area = validation.surroundings_in(s.area, obstacles, clock.now, config)
+        area = validation.surroundings_in(s.area, obstacles, clock.now)
         last = s.vehicle
         monitor = validate_measurement(last.monitor, measured, s.queue, clock.now, config, last.disturbance)
         known = sensing.learnt(s, monitor, config)
@@ -320,7 +324,12 @@ class DockingController:
 
     def _made_for(self, s: ControllerState, goal: Pose2 | None) -> ControllerState:
         """Another planned goal; the detections of another dock begin anew."""
-        if goal is not None and goals.same_dock(s.goal.dock, goal, self.config):
+        dock = s.goal.dock
+        if (
+            goal is not None
+            and dock is not None
+            and goal.relative_to(dock).within(self.config.goal_tolerance)
+        ):
             return moves.with_goal_corrected(s, goal)
         self._filter.reset()
         return moves.with_goal(s, goal)
@@ -339,7 +348,9 @@ class DockingController:
         self._filter.predict(s.now)
         judgements = []
         for measurement in measurements:
-            own = validation.measurement_in(measurement, s.clock.offset)
+            # With its stamp on the controller's own clock.
+            offset = s.clock.offset
+            own = replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
             judgement = self._filter.update(aim.placed(own, s.vehicle, settings))
             judgements.append(replace(judgement, stamp=measurement.stamp))
         estimate = self._filter.estimate(s.now)
@@ -359,13 +370,13 @@ class DockingController:
         """Where the command will begin to act, on the segment that the vehicle is on by then."""
         s = self._targeted(s)
         if s.vehicle.monitor.found:
-            s = moves.found_elsewhere(s)
+            # A plan starts again; while it is inside the tolerance a vehicle at its target stays there.
+            s = replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
         w = self._workspaces_on(s).of(s, clock)
         context = w.context(s)
-        another = self._another_segment(s, context)
-        if another is None:
+        if s.task.phase is Phase.WAITING or not may_change_direction(s, context, self.config):
             return s, context, w
-        s = self._targeted(another)
+        s = self._targeted(moves.next_segment(s))
         w = self._workspaces.of(s, clock)
         return s, w.context(s), w
 
@@ -394,12 +405,6 @@ class DockingController:
         if target != s.task.target:
             s = replace(s, task=replace(s.task, target=target))
         return moves.released(s) if stops.way_may_be_free(s) else s
-
-    def _another_segment(self, s: ControllerState, context: PlanningContext) -> ControllerState | None:
-        """The state with which another segment begins now; None: this one goes on."""
-        if s.task.phase is Phase.WAITING or not may_change_direction(s, context, self.config):
-            return None
-        return moves.next_segment(s)
 
     # -- what goes out --------------------------------------------------------------------------------
 
@@ -449,11 +454,6 @@ def _mended(
     return made.path, made.changes
 
 
-def _rerouter_in(area: Area, config: ControllerConfig) -> Rerouter:
-    """What plans other ways than a path, in all of its corridor."""
-    return Rerouter(area, config.changed(route=config.route.along_path()))
-
-
 def _sent(
     s: ControllerState, control: ControlInput, at: float, begin: Array | None = None
 ) -> ControllerState:
@@ -473,6 +473,5 @@ def _looking_again(s: ControllerState, status: Status, reason: Reason) -> Contro
     held = status is Status.BLOCKED or reason is Reason.OUT_OF_TIME
     blocked = held and s.task.stop is None and not s.task.looks_past
     waits = halt is not None and halt.clear_since is not None
-    if blocked and not waits and may_look_again(s):
-        return moves.looking_again(s)
-    return s
+    tried = s.is_stationary and s.now - s.task.driving_since >= REPLAN_INTERVAL
+    return transition_on(s, Event.STANDS_BLOCKED) if blocked and not waits and tried else s

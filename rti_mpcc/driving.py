@@ -18,7 +18,7 @@ from rti_mpcc.planning import aim, schedule, search, stops
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import CLEAR_TIME
 from rti_mpcc.planning.search import SqpResult
-from rti_mpcc.planning.state import ControllerState, Phase
+from rti_mpcc.planning.state import ControllerState, Halt, Phase
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
 from rti_mpcc.planning.surroundings import GOAL_REACH
 from rti_mpcc.planning.workspace import Workspace
@@ -363,7 +363,9 @@ def _give_up(
 ) -> Driven:
     """Brake to a standstill; what moved begins afresh once there is a reason to."""
     firm = w.config.firm_deceleration
-    return _stop(moves.plan_lost(s, problem), context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
+    after = transition_on(s, Event.PLAN_LOST)
+    after = s if after is s else replace(after, task=replace(after.task, latched=problem))
+    return _stop(after, context, w, Verdict(Reason.NO_PLAN, problem), firm, attempt)
 
 
 def _follow_plan(
@@ -420,7 +422,8 @@ def _how_it_drives(s: ControllerState, context: PlanningContext, w: Workspace) -
 
 def _in_contact(s: ControllerState, context: PlanningContext, w: Workspace, overlap: Overlap) -> Driven:
     """Brake and stand; or creep out of it, where the settings allow that and it is not told to stand."""
-    s = moves.overlapping(s)
+    s = transition_on(s, Event.OVERLAP)
+    s = replace(s, task=replace(s.task, halt=Halt()))
     motion = None
     if s.task.phase is not Phase.WAITING:
         motion = escape.way_out(context.state, context.begin, s.area, s.task.segment.index, w.config)

@@ -87,7 +87,7 @@ def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance:
         guess = search.first_guess(w.mpcc, trial, context)
         on_guess = lookout.distance_to_contact(s, guess, config)
         plan, way = (guess, on_guess) if on_guess < inf else (driven, distance)
-        filled = lookout.progress_of_contact(s, plan, way, config)
+        filled = contact.progress_of_contact(s, plan, way, config)
         left = _left_before(filled, context, w)
     if NEAR_STOP < left < inf:
         s = moves.stop_before(s, context, left, None, str(lookout.met_at(s, filled, config)))
@@ -118,7 +118,7 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple
             # Where that is the guess tells, along the path: the plan may turn aside before it, in vain.
             on_guess = lookout.distance_to_contact(s, guess, w.config)
             met = (guess, on_guess) if on_guess < inf else (plan, distance)
-            filled = lookout.progress_of_contact(s, *met, w.config)
+            filled = contact.progress_of_contact(s, *met, w.config)
     if filled is None:
         attempt = _unless_into_a_wall(s, attempt, w)
         s = s if attempt.problem else moves.plan_found(s)
@@ -134,7 +134,7 @@ def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspa
     distance = contact.distance_to_obstacle(guess, s.area.corridor, s.task.segment.index, w.config, inf)
     if distance == inf:
         return None
-    return lookout.progress_of_contact(s, guess, distance, w.config)
+    return contact.progress_of_contact(s, guess, distance, w.config)
 
 
 def _another_way(
@@ -227,7 +227,7 @@ def _unless_into_a_wall(s: ControllerState, attempt: SqpResult, w: Workspace) ->
     distance = lookout.distance_to_contact(s, attempt.plan, w.config)
     if distance == inf:
         return attempt
-    met = lookout.met_on(s, attempt.plan, distance, w.config)
+    met = contact.met_on(s, attempt.plan, distance, w.config)
     return replace(attempt, problem=f"no plan from here stays clear: contact in {distance:.2f} m with {met}")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import hypot
 
 from rti_mpcc.config import ControllerConfig
+from rti_mpcc.model.layout import V
 from rti_mpcc.ocp.bounds import PASSED_DISTANCE
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.obstacles import MOVED, changed
@@ -93,7 +94,7 @@ def obstacles_changed(s: ControllerState, context: PlanningContext, config: Cont
 def stop_ends_inside(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """Braking in comfort from here it would stop inside the tolerance."""
     stopping = context.speed <= SETTLE_TIME * config.comfort_acceleration
-    share = DUE_SHARE if is_due(s, context, config) else SETTLE_SHARE
+    share = DUE_SHARE if is_due(s, context) else SETTLE_SHARE
     share = 1.0 if overdue(s, context) else share
     return stopping and context.inside(context.stop_error, share)
 
@@ -115,7 +116,7 @@ def plan_misses(s: ControllerState, context: PlanningContext, config: Controller
     """Its arrival is due, and the plan itself ends outside the tolerance: there is no mending that from here,
     and another way can be planned."""
     plan = s.plans.driven
-    if s.route is None or s.route.fixed or plan is None or not (context.free and is_due(s, context, config)):
+    if s.route is None or s.route.fixed or plan is None or not (context.free and is_due(s, context)):
         return False
     return not (context.reached_by(plan) or context.inside(context.stop_error))
 
@@ -123,7 +124,7 @@ def plan_misses(s: ControllerState, context: PlanningContext, config: Controller
 # -- others ---------------------------------------------------------------------------------------------
 
 
-def is_due(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
+def is_due(s: ControllerState, context: PlanningContext) -> bool:
     """Whether the planned arrival is due: it takes its shortest time from here, and has for a moment."""
     since = None if s.task.arrival is None else s.task.arrival.overdue_since
     return since is not None and context.now - since >= DUE_TIME
@@ -138,7 +139,7 @@ def overdue(s: ControllerState, context: PlanningContext) -> bool:
 def standing_since(s: ControllerState, context: PlanningContext) -> float | None:
     """Since when the vehicle stands [s], or None."""
     stood = s.vehicle.standing_since
-    speed = max(abs(context.measured_speed), context.own_speed)
+    speed = max(abs(context.measured_speed), abs(float(context.state[V])))
     if speed > (STANDSTILL_SPEED if stood is None else MOVING_SPEED):
         return None
     return context.now if stood is None else stood
@@ -156,11 +157,6 @@ def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
     if not context.free or (near and context.inside(context.standing_error)):
         return None
     return context.now if task.outside_since is None else task.outside_since
-
-
-def may_look_again(s: ControllerState) -> bool:
-    """Whether a vehicle that stands before a contact begins afresh: its plan was iterated for a while."""
-    return s.is_stationary and s.now - s.task.driving_since >= REPLAN_INTERVAL
 
 
 def replan_due(s: ControllerState, context: PlanningContext) -> bool:

@@ -9,7 +9,7 @@ from rti_mpcc.behaviour.transitions import Event, transition_on
 from rti_mpcc.manoeuvre import Manoeuvre, PlannedStop, Segment, Segments
 from rti_mpcc.model.layout import THETA
 from rti_mpcc.planning.context import PlanningContext
-from rti_mpcc.planning.state import ControllerState, Halt, Phase, Plans, RouteState, Task
+from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.types import GoalOrigin, Trajectory
 
 NEAR_STOP = 0.2  # [m]; so near to a stop before an obstacle a vehicle stays where it is
@@ -31,31 +31,6 @@ def plan_accepted(s: ControllerState, plan: Trajectory) -> ControllerState:
         looked_at = task.looked_at if task.phase is Phase.CONTOURING else None
         task = replace(task, latched="", looked_at=looked_at, looks_past=False)
     return replace(s, task=task, plans=replace(s.plans, valid=plan, driven=plan, accepted_at=s.now))
-
-
-def plan_lost(s: ControllerState, problem: str) -> ControllerState:
-    """Brake to a standstill; what moved begins afresh once there is a reason to."""
-    after = transition_on(s, Event.PLAN_LOST)
-    return s if after is s else replace(after, task=replace(after.task, latched=problem))
-
-
-def overlapping(s: ControllerState) -> ControllerState:
-    """The body overlaps something: it brakes and stands until its way has been clear for a while."""
-    s = transition_on(s, Event.OVERLAP)
-    return replace(s, task=replace(s.task, halt=Halt()))
-
-
-def looking_again(s: ControllerState) -> ControllerState:
-    """A vehicle that stands blocked begins afresh."""
-    return transition_on(s, Event.STANDS_BLOCKED)
-
-
-def found_elsewhere(s: ControllerState) -> ControllerState:
-    """The vehicle is not where it was believed to be, or was not heard of for long: a plan begins afresh.
-
-    One that holds or brakes to rest at its target goes on with that while it is inside the tolerance.
-    """
-    return replace(transition_on(s, Event.FOUND_ELSEWHERE), begin=None)
 
 
 # -- stops before what fills the way ----------------------------------------------------------------------

@@ -190,7 +190,7 @@ def within_reach(distance: float, speed: float, config: ControllerConfig, pace: 
     horizon = config.arrival_horizon
     if duration > horizon:
         return False
-    return arrival_time(distance, speed, config, pace.ahead(theta, distance, config)) <= horizon
+    return arrival_time(distance, speed, config, pace.ahead(theta, distance)) <= horizon
 
 
 def _deceleration(distance: float, speed: float, comfort: float) -> float:

@@ -110,11 +110,6 @@ def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: fl
     return Pose2(x, y, planned.phi + share * off.phi)
 
 
-def same_dock(dock: Pose2 | None, goal: Pose2, config: ControllerConfig) -> bool:
-    """Whether a planned goal is that of a dock as it was given first, within the tolerance."""
-    return dock is not None and goal.relative_to(dock).within(config.goal_tolerance)
-
-
 def checked_again(
     last: GoalFit | None,
     goal: Pose2,

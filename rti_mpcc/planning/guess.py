@@ -49,7 +49,7 @@ def arrival_guess(
         pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, speed, config)).any()
     ):
         # The QP would not let it be so fast: the motion that the time was planned with.
-        highest = pace.ahead(theta, distance, config)
+        highest = pace.ahead(theta, distance)
         s, rate = paced_motion(elapsed, distance, speed, config.arrival_acceleration, highest, brisk=brisk)
     return along_path(part, target, state, times, s, rate, config)
 

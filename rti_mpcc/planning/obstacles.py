@@ -18,7 +18,6 @@ import shapely
 from numpy.typing import ArrayLike
 
 from geometry.outline import Shape, checked_shape, corners_of
-from rti_mpcc.config import ControllerConfig
 from rti_mpcc.types import Array, Index
 
 MOVED = 0.05  # [m] of its middle within OBSERVATION: the obstacle moves; what differs by less is no change
@@ -62,12 +61,11 @@ class Obstacle:
         """Whether it would be the same if it were told once more at its place."""
         return not self.moves and self.seen[0][1:] == self.seen[-1][1:]
 
-    def seen_as(self, new: Obstacle, now: float, last: float, config: ControllerConfig) -> Obstacle:
+    def seen_as(self, new: Obstacle, now: float, last: float) -> Obstacle:
         """This obstacle, told at `now` [s] as `new`; it was where it is known to be until `last` [s]."""
-        forgotten = FORGOTTEN
         place = new.seen[-1][1:]
         stood = ((last, *self.seen[-1][1:]),) if last > self.seen[-1][0] else ()
-        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= forgotten]
+        known = [each for each in (*self.seen, *stood) if each[0] < now and now - each[0] <= FORGOTTEN]
         if not known:
             return new
         # The newest of those that are old enough, and all since.
@@ -114,7 +112,6 @@ def observed(
     outlines: Sequence[ArrayLike],
     now: float,
     last: float,
-    config: ControllerConfig,
 ) -> tuple[Obstacle, ...]:
     """The obstacles that are told at `now` [s], by those `known`, which were told at `last` [s].
 
@@ -138,7 +135,7 @@ def observed(
             continue
         left[place] = False
         here = replace(obstacle, index=k, seen=((now, *obstacle.seen[-1][1:]),))
-        found.append(known[place].seen_as(here, now, last, config))
+        found.append(known[place].seen_as(here, now, last))
     return tuple(found)
 
 

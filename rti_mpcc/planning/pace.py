@@ -49,7 +49,7 @@ class Pace:
         """Highest speeds (m,) [m/s] at `theta` (m,) [m]."""
         return np.interp(theta, self.theta, self.speed)
 
-    def ahead(self, theta: float, distance: float, config: ControllerConfig) -> Array:
+    def ahead(self, theta: float, distance: float) -> Array:
         """Highest speeds (m,) [m/s] in the middles of m equal pieces of so far [m] from `theta` [m] on."""
         pieces = int(min(max(distance / PATH_SPACING, LEAST_PIECES), MOST_PIECES))
         return self.at(theta + distance * (np.arange(pieces) + 0.5) / pieces)

@@ -44,7 +44,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
             begun = _later(begun, context.begin - begun.begin)
         elif begun.arrival is not None:
             duration = _duration(context, config)
-            if _too_short(begun.arrival, duration, context):
+            if begun.arrival.at - context.begin < KEPT_SHARE * duration:
                 begun = replace(begun, arrival=replace(begun.arrival, at=context.begin + duration))
         arrival = begun.arrival and replace(begun.arrival, timed_for=pose, overdue_since=None)
         return replace(s.suspending(begun), task=replace(s.task, arrival=arrival))
@@ -149,7 +149,7 @@ def _arrives(s: ControllerState, context: PlanningContext, config: ControllerCon
 def _duration(context: PlanningContext, config: ControllerConfig, *, calm: bool = False) -> float:
     """What the arrival takes from here [s]; calm: that of a smooth ride."""
     distance = context.distance
-    highest = context.pace.ahead(float(context.state[THETA]), distance, config)
+    highest = context.pace.ahead(float(context.state[THETA]), distance)
     return arrival_time(distance, context.speed, config, highest, calm=calm)
 
 
@@ -220,11 +220,6 @@ def pressed(plan: Trajectory, config: ControllerConfig) -> float:
     along = float(controls[:, A].max()) / comfort.acceleration
     across = float(lateral) / comfort.lateral_acceleration
     return max(sqrt(along), sqrt(across), float(controls[:, DELTA_DOT].max()) / comfort.steering_rate)
-
-
-def _too_short(arrival: Arrival, needed: float, context: PlanningContext) -> bool:
-    """Whether far less time is left to an arrival than is `needed` [s]."""
-    return arrival.at - context.begin < KEPT_SHARE * needed
 
 
 def _later(begun: SuspendedSearch, seconds: float) -> SuspendedSearch:

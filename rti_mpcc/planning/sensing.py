@@ -38,7 +38,7 @@ def start_of(s: ControllerState, part: PathPart, config: ControllerConfig) -> Ar
         first = part.first
         return np.array([first.x, first.y, first.phi, 0.0, 0.0, part.start])
     start = predicted(s, s.now + config.dead_time, config)
-    _place_on_route(start, s.begin, part, PROGRESS_STEP)
+    _place_on_route(start, s.begin, part)
     return start
 
 
@@ -57,7 +57,8 @@ def context_of(
     state, part = reached.tolist(), segment.part
     x, y, phi, v, _, theta = state
     here, on_path = Pose2(x, y, phi), part.pose(theta)
-    along, distance = way_left(here, theta, on_path, part, target, PASSED_DISTANCE)
+    along, distance = way_left(here, theta, on_path, part, target)
+    off = hypot(here.x - on_path.x, here.y - on_path.y)
     stands = ways.here(s, config) if s.is_stationary and monitor.state is not None else here
     return PlanningContext(
         now=now,
@@ -65,7 +66,7 @@ def context_of(
         state=reached,
         acceleration=s.vehicle.disturbance.acting(s.queue[-1].acceleration) if s.queue else 0.0,
         measured_speed=0.0 if monitor.state is None else float(monitor.state[V]),
-        doubt=monitor.why or _off_the_path(here, on_path, OFF_PATH),
+        doubt=monitor.why or (f"{off:.4g} m off the path" if off > OFF_PATH else ""),
         target=target,
         direction=part.direction,
         ends_at_goal=segment.end is SegmentEnd.GOAL,
@@ -82,17 +83,10 @@ def context_of(
     )
 
 
-def _off_the_path(here: Pose2, path: Pose2, most: float) -> str:
-    """Why the path cannot be come back to, being more than `most` [m] away, or ""."""
-    distance = hypot(here.x - path.x, here.y - path.y)
-    return f"{distance:.4g} m off the path" if distance > most else ""
-
-
-def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: float) -> None:
+def _place_on_route(reached: Array, last: Array | None, part: PathPart) -> None:
     """Give the state its progress and the branch of its heading, both nearest to the last ones.
 
     Before the part's begin the progress counts along the path extrapolated straight, as the plan does.
-    `reach`: how far it may move [m].
     """
     x, y, phi, *_ = reached.tolist()
     if last is None:
@@ -100,7 +94,7 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: f
         heading = part.pose(theta).phi
     else:
         near = max(float(last[THETA]), part.start)
-        theta = part.project(x, y, near=near, reach=reach)
+        theta = part.project(x, y, near=near, reach=PROGRESS_STEP)
         heading = float(last[PHI])
     if theta <= part.start:
         theta += min(part.direction * Pose2(x, y, phi).relative_to(part.first).x, 0.0)
@@ -109,18 +103,18 @@ def _place_on_route(reached: Array, last: Array | None, part: PathPart, reach: f
 
 
 def way_left(
-    here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target, passed: float
+    here: Pose2, theta: float, on_path: Pose2, part: PathPart, target: Target
 ) -> tuple[float, float]:
     """Way left [m] from a pose with progress `theta` [m], where the path is `on_path`.
 
     Along the path, straight on behind its end, negative where the target was passed; and with the way across
-    to the target's offset, 0 where it was passed by more than `passed` [m].
+    to the target's offset, 0 where it was passed by more than `PASSED_DISTANCE`.
     """
     at_target, offset = part.pose(target.theta), here.relative_to(on_path)
     along = target.theta - theta - part.direction * offset.x
     across = target.pose.relative_to(at_target).y - offset.y
     distance = hypot(along, across)
-    return along, distance if along > 0.0 or distance < passed else 0.0
+    return along, distance if along > 0.0 or distance < PASSED_DISTANCE else 0.0
 
 
 def _stopped(state: Sequence[float], config: ControllerConfig) -> Pose2:

@@ -96,13 +96,13 @@ class Surroundings:
         """The obstacles that are seen to move."""
         return tuple(each for each in self.obstacles if each.moves)
 
-    def updated(self, outlines: Sequence[ArrayLike], now: float, config: ControllerConfig) -> Surroundings:
+    def updated(self, outlines: Sequence[ArrayLike], now: float) -> Surroundings:
         """With the obstacles told at `now` [s].
 
         Raises:
             CorridorError: one that is no simple polygon.
         """
-        obstacles = observed(self.obstacles, outlines, now, self.given_at, config)
+        obstacles = observed(self.obstacles, outlines, now, self.given_at)
         if obstacles is self.obstacles:
             return replace(self, given_at=now, unreadable="")
         stand = [each.outline for each in standing(obstacles)]

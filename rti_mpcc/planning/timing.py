@@ -108,7 +108,7 @@ def scaled(config: ControllerConfig, factor: float) -> ControllerConfig:
 def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> float:
     """Time [s] of a part from rest to rest: a cruise by (T4), within its pace, and the arrival."""
     pace, step = pace_of(part, config), CRUISE_STEP
-    along, left = way_left(part.first, part.start, part.first, part, target, PASSED_DISTANCE)
+    along, left = way_left(part.first, part.start, part.first, part, target)
     if along < -PASSED_DISTANCE:
         return inf
     begin, time, speed = part.start, config.dead_time, 0.0
@@ -121,7 +121,7 @@ def _part_time(part: PathPart, target: Target, config: ControllerConfig) -> floa
         highest = float(pace.at(np.array([begin]))[0])
         speed = min(speed + gain * step, highest)
         time, left, begin = time + step, left - speed * step, begin + speed * step
-    highest_ahead = pace.ahead(begin, left, config)
+    highest_ahead = pace.ahead(begin, left)
     return time + arrival_time(left, speed, config, highest_ahead)
 
 

@@ -84,16 +84,14 @@ def _text(goal: Pose2) -> str:
     return f"({goal.x:.6g}, {goal.y:.6g}, {goal.phi:.6g})"
 
 
-def surroundings_in(
-    known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float, config: ControllerConfig
-) -> Surroundings:
+def surroundings_in(known: Surroundings, obstacles: Sequence[ArrayLike] | None, now: float) -> Surroundings:
     """The surroundings with these obstacles at `now` [s]; where they cannot be used, as known, and why."""
     if obstacles is None:
         return known
     try:
         outlines, problem = _outlines(obstacles)
         if not problem:
-            return known.updated(outlines, now, config)
+            return known.updated(outlines, now)
     except (RtiMpccError, ValueError, TypeError, OverflowError) as error:
         problem = f"obstacles not readable: {_line(error)}"
     return replace(known, unreadable=problem)
@@ -164,11 +162,6 @@ def _is_detection(given: object) -> TypeGuard[GoalMeasurement]:
     except (AttributeError, TypeError, ValueError, OverflowError):
         return False
     return True
-
-
-def measurement_in(measurement: GoalMeasurement, offset: float) -> GoalMeasurement:
-    """A detection with its stamp on the controller's own clock, `offset` [s] ahead of the user's."""
-    return replace(measurement, stamp=measurement.stamp + offset) if offset else measurement
 
 
 def timed(clock: ClockState, now: float, config: ControllerConfig) -> tuple[ClockState, str]:

@@ -18,7 +18,7 @@ from rti_mpcc.ocp.room import Room
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.stops import CLEAR_DISTANCE
-from rti_mpcc.safety import contact, lookout
+from rti_mpcc.safety import contact
 from rti_mpcc.safety.naming import met_by
 from rti_mpcc.types import GoalOrigin, Reason, Trajectory
 
@@ -96,7 +96,7 @@ def meeting(
     last plan meets is not needed yet.
     """
     assert s.task.halt is not None
-    met = f"{distance:.2f} m with {lookout.met_on(s, plan, distance, config)}"
+    met = f"{distance:.2f} m with {contact.met_on(s, plan, distance, config)}"
     needed = contact.stopping_distance(float(plan.states[0, V]), config) + CLEAR_DISTANCE
     halt = replace(s.task.halt, met=met, no_time=late if distance > needed else "")
     return replace(s, task=replace(s.task, halt=halt))

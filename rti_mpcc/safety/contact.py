@@ -28,11 +28,11 @@ from geometry.convex import VALUE, WITNESS, distance_between, swept
 from geometry.shape_grid import in_frame
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.safety import CONTACT_TOLERANCE
-from rti_mpcc.manoeuvre import Segment
 from rti_mpcc.model.footprint import body_of, box_of, clearances
 from rti_mpcc.model.layout import PHI, POSE, THETA, V, X, Y
 from rti_mpcc.ocp.horizon import distances, states_at, step_length
 from rti_mpcc.planning.obstacles import Obstacle
+from rti_mpcc.planning.state import ControllerState
 from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.planning.ways import CHECK_SPACING
 from rti_mpcc.safety.naming import Met, met_by
@@ -193,7 +193,7 @@ def _meets(
 
 
 def progress_of_contact(
-    plan: Trajectory, distance: float, corridor: Corridor, segment: Segment, config: ControllerConfig
+    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
 ) -> float:
     """Progress [m] at which a body on the path meets what a plan meets after so far [m].
 
@@ -201,7 +201,7 @@ def progress_of_contact(
     Where the body on the path does not meet it, or later, it is where the plan's body is beside the path; so
     it is where that body meets it all along, which the plan passes.
     """
-    part, index = segment.part, segment.index
+    part, index, corridor = s.task.segment.part, s.task.segment.index, s.area.corridor
     state = states_at(plan, _times(plan, np.array([distance])), config.vehicle.wheelbase)
     x, y, phi = state[0, :POSE].tolist()
     # Not the plan's own progress: nothing holds that to where an arrival is.
@@ -217,19 +217,12 @@ def progress_of_contact(
     return float(theta[clear[-1] + 1]) if len(clear) else end
 
 
-def met_on(
-    plan: Trajectory,
-    distance: float,
-    surroundings: Surroundings,
-    part: int,
-    age: float,
-    config: ControllerConfig,
-) -> Met:
-    """What a plan meets after so far [m]; `age`: how long ago the obstacles were given [s]."""
+def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
+    """What a plan meets after so far [m]."""
     times = _times(plan, np.array([distance]))
     (state,) = states_at(plan, times, config.vehicle.wheelbase)
-    ahead = age + config.dead_time + float(times[0] - plan.times[0])
-    return met_by(state, surroundings, part, config, ahead)
+    ahead = s.now - s.area.given_at + config.dead_time + float(times[0] - plan.times[0])
+    return met_by(state, s.area, s.task.segment.index, config, ahead)
 
 
 def length(plan: Trajectory) -> float:

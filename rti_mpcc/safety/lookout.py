@@ -51,18 +51,6 @@ def distance_to_contact(
     )
 
 
-def progress_of_contact(
-    s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig
-) -> float:
-    """Progress [m] at which a body on the path meets what a plan meets after so far [m]."""
-    return contact.progress_of_contact(plan, distance, s.area.corridor, s.task.segment, config)
-
-
-def met_on(s: ControllerState, plan: Trajectory, distance: float, config: ControllerConfig) -> Met:
-    """What a plan meets after so far [m]."""
-    return contact.met_on(plan, distance, s.area, s.task.segment.index, s.now - s.area.given_at, config)
-
-
 def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
     """What a body on the path meets at this progress [m]."""
     pose = s.task.segment.part.pose(theta)

@@ -39,10 +39,10 @@ def box(x: float, y: float = 0.0) -> Array:
 def test_no_obstacle_is_taken_to_move_faster_than_one_can(sights: list[tuple[float, float]]) -> None:
     """However soon it was seen again: what seems faster is noise, or another obstacle."""
     now = place = 0.0
-    known = observed((), [box(place)], now, now, CONFIG)
+    known = observed((), [box(place)], now, now)
     for seconds, moved in sights:
         last, now, place = now, now + seconds, place + moved
-        known = observed(known, [box(place)], now, last, CONFIG)
+        known = observed(known, [box(place)], now, last)
         (obstacle,) = known
         assert np.isfinite(obstacle.velocity).all()
         assert obstacle.speed <= FASTEST * (1.0 + 1e-9)
@@ -55,9 +55,9 @@ def test_no_obstacle_is_taken_to_move_faster_than_one_can(sights: list[tuple[flo
 def test_a_steady_obstacle_has_its_own_speed(speed: float, cycle: float) -> None:
     speed = min(speed, FASTEST)
     cycle = min(cycle, FORGOTTEN)
-    known = observed((), [box(0.0)], 0.0, 0.0, CONFIG)
+    known = observed((), [box(0.0)], 0.0, 0.0)
     for k in range(1, 12):
-        known = observed(known, [box(k * cycle * speed)], k * cycle, (k - 1) * cycle, CONFIG)
+        known = observed(known, [box(k * cycle * speed)], k * cycle, (k - 1) * cycle)
     if known[0].moves:
         assert known[0].speed == pytest.approx(speed, rel=1e-6)
 
@@ -135,7 +135,7 @@ def test_the_way_left_is_never_negative_nor_shorter_than_what_is_left_along_the_
     part, goal = PATH.parts[0], Pose2(30.0, 0.0, 0.0)
     here = Pose2(30.0 - left, beside, turn)
     theta = part.project(here.x, here.y)
-    along, distance = way_left(here, theta, part.pose(theta), part, goal_on(part, goal), 0.5)
+    along, distance = way_left(here, theta, part.pose(theta), part, goal_on(part, goal))
     assert along == pytest.approx(left, abs=1e-9)
     assert distance >= max(along, 0.0)
     assert distance <= np.hypot(left, beside) + 1e-9

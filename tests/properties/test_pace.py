@@ -93,7 +93,7 @@ def test_whatever_the_comfort_a_pace_is_positive_and_within_the_limit(
 @examples
 def test_the_way_ahead_is_known_in_pieces_however_short_it_is(distance: float, theta: float) -> None:
     pace = pace_of(path_of((0.0, 10.0), (0.2, 10.0)).parts[0], CONFIG)
-    ahead = pace.ahead(theta, distance, CONFIG)
+    ahead = pace.ahead(theta, distance)
     assert LEAST_PIECES <= len(ahead) <= MOST_PIECES
     assert (ahead >= pace.speed.min()).all()
     assert (ahead <= pace.speed.max()).all()

@@ -91,7 +91,7 @@ def after_changes(count: int) -> Surroundings:
 
 def with_box(x: float) -> Surroundings:
     """What is around the vehicle where a box stands beside the path, that far along [m]."""
-    return AREA.updated([square(x, 3.0, 0.5)], NOW, ControllerConfig())
+    return AREA.updated([square(x, 3.0, 0.5)], NOW)
 
 
 def target_at(x: float) -> Target:

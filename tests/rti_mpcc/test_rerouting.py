@@ -140,7 +140,7 @@ def asks(s: ControllerState) -> str:
 
 
 def changed(count: int = 1) -> Surroundings:
-    return replace(OPEN.updated([square(6.0, 7.0, 1.0)], NOW, CONFIG), changes=count)
+    return replace(OPEN.updated([square(6.0, 7.0, 1.0)], NOW), changes=count)
 
 
 # -- what asks for another way -------------------------------------------------------------------------------
@@ -370,7 +370,7 @@ def test_another_search_is_begun_when_something_has(s: ControllerState, searches
 
 
 def test_the_obstacles_that_stand_are_planned_round(searches: list[Search]) -> None:
-    around = OPEN.updated([square(6.0, 3.0, 1.0)], NOW, CONFIG)
+    around = OPEN.updated([square(6.0, 3.0, 1.0)], NOW)
     rerouter().planned_on(without_way(area=around), granting(1))
     assert len(searches[0].area.obstacles) == len(YARD.obstacles) + 1
 
@@ -628,7 +628,7 @@ def test_it_sets_out_on_the_way_that_was_planned_in_all_of_the_corridor(
     values: dict[str, Any], why: str, searches: list[Search]
 ) -> None:
     one, s = asked_on_path(**values)
-    box = LANE.updated([square(12.0, 3.0, 0.5)], NOW, CONFIG)
+    box = LANE.updated([square(12.0, 3.0, 0.5)], NOW)
     s = one.planned_on(replace(s, area=box), granting(PLENTY))
     after = one.routed(s)
     manoeuvre = searches[0].manoeuvre
@@ -700,7 +700,7 @@ def test_where_there_is_no_other_way_it_stays_on_its_path_and_asks_again_later(
 
 @pytest.mark.parametrize(
     "values",
-    [{"area": LANE.updated([square(6.0, 7.0, 1.0)], NOW, CONFIG)}, {"monitor": at(5.5)}],
+    [{"area": LANE.updated([square(6.0, 7.0, 1.0)], NOW)}, {"monitor": at(5.5)}],
     ids=["other obstacles", "elsewhere"],
 )
 def test_where_there_was_no_other_way_it_asks_at_once_when_something_has_changed(

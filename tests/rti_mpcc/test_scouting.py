@@ -189,7 +189,7 @@ def test_a_plan_that_there_is_no_time_to_iterate_on_is_gone_on_from(mpcc: RtiMpc
 # -- what fills the way ----------------------------------------------------------------------------------
 
 ACROSS = np.array([[12.0, -5.0], [12.5, -5.0], [12.5, 5.0], [12.0, 5.0]])
-FILLED = AREA.updated([ACROSS], NOW, CONFIG)
+FILLED = AREA.updated([ACROSS], NOW)
 
 
 @pytest.fixture(scope="module")

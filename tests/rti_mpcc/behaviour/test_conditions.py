@@ -112,13 +112,6 @@ def test_a_blocked_vehicle_looks_again_now_and_then() -> None:
     assert conditions.replan_due(put(looked, suspended=begun_for(None)), early)  # it goes on looking
 
 
-def test_a_plan_that_is_blocked_is_iterated_for_a_while_before_another_is_looked_for() -> None:
-    standing = state(standing_since=5.0, driving_since=10.0 - INTERVAL)
-    assert conditions.may_look_again(standing)
-    assert not conditions.may_look_again(put(standing, driving_since=10.0 - 0.9 * INTERVAL))
-    assert not conditions.may_look_again(put(standing, standing_since=None))
-
-
 def test_a_vehicle_that_halts_for_something_waits_and_is_not_stuck() -> None:
     standing = contouring(standing_since=5.0)
     here = contexts.standing(12.0)
@@ -230,8 +223,8 @@ def test_where_a_plan_ends_counts_in_the_frame_of_its_target(error: Pose2, misse
 def test_an_arrival_is_due_once_it_has_its_shortest_time_to_go_for_a_moment() -> None:
     for since, due in ((None, False), (10.0 - 0.9 * DUE, False), (10.0 - DUE, True)):
         s = arriving(arrival=arrival_at(11.2, overdue_since=since))
-        assert conditions.is_due(s, SHORT, CONFIG) == due
-    assert not conditions.is_due(contouring(), SHORT, CONFIG)
+        assert conditions.is_due(s, SHORT) == due
+    assert not conditions.is_due(contouring(), SHORT)
     assert OVERDUE_TIME > DUE
 
 

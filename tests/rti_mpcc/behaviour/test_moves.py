@@ -11,7 +11,6 @@ from estimation import GoalEstimate, GoalStatus, PoseHistory
 from geometry import Pose2
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
-from rti_mpcc.behaviour.conditions import replan_due
 from rti_mpcc.behaviour.moves import NEAR_STOP
 from rti_mpcc.behaviour.transitions import ON_ITS_WAY
 from rti_mpcc.config import ControllerConfig, Method
@@ -21,7 +20,6 @@ from rti_mpcc.planning.plausibility import StateMonitor
 from rti_mpcc.planning.state import (
     Arrival,
     ControllerState,
-    Halt,
     Phase,
     Plans,
 )
@@ -81,55 +79,6 @@ def test_a_plan_that_was_found_is_driven(arrival: Arrival | None, phase: Phase, 
     assert s.task.driving_since == 10.0
     assert s.task.arrival == arrival
     assert s.plans.suspended is None
-
-
-@pytest.mark.parametrize("phase", [Phase.STARTING, Phase.CONTOURING, Phase.ARRIVING, Phase.SETTLING])
-def test_without_a_plan_that_may_be_driven_it_begins_afresh_and_remembers_why(phase: Phase) -> None:
-    s = moves.plan_lost(planned(phase=phase), "why")
-    assert begins_afresh(s)
-    assert s.task.latched == "why"
-
-
-@pytest.mark.parametrize("phase", [Phase.HOLDING, Phase.STALLED])
-def test_a_vehicle_that_needs_no_plan_loses_none(phase: Phase) -> None:
-    s = planned(phase=phase)
-    assert moves.plan_lost(s, "why") is s
-
-
-@pytest.mark.parametrize("phase", ON_ITS_WAY)
-def test_a_vehicle_that_overlaps_something_begins_afresh_once_its_way_is_clear(phase: Phase) -> None:
-    s = moves.overlapping(planned(phase=phase, halt=Halt(clear_since=9.5)))
-    assert begins_afresh(s)
-    assert s.task.halt == Halt()
-
-
-def test_a_vehicle_that_stands_blocked_looks_again_at_once() -> None:
-    s = moves.looking_again(planned(suspended=None))
-    assert begins_afresh(s)
-    assert replan_due(s, contexts.standing(12.0, now=10.05))
-
-
-@pytest.mark.parametrize(
-    ("phase", "then"),
-    [
-        (Phase.HOLDING, Phase.HOLDING),
-        (Phase.SETTLING, Phase.SETTLING),
-        (Phase.STARTING, Phase.STARTING),
-        (Phase.ARRIVING, Phase.STARTING),
-        (Phase.CONTOURING, Phase.STARTING),
-        (Phase.STALLED, Phase.STARTING),
-    ],
-)
-def test_a_vehicle_found_after_a_gap_begins_again_unless_it_has_come_to_its_end(
-    phase: Phase, then: Phase
-) -> None:
-    before = planned(phase=phase, begin=np.zeros(6))
-    after = moves.found_elsewhere(before)
-    assert (after.task.phase, after.begin) == (then, None)
-    if then is Phase.STARTING:
-        assert begins_afresh(after)
-    else:
-        assert (after.task, after.plans) == (before.task, before.plans)
 
 
 def test_of_a_cycle_that_went_wrong_nothing_is_kept_but_why() -> None:

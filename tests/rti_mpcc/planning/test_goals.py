@@ -113,7 +113,7 @@ def test_the_end_of_the_path_is_the_goal_all_the_same_and_what_is_odd_there_is_s
 
 
 def test_obstacles_at_the_end_of_the_path_are_waited_for_and_not_remarked() -> None:
-    across = LANE.updated([block(21.0, HALF)], 0.0, CONFIG)
+    across = LANE.updated([block(21.0, HALF)], 0.0)
     assert goals.end_checked(PATH, across, CONFIG).remark == ""
 
 
@@ -202,7 +202,7 @@ def test_nor_is_one_beside_or_in_a_wall_that_moves_by_less_than_a_centimetre(
 def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Pose2]) -> None:
     goal = Pose2(18.0, 0.0, 0.0)
     fit = again(None, goal)
-    covered = LANE.updated([block(19.0, 0.0)], 0.0, CONFIG)
+    covered = LANE.updated([block(19.0, 0.0)], 0.0)
     assert again(fit, goal, covered) is fit
     assert again(fit, Pose2(18.005, 0.0, 0.0), covered).problem == ""
     assert len(looked) == 1
@@ -212,12 +212,12 @@ def test_an_obstacle_that_comes_onto_the_goal_does_not_refuse_it(looked: list[Po
 def test_a_goal_refused_for_an_obstacle_is_looked_at_again_once_that_has_changed(
     looked: list[Pose2],
 ) -> None:
-    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.updated([block(19.0, 0.0)], 0.0, CONFIG)
+    goal, covered = Pose2(18.0, 0.0, 0.0), LANE.updated([block(19.0, 0.0)], 0.0)
     fit = again(None, goal, covered)
     assert "crosses" in fit.problem
     assert again(fit, goal, covered) is fit
     assert len(looked) == 1
-    elsewhere = covered.updated([block(5.0, 2.0)], 0.0, CONFIG)
+    elsewhere = covered.updated([block(5.0, 2.0)], 0.0)
     assert again(fit, goal, elsewhere).problem == ""
 
 
@@ -225,7 +225,7 @@ def test_what_is_refused_whatever_stands_there_is_not_looked_at_again(looked: li
     goal, where = Pose2(500.0, 0.0, 0.0), LANE
     fit = again(None, goal, where)
     for k in range(5):
-        where = where.updated([block(5.0 + k, 2.0)], 0.0, CONFIG)
+        where = where.updated([block(5.0 + k, 2.0)], 0.0)
         assert again(fit, goal, where) is fit
     assert len(looked) == 1
 
@@ -238,7 +238,7 @@ steps = st.tuples(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.15, 0
 def test_what_is_known_from_before_says_the_same_as_a_new_check(
     begin: float, moves: list[tuple[float, float, float]]
 ) -> None:
-    where = LANE.updated([block(17.0, 0.5), block(24.0, -1.0)], 0.0, CONFIG)
+    where = LANE.updated([block(17.0, 0.5), block(24.0, -1.0)], 0.0)
     goal, fit = Pose2(16.0, begin, 0.0), None
     for x, y, phi in moves:
         goal = Pose2(goal.x + x, goal.y + y, goal.phi + phi)

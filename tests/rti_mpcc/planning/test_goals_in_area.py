@@ -113,11 +113,11 @@ def again(last: GoalFit | None, goal: Pose2, around: Surroundings = AROUND) -> G
 
 def test_one_that_was_refused_for_an_obstacle_is_taken_when_that_is_gone() -> None:
     goal = Pose2(0.0, -5.0, 0.0)
-    cart = AROUND.updated([square(0.0, -5.0, 1.0)], 1.0, CONFIG)
+    cart = AROUND.updated([square(0.0, -5.0, 1.0)], 1.0)
     refused = again(None, goal, cart)
     assert refused.problem
     assert again(refused, goal, cart) is refused
-    assert again(refused, goal, cart.updated([], 2.0, CONFIG)).problem == ""
+    assert again(refused, goal, cart.updated([], 2.0)).problem == ""
 
 
 def test_one_that_stays_where_it_is_is_not_looked_at_again() -> None:
@@ -125,7 +125,7 @@ def test_one_that_stays_where_it_is_is_not_looked_at_again() -> None:
         fit = again(None, goal)
         assert again(fit, goal) is fit
     taken = again(None, Pose2(0.0, -5.0, 0.0))
-    cart = AROUND.updated([square(0.0, -5.0, 1.0)], 1.0, CONFIG)
+    cart = AROUND.updated([square(0.0, -5.0, 1.0)], 1.0)
     assert again(taken, Pose2(0.0, -5.0, 0.0), cart) is taken  # the vehicle waits before it
 
 

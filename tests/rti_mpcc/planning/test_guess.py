@@ -119,7 +119,7 @@ def test_an_arrival_is_begun_no_faster_than_the_qp_allows(direction: int, speed:
     pace = pace_of(mpcc.part, CONFIG, NARROW)
     state = on_path(mpcc, speed)
     way = mpcc.target.theta - float(state[THETA])
-    highest = pace.ahead(float(state[THETA]), way, CONFIG)
+    highest = pace.ahead(float(state[THETA]), way)
     duration = time_to_go(way, speed, CONFIG.arrival_acceleration, 1.0, highest)
     times = stage_times(5.0, stage_lengths(duration, CONFIG.cycle, CONFIG.stages, CONFIG.fine_stage))
     guess = arrival_guess(mpcc.part, mpcc.target, state, times, way, pace, CONFIG)

@@ -33,7 +33,7 @@ def watched(places: Callable[[float], Sequence[Array]], seconds: float) -> tuple
     """What is known after so long of being told the outlines in every cycle."""
     known: tuple[Obstacle, ...] = ()
     for k in range(round(seconds / CYCLE) + 1):
-        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE, CONFIG)
+        known = observed(known, places(k * CYCLE), k * CYCLE, (k - 1) * CYCLE)
     return known
 
 
@@ -93,19 +93,19 @@ def test_what_appears_elsewhere_is_another_one() -> None:
 def test_what_is_told_now_and_then_only_keeps_its_speed() -> None:
     known: tuple[Obstacle, ...] = ()
     for k in range(10):
-        known = observed(known, [square(0.25 * k, 0.0, 0.5)], 0.25 * k, 0.25 * (k - 1), CONFIG)
+        known = observed(known, [square(0.25 * k, 0.0, 0.5)], 0.25 * k, 0.25 * (k - 1))
     assert known[0].velocity == pytest.approx([1.0, 0.0])
 
 
 def test_nothing_new_is_the_same_again() -> None:
     outlines = [square(0.0, 0.0, 1.0), square(5.0, 0.0, 1.0)]
     known = watched(lambda t: outlines, 0.5)
-    assert observed(known, outlines, 0.6, 0.5, CONFIG) is known
+    assert observed(known, outlines, 0.6, 0.5) is known
 
 
 def test_what_is_no_obstacle_is_refused_by_its_index() -> None:
     with pytest.raises(CorridorError, match=r"obstacles\[1\]"):
-        observed((), [square(0.0, 0.0, 1.0), np.zeros((0, 2))], 0.0, 0.0, CONFIG)
+        observed((), [square(0.0, 0.0, 1.0), np.zeros((0, 2))], 0.0, 0.0)
 
 
 def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:
@@ -113,15 +113,15 @@ def test_plans_go_round_what_stands_and_know_of_what_moves() -> None:
     corridor = Corridor.from_offsets(path, left=5.0, right=-5.0)
     around, still = Surroundings.of(corridor, path, CONFIG), square(10.0, 3.0, 1.0)
     for k in range(10):
-        around = around.updated([still, square(20.0, -4.0 + 0.1 * k, 0.6)], 0.05 * k, CONFIG)
+        around = around.updated([still, square(20.0, -4.0 + 0.1 * k, 0.6)], 0.05 * k)
     assert [each.index for each in around.moving] == [1]
     assert len(around.corridor.obstacles) == 1
     assert len(around.known.obstacles) == 2
     changes = around.changes
-    again = around.updated([still, square(20.0, -2.9, 0.6)], 0.5, CONFIG)
+    again = around.updated([still, square(20.0, -2.9, 0.6)], 0.5)
     assert again.changes == changes
     assert again.corridor is around.corridor
-    assert surroundings_in(around, None, 0.6, CONFIG) is around
+    assert surroundings_in(around, None, 0.6) is around
 
 
 def test_obstacles_have_changed_where_one_has_come_gone_or_moved() -> None:

@@ -41,12 +41,12 @@ def test_a_step_of_curvature_is_steered_at_the_comfortable_rate() -> None:
 
 def test_the_way_ahead_is_looked_at_in_equal_pieces_and_goes_on_behind_the_end() -> None:
     pace = pace_of(part((1, 0.0, 20.0), (1, 0.2, 20.0)), CONFIG)
-    ahead = pace.ahead(10.0, 40.0, CONFIG)
+    ahead = pace.ahead(10.0, 40.0)
     assert len(ahead) == 160
     np.testing.assert_allclose(ahead[:30], CONFIG.limits.speed)
     np.testing.assert_allclose(ahead[60:], sqrt(0.8 / 0.2))
-    assert len(pace.ahead(0.0, 0.1, CONFIG)) == 64
-    assert len(pace.ahead(0.0, 1e4, CONFIG)) == 400
+    assert len(pace.ahead(0.0, 0.1)) == 64
+    assert len(pace.ahead(0.0, 1e4)) == 400
 
 
 def test_more_comfort_is_never_faster() -> None:

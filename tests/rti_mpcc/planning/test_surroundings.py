@@ -32,7 +32,7 @@ def with_a_walker() -> Surroundings:
     """Along the path, with a box that stands and something that crosses the path at 1 m/s."""
     around = Surroundings.of(LANE, PATH, CONFIG)
     for k in range(20):
-        around = around.updated([BOX, square(15.0, -3.0 + 0.1 * k, 0.4)], 0.1 * k, CONFIG)
+        around = around.updated([BOX, square(15.0, -3.0 + 0.1 * k, 0.4)], 0.1 * k)
     assert (len(around.standing), len(around.moving)) == (1, 1)
     return around
 
@@ -63,17 +63,17 @@ def test_its_boundaries_do_not_act_any_more() -> None:
 
 
 def test_where_nothing_moves_all_that_is_known_stands() -> None:
-    around = Surroundings.of(LANE, PATH, CONFIG).updated([BOX], 1.0, CONFIG).without_path(HALL)
+    around = Surroundings.of(LANE, PATH, CONFIG).updated([BOX], 1.0).without_path(HALL)
     assert around.known is around.corridor
     assert len(around.corridor.obstacles) == 1
 
 
 def test_obstacles_are_known_again_in_the_area() -> None:
     """Told once more the same they have not changed; one that goes has."""
-    after = Surroundings.of(LANE, PATH, CONFIG).updated([BOX], 1.0, CONFIG).without_path(HALL)
-    again = after.updated([BOX], 1.1, CONFIG)
+    after = Surroundings.of(LANE, PATH, CONFIG).updated([BOX], 1.0).without_path(HALL)
+    again = after.updated([BOX], 1.1)
     assert (again.changes, len(again.corridor.obstacles)) == (after.changes, 1)
-    gone = again.updated([], 1.2, CONFIG)
+    gone = again.updated([], 1.2)
     assert (gone.changes, len(gone.corridor.obstacles)) == (after.changes + 1, 0)
     assert gone.corridor.area is not None
 

@@ -67,12 +67,6 @@ def test_a_clock_that_shows_no_time_lets_one_cycle_pass(now: float) -> None:
     assert str(now) in validation.timed(ClockState(), now, CONFIG)[1]
 
 
-def test_stamps_are_moved_to_the_controllers_own_clock() -> None:
-    detection = GoalMeasurement(stamp=2.0, x=0.0, y=0.0, phi=0.0)
-    assert validation.measurement_in(detection, 3.05).stamp == pytest.approx(5.05)
-    assert validation.measurement_in(detection, 0.0) is detection
-
-
 class Told:
     def __init__(self, x: Any, y: Any, phi: Any) -> None:
         self.x, self.y, self.phi = x, y, phi
@@ -178,7 +172,7 @@ SQUARE = [[5.0, 1.0], [6.0, 1.0], [6.0, 2.0], [5.0, 2.0]]
     ],
 )
 def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstacles: Any, said: str) -> None:
-    surroundings = validation.surroundings_in(known, obstacles, 1.0, CONFIG)
+    surroundings = validation.surroundings_in(known, obstacles, 1.0)
     assert surroundings.unreadable.startswith(said)
     assert "\n" not in surroundings.unreadable
     for field in fields(Surroundings):
@@ -187,17 +181,17 @@ def test_obstacles_that_are_no_polygons_are_left_out(known: Surroundings, obstac
 
 
 def test_obstacles_are_told_and_none_keeps_the_last_ones(known: Surroundings) -> None:
-    surroundings = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, CONFIG)
+    surroundings = validation.surroundings_in(known, [np.array(SQUARE)], 1.0)
     assert surroundings.unreadable == ""
     assert len(surroundings.obstacles) == 1
-    assert validation.surroundings_in(surroundings, None, 2.0, CONFIG) is surroundings
-    assert validation.surroundings_in(surroundings, [], 2.0, CONFIG).obstacles == ()
+    assert validation.surroundings_in(surroundings, None, 2.0) is surroundings
+    assert validation.surroundings_in(surroundings, [], 2.0).obstacles == ()
 
 
 @pytest.mark.parametrize("given", [[], [np.array(SQUARE)], [np.array(SQUARE) + 1.0]])
 def test_what_is_wrong_with_obstacles_is_said_until_some_can_be_read(known: Surroundings, given: Any) -> None:
-    before = validation.surroundings_in(known, [np.array(SQUARE)], 1.0, CONFIG)
+    before = validation.surroundings_in(known, [np.array(SQUARE)], 1.0)
     number: Any = 5.0
-    broken = validation.surroundings_in(before, number, 2.0, CONFIG)
-    assert validation.surroundings_in(broken, None, 3.0, CONFIG).unreadable == broken.unreadable != ""
-    assert validation.surroundings_in(broken, given, 3.0, CONFIG).unreadable == ""
+    broken = validation.surroundings_in(before, number, 2.0)
+    assert validation.surroundings_in(broken, None, 3.0).unreadable == broken.unreadable != ""
+    assert validation.surroundings_in(broken, given, 3.0).unreadable == ""

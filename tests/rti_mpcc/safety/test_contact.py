@@ -5,11 +5,9 @@ import pytest
 import shapely
 
 from geometry import Corridor, Pose2, ReferencePath
-from rti_mpcc.baselines import segments_of
 from rti_mpcc.config import ControllerConfig
 from rti_mpcc.config.safety import CONTACT_TOLERANCE
 from rti_mpcc.model.footprint import body_of, body_polygons
-from rti_mpcc.model.layout import THETA
 from rti_mpcc.ocp.corridor_rows import corridor_rows
 from rti_mpcc.planning.obstacles import Obstacle, observed
 from rti_mpcc.planning.surroundings import Surroundings
@@ -203,7 +201,7 @@ def walking(x: float, y: float, speed: float, heading: float) -> Obstacle:
     known: tuple[Obstacle, ...] = ()
     for k in range(-10, 1):
         corners = square(x + k * step[0], y + k * step[1], 0.6)
-        known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1), CONFIG)
+        known = observed(known, [corners], 0.05 * k, 0.05 * (k - 1))
     return known[0]
 
 
@@ -259,30 +257,6 @@ def test_boundaries_do_not_fill_the_way_and_obstacles_do() -> None:
     free = around.corridor.with_obstacles(())
     assert contact.distance_to_obstacle(into_both, free, 0, CONFIG, np.inf) == np.inf
     assert contact.distance_to_obstacle(straight_on(2.0, 15.0), around.corridor, 0, CONFIG, np.inf) == np.inf
-
-
-def test_what_a_plan_meets_is_met_by_the_body_on_the_path_at_its_own_progress() -> None:
-    """Whatever progress the plan has in mind; what only the plan meets counts from beside it."""
-    around, front = Surroundings.of(corridor(), PATH, CONFIG), CONFIG.vehicle.front
-    segment, met = segments_of(PATH, CONFIG)[0], WALL_AT - front
-
-    def progress(plan: Trajectory, distance: float) -> float:
-        return contact.progress_of_contact(plan, distance, around.corridor, segment, CONFIG)
-
-    spacing = CHECK_SPACING
-    for ahead in (0.0, -3.0, 3.0):
-        plan = straight_on(2.0, 30.0)
-        plan.states[:, THETA] = plan.states[:, 0] + ahead
-        found = progress(plan, met + 0.01 - 2.0)
-        assert met <= found <= met + spacing
-    aside = straight_on(2.0, 30.0, y=4.0 - 0.01)  # it meets nothing there but the boundary
-    aside.states[:, THETA] = aside.states[:, 0]
-    assert progress(aside, 5.0) == pytest.approx(7.0)
-    assert progress(aside, 0.0) == pytest.approx(2.0)
-    assert progress(plan, met + 1.5 - 2.0) == pytest.approx(progress(plan, met + 0.01 - 2.0), abs=spacing)
-    passing = straight_on(met + 1.0, 30.0)  # the body on the path meets it all along
-    passing.states[:, THETA] = passing.states[:, 0]
-    assert progress(passing, 0.5) == pytest.approx(met + 1.5)
 
 
 def test_an_obstacle_told_some_time_ago_may_be_farther_by_now() -> None:
