@@ -37,7 +37,7 @@ from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
 from rti_mpcc.planning.plausibility import StateMonitor, validate_measurement
-from rti_mpcc.planning.state import ControllerState, Phase, RouteState, Task
+from rti_mpcc.planning.state import ControllerState, Phase, Plans, RouteState, Task
 from rti_mpcc.planning.stops import REPLAN_INTERVAL
 from rti_mpcc.planning.surroundings import Surroundings, area_along
 from rti_mpcc.planning.workspace import Workspace, Workspaces
@@ -387,11 +387,17 @@ class DockingController:
         """
         if self._rerouter is None or not rehearsal.is_due(s, self.config):
             return s
+        last = Task.begun((s.task.segments[-1],))
         with self._workspaces_on(s).set_aside():
-            trial = self._targeted(rehearsal.on_last(s))
-            w = replace(self._workspaces.of(trial, clock), start=rehearsal.at_begin(trial))
+            trial = self._targeted(replace(s, task=last, plans=Plans(), begin=None))
+            segment = trial.task.segment
+            first, wheels = segment.part.first, segment.wheels or 0.0
+            start = np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
+            w = replace(self._workspaces.of(trial, clock), start=start)
             reaches = scouting.ends_at_goal(trial, w.context(trial), w)
-        return rehearsal.judged(s, reaches)
+        assert s.route is not None
+        wanted = rehearsal.OUT_OF_REACH if reaches is False else s.route.wanted
+        return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:
         """Those of the route that the state is on."""

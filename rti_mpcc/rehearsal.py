@@ -7,17 +7,12 @@ may be one that takes no longer than the path itself would.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from rti_mpcc.config import ControllerConfig, Method
 from rti_mpcc.manoeuvre import Manoeuvre
 from rti_mpcc.model.layout import V
 from rti_mpcc.planning.schedule import apart
-from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase, Plans, Task
+from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase
 from rti_mpcc.planning.timing import expected_docking_time
-from rti_mpcc.types import Array
 
 OUT_OF_REACH = "the goal is out of reach from the path's last change of direction"
 
@@ -35,26 +30,6 @@ def is_due(s: ControllerState, config: ControllerConfig) -> bool:
         return False
     before = route.rehearsed
     return before is None or apart(goal, before) > config.route.goal_moved[0]
-
-
-def on_last(s: ControllerState) -> ControllerState:
-    """The state with nothing to do but the last segment."""
-    task = Task.begun((s.task.segments[-1],))
-    return replace(s, task=task, plans=Plans(), begin=None)
-
-
-def at_begin(s: ControllerState) -> Array:
-    """The state (6,) of a vehicle at rest where the segment begins."""
-    segment = s.task.segment
-    first, wheels = segment.part.first, segment.wheels or 0.0
-    return np.array([first.x, first.y, first.phi, 0.0, wheels, segment.part.start])
-
-
-def judged(s: ControllerState, reaches: bool | None) -> ControllerState:
-    """The state that asks for another way where the goal is not reached."""
-    assert s.route is not None
-    wanted = OUT_OF_REACH if reaches is False else s.route.wanted
-    return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
 
 def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:

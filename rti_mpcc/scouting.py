@@ -192,7 +192,7 @@ def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> F
     rounds = 3 if s.task.arrival is not None and s.task.arrival.calm else 2
     if not (context.free and missed) or done >= rounds * ITERATIONS:
         return found
-    s, more = iterated(s, context, search.nearer(attempt, w.config), w)
+    s, more = iterated(s, context, replace(search.further(attempt, w.config), least=1, reaching=True), w)
     attempt = replace(attempt.then(more), problem=more.problem, out_of_time=more.out_of_time)
     return Found(search.suspended(s, context, attempt, before), attempt, context)
 

@@ -63,7 +63,7 @@ def came_to_rest(s: ControllerState, context: PlanningContext, config: Controlle
 def passes_target(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It has passed its target, or will, however firmly it brakes, by more than an arrival can come back.
 
-    A vehicle at rest without a plan finds that out by its first plan, and replans at once.
+    At rest without a plan it replans at once.
     """
     if not config.arrival or s.task.segment.final is not None or not context.free:
         return False
@@ -107,14 +107,14 @@ def stuck_inside(s: ControllerState, context: PlanningContext, config: Controlle
 
 def no_progress(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
     """It does not get nearer: its arrival is overdue, or it stands for good, and not for its dwell."""
-    if _dwells(s, context):
-        return False
+    there = context.free and not context.ends_at_goal and _near(context)
+    if there and s.task.segment.dwell > 0.0 and s.is_stationary:
+        return False  # it waits for its dwell, near enough to the end of this segment
     return overdue(s, context) or _stuck(s, context, config)
 
 
 def plan_misses(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Its arrival is due, and the plan itself ends outside the tolerance: there is no mending that from here,
-    and another way can be planned."""
+    """Its arrival is due, and the plan ends outside the tolerance: it can only replan."""
     plan = s.plans.driven
     if s.route is None or s.route.fixed or plan is None or not (context.free and is_due(s, context)):
         return False
@@ -146,10 +146,7 @@ def standing_since(s: ControllerState, context: PlanningContext) -> float | None
 
 
 def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
-    """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None.
-
-    One that is measured outside by far is, whatever the mean of the last moments is.
-    """
+    """Since when a vehicle that is to stand at its target stands outside the tolerance [s], or None."""
     task = s.task
     if task.phase is not Phase.HOLDING and not (task.phase is Phase.SETTLING and s.is_stationary):
         return task.outside_since
@@ -160,8 +157,7 @@ def outside_since(s: ControllerState, context: PlanningContext) -> float | None:
 
 
 def replan_due(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether a vehicle that stands without a plan, or cruises without an arrival, should look for one in
-    this cycle, or goes on looking."""
+    """Whether a vehicle without a plan, or a cruise without an arrival, looks for one in this cycle."""
     looked_at = s.task.looked_at
     if s.plans.suspended is not None:
         return True
@@ -169,8 +165,7 @@ def replan_due(s: ControllerState, context: PlanningContext) -> bool:
 
 
 def may_change_direction(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether the next segment may begin: standing at the end of this one for its dwell, with nothing left in
-    the queue; or near it for long, but on a planned way, on which the next one is for the end alone."""
+    """Whether the next segment may start: at rest at the end of this one for its dwell, or long near it."""
     dwell = max(config.dead_time, s.task.segment.dwell)
     if context.ends_at_goal or not context.free or not s.vehicle.is_stationary(context.now, dwell):
         return False
@@ -184,20 +179,13 @@ def may_change_direction(s: ControllerState, context: PlanningContext, config: C
     return long and _near(context)
 
 
-def _dwells(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether it waits where the next segment may begin, near enough to the end of this one."""
-    there = context.free and not context.ends_at_goal and _near(context)
-    return there and s.task.segment.dwell > 0.0 and s.is_stationary
-
-
 def _near(context: PlanningContext) -> bool:
     """Whether the target, a cusp, is near enough to go on from."""
     return hypot(context.error.x, context.error.y) <= CUSP_REACH
 
 
 def _stuck(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether the vehicle stands for good: an arrival with time to go may begin slowly, or turn about; and
-    one that halts for something waits."""
+    """Whether the vehicle stands for good: an arrival may start slowly, and a halting vehicle waits."""
     task = s.task
     long = TURNING_TIME if task.final else STANDSTILL_TIME
     if task.arrival is not None and task.arrival.overdue_since is None:

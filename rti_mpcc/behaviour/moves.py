@@ -43,10 +43,9 @@ def stop_before(
     obstacle_changes: int | None,
     met: str = "",
 ) -> ControllerState:
-    """Something fills the way: make for a stop `distance` [m] ahead, or stay where that is near.
+    """Something blocks the route: make for a stop `distance` [m] ahead, or stay where that is near.
 
-    `obstacle_changes`: after which no way past was found; None: there was no time to find one. `met`: what
-    fills the way, and where.
+    `obstacle_changes`: after which no way past was found; None: there was no time to find one.
     """
     stays = distance <= NEAR_STOP
     stop = PlannedStop(
@@ -79,8 +78,7 @@ def released(s: ControllerState) -> ControllerState:
 
 
 def with_goal(s: ControllerState, goal: Pose2 | None) -> ControllerState:
-    """The planned goal is that of another dock: what is known of the last one, or stands before it, is no
-    longer meant."""
+    """The planned goal is that of another dock: what is known of the last one is no longer meant."""
     if s.task.stop is not None:
         s = transition_on(s, Event.GOAL_CHANGED)
         s = replace(s, task=s.task.on_whole())
@@ -125,10 +123,7 @@ def without_way(s: ControllerState, path: ReferencePath, segments: Segments, why
 
 
 def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> ControllerState:
-    """Begin a manoeuvre that was planned from here.
-
-    Of the last one only the plan that is driven is kept, until there is another.
-    """
+    """Start a manoeuvre that was planned from here; until there is another plan the last one is driven."""
     if s.goal.pose is None:
         goal = replace(s.goal, dock=manoeuvre.goal, planned=manoeuvre.goal, pose=manoeuvre.goal)
         s = replace(s, goal=goal)
@@ -139,10 +134,7 @@ def onto_way(s: ControllerState, manoeuvre: Manoeuvre, route: RouteState) -> Con
 
 
 def begun_again(s: ControllerState, problem: str) -> ControllerState:
-    """After a cycle that went wrong nothing is kept of the segment's plans, nor of its core.
-
-    A copy of the segment is another one, and gets a core of its own (`Workspaces`).
-    """
+    """After an internal error nothing is kept of the segment's plans, nor, as a copy of it, of its core."""
     s = transition_on(s, Event.MISTAKE)
     active, *later = s.task.on_whole().segments
     task = replace(s.task, segments=(replace(active), *later), latched=problem)

@@ -155,8 +155,7 @@ def _entering(s: ControllerState, phase: Phase) -> ControllerState:
 def _beginning(s: ControllerState) -> ControllerState:
     """Nothing that was planned on the segment is kept.
 
-    A vehicle that stood where it was to stand, or as it was told, for however long, is taken to stand from
-    now on: it has not looked for a plan yet.
+    A vehicle that stood at its target, or as commanded, counts as standing from now on.
     """
     vehicle = s.vehicle
     if vehicle.standing_since is not None and s.task.phase in (HOLDING, STALLED, WAITING):

@@ -64,13 +64,7 @@ def checked(
     *,
     margin: float = 0.0,
 ) -> GoalFit:
-    """The exact check.
-
-    Args:
-        margin: less room than this [m] is remarked.
-
-    In an area a goal may be anywhere: the way there is planned.
-    """
+    """The exact check; less room than `margin` [m] is remarked. In an area a goal may be anywhere."""
     if corridor.area is not None:
         if not _in_box(goal, corridor.area):
             return GoalFit(pose=goal, problem="it is beyond the boundary of the area", beside=goal)
@@ -95,11 +89,10 @@ def checked(
 
 
 def steadied(came: Pose2, before: Pose2 | None, planned: Pose2 | None, cycle: float) -> Pose2:
-    """The goal to plan for, of one that came after the one `before`, while one was `planned`.
+    """The goal to plan for, of one that came after `before`, while one was `planned`.
 
-    A goal that is given anew in each cycle, with noise, is their mean over the last moments, so that neither
-    a search nor a docked vehicle follows the noise. One that came twice is taken as it is, and so is one that
-    has jumped.
+    A goal that is given in each cycle, with noise, is the mean of the last moments. One that came twice, or
+    has jumped, is taken as it is.
     """
     if planned is None or came in (before, planned):
         return came
@@ -117,13 +110,10 @@ def checked_again(
     surroundings: Surroundings,
     config: ControllerConfig,
 ) -> GoalFit:
-    """The check of a cycle, as far as the one before it does not answer it.
+    """The check of a cycle, as far as the `last` one does not answer it.
 
-    Obstacles that came onto a goal that stays where it is are none of its: the vehicle waits before them. One
-    that was refused because of an obstacle is free again once that has gone.
-
-    Args:
-        last: of the goal looked at last; None: there was none.
+    Obstacles that came onto a goal that stays do not count: the vehicle waits before them. A goal that was
+    refused because of an obstacle is free again once that has gone.
     """
     if last is not None and _answered(last, goal, surroundings.changes, config):
         return last
@@ -133,8 +123,7 @@ def checked_again(
 
 
 def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig) -> bool:
-    """Whether what was found of another goal holds for this one: no clearance changes by more than the body
-    has moved."""
+    """Whether the last answer holds for this goal: no clearance changes by more than the body has moved."""
     vehicle, known = config.vehicle, last.changes == changes
     moved = _moved(last.pose, goal, vehicle)
     if last.problem:
@@ -150,19 +139,16 @@ def _answered(last: GoalFit, goal: Pose2, changes: int, config: ControllerConfig
 
 
 def end_checked(path: ReferencePath, surroundings: Surroundings, config: ControllerConfig) -> GoalFit:
-    """What there is to say of the path's last pose, which is the goal where none was told.
-
-    Obstacles do not count: they come and go, and are waited for.
-    """
+    """A remark on the path's last pose, which is the goal where none was given. Obstacles are waited for."""
     room = _room(path.end, path, surroundings.corridor.with_obstacles(()), config.vehicle)
     remark = f"the body at the path's end {_crossing(room)}" if room < 0.0 else _tight(room, _margin(config))
     return GoalFit(pose=path.end, remark=remark, room=room, beside=path.end, changes=surroundings.changes)
 
 
 def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
-    """What to say of a heading that is far from the path's beside it, but would be near it in degrees, or "".
+    """A hint where a heading would be near the path's if read in degrees, or "".
 
-    A heading may be on any branch. Up to a full turn, which is 6 degrees, it is taken for what it is.
+    Up to a full turn, which is 6 degrees, a heading is taken for what it is.
     """
     hint = degrees_hint(what, pose.phi)
     if not hint:
@@ -176,8 +162,7 @@ def degrees_beside(what: str, pose: Pose2, part: PathPart) -> str:
 
 
 def _misplaced(goal: Pose2, beside: Pose2, vehicle: Vehicle) -> tuple[str, float]:
-    """Why a goal is out of reach of the path, `beside` which it is, whatever stands there, or "", and how far
-    it is beyond that [m]."""
+    """Why a goal is out of reach of the path, whatever stands there, or "", and how far beyond that [m]."""
     distance, turn = hypot(goal.x - beside.x, goal.y - beside.y), _turn(goal, beside)
     if distance > GOAL_REACH:
         said = f"{distance:.4g} m from the path's last part, at most {GOAL_REACH:g} m"

@@ -67,7 +67,9 @@ def cruise_guess(
     elapsed = times - times[0]
     most = config.comfort_acceleration * elapsed
     change = np.clip(config.cruise_speed - now, -most, most)
-    rate = np.minimum(now + change, _let_in(now, elapsed, config))
+    rate = np.minimum(
+        now + change, np.maximum(config.limits.speed, now - config.limits.acceleration * elapsed)
+    )
     s, theta = np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))), float(state[THETA])
     if pace.room is not None and (rate > pace.room.bounds(theta + s, elapsed, now, config)).any():
         s, rate = _slowed(rate, theta, elapsed, now, pace.room, config)
@@ -79,8 +81,7 @@ def cruise_guess(
 def _slowed(
     rate: Array, theta: float, elapsed: Array, speed: float, room: Room, config: ControllerConfig
 ) -> tuple[Array, Array]:
-    """The way (N+1,) [m] from `theta` on and the speeds (N+1,) [m/s] that (P2) leaves of `rate`, and comfort
-    behind what was narrow."""
+    """Distances (N+1,) [m] and speeds (N+1,) [m/s] that (P2) leaves of `rate`, and comfort behind it."""
     s, rate = np.zeros_like(rate), rate.copy()
     for k, seconds in enumerate(np.diff(elapsed)):
         stage = theta + s[k] + np.array([0.0, rate[k] * seconds])
@@ -99,11 +100,10 @@ def along_path(
     rate: Array,
     config: ControllerConfig,
 ) -> Trajectory:
-    """The trajectory that has driven the way `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
+    """The trajectory that has driven `s` (N+1,) [m] at speed `rate` (N+1,) [m/s] at `times`.
 
-    The vehicle's offset from the path fades out over the first metres, the target's fades in over the last,
-    both as cubics whose slope is the heading. The guess need not obey the dynamics, the first iterations see
-    to that, but the less it slips sideways the less they have to change.
+    The vehicle's offset fades out over the first metres, the target's fades in over the last, as cubics whose
+    slope is the heading. The guess need not obey the dynamics; the first iterations see to that.
     """
     lead = _lead_in(part, target, state, times, rate, config)
     led = len(lead) - 1
@@ -167,9 +167,8 @@ def _lead_in(
 ) -> Array:
     """States (k+1, 6) from `state` on until the steering is where the fade needs it: `state` alone, mostly.
 
-    A vehicle that drives with its steering turned away from there leaves the fade by far before it can follow
-    it, and what is linearised about a fade that it cannot follow says nothing about what it can do. Where the
-    time is up before, the last stage is left to the fade.
+    A vehicle whose steering is turned away leaves the fade before it can follow; a linearisation about such a
+    fade says nothing. Where the time is up before, the last stage is left to the fade.
     """
     d, limits, wheelbase = part.direction, config.limits, config.vehicle.wheelbase
     led: list[tuple[float, ...]] = [tuple(state.tolist())]
@@ -204,12 +203,6 @@ def _fade_steering(
 def _fade_length(offset: float) -> float:
     """Way over which an offset at the start fades [m]."""
     return max(FADE_DISTANCE, sqrt(6.0 * abs(offset) / FADE_CURVATURE))
-
-
-def _let_in(speed: float, elapsed: Array, config: ControllerConfig) -> Array:
-    """Highest speeds (n,) [m/s] of a vehicle that may be too fast, and brakes then."""
-    limits = config.limits
-    return np.maximum(limits.speed, speed - limits.acceleration * elapsed)
 
 
 @kernel

@@ -81,10 +81,9 @@ class StateMonitor:
     noise: MeasurementNoise = field(default_factory=MeasurementNoise)
 
     def heeded(self, config: ControllerConfig) -> Array | None:
-        """The measurement (6,) as far as it may hold a command back: NaN where it may not; None without any.
+        """The measurement (6,) as far as it may hold a command back, NaN where not; None without any.
 
-        Measurements that have contradicted one another for longer than a plan is driven on blindly must not
-        keep a vehicle from braking that is believed to move.
+        Measurements that contradict one another for long must not keep a moving vehicle from braking.
         """
         if self.measured is None or self.state is None or self.odd_since is None:
             return self.measured
@@ -110,10 +109,7 @@ def validate_measurement(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> StateMonitor:
-    """What to believe at `now` [s] after one more measurement.
-
-    `queue`: the commands since the last cycle; `disturbance`: what is known to act beside them.
-    """
+    """What to believe at `now` [s] after one more measurement; `queue`: the commands since the last cycle."""
     measured = _array(given)
     problem = _unfit(measured, config)
     if problem:
@@ -275,10 +271,7 @@ def _frozen(measured: Array, reckoned: Array) -> str:
 
 
 def _far(measured: Array, expected: Array, seconds: float, config: ControllerConfig) -> str:
-    """Why the vehicle cannot have come from the expected state to this one, or "".
-
-    After lost cycles nobody knows whether it has followed its commands: a watchdog may have braked it.
-    """
+    """Why the vehicle cannot have come from the expected state to this one, or ""."""
     limits, allowed = config.limits, config.plausibility
     speed = max(abs(float(measured[V])), abs(float(expected[V])))
     share = 1.0 if seconds > config.longest_cycle else MODEL_MISMATCH

@@ -32,11 +32,10 @@ SOON = 1.0
 
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
-    """Choose between contouring and a planned arrival, for a vehicle about to begin one.
+    """Choose between contouring and a planned arrival, for a vehicle about to start one.
 
-    A search that ran out of time goes on with what it was for, unless the target has moved since. While the
-    vehicle stands nothing is lost meanwhile: its plan just begins later. While it drives another one, what is
-    left may take longer than was thought: one that is far too short gets the time that it takes.
+    A search that ran out of time is resumed unless the target has moved. At rest its plan just starts later;
+    on the move an arrival that is far too short gets the time that it takes.
     """
     begun, pose = s.plans.suspended, context.target.pose
     if begun is not None and apart(begun.target.pose, pose) <= TARGET_MOVED:
@@ -58,8 +57,7 @@ def scheduled(s: ControllerState, context: PlanningContext, config: ControllerCo
 def rescheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:
     """Let the time to the arrival fall, but not below the floor; a target that moves is a new arrival.
 
-    A vehicle that halts, lost cycles, or was held up gets the time again that its way takes; otherwise the
-    time follows the plan (`_followed`).
+    After a halt or lost cycles, or held up, it gets the time that its route takes; else `_followed`.
     """
     arrival = s.task.arrival
     if s.task.phase is not Phase.ARRIVING:
@@ -116,8 +114,7 @@ def too_late(s: ControllerState, context: PlanningContext, config: ControllerCon
 
 
 def _held_up(s: ControllerState, context: PlanningContext) -> bool:
-    """Whether a vehicle that is not near its target yet stands although its plan drives on: it is held from
-    outside, and must not make up for it."""
+    """Whether a vehicle far from its target stands although its plan drives on: it is held from outside."""
     stood, plan = s.vehicle.standing_since, s.plans.driven
     if stood is None or stood <= s.task.driving_since or plan is None:
         return False
@@ -127,8 +124,7 @@ def _held_up(s: ControllerState, context: PlanningContext) -> bool:
 
 
 def longest_arrival(context: PlanningContext, config: ControllerConfig) -> float:
-    """Time [s] that an arrival from here may take and be believed: twice what it takes from rest, all along
-    at the lowest pace of the segment."""
+    """Time [s] that an arrival may take: twice that from rest, at the lowest pace of the segment."""
     distance, lowest = context.distance, float(context.pace.speed.min())
     return 2.0 * (arrival_time(distance, 0.0, config) + distance / lowest)
 
@@ -158,11 +154,8 @@ def _followed(
 ) -> float:
     """The time of an arrival [s] that was planned for `at`, after a cycle of the plan that is driven.
 
-    Nothing but its rate, `_change`, changes by a step, so no acceleration does. Later by a second each second
-    at most: the time to go stands still then.
-
-    A vehicle that is slow for its way, and for the room that it has, may not get on at all, and one that is
-    near may be beside its target: their arrivals are to be overdue some time, and keep their time.
+    Nothing but its rate, `_change`, changes by a step, so no acceleration does. Slow for its route, or near
+    its target, a vehicle may not get on at all: its arrival keeps its time, and is overdue some time.
     """
     distance = context.distance
     if plan is None or distance <= LATE_REACH:
@@ -211,10 +204,7 @@ def own_time(plan: Trajectory, speed: float, config: ControllerConfig) -> float:
 
 
 def pressed(plan: Trajectory, config: ControllerConfig) -> float:
-    """So many times as long a plan would take to keep to comfort, driven the same way.
-
-    In f times the time it has 1/f² times the accelerations, and 1/f times the steering rates.
-    """
+    """Factor f on its time by which a plan keeps to comfort: accelerations go with 1/f², rates with 1/f."""
     comfort, controls, states = config.comfort, np.abs(plan.controls), plan.states
     lateral = np.abs(states[:, V] ** 2 * np.tan(states[:, DELTA])).max() / config.vehicle.wheelbase
     along = float(controls[:, A].max()) / comfort.acceleration

@@ -148,11 +148,6 @@ def further(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
     return replace(begun, last=attempt.solved, guess=None, least=begun.most, settled=0.0)
 
 
-def nearer(attempt: SqpResult, config: ControllerConfig) -> InitialIterate:
-    """At most as many iterations more, for a plan that does not reach its target yet."""
-    return replace(further(attempt, config), least=1, reaching=True)
-
-
 def resumed(search: SuspendedSearch, guess: Trajectory, config: ControllerConfig) -> InitialIterate:
     """The same, where the time of an earlier cycle was up; `guess` is for a search that had not come far."""
     begun, done = from_guess(guess, config), search.iterations
@@ -257,12 +252,10 @@ def _iterate(
 def suspended(
     s: ControllerState, context: PlanningContext, attempt: SqpResult, done: int = 0
 ) -> ControllerState:
-    """Keep a search that ran out of time, to go on with in the next cycle, and what it is for.
+    """Keep a search that ran out of time for the next cycle.
 
-    After a QP that was not solved it begins at the first guess again: on from a plan past something that is
-    gone meanwhile it may not come to an end.
-
-    `done`: iterations before those of the attempt, where no search is known that it goes on with.
+    After a QP that was not solved it starts at the first guess again: what was in the way may be gone.
+    `done`: iterations before those of the attempt, where no search is known that it resumes.
     """
     if not attempt.out_of_time:
         return s.suspending(None)
@@ -316,11 +309,7 @@ def rejection_reason(
     disturbance: Disturbance = UNDISTURBED,
     longest: float = inf,
 ) -> str:
-    """Why a solution must not be driven, or "".
-
-    Args:
-        disturbance: what acts beside its commands; longest: time that its plan may take [s].
-    """
+    """Why a solution must not be driven, or ""; `longest`: time that its plan may take [s]."""
     if not solution.solved:
         return f"the QP was not solved: {solution.status}"
     plan, limits = solution.trajectory, config.limits
@@ -340,10 +329,7 @@ def rejection_reason(
 
 
 def _far_ahead(plan: Trajectory, config: ControllerConfig, disturbance: Disturbance, longest: float) -> str:
-    """Why a plan whose begin may be driven is not to be believed for what lies ahead, or "".
-
-    A vehicle that begins beyond a limit comes back into it.
-    """
+    """Why what a plan does far ahead is not to be believed, or ""; beyond a limit it may come back."""
     limits, most = config.limits, 1.0 + INPUT_EXCESS
     seconds = float(plan.times[-1] - plan.times[0])
     if seconds > longest:

@@ -249,10 +249,6 @@ class Task:
         """At the begin of the first of these segments."""
         return cls(segments=segments, final=segments[0].begins_final)
 
-    def onto(self, segments: Segments) -> Task:
-        """The same task on other segments."""
-        return replace(self, segments=segments, final=segments[0].begins_final)
-
     @property
     def segment(self) -> Segment:
         """The one that is driven."""

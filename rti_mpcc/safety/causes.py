@@ -26,13 +26,9 @@ from rti_mpcc.types import GoalOrigin, Reason, Trajectory
 def of_stall(
     s: ControllerState, context: PlanningContext, config: ControllerConfig, room: Room | None
 ) -> str:
-    """Why no plan ends inside the tolerance, or "" where that is not known.
+    """Why no plan ends inside the tolerance, or "" where that is not known: the first of the causes below.
 
-    In this order: the body is too near to something where it stands, or where it is to stand; the way between
-    is too narrow; no other way was found.
-
-    Args:
-        room: beside the body along the segment, or None where that does not count.
+    `room`: beside the body along the segment, or None where that does not count.
     """
     here = Pose2(*context.state[[X, Y, PHI]].tolist())
     setpoint = s.goal_setpoint
@@ -92,8 +88,7 @@ def meeting(
 ) -> ControllerState:
     """With what the plan of a halting vehicle meets after so far [m].
 
-    `late`: why there was no time for another plan, or ""; it holds the vehicle where a stop before what the
-    last plan meets is not needed yet.
+    `late`: why there was no time for another plan, or "".
     """
     assert s.task.halt is not None
     met = f"{distance:.2f} m with {contact.met_on(s, plan, distance, config)}"

@@ -59,10 +59,7 @@ class Overlap(NamedTuple):
 
 
 def overlap(states: Array, surroundings: Surroundings, part: int, config: ControllerConfig) -> Overlap | None:
-    """What the bodies at `states` (n, 6) overlap, the deepest of it.
-
-    Boundaries count from `CONTACT_TOLERANCE` on, obstacles from nothing on.
-    """
+    """What the bodies at `states` (n, 6) overlap most; boundaries count from `CONTACT_TOLERANCE` on."""
     apart = clearances(states, surroundings.known, part, config.vehicle, config.caution.hard_minimum)
     if not np.count_nonzero(apart < 0.0):
         return None
@@ -85,10 +82,7 @@ def distance_to_contact(
     *,
     least: float,
 ) -> float:
-    """Way along the plan to the first body nearer than `least` to what stands [m]; inf if none to `reach` is.
-
-    The bodies overlap: while none touches anything, they stay on the side of each boundary that they are on.
-    """
+    """Distance along the plan to the first body nearer than `least` to what stands [m]; inf: none."""
     marks, states = _driven(plan, config, reach)
     poses = np.ascontiguousarray(states[:, :POSE])
     # Where the plan begins it counts how near it is to twice the distance that is kept.
@@ -109,8 +103,7 @@ def _first_below(apart: Array2, least: Array1) -> int:
 
 
 def _least(begins: Array, least: float) -> Array:
-    """Clearances (1 + obstacles,) [m] that are kept from boundaries and each obstacle by a plan that `begins`
-    with these [m]."""
+    """Clearances (1 + obstacles,) [m] that a plan keeps which `begins` with these [m]."""
     kept = np.full(len(begins), least)
     kept[0] = max(least - CONTACT_TOLERANCE, 0.0)
     nearer = np.minimum(np.maximum(begins - kept, 0.0), kept)
@@ -120,10 +113,7 @@ def _least(begins: Array, least: float) -> Array:
 def distance_to_obstacle(
     plan: Trajectory, corridor: Corridor, part: int, config: ControllerConfig, reach: float
 ) -> float:
-    """Way along the plan to the first body that touches an obstacle [m]; or inf.
-
-    Boundaries do not count: they are no reason to wait, or to look for a way past.
-    """
+    """Distance along the plan to the first body that touches an obstacle, no boundary [m], or inf."""
     marks, states = _driven(plan, config, reach)
     meets = _obstacles_met(states, corridor, part, config).any(axis=1)
     return float(marks[np.argmax(meets)]) if meets.any() else np.inf
@@ -142,10 +132,9 @@ def _obstacles_met(
 def distance_to_moving(
     plan: Trajectory, moving: Sequence[Obstacle], ages: float, config: ControllerConfig, reach: float
 ) -> float:
-    """Way along the plan to the first body that may meet an obstacle that moves, Eq. (S1) [m]; or inf.
+    """Distance along the plan to the first body that may meet a moving obstacle, (S1) [m], or inf.
 
-    Args:
-        ages: so much later than when they were told the plan is looked at as beginning [s].
+    `ages`: time from when the obstacles were given to the start of the plan [s].
     """
     if not moving:
         return np.inf
@@ -231,8 +220,7 @@ def length(plan: Trajectory) -> float:
 
 
 def _driven(plan: Trajectory, config: ControllerConfig, reach: float) -> tuple[Array, Array]:
-    """Ways along the plan (n,) [m] up to `reach`, and the states (n, 6) there; what lies farther ahead than
-    `MOST_BODIES` is looked at when the vehicle is nearer."""
+    """Distances along the plan (n,) [m] up to `reach`, at most `MOST_BODIES`, and the states (n, 6) there."""
     spacing = CHECK_SPACING
     end = min(reach, length(plan), MOST_BODIES * spacing)
     count = max(ceil(end / spacing), 1)
@@ -261,8 +249,7 @@ def _when_driven(times: Array1, states: Array2, marks: Array1, found: Out1) -> N
 
 
 def stop_clearance(config: ControllerConfig) -> float:
-    """Distance that a planned stop keeps from something that fills the way [m], with room to swing out past
-    it."""
+    """Distance that a planned stop keeps from what blocks the route [m], with room to swing out past it."""
     return SWING_ROOM * config.vehicle.width + config.footprint.margin + CHECK_SPACING
 
 

@@ -30,9 +30,9 @@ RISE_TIME = 0.3  # [s], time constant with which the speed is set
 def way_out(
     state: Array, begin: float, surroundings: Surroundings, part: int, config: ControllerConfig
 ) -> Trajectory | None:
-    """The begin of a way out from `state` (6,) at `begin` [s], or None: there is none, or it is not wanted.
+    """The start of a way out from `state` (6,) at `begin` [s]; None: there is none, or it is not wanted.
 
-    The first control turns the wheels at rest, or creeps; a vehicle that is faster than that has to brake.
+    The first control turns the wheels at rest, or creeps; a faster vehicle has to brake.
     """
     most, speed, standing = config.escape_speed, float(state[V]), STANDSTILL_SPEED
     if most == 0.0 or abs(speed) > most + standing:

@@ -68,9 +68,7 @@ def brake(
 ) -> ControlInput:
     """Brake at `deceleration` [m/s²] to a standstill, a soft one unless it is harder than firm.
 
-    Args:
-        steering_rate: is kept on [rad/s].
-        before: deceleration until now [m/s²], from which comfort comes to the new one; None: any.
+    `steering_rate` is kept on [rad/s]; `before`: deceleration until now [m/s²], or None.
     """
     speed, comfort = float(state[V]), config.comfort
     wanted = min(deceleration, config.limits.acceleration)
@@ -134,18 +132,12 @@ def braking_over(distance: float, speed: float, most: float, config: ControllerC
 
 
 def before_contact(speed: float, distance: float, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] to stand before a contact `distance` [m] ahead, the comfort one at least.
-
-    How far before: `STOP_DISTANCE`.
-    """
+    """Deceleration [m/s²] to stand `STOP_DISTANCE` before a contact `distance` [m] ahead, or comfort."""
     return braking_over(distance - STOP_DISTANCE, speed, config.limits.acceleration, config)
 
 
 def settling_deceleration(context: PlanningContext, config: ControllerConfig) -> float:
-    """Deceleration [m/s²] that comes to rest at the target's length, about the comfort one.
-
-    It goes on from the present one without a step, see `_eased`.
-    """
+    """Deceleration [m/s²], about comfort, to rest at the target's length, without a step, see `_eased`."""
     before, comfort = context.deceleration, config.comfort
     # What the soft end of `brake` takes more than to brake on to the end.
     left = -context.direction * context.error.x - max(before, 0.0) ** 3 / (6.0 * comfort.jerk**2)

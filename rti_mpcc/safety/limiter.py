@@ -18,12 +18,10 @@ def saturate(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> ControlInput:
-    """What is sent so that `control` acts, (O4), from `state` (6,) on, cut to what may be sent to a vehicle
-    that is `measured` (6,) now.
+    """What is sent so that `control` acts, (O4), from `state` (6,) on, for a vehicle that is `measured` (6,).
 
-    Inputs stay within their limits. Speed and steering are not led beyond theirs; where they are outside,
-    they return, at the rate limit if that is far. Nor are they led further out than they are measured now.
-    All that is of what is sent and measured; `disturbance`: what is known to act beside.
+    Inputs stay within their limits. Speed and steering are not led beyond theirs, nor further out than
+    measured; where they are outside they return, at the rate limit if that is far.
     """
     acting = float(state[DELTA])
     acceleration = disturbance.commanded(control.acceleration)
@@ -48,10 +46,7 @@ def _within(
     config: ControllerConfig,
     disturbance: Disturbance = UNDISTURBED,
 ) -> float:
-    """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back.
-
-    `disturbance`: of the acceleration, where it is that.
-    """
+    """A slope of at most `most` that keeps `value` within `limit` over a cycle, or brings it back."""
     lowest = max(min(disturbance.commanded((-limit - value) / config.cycle), most), -most)
     highest = max(min(disturbance.commanded((limit - value) / config.cycle), most), -most)
     slope = min(max(slope, lowest), highest)

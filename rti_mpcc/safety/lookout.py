@@ -42,10 +42,7 @@ def distance_to_contact(
     reach: float = inf,
     least: float = 0.0,
 ) -> float:
-    """Distance along a plan to where it is nearer than `least` to what stands [m], or inf.
-
-    Far ahead stages are long: a plan that is sought has to touch nothing, one that is driven to be clear.
-    """
+    """Distance along a plan to where it is nearer than `least` to what stands [m], or inf."""
     return contact.distance_to_contact(
         plan, s.area.corridor, s.task.segment.index, config, reach, least=least
     )
@@ -58,9 +55,9 @@ def met_at(s: ControllerState, theta: float, config: ControllerConfig) -> Met:
 
 
 def comes_into_view(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> bool:
-    """Whether an obstacle on the path is as near to a cruise as it counts, and was not when that was sought.
+    """Whether an obstacle on the path has come as near to a cruise as it counts.
 
-    A cruise that knew nothing of it would come to rest before it wherever that is farthest along the path.
+    A cruise that did not know it would come to rest wherever that is farthest along the path.
     """
     if not s.area.corridor.obstacles:
         return False

@@ -265,7 +265,9 @@ def test_one_for_a_plan_that_misses_its_target_ends_as_soon_as_it_reaches_it(mpc
     ways = []
     for tolerance in ((1e-9, 1e-9, 1e-9), CONFIG.goal_tolerance, (1.0, 1.0, 1.0)):
         context = replace(exact, tolerance=tolerance)
-        more = search.converge(mpcc, s, context, search.nearer(one, CONFIG), CycleClock())
+        more = search.converge(
+            mpcc, s, context, replace(search.further(one, CONFIG), least=1, reaching=True), CycleClock()
+        )
         reached = [search.reaches(replace(more, solutions=(each,)), context) for each in more.solutions]
         assert not any(reached[:-1])
         assert reached[-1] or len(more.solutions) == ITERATIONS
