@@ -32,7 +32,7 @@ from rti_mpcc.kernels import make_ready
 from rti_mpcc.manoeuvre import Manoeuvre, Segments, checked
 from rti_mpcc.model.delay import QueuedCommand, queued
 from rti_mpcc.model.layout import PHI, STATES, X, Y
-from rti_mpcc.orders import Order
+from rti_mpcc.orders import Follow, GoTo, Order
 from rti_mpcc.planning import aim, goals, sensing, stops, validation
 from rti_mpcc.planning.clock import CycleClock
 from rti_mpcc.planning.context import PlanningContext
@@ -213,7 +213,7 @@ class DockingController:
             InputError: a goal or a manoeuvre for a controller that plans no ways.
         """
         self.state = orders.carried_out(self.state, order, self._rerouter)
-        if orders.new_goal(order):
+        if isinstance(order, GoTo | Follow):  # of another goal nothing was detected yet
             self._filter.reset()
 
     def step(
@@ -337,8 +337,7 @@ class DockingController:
     def _goal_located(
         self, s: ControllerState, given: Sequence[GoalMeasurement]
     ) -> tuple[ControllerState, tuple[Judgement, ...], str]:
-        """Filter what was detected, and let the pose made for follow; says what became of the detections, and
-        what was none."""
+        """Filter the detections, let the pose made for follow; with judgements, and what was no detection."""
         measurements, unfit = validation.measurements_in(given)
         settings = self.config.goal_tracking.filter
         self._filtering = self._filtering or bool(measurements)
@@ -469,10 +468,7 @@ def _sent(
 
 
 def _looking_again(s: ControllerState, status: Status, reason: Reason) -> ControllerState:
-    """What the status of a cycle means for the next: whether it waits for the goal, and when it looks again.
-
-    A vehicle that stands blocked begins afresh, unless it only waits a while.
-    """
+    """Whether the next cycle waits for the goal; blocked at rest it starts again, unless it waits a while."""
     waiting, halt = status is Status.GOAL_LOST, s.task.halt
     if waiting is not s.goal.waiting:
         s = replace(s, goal=replace(s.goal, waiting=waiting))

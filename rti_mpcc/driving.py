@@ -282,10 +282,7 @@ def _iterate(s: ControllerState, context: PlanningContext, w: Workspace) -> Driv
 
 
 def _distance_on_driven(s: ControllerState, w: Workspace) -> tuple[ControllerState, float]:
-    """Distance [m], from its begin, at which a change of the obstacles cuts the plan being driven, or inf.
-
-    Looked for in every cycle until a plan is driven that they leave free.
-    """
+    """Distance [m] from its start at which a change of the obstacles cuts the plan being driven, or inf."""
     plan = s.plans.driven
     if plan is None or s.plans.clear_of == s.area.changes:
         return s, inf
@@ -334,10 +331,7 @@ def _go_on(
     *,
     until_another: bool = False,
 ) -> Driven | None:
-    """Drive the last accepted plan of the state `before` on; None if there is none that may be.
-
-    It must be clear to its end, unless it is driven only until another one, that is on its way, is there.
-    """
+    """Drive the last accepted plan of `before` on, clear to its end unless another is on its way; or None."""
     plan = fallback.shifted_plan(before.plans.driven, before.plans.accepted_at, context, w.config)
     if plan is None:
         return None
@@ -379,9 +373,9 @@ def _follow_plan(
     problem: str = "",
     anywhere: bool = False,
 ) -> Driven:
-    """Drive a plan, unless its body is not clear over the way to a stop or the goal is not known well enough.
+    """Drive a plan that is clear over a stop (`anywhere`: all of it), to a goal that is known well enough.
 
-    `problem`: why it is not this cycle's own; `anywhere`: however far ahead that is.
+    `problem`: why it is not this cycle's own.
     """
     config = w.config
     need = inf if anywhere else contact.stopping_distance(float(context.state[V]), config)

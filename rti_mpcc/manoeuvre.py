@@ -251,8 +251,7 @@ def checked(segments: Segments, path: ReferencePath) -> Segments:
             raise InputError(f"{name}.part: must be part {segment.index} of the path")
         if (segment.end is SegmentEnd.GOAL) != (place == len(segments) - 1):
             raise InputError(f"{name}.end: the last segment ends at the goal, and no other one")
-        own = segment.stop, segment.piece_of
-        if segment.end is SegmentEnd.STOP or any(each is not None for each in own):
+        if segment.end is SegmentEnd.STOP or segment.stop is not None or segment.piece_of is not None:
             raise InputError(f"{name}: stops before something are made by the controller")
     driven = [index for index, _ in groupby(segment.index for segment in segments)]
     if driven != list(range(len(path.parts))):

@@ -61,11 +61,6 @@ class Follow:
 Order = Stand | GoOn | GoTo | Follow
 
 
-def new_goal(order: Order) -> bool:
-    """Whether the goal is another one, of which nothing was detected yet."""
-    return isinstance(order, GoTo | Follow)
-
-
 def carried_out(s: ControllerState, order: Order, rerouter: Rerouter | None) -> ControllerState:
     """The state of a controller that was given an order.
 

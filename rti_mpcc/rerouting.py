@@ -77,11 +77,7 @@ class _Asked:
 
 
 class Rerouter:
-    """Plans the ways of one controller.
-
-    Args:
-        area: that it may drive in; config: its settings.
-    """
+    """Plans the routes of one controller in its area."""
 
     def __init__(self, area: Area, config: ControllerConfig) -> None:
         self._area, self._config = area, config
@@ -139,8 +135,7 @@ class Rerouter:
         return self._area.with_obstacles([each.outline for each in s.area.standing])
 
     def leaving(self, s: ControllerState, why: str) -> ControllerState:
-        """The state of a vehicle that leaves its route for a way that is still to be planned to its goal, in
-        all of the area."""
+        """The state of a vehicle that leaves its route, and plans another one in all of the area."""
         self.forget()
         s = replace(s, area=s.area.without_path(self._area))
         return moves.without_way(s, *standing_route(ways.here(s, self._config)), why)
@@ -234,8 +229,7 @@ class Rerouter:
         return None
 
     def _ahead(self, s: ControllerState, goal: Pose2) -> _Asked | None:
-        """From where on the way that is driven another one is to begin: where the vehicle will be in a
-        moment, or where it will stand."""
+        """From where on its route another one is to start: where the vehicle will be soon, or will stand."""
         last, config, stop = self._asked, self._config, s.task.stop
         if last is not None and last.is_for(goal, s.area, config.route.unmoved, config.footprint.margin):
             if last.at is not None and s.now <= last.at:

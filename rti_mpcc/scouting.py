@@ -51,8 +51,7 @@ def first_plan(s: ControllerState, context: PlanningContext, w: Workspace) -> Fo
 
 
 def ends_at_goal(s: ControllerState, context: PlanningContext, w: Workspace) -> bool | None:
-    """Whether a first plan of the segment ends at the goal; None: there was no time to find out, or it begins
-    with a cruise."""
+    """Whether a first plan of the segment ends at the goal; None: no time to find out, or it is a cruise."""
     s = schedule.scheduled(s.suspending(None), context, w.config)
     if s.task.arrival is None:
         return None
@@ -74,12 +73,10 @@ def iterated(
 
 
 def sought(s: ControllerState, context: PlanningContext, w: Workspace, distance: float) -> ControllerState:
-    """The state by what another plan is to end in than the one being driven, which meets something after that
-    `distance` from its begin [m], inf: nothing.
+    """With another end to plan for than that of the driven plan, which is clear over `distance` [m].
 
-    A search for another end than the present plan's is first for a way past what is in the way. Where the
-    plan is not free and there was no time for that, a stop comes first: it is found soon, and a way past can
-    be looked for while it is made for.
+    A way past what blocks it comes first. Where the plan is not clear and there was no time for that, a stop
+    does: it is found soon, and a way past can be looked for meanwhile.
     """
     begun, filled, left, config, driven = s.plans.suspended, inf, inf, w.config, s.plans.driven
     if begun is not None and begun.segment.stop is None and driven is not None and distance < inf:
@@ -126,8 +123,7 @@ def _onward(s: ControllerState, context: PlanningContext, w: Workspace) -> tuple
 
 
 def _met_on_planned_way(s: ControllerState, context: PlanningContext, w: Workspace) -> float | None:
-    """Progress [m] at which a way that was planned past all that was known then is filled: there is no
-    passing it, another way is planned; None: nowhere."""
+    """Progress [m] at which something new blocks a planned route, so that it replans; None: nowhere."""
     if not s.on_planned_way or not context.free or not s.area.corridor.obstacles:
         return None
     guess = search.first_guess(w.mpcc, s, context)
@@ -180,11 +176,7 @@ def _reaching(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Foun
 
 
 def _iterated_on(found: Found, begun: SuspendedSearch | None, w: Workspace) -> Found:
-    """A first plan to the goal that misses it is iterated on.
-
-    What is left of the error then is worth less than the effort to mend it from there, and it goes on the
-    way; or something stands in the way of it.
-    """
+    """A first plan that misses the goal is iterated on; an error left then is worth less than the effort."""
     s, attempt, context = found
     before = 0 if begun is None else begun.iterations
     done = before + len(attempt.solutions)

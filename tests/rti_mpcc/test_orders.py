@@ -9,7 +9,7 @@ import pytest
 from geometry import InputError, Pose2, ReferencePath
 from rti_mpcc.behaviour.transitions import ANY, Event, transition_on
 from rti_mpcc.config import ControllerConfig
-from rti_mpcc.orders import Follow, GoOn, GoTo, Stand, carried_out, new_goal
+from rti_mpcc.orders import Follow, GoOn, GoTo, Stand, carried_out
 from rti_mpcc.planning.goals import GoalTerms
 from rti_mpcc.planning.state import ControllerState, Phase, RouteState
 from rti_mpcc.planning.surroundings import Surroundings
@@ -99,12 +99,6 @@ def test_a_controller_that_plans_no_ways_refuses_goals_and_manoeuvres(order: GoT
         InputError, match="this controller drives its path only: its settings have no recovery"
     ):
         carried_out(arriving(), order, None)
-    assert new_goal(order)
-
-
-def test_standing_and_going_on_keep_what_was_detected() -> None:
-    assert not new_goal(Stand())
-    assert not new_goal(GoOn())
 
 
 @pytest.mark.parametrize("phase", ANY, ids=lambda phase: phase.name)
