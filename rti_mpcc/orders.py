@@ -20,11 +20,7 @@ from rti_mpcc.types import GoalOrigin
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stand:
-    """Come to a standstill, and stand.
-
-    Attributes:
-        at_once: as soon as can be, not in comfort.
-    """
+    """Come to a standstill in comfort, or as soon as can be (`at_once`), and stand."""
 
     at_once: bool = False
 
@@ -36,11 +32,7 @@ class GoOn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoTo:
-    """Plan a way to a goal and drive it.
-
-    Attributes:
-        goal: pose of the rear axle, world frame; terms: what is asked of it.
-    """
+    """Plan a route to a goal, a pose of the rear axle, and drive it; terms: what is asked of the goal."""
 
     goal: Pose2
     terms: GoalTerms = NO_TERMS
@@ -48,11 +40,7 @@ class GoTo:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Follow:
-    """Drive this manoeuvre and no other one.
-
-    Attributes:
-        manoeuvre: that begins where the vehicle stands; terms: what is asked of its goal.
-    """
+    """Drive a manoeuvre that starts where the vehicle stands; terms: what is asked of its goal."""
 
     manoeuvre: Manoeuvre
     terms: GoalTerms = NO_TERMS

@@ -31,8 +31,7 @@ from rti_mpcc.planning.surroundings import Surroundings
 from rti_mpcc.rehearsal import takes_too_long
 from rti_mpcc.route_planner.planner import RoutePlanning
 
-NO_MANOEUVRE = 1.0
-"""Length of the straight route that a vehicle stands on while it has no manoeuvre [m]."""
+NO_MANOEUVRE = 1.0  # [m] of the straight route that a vehicle stands on while it has no manoeuvre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,18 +15,14 @@ from rti_mpcc.planning.stops import REPLAN_INTERVAL
 
 STANDSTILL_TIME = 1.0  # [s] at rest, after which waiting brings the vehicle no nearer
 TURNING_TIME = 5.0  # [s], the same where it may change its direction of motion on its route
-OVERDUE_TIME = 4.0
-"""An arrival that is driven so long after its time to go reached `LEAST_TIME` will not get nearer, even if
-noise hides that the vehicle stands [s]."""
-OUTSIDE_TIME = 0.3
-"""So long a vehicle that holds has to be measured just outside the tolerance to be outside [s];"""
+OVERDUE_TIME = 4.0  # [s] beyond LEAST_TIME: the arrival comes no nearer, even if noise hides a standstill
+OUTSIDE_TIME = 0.3  # [s] just outside the tolerance, after which a vehicle that holds is outside,
 OUTSIDE_SHARE = 2.0  # or beyond this times the tolerance
 SETTLE_SHARE = 0.5  # of the tolerance: inside, a braked stop ends the arrival; a stalled vehicle sees no move
 SETTLE_TIME = 0.75  # [s] that a braked stop which ends the arrival takes, at most
 DUE_TIME = 0.3  # [s] with the shortest time to go, after which an arrival is due
 CUSP_REACH = 0.5  # [m] from a cusp, within which a vehicle that stands may go on
-GIVE_UP_TIME = 5.0
-"""A vehicle that stands so long without a first plan says that it failed, and looks less often [s]."""
+GIVE_UP_TIME = 5.0  # [s] at rest without a first plan: the vehicle says that it failed, looks less often
 
 # -- looked for in every cycle --------------------------------------------------------------------------
 

@@ -65,8 +65,7 @@ def rate_limited_goal(
     return replace(known, estimate=estimate, estimated_at=now, estimate_fit=fit, followed=followed, pose=pose)
 
 
-STAYS = ": the last one stays"
-"""End of what is said of a goal that is not taken, while another one is made for."""
+STAYS = ": the last one stays"  # of a goal that is not taken, while another one is made for
 NOT_THE_ONE = "standing at the last goal that was accepted, not at the one asked for"
 
 

@@ -21,16 +21,14 @@ GOAL_TURN = 0.5 * pi  # [rad] from the path's heading beside it: the same
 UNMOVED = 0.01  # [m] of any point of the body: the goal needs no other check
 NEARLY_UNMOVED = 0.03  # [m], the same where there was more room than that
 STILL_REFUSED = 0.1  # [m], the same for a goal that is farther out of reach than that
-IN_DEGREES = pi / 6.0
-"""A heading that is refused, and so near the path's if read in degrees, was meant in degrees [rad]."""
+IN_DEGREES = pi / 6.0  # [rad] from the path's heading: a refused heading this near in degrees was meant so
 ODD = 0.2  # [rad] from the path's heading: a heading that is not refused is suspected of it
 SURELY_IN_DEGREES = 0.1  # [rad]: if it is within this, read in degrees
 
 NOISE, NOISE_HEADING = 0.15, 0.1
 """So far a goal may be from the last ones to be the same with noise [m], [rad]: five times a deviation of
 3 cm."""
-NOISE_TIME = 0.5
-"""Time constant of their mean [s]: a goal that moves by 0.3 m/s is followed 0.15 m behind."""
+NOISE_TIME = 0.5  # [s] of their mean: a goal that moves by 0.3 m/s is followed 0.15 m behind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,8 +223,7 @@ def _joined(*said: str) -> str:
     return "; ".join(filter(None, said))
 
 
-Outline = tuple[tuple[float, float], ...]
-"""Corners x, y [m], of a value that can be compared."""
+Outline = tuple[tuple[float, float], ...]  # corners x, y [m], of a value that can be compared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,13 +22,10 @@ from rti_mpcc.planning.pace import Pace
 from rti_mpcc.types import Array, Trajectory
 
 FADE_DISTANCE = 12.0  # [m] over which an offset at the start or at the target fades into the path, at least
-FADE_CURVATURE = 0.1
-"""With which a large offset at the start begins to fade [1/m]: the end that trails swings out."""
+FADE_CURVATURE = 0.1  # [1/m] with which a large offset at the start begins to fade: the tail swings out
 FADE_HEADING = 1.05  # [rad]; a heading from the path beyond this fades like this
 ASTRAY = 0.05  # [rad] by which the heading may go astray while the steering turns; beyond it is turned first
-LEAST_STRETCH = 0.2
-"""Distance beside a bend's inside per distance along the path, at least: the guess must not run into the
-centre."""
+LEAST_STRETCH = 0.2  # beside a bend's inside per distance along the path: not into its centre
 
 
 def arrival_guess(

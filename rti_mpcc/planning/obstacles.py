@@ -27,8 +27,7 @@ FASTEST = 10.0  # [m/s]; what seems to move faster is another obstacle
 JUMP = 0.2  # [m] by which noise may put a middle elsewhere
 FORGOTTEN = 1.0  # [s] without being given: an obstacle is where it was, and stands
 
-ROUNDING = 1e-6
-"""Middles of obstacles that are nearer to each other than this are at the same place [m]."""
+ROUNDING = 1e-6  # [m]; middles of obstacles that are nearer to each other are at the same place
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

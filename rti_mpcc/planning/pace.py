@@ -25,11 +25,9 @@ from rti_mpcc.types import Array
 PATH_SPACING = 0.25  # [m] of the samples along a part, and of the pieces ahead
 LEAST_PIECES = 64  # in which the route ahead is looked at
 MOST_PIECES = 400
-STEERING_DISTANCE = 4.0
-"""Over which a step of the path's curvature is steered [m]: no vehicle turns its wheels on the spot."""
+STEERING_DISTANCE = 4.0  # [m] over which a step of the path's curvature is steered: wheels take time
 
-FLAT = 1e-9
-"""Curvatures and their slopes below this are none [1/m], [1/m²]."""
+FLAT = 1e-9  # [1/m], [1/m²]; curvatures and their slopes below this are none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

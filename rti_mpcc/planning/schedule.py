@@ -22,13 +22,10 @@ HURRY = 0.2  # of its time that a plan lacks, for a second more each second
 SLACK = 0.9  # of its time: a plan that needs less in comfort, and has more than its route takes, gets less
 CATCHING_UP = 0.5  # [s] each second, at most
 TARGET_MOVED = 0.1  # [m]; a target that has moved by more is a new arrival
-KEPT_SHARE = 0.5
-"""A search for an arrival keeps its time as long as this share of what the route takes is left; a vehicle
-whose speed brings it less than this share in its time is slow."""
+KEPT_SHARE = 0.5  # of what the route takes: with less an arrival has too little time, or the vehicle is slow
 DUE_SHARE = 0.8  # of the tolerance, for a braked stop that ends an arrival that is due
 
-SOON = 1.0
-"""A plan that drives on does so within this [s]."""
+SOON = 1.0  # [s] within which a plan that drives on does so
 
 
 def scheduled(s: ControllerState, context: PlanningContext, config: ControllerConfig) -> ControllerState:

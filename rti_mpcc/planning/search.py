@@ -24,9 +24,7 @@ from rti_mpcc.planning.state import ControllerState, SuspendedSearch
 from rti_mpcc.types import Array, Objective, Trajectory
 
 ITERATIONS = 10  # of one search, at most; of one that misses the goal twice as many
-FIRST_ITERATIONS = 3
-"""From a first guess on, at least; two are enough where the second has moved the plan by less than
-`SETTLED`."""
+FIRST_ITERATIONS = 3  # from a first guess on, at least; or two, if the second moved the plan < SETTLED
 SETTLED = 0.02  # [m] for each second ahead
 UNSOLVED = 2  # QPs that may remain unsolved from a first guess on
 FIRST_PATIENCE = 10  # times the configured iterations of a QP, from a first guess on
@@ -38,9 +36,7 @@ CHECKED_SPAN = 2.0  # [s] at the start of a plan over which it has to obey the d
 POSITION_DEFECT = 0.05  # [m]: with at most this error
 HEADING_DEFECT = radians(2.0)  # [rad]
 INPUT_EXCESS = 0.02  # of an input limit, by which a solver's answer may pass it before it is cut
-BLOCKED_SLACK = 0.3
-"""Corridor slack, on top of that of the vehicle's own pose, from which on a plan goes through something [m]:
-it is not driven."""
+BLOCKED_SLACK = 0.3  # [m] of slack on top of the vehicle's own: a plan with more goes through something
 
 NO_TIME = "the deadline left no time for an iteration"
 

@@ -80,11 +80,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stall:
-    """What a vehicle stood before when it had no tries left.
-
-    Attributes:
-        target: what it was to end in; obstacles: those that stood around it.
-    """
+    """What a stalled vehicle was to end in, and the obstacles that stood around it."""
 
     target: Target
     obstacles: tuple[Obstacle, ...]

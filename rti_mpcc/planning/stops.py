@@ -15,9 +15,7 @@ from rti_mpcc.planning.state import ControllerState, Halt, Phase
 CLEAR_DISTANCE = 0.5  # [m] that have to be clear beyond what a stop needs, to drive on
 REPLAN_INTERVAL = 0.5  # [s] between two looks whether the route is clear again, or whether there is a plan
 SEEN_SHARE = 0.5  # of a cruise's plan up to which an obstacle counts: it ends in mid-way
-PLAN_AGE = 0.2
-"""A plan that is driven while another is sought is iterated itself when it is older [s]
-(docs/decisions/06-sliced-solves.md)."""
+PLAN_AGE = 0.2  # [s]; an older plan is iterated before a search (docs/decisions/06-sliced-solves.md)
 
 
 def halted(halt: Halt | None, distance: float, needed: float, now: float) -> Halt | None:

@@ -27,8 +27,7 @@ from rti_mpcc.planning.sensing import way_left
 SLOWEST = 0.1  # factor on the speeds, at least, for a given docking time
 CRUISE_STEP = 0.25  # [s] of a cruise that is driven in thought
 
-MOST_STEPS = 20_000
-"""Of a cruise that is driven in thought: what takes longer than that does not come to its end."""
+MOST_STEPS = 20_000  # of a cruise that is driven in thought: a longer one does not come to its end
 
 
 @door()

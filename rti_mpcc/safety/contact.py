@@ -42,8 +42,7 @@ STOP_SHARE = 0.25  # more of the route than braking in comfort takes is checked 
 SWING_ROOM = 0.33  # of the body's width, left to swing out past what blocks the route
 OVERLAP_GROWTH = 0.01  # [m], for rounding, by which a plan that starts in an overlap may go deeper
 
-MOST_BODIES = 5_000
-"""That are checked along a plan: a kilometre, so that no plan makes a cycle long."""
+MOST_BODIES = 5_000  # checked along a plan: a kilometre, so that no plan makes a cycle long
 
 
 class Overlap(NamedTuple):

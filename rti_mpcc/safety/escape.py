@@ -21,8 +21,7 @@ from rti_mpcc.types import Array, Trajectory
 
 SPACING = 0.04  # [m] between two bodies that are checked
 LONGEST = 2.0  # [m], longest escape
-STEERING_SHARES = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)
-"""Steering angles that are tried, as shares of the largest."""
+STEERING_SHARES = (0.0, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0)  # of the largest angle, in this order
 STEERING_TOLERANCE = 0.02  # [rad] within which the wheels are there
 RISE_TIME = 0.3  # [s], time constant with which the speed is set
 

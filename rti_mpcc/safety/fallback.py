@@ -33,9 +33,7 @@ from rti_mpcc.types import Array, Source, Trajectory
 
 PLAN_LIFE = 1.0  # [s] for which the last plan may be driven on
 PLAN_OFFSET = (0.5, 0.2)  # [m], [rad]; a plan that starts farther from the vehicle is not driven on
-SETTLING_FACTOR = 1.05
-"""A stop at the target's length takes at most this times the comfort acceleration, some millimetres more are
-better than that;"""
+SETTLING_FACTOR = 1.05  # times comfort, at most, for a stop at the target: some millimetres more are better
 SETTLING_LEAST = 0.5  # times comfort, at least
 SETTLING_TIME = 0.15  # [s], time constant with which the last of the speed is taken out,
 HOLDING_TIME = 0.5  # [s], the same while standing, so that noise hardly shows
