@@ -20,7 +20,7 @@ from estimation import GoalMeasurement, GoalPoseFilter, Judgement
 from geometry import Area, Corridor, CorridorError, InputError, Pose2, ReferencePath
 from geometry.angles import degrees_hint
 from geometry.doors import door
-from rti_mpcc import orders, rehearsal, scouting
+from rti_mpcc import orders, scouting
 from rti_mpcc.baselines import segments_of
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.conditions import may_change_direction
@@ -384,7 +384,7 @@ class DockingController:
 
         Where a first plan from there misses it, another way is planned from here.
         """
-        if self._rerouter is None or not rehearsal.is_due(s, self.config):
+        if self._rerouter is None or not scouting.reachability_is_due(s, self.config):
             return s
         last = Task.begun((s.task.segments[-1],))
         with self._workspaces_on(s).set_aside():
@@ -395,7 +395,7 @@ class DockingController:
             w = replace(self._workspaces.of(trial, clock), start=start)
             reaches = scouting.ends_at_goal(trial, w.context(trial), w)
         assert s.route is not None
-        wanted = rehearsal.OUT_OF_REACH if reaches is False else s.route.wanted
+        wanted = scouting.OUT_OF_REACH if reaches is False else s.route.wanted
         return replace(s, route=replace(s.route, rehearsed=s.goal_pose, wanted=wanted))
 
     def _workspaces_on(self, s: ControllerState) -> Workspaces:

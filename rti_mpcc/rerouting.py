@@ -28,8 +28,8 @@ from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.sensing import OFF_PATH
 from rti_mpcc.planning.state import MOVING_SPEED, ControllerState, Phase
 from rti_mpcc.planning.surroundings import Surroundings
-from rti_mpcc.rehearsal import takes_too_long
 from rti_mpcc.route_planner.planner import RoutePlanning
+from rti_mpcc.scouting import takes_too_long
 
 NO_MANOEUVRE = 1.0  # [m] of the straight route that a vehicle stands on while it has no manoeuvre
 

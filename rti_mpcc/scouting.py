@@ -11,17 +11,22 @@ from typing import NamedTuple
 
 from rti_mpcc.behaviour import moves
 from rti_mpcc.behaviour.moves import NEAR_STOP
-from rti_mpcc.model.layout import THETA
+from rti_mpcc.config import ControllerConfig, Method
+from rti_mpcc.manoeuvre import Manoeuvre
+from rti_mpcc.model.layout import THETA, V
 from rti_mpcc.planning import schedule, search, stops, ways
 from rti_mpcc.planning.context import PlanningContext
+from rti_mpcc.planning.schedule import apart
 from rti_mpcc.planning.search import ITERATIONS, InitialIterate, SqpResult
-from rti_mpcc.planning.state import ControllerState, Phase, SuspendedSearch
+from rti_mpcc.planning.state import STANDSTILL_SPEED, ControllerState, Phase, SuspendedSearch
 from rti_mpcc.planning.stops import SEEN_SHARE
+from rti_mpcc.planning.timing import expected_docking_time
 from rti_mpcc.planning.workspace import Workspace
 from rti_mpcc.safety import contact, lookout
 from rti_mpcc.types import Trajectory
 
 ACCEPTED_MISS = 1.5  # times the goal tolerance: a first plan that misses by less is driven
+OUT_OF_REACH = "the goal is out of reach from the path's last change of direction"
 
 
 class Found(NamedTuple):
@@ -235,3 +240,29 @@ def _as_far_as_seen(s: ControllerState, attempt: SqpResult, distance: float) -> 
     if not attempt.fits or s.task.arrival is not None:
         return distance
     return inf if distance > SEEN_SHARE * contact.length(attempt.plan) else distance
+
+
+def reachability_is_due(s: ControllerState, config: ControllerConfig) -> bool:
+    """Whether the last segment of a path is tried before its first: at rest, for a new goal.
+
+    A goal beside the path's end can be out of reach from there: another route from here may take no longer.
+    """
+    route, goal, task, measured = s.route, s.goal_pose, s.task, s.vehicle.monitor.state
+    if route is None or goal is None or measured is None:
+        return False
+    if s.on_planned_way or route.why or s.goal.rejected:
+        return False
+    stands = abs(float(measured[V])) <= STANDSTILL_SPEED
+    begins = task.phase is Phase.STARTING and task.stop is None and len(task.segments) > 1
+    if not (stands and begins and config.arrival and config.method is Method.DYNAMIC):
+        return False
+    before = route.rehearsed
+    return before is None or apart(goal, before) > config.route.goal_moved[0]
+
+
+def takes_too_long(s: ControllerState, found: Manoeuvre, config: ControllerConfig) -> bool:
+    """Whether a way that was found for want of reach takes too long to be driven in the path's place."""
+    if s.route is None or s.route.why != OUT_OF_REACH:
+        return False
+    given = expected_docking_time(s.path, config, s.goal_pose)
+    return expected_docking_time(found.path, config, found.goal) > config.route.instead * given

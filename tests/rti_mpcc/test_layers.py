@@ -27,7 +27,6 @@ LAYERS = (
     "safety",
     "scouting",
     "driving",
-    "rehearsal",
     "rerouting",
     "orders",
     "docking",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rti_mpcc.docking import DockingController
-from rti_mpcc.rehearsal import OUT_OF_REACH
+from rti_mpcc.scouting import OUT_OF_REACH
 from rti_mpcc.simulation import RunResult, Scenario, docking_controller, scenario_from_dict, simulate, summary
 from rti_mpcc.types import Status
 

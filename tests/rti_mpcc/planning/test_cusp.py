@@ -12,7 +12,7 @@ from rti_mpcc.config import ControllerConfig
 from rti_mpcc.manoeuvre import CUSP_TOLERANCE, Segment
 from rti_mpcc.model.footprint import body_polygons
 from rti_mpcc.planning import workspace
-from rti_mpcc.planning.cusp import CUSP_SHIFT, cusp_pose
+from rti_mpcc.planning.workspace import CUSP_SHIFT, cusp_pose
 from rti_mpcc.simulation import scenario_from_dict, simulate, summary
 
 CONFIG = ControllerConfig()
